@@ -1,0 +1,13 @@
+"""Finite elements: cubic Hermite beams assembled by scikit-fem, nodal or reduced to their own modes.
+
+`build_operators`  a scenario's beam as :class:`~oblique_impact.operators.BeamOperators`
+`spectrum`         frequencies of the spinning beam on the scenario's mesh
+`NodalBeam`        the banded nodal operators
+`beam_mesh`        mesh with a node at the contact point
+"""
+
+from fem_beam.mesh import beam_mesh
+from fem_beam.nodal import NodalBeam
+from fem_beam.reduction import build_operators, spectrum
+
+__all__ = ["NodalBeam", "beam_mesh", "build_operators", "spectrum"]

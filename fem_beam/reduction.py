@@ -1,0 +1,107 @@
+"""From the nodal model to BeamOperators: projection onto the mesh's own eigenmodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular, svd
+
+from fem_beam.nodal import Array, NodalBeam
+from oblique_impact.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
+from oblique_impact.scenario import Scenario
+
+_GAUSS_ORDER = 6  # squares of foreshortening rates are polynomials of degree 10
+
+
+def build_operators(scenario: Scenario) -> BeamOperators:
+    """Discretize the uniform beam of `scenario` by Hermite elements, reduced to its first modes.
+
+    With `discretization.modes = 0` all modes of the mesh are kept, which is the nodal model in other
+    coordinates.
+    """
+    nodal = NodalBeam.from_scenario(scenario)
+    d = scenario.discretization
+    root = "clamped" if d.frame == "tangent" else "hinged"
+    modes = eigenmodes(nodal, root, d.modes or None)
+    return project(nodal, modes)
+
+
+def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
+    """Elastic eigenvectors, shape (2 nodes, count), in ascending order of frequency; all if count is None.
+
+    They come from the singular vectors of G L^-T with K = G^T G and M1 = L L^T.  Like the
+    eigenfunctions of ``modal`` they have int phi^2 dx = length and a positive tip.
+    """
+    free = nodal.free_dofs(root)
+    factor = cholesky(nodal.M1.toarray()[np.ix_(free, free)], lower=True)
+    curvature = nodal.curvature_factor().toarray()[:, free]
+    scaled = solve_triangular(factor, curvature.T, lower=True)
+    left, frequencies, _ = svd(scaled, full_matrices=True, lapack_driver="gesvd")
+    shapes = solve_triangular(factor, left, lower=True, trans="T")[:, ::-1]
+    if root == "hinged":
+        shapes = shapes[:, 1:]  # the rigid rotation has frequency 0
+    shapes = shapes[:, :count] * np.sqrt(nodal.mass_per_length * nodal.scenario.beam.length)
+    shapes *= np.sign(shapes[-2])
+    modes = np.zeros((nodal.basis.N, shapes.shape[1]))
+    modes[free] = shapes
+    return modes
+
+
+def project(nodal: NodalBeam, modes: Array) -> BeamOperators:
+    """Project the nodal operators onto `modes`, shape (2 nodes, n)."""
+    scenario, V = nodal.scenario, modes
+    length, radius, m = scenario.beam.length, scenario.root.hub_radius, nodal.mass_per_length
+    curvature = nodal.curvature_factor() @ V
+    at_contact = nodal.evaluate(np.array([scenario.contact.point]))[0]
+
+    def both(matrix: object) -> Array:
+        return np.asarray(V.T @ (matrix @ V))
+
+    return BeamOperators(
+        length=length,
+        hub_radius=radius,
+        mass_per_length=m,
+        bending_stiffness=nodal.bending_stiffness,
+        M1=both(nodal.M1),
+        K=curvature.T @ curvature,
+        C=both(nodal.C),
+        D=both(nodal.D),
+        S=nodal.S @ V,
+        P=nodal.P @ V,
+        J=m * ((radius + length) ** 3 - radius**3) / 3.0,
+        Sm=m * (radius * length + 0.5 * length**2),
+        contact_point=scenario.contact.point,
+        contact_shape=(at_contact @ V)[0],
+        contact_shortening=both(nodal.contact_shortening),
+        root_slope=V[1].copy(),
+        stations=_station_table(nodal, V),
+        method="fem",
+    )
+
+
+def _station_table(nodal: NodalBeam, V: Array) -> StationTable:
+    length = nodal.scenario.beam.length
+    stations = station_points(length, nodal.scenario.contact.point)
+    edges = np.union1d(nodal.nodes, stations)
+    edges = edges[np.append(True, np.diff(edges) > 1e-12 * length)]
+    edges[-1] = length
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_ORDER)
+    half, middle = 0.5 * np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+    x = (middle[:, None] + half[:, None] * nodes).ravel()
+    w = (half[:, None] * weights).ravel()
+    values, slopes, _ = nodal.evaluate(x)
+    at_stations, _, curvatures = nodal.evaluate(stations)
+    return StationTable(
+        points=stations,
+        values=at_stations @ V,
+        curvatures=curvatures @ V,
+        quadrature=ShapeTable(_GAUSS_ORDER, x, w, values @ V, slopes @ V),
+        cells=np.searchsorted(x, stations),
+    )
+
+
+def spectrum(scenario: Scenario) -> SpinningBeam:
+    """Elastic operators of the mesh for the frequencies of the spinning beam, in all its modes."""
+    hinged = scenario.root.kind == "pin"
+    nodal = NodalBeam.from_scenario(scenario)
+    o = project(nodal, eigenmodes(nodal, "hinged" if hinged else "clamped", None))
+    return SpinningBeam(o.K, o.M1, o.C, hinged=hinged)

@@ -1,0 +1,11 @@
+"""Assumed modes: exact eigenfunctions of the uniform beam and their integrals.
+
+`build_operators`  a scenario's beam as :class:`~oblique_impact.operators.BeamOperators`
+`spectrum`         frequencies of the spinning beam
+`Eigenfunctions`   clamped-free and hinged-free eigenfunctions, stable for high orders
+"""
+
+from modal.assembly import build_operators, spectrum
+from modal.eigenfunctions import Eigenfunctions, clamped_free_roots, hinged_free_roots
+
+__all__ = ["Eigenfunctions", "build_operators", "clamped_free_roots", "hinged_free_roots", "spectrum"]

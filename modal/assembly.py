@@ -1,0 +1,100 @@
+"""Operators of the assumed-modes beam: integrals over eigenfunctions by composite Gauss quadrature."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modal.eigenfunctions import Array, Eigenfunctions, Family
+from oblique_impact.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
+from oblique_impact.scenario import Scenario
+
+_SPECTRUM_MODES = 48
+_ROUNDING = 1e-17
+
+
+def build_operators(scenario: Scenario) -> BeamOperators:
+    """Discretize the uniform beam of `scenario` with `discretization.modes` eigenfunctions.
+
+    Tangent frame: clamped-free functions; mean-axis frame: hinged-free functions without the rigid
+    one.  Every integral is exact to rounding.
+    """
+    family: Family = "clamped-free" if scenario.discretization.frame == "tangent" else "hinged-free"
+    shapes = Eigenfunctions(family, scenario.discretization.modes, scenario.beam.length)
+    return _integrate(scenario, shapes)
+
+
+def quadrature_order(phase: float) -> int:
+    """Gauss points per panel that integrate products oscillating by `phase` (rad) to rounding.
+
+    The error of p points on exp(i k x) over a panel of phase 2 z falls like z^(2 p) / (2 p)!; two
+    points are added for the integrals that end inside a panel.
+    """
+    order, error = 1, 1.0
+    while error > _ROUNDING:
+        order += 1
+        error *= (0.5 * phase) ** 2 / ((2 * order - 1) * (2 * order))
+    return order + 2
+
+
+def gauss_rule(edges: Array, order: int) -> tuple[Array, Array]:
+    """Points and weights of the composite Gauss rule on panels with the given edges."""
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    half = 0.5 * np.diff(edges)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return (middle[:, None] + half[:, None] * nodes).ravel(), (half[:, None] * weights).ravel()
+
+
+def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
+    beam, length = scenario.beam, scenario.beam.length
+    point = scenario.contact.point
+    stations = station_points(length, point)
+    wave_number = 2.0 * shapes.roots[-1] / length
+    order = quadrature_order(float(wave_number * np.max(np.diff(stations))))
+    x, w = gauss_rule(stations, order)
+    values, slopes, curvatures = (shapes.derivative(x, k) for k in range(3))
+    m = beam.density * beam.area
+    stiffness = beam.youngs_modulus * beam.second_moment
+    radius = scenario.root.hub_radius
+
+    def gram(weight: Array, rows: Array) -> Array:
+        return np.asarray((rows * weight[:, None]).T @ rows)
+
+    outer_moment = radius * (length - x) + 0.5 * (length**2 - x**2)
+    return BeamOperators(
+        length=length,
+        hub_radius=radius,
+        mass_per_length=m,
+        bending_stiffness=stiffness,
+        M1=gram(m * w, values),
+        K=gram(stiffness * w, curvatures),
+        C=gram(m * w * outer_moment, slopes),
+        D=gram(m * w * (length - x), slopes),
+        S=(m * w * (radius + x)) @ values,
+        P=(m * w) @ values,
+        J=m * ((radius + length) ** 3 - radius**3) / 3.0,
+        Sm=m * (radius * length + 0.5 * length**2),
+        contact_point=point,
+        contact_shape=shapes.derivative(np.array([point]), 0)[0],
+        contact_shortening=gram(np.where(x < point, w, 0.0), slopes),
+        root_slope=shapes.derivative(np.array([0.0]), 1)[0],
+        stations=StationTable(
+            points=stations,
+            values=shapes.derivative(stations, 0),
+            curvatures=shapes.derivative(stations, 2),
+            quadrature=ShapeTable(order, x, w, values, slopes),
+            cells=np.searchsorted(x, stations),
+        ),
+        method="modal",
+    )
+
+
+def spectrum(scenario: Scenario) -> SpinningBeam:
+    """Operators for the frequencies of the spinning beam, in a basis rich enough to be exact.
+
+    Hinged (`pin`): hinged-free functions, to which the rigid rotation is orthogonal; else clamped-free.
+    """
+    hinged = scenario.root.kind == "pin"
+    family: Family = "hinged-free" if hinged else "clamped-free"
+    count = max(_SPECTRUM_MODES, scenario.discretization.modes + 16)
+    o = _integrate(scenario, Eigenfunctions(family, count, scenario.beam.length))
+    return SpinningBeam(o.K, o.M1, o.C, hinged=hinged)

@@ -1,0 +1,99 @@
+"""Friction laws, one class per set-valued law.
+
+Between its kinks every law here is a straight line, lambda_tau = (intercept + slope v) lambda_n over an
+interval of slip velocity v: a :class:`Branch`.  The marching source knows branches only, so a new law
+is a new class here and nothing else.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from bisect import bisect_left, bisect_right
+from dataclasses import dataclass
+from math import inf
+from typing import NamedTuple
+
+
+class Branch(NamedTuple):
+    """lambda_tau = (intercept + slope v) lambda_n for lower < v < upper (m/s)."""
+
+    intercept: float
+    slope: float
+    lower: float
+    upper: float
+
+
+class FrictionLaw(ABC):
+    """A set-valued friction law."""
+
+    #: static coefficient of a law with a stick state, None for a law that always slips
+    static: float | None = None
+
+    @abstractmethod
+    def branch(self, slip_rate: float, direction: int) -> Branch:
+        """Return the branch at `slip_rate` (m/s); on a kink the one on the side of `direction` (+1, -1)."""
+
+
+@dataclass(frozen=True)
+class Frictionless(FrictionLaw):
+    """No tangential force."""
+
+    def branch(self, slip_rate: float, direction: int) -> Branch:  # noqa: D102
+        return Branch(0.0, 0.0, -inf, inf)
+
+
+@dataclass(frozen=True)
+class Coulomb(FrictionLaw):
+    """Coulomb's law with a stick state: the tangential law of the hybrid model.
+
+    |lambda_tau| <= static lambda_n while sticking, lambda_tau = -kinetic sign(v) lambda_n while sliding.
+    """
+
+    static: float = 0.3
+    kinetic: float = 0.3
+
+    def branch(self, slip_rate: float, direction: int) -> Branch:  # noqa: D102
+        sign = direction if slip_rate == 0.0 else (1 if slip_rate > 0.0 else -1)
+        if sign > 0:
+            return Branch(-self.kinetic, 0.0, 0.0, inf)
+        return Branch(self.kinetic, 0.0, -inf, 0.0)
+
+
+@dataclass(frozen=True)
+class ModifiedCoulomb(FrictionLaw):
+    """Coulomb's law smoothed around zero slip, without a stick state (paper, Sec. 7).
+
+    lambda_tau = -kinetic c_d(|v|) sign(v) lambda_n with c_d = 0 up to v0, linear up to v1, 1 beyond.
+    """
+
+    kinetic: float = 0.3
+    v0: float = 1e-3
+    v1: float = 1e-2
+
+    def branch(self, slip_rate: float, direction: int) -> Branch:  # noqa: D102
+        kinks = [-self.v1, -self.v0, 0.0, self.v0, self.v1]
+        place = (bisect_right if direction > 0 else bisect_left)(kinks, slip_rate)
+        edges = [-inf, *kinks, inf]
+        intercept, slope = self._line(place)
+        return Branch(intercept, slope, edges[place], edges[place + 1])
+
+    def _line(self, place: int) -> tuple[float, float]:
+        if place in (0, 5):
+            return (self.kinetic if place == 0 else -self.kinetic), 0.0
+        if place in (2, 3):
+            return 0.0, 0.0
+        slope = -self.kinetic / (self.v1 - self.v0)
+        return (-slope if place == 4 else slope) * self.v0, slope
+
+
+def friction_law(model: str, mu_static: float, mu_kinetic: float) -> FrictionLaw:
+    """Build the law of a scenario's `contact.friction`.
+
+    Raises KeyError for an unknown name (the scenario has been validated before).
+    """
+    laws: dict[str, FrictionLaw] = {
+        "frictionless": Frictionless(),
+        "hybrid": Coulomb(static=mu_static, kinetic=mu_kinetic),
+        "modified-coulomb": ModifiedCoulomb(kinetic=mu_kinetic),
+    }
+    return laws[model]

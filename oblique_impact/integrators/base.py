@@ -1,0 +1,118 @@
+"""The contract between the marching schemes and the loop that drives them.
+
+A scheme advances one phase until a guard of its state changes sign, until `t_stop`, or until its
+buffer is full, and says which.  It knows nothing of transitions.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.contact import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, Phase
+from oblique_impact.integrators.motion import QUADRATURES
+from oblique_impact.system import Array, Work, new_work
+
+# Why a march returned: positive reasons are ordinary, negative ones end the run
+AT_STOP, AT_GUARD, BUFFER_FULL = 0, 1, 2
+FAILED_MASS, FAILED_SLIDING, FAILED_STICKING = -MASS_NOT_POSITIVE, -NO_SLIDING_SOLUTION, -NO_STICKING_SOLUTION
+FAILED_STEP, FAILED_FINITE = -10, -11
+
+SAMPLES_PER_LEG = 4096
+
+
+class Tolerances(NamedTuple):
+    """What counts as zero: a guard must rise above this before its fall through zero is an event."""
+
+    gap: float = 1e-12  # m
+    force: float = 1e-9  # N
+    velocity: float = 1e-11  # m/s
+    time: float = 1e-13  # s, two transitions closer than this happen at one instant
+
+
+class Scratch(NamedTuple):
+    """Buffers of a march, allocated once per run."""
+
+    work: Work
+    K: Array  # (16, ny) stages
+    F: Array  # (7, ny) dense output
+    y_new: Array  # (ny,)
+    at: Array  # (ny,)
+    values: Array  # (5, 4) guards at the ends of the subintervals of a step
+    slopes: Array  # (5, 4)
+    armed: NDArray[np.bool_]  # (4,)
+    thresholds: Array  # (4,)
+    times: Array  # (samples,)
+    states: Array  # (samples, ny)
+
+
+def new_scratch(size: int) -> Scratch:
+    """Allocate buffers for `size` degrees of freedom."""
+    ny = 2 * size + QUADRATURES
+    return Scratch(
+        work=new_work(size),
+        K=np.zeros((16, ny)),
+        F=np.zeros((7, ny)),
+        y_new=np.zeros(ny),
+        at=np.zeros(ny),
+        values=np.zeros((5, 4)),
+        slopes=np.zeros((5, 4)),
+        armed=np.zeros(4, dtype=np.bool_),
+        thresholds=np.zeros(4),
+        times=np.zeros(SAMPLES_PER_LEG),
+        states=np.zeros((SAMPLES_PER_LEG, ny)),
+    )
+
+
+class Progress(NamedTuple):
+    """Where a march stopped and what it cost."""
+
+    reason: int
+    guard: int
+    t: float
+    h: float  # step to continue with (s)
+    steps: int
+    rejected: int
+    samples: int
+    peak_force: float  # N
+
+
+@dataclass
+class Course:
+    """The moving front of a run: time, state vector and the bookkeeping a scheme needs to continue."""
+
+    t: float
+    y: Array
+    h: float
+    output_interval: float
+    next_sample: int = 1
+    phase_start: float = 0.0
+    phase_steps: int = 0
+
+    def begin_phase(self) -> None:
+        """Start a new phase here; output samples continue with the next multiple of the interval."""
+        self.phase_start = self.t
+        self.phase_steps = 0
+        ratio = self.t / self.output_interval
+        self.next_sample = int(np.floor(ratio * (1.0 + 1e-14) + 1e-9)) + 1
+
+
+class Scheme(ABC):
+    """A marching scheme; subclasses state their order of convergence in the step."""
+
+    name: str
+    order: int
+    #: whether transitions are judged once per step (the paper's way) or located as roots
+    stepwise: bool
+
+    @abstractmethod
+    def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
+        """Prepare the scratch arrays for a phase that starts with these guards."""
+
+    @abstractmethod
+    def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
+        """Advance `course` in place (t, y, h); samples go to `scratch.times` and `scratch.states`."""

@@ -1,0 +1,64 @@
+"""The differential equations of one phase, with the quantities that are integrated along.
+
+The state vector of d degrees of freedom is y = [q (d), q' (d), quadratures (6)].
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from oblique_impact.contact import Phase, accelerate
+from oblique_impact.jit import jitable
+from oblique_impact.system import (
+    ACCELERATION,
+    DAMPING_POWER,
+    GAP_RATE,
+    LAMBDA_N,
+    LAMBDA_T,
+    NORMAL_ROW,
+    SLIP_RATE,
+    TANGENT_ROW,
+    Array,
+    Work,
+    supplied_power,
+)
+
+# Quadratures: impulses of the contact force (N s), energy lost to friction, damping and constraint
+# stabilization, energy supplied by drives (J)
+NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_LOSS, SUPPLIED = range(6)
+QUADRATURES = 6
+
+
+@jitable
+def copy(source: Array, target: Array) -> None:
+    """Copy one vector (an assignment of slices compiles to far more code)."""
+    for i in range(source.shape[0]):
+        target[i] = source[i]
+
+
+@jitable
+def derivative(system: Any, phase: Phase, t: float, y: Array, work: Work, dy: Array) -> int:
+    """Time derivative of y in `phase` into `dy`; returns the status of the contact problem."""
+    v, k = work.vectors, work.scalars
+    d = v.shape[1]
+    q, qd = y[:d], y[d : 2 * d]
+    status = accelerate(system, phase, t, q, qd, work)
+    if status != 0:
+        return status
+    normal, tangential = k[LAMBDA_N], k[LAMBDA_T]
+    closing, sliding = 0.0, 0.0
+    for i in range(d):
+        dy[i] = qd[i]
+        dy[d + i] = v[ACCELERATION, i]
+        closing += v[NORMAL_ROW, i] * qd[i]
+        sliding += v[TANGENT_ROW, i] * qd[i]
+    tail = 2 * d
+    dy[tail + NORMAL_IMPULSE] = normal
+    dy[tail + TANGENTIAL_IMPULSE] = tangential
+    dy[tail + FRICTION_LOSS] = -tangential * k[SLIP_RATE]
+    dy[tail + DAMPING_LOSS] = k[DAMPING_POWER]
+    dy[tail + STABILIZATION_LOSS] = -normal * k[GAP_RATE]
+    # What moving or driven boundaries add: contact power on the coordinates beyond that of gap and slip
+    boundary = normal * (closing - k[GAP_RATE]) + tangential * (sliding - k[SLIP_RATE])
+    dy[tail + SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary
+    return status

@@ -1,0 +1,49 @@
+"""Reading a contact problem at given states: for transitions and for output."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from oblique_impact.contact import Phase, condense
+from oblique_impact.integrators.motion import derivative
+from oblique_impact.jit import jitable
+from oblique_impact.system import ACCELERATION, FIRST_GUARD, Array, Work, evaluate
+
+
+class Observation(NamedTuple):
+    """What is known at samples besides the state vector, each row one sample."""
+
+    qdd: Array  # (samples, d)
+    scalars: Array  # (samples, 15) kinematics, Delassus entries, forces: see `oblique_impact.system`
+
+
+@jitable
+def condense_at(system: Any, t: float, q: Array, qd: Array, work: Work) -> bool:
+    """Evaluate and condense the contact problem into `work`; False without a positive definite mass."""
+    evaluate(system, t, q, qd, work)
+    return condense(work)
+
+
+@jitable
+def observe_into(
+    system: Any, phase: Phase, times: Array, states: Array, work: Work, dy: Array, qdd: Array, scalars: Array
+) -> None:
+    """Accelerations, contact forces and kinematics of `phase` at samples; NaN where undefined."""
+    for i in range(times.shape[0]):
+        defined = derivative(system, phase, times[i], states[i], work, dy) == 0
+        for j in range(qdd.shape[1]):
+            qdd[i, j] = work.vectors[ACCELERATION, j] if defined else np.nan
+        for j in range(FIRST_GUARD):
+            scalars[i, j] = work.scalars[j] if defined else np.nan
+
+
+def observe(
+    system: Any, phase: Phase, times: Array, states: Array, work: Work, reader: Any = observe_into
+) -> Observation:
+    """Observe samples with `reader`: `observe_into` itself or its compiled form."""
+    count, d = times.size, work.vectors.shape[1]
+    found = Observation(np.empty((count, d)), np.empty((count, FIRST_GUARD)))
+    reader(system, phase, times, states, work, np.empty(states.shape[1]), found.qdd, found.scalars)
+    return found

@@ -1,0 +1,314 @@
+"""The only loop: advance a phase, locate the event, apply the transition, record.
+
+It is the same for every system, discretization and scheme.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from oblique_impact.contact import GUARD_DEFINITE, Impulse, Instant, Phase, State, instant_of, measure_guards
+from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.integrators import base
+from oblique_impact.integrators.base import Course, Scheme, Scratch, Tolerances, new_scratch
+from oblique_impact.integrators.motion import QUADRATURES
+from oblique_impact.integrators.observe import Observation, condense_at, observe, observe_into
+from oblique_impact.system import FIRST_GUARD, LAMBDA_N, MASS, NORMAL_RESPONSE, TANGENT_RESPONSE, Array
+from oblique_impact.transitions import ContactMachine, EventKind, Transition
+
+MAX_EVENTS = 100_000
+_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so many seconds are chattering
+_NEARLY_SINGULAR = 0.05
+
+_FAILURES = {
+    base.FAILED_MASS: Outcome.MASS_MATRIX_INDEFINITE,
+    base.FAILED_SLIDING: Outcome.PAINLEVE,
+    base.FAILED_STICKING: Outcome.REDUNDANT_CONSTRAINTS,
+    base.FAILED_STEP: Outcome.STEP_UNDERFLOW,
+    base.FAILED_FINITE: Outcome.DIVERGED,
+}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything the loop needs to march one system."""
+
+    system: Any
+    q0: Array
+    qd0: Array
+    machine: ContactMachine
+    scheme: Scheme
+    end_time: float
+    output_interval: float
+    contact: bool = True
+    breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
+    observer: Callable[..., None] = observe_into
+    condenser: Callable[..., bool] = condense_at
+
+
+class Event(NamedTuple):
+    """One row of the event log (SI units)."""
+
+    time: float
+    kind: EventKind
+    normal_impulse: float
+    tangential_impulse: float
+    normal_velocity: float  # gap rate just before
+    tangential_velocity: float  # slip rate just after
+    energy_loss: float
+    state: State  # after
+
+
+@dataclass
+class Contact:
+    """One closed contact, or a rebound (start = end)."""
+
+    start: float
+    end: float
+    normal_impulse: float
+    tangential_impulse: float
+    peak_force: float
+
+
+class Segment(NamedTuple):
+    """Samples of one phase."""
+
+    state: int
+    times: Array  # (samples,)
+    states: Array  # (samples, ny)
+    observation: Observation
+
+
+@dataclass
+class Record:
+    """Everything a run leaves behind."""
+
+    segments: list[Segment] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    contacts: list[Contact] = field(default_factory=list)
+    outcome: Outcome = Outcome.COMPLETED
+    steps: int = 0
+    rejected: int = 0
+
+
+class Status(NamedTuple):
+    """What a progress display is told."""
+
+    time: float
+    end_time: float
+    state: State
+    events: int
+
+
+class _Front:
+    """The contact problem at the moving front; the machine's probe."""
+
+    def __init__(self, problem: Problem, course: Course, scratch: Scratch) -> None:
+        self._problem, self._course, self._work = problem, course, scratch.work
+        self._size = problem.q0.size
+
+    @cached_property
+    def instant(self) -> Instant:
+        d, y = self._size, self._course.y
+        return self._at(y[d : 2 * d])
+
+    def velocity_jump(self, impulse: Impulse) -> Array:
+        """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
+        self._at(self._course.y[self._size : 2 * self._size])
+        responses = self._work.vectors
+        return impulse.normal * responses[NORMAL_RESPONSE] + impulse.tangential * responses[TANGENT_RESPONSE]
+
+    def after(self, impulse: Impulse) -> Instant:
+        velocity = self._course.y[self._size : 2 * self._size]
+        return self._at(velocity + self.velocity_jump(impulse))
+
+    def _at(self, velocity: Array) -> Instant:
+        q = self._course.y[: self._size]
+        if not self._problem.condenser(self._problem.system, self._course.t, q, velocity, self._work):
+            raise PhysicsStop(Outcome.MASS_MATRIX_INDEFINITE)
+        return instant_of(self._work)
+
+
+class Run:
+    """One run of the loop over a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to march.
+    on_progress : callable, optional
+        Called with a :class:`Status` after every leg.
+    """
+
+    def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
+        self.problem = problem
+        self.record = Record()
+        self._report = on_progress or (lambda status: None)
+        self._scratch = new_scratch(problem.q0.size)
+        y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES)])
+        self._course = Course(0.0, y, 1e-3 * problem.output_interval, problem.output_interval)
+        self._phase = problem.machine.free()._replace(watched=problem.contact)
+        self._open: tuple[Contact, Array] | None = None
+        self._initial_inertia = 0.0
+        self._recent: deque[float] = deque(maxlen=_CLUSTER)
+
+    def execute(self) -> Record:
+        """March to the end or to the named outcome that stops the physics."""
+        record = self.record
+        try:
+            if self.problem.contact:
+                self._apply(self._phase, self.problem.machine.start(self._front()))
+            self._initial_inertia = self._smallest_inertia()
+            self._enter()
+            stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
+            for stop in [*sorted(stops), self.problem.end_time]:
+                self._march_to(stop)
+        except PhysicsStop as stopped:
+            record.outcome = stopped.outcome
+        except KeyboardInterrupt:
+            record.outcome = Outcome.INTERRUPTED
+        self._sample(self._phase)
+        self._close_contact()
+        return record
+
+    def _march_to(self, stop: float) -> None:
+        problem, course = self.problem, self._course
+        while True:
+            progress = problem.scheme.march(problem.system, self._phase, course, stop, self._scratch)
+            self._keep(progress)
+            self._report(
+                Status(course.t, problem.end_time, State(self._phase.state), len(self.record.events))
+            )
+            if progress.reason == base.AT_STOP:
+                return
+            if progress.reason == base.AT_GUARD:
+                self._pass_guard(progress.guard)
+            elif progress.reason < 0:
+                raise PhysicsStop(self._failure(progress.reason))
+
+    def _failure(self, reason: int) -> Outcome:
+        """Name why a march failed: a step that shrinks to nothing is a symptom of a singular problem."""
+        if reason in (base.FAILED_STEP, base.FAILED_FINITE):
+            if self._smallest_inertia() < _NEARLY_SINGULAR * self._initial_inertia:
+                return Outcome.MASS_MATRIX_INDEFINITE
+            sliding = self._phase.state == State.SLIP
+            if sliding and self._scratch.work.scalars[FIRST_GUARD + GUARD_DEFINITE] < _NEARLY_SINGULAR:
+                return Outcome.PAINLEVE
+        return _FAILURES[reason]
+
+    def _smallest_inertia(self) -> float:
+        """Smallest eigenvalue of the mass matrix at the front, 0 if it is not finite."""
+        d, y, work = self.problem.q0.size, self._course.y, self._scratch.work
+        self.problem.condenser(self.problem.system, self._course.t, y[:d], y[d : 2 * d], work)
+        mass = work.matrices[MASS]
+        return float(np.linalg.eigvalsh(mass)[0]) if np.all(np.isfinite(mass)) else 0.0
+
+    def _pass_guard(self, guard: int) -> None:
+        leaving = self._phase
+        self._sample(leaving)
+        transition = self.problem.machine.after_guard(leaving, guard, self._front())
+        self._apply(leaving, transition)
+        self._watch_for_chattering()
+        self._enter()
+
+    def _front(self) -> _Front:
+        return _Front(self.problem, self._course, self._scratch)
+
+    def _apply(self, leaving: Phase, transition: Transition) -> None:
+        """Apply the impulse, log the event, open or close a contact, take the new phase."""
+        front, d = self._front(), self.problem.q0.size
+        before = front.instant
+        impulse = transition.impulse or Impulse(0.0, 0.0, 0.0)
+        if transition.impulse is not None:
+            self._course.y[d : 2 * d] += front.velocity_jump(impulse)
+        self._phase = transition.phase
+        after = self._front().instant
+        if transition.kind is not None:
+            self.record.events.append(
+                Event(
+                    self._course.t,
+                    transition.kind,
+                    impulse.normal,
+                    impulse.tangential,
+                    before.gap_rate,
+                    after.slip_rate,
+                    impulse.energy_loss,
+                    State(self._phase.state),
+                )
+            )
+        self._track_contact(leaving, impulse, transition.kind)
+        if transition.stop is not None:
+            raise PhysicsStop(transition.stop)
+
+    def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> None:
+        t = self._course.t
+        if leaving.state == State.FREE and kind is not None:
+            contact = Contact(t, t, impulse.normal, impulse.tangential, 0.0)
+            self.record.contacts.append(contact)
+            self._open = (contact, self._quadratures().copy())
+        if self._phase.state == State.FREE:
+            self._close_contact()
+
+    def _close_contact(self) -> None:
+        if self._open is None:
+            return
+        contact, start = self._open
+        gained = self._quadratures() - start
+        contact.end = self._course.t
+        contact.normal_impulse += float(gained[0])
+        contact.tangential_impulse += float(gained[1])
+        self._open = None
+
+    def _quadratures(self) -> Array:
+        return self._course.y[2 * self.problem.q0.size :]
+
+    def _watch_for_chattering(self) -> None:
+        t = self._course.t
+        if len(self._recent) == _CLUSTER and t - self._recent[0] < _CLUSTER_TIME:
+            raise PhysicsStop(Outcome.CHATTERING)
+        self._recent.append(t)
+        if len(self.record.events) > MAX_EVENTS:
+            raise PhysicsStop(Outcome.TOO_MANY_EVENTS)
+
+    def _enter(self) -> None:
+        """Begin a phase: sample its right-hand values and arm its guards."""
+        self._course.begin_phase()
+        self._sample(self._phase)
+        scalars = self._scratch.work.scalars  # still those of the sample just taken
+        measure_guards(self._phase, scalars)
+        self.problem.scheme.begin(
+            self._phase, self._scratch, self.problem.machine.tolerances, scalars[FIRST_GUARD:]
+        )
+
+    def _sample(self, phase: Phase) -> None:
+        self._observe(phase, np.array([self._course.t]), self._course.y[None, :].copy())
+
+    def _keep(self, progress: base.Progress) -> None:
+        """Store the samples and costs of a leg."""
+        count = progress.samples
+        if count:
+            times, states = self._scratch.times[:count].copy(), self._scratch.states[:count].copy()
+            self._observe(self._phase, times, states)
+        self.record.steps += progress.steps
+        self.record.rejected += progress.rejected
+        if self._open is not None:
+            contact = self._open[0]
+            contact.peak_force = max(contact.peak_force, progress.peak_force)
+
+    def _observe(self, phase: Phase, times: Array, states: Array) -> None:
+        problem = self.problem
+        observation = observe(problem.system, phase, times, states, self._scratch.work, problem.observer)
+        if self._open is not None and times.size:
+            self._open[0].peak_force = float(np.nanmax([self._open[0].peak_force, *observation.scalars[:, LAMBDA_N]]))
+        self.record.segments.append(Segment(phase.state, times, states, observation))
+
+
+def default_tolerances(length: float, force: float) -> Tolerances:
+    """Tolerances for a system of the given size (m) whose contact forces are about `force` (N)."""
+    return Tolerances(gap=1e-12 * length, force=1e-10 * force, velocity=1e-11 * length, time=1e-13)

@@ -1,0 +1,352 @@
+"""What to simulate: frozen, validated models in SI units; TOML in and out; the built-in cases."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from oblique_impact.errors import InputError
+
+MAX_MODES = 100
+MAX_ELEMENTS = 4096
+MAX_EXPLICIT_NODAL_ELEMENTS = 32
+MAX_SAMPLES = 5_000_000
+MAX_STEPS = 1_000_000_000
+
+#: a start this close to the slope (relative to the beam's length) touches it
+TOUCHING = 1e-12
+
+Positive = Annotated[float, Field(gt=0.0, le=1e30)]
+NonNegative = Annotated[float, Field(ge=0.0, le=1e30)]
+Finite = Annotated[float, Field(ge=-1e30, le=1e30)]
+Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi)]
+Pair = Annotated[tuple[Finite, Finite], Field(strict=False)]
+
+
+class Section(BaseModel):
+    """Base of all sections: frozen, strict, no unknown keys, no NaN or infinity."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class BeamSection(Section):
+    """The uniform beam."""
+
+    length: Positive = 1.0  # m
+    area: Positive = 3.14e-4  # m^2
+    second_moment: Positive = 7.85e-9  # m^4
+    density: Positive = 2766.7  # kg/m^3
+    youngs_modulus: Positive = 68.952e9  # Pa
+    kelvin_voigt: NonNegative = 0.0  # s, damping matrix = kelvin_voigt K
+    mass_proportional: NonNegative = 0.0  # 1/s, damping matrix = mass_proportional M1
+    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+
+
+class RootSection(Section):
+    """How the beam is held at x = 0."""
+
+    kind: Literal["pin", "hub", "driven"] = "pin"
+    hub_radius: NonNegative = 0.0  # m
+    inertia: NonNegative = 0.0  # kg m^2 (hub)
+    torque: Finite = 0.0  # N m (hub)
+    profile: Literal["hold", "constant-speed", "spin-up"] = "hold"
+    spin_rate: Finite = 0.0  # rad/s
+    spin_up_time: NonNegative = 0.0  # s
+
+
+class InitialSection(Section):
+    """The undeformed beam at t = 0."""
+
+    angle: Angle = math.pi / 4  # rad
+    angular_velocity: Finite = 0.0  # rad/s
+
+
+class SlopeSection(Section):
+    """The rigid slope: a line through `origin` inclined by `angle`; the free side is on its left."""
+
+    origin: Pair = (0.3, 0.0)  # m
+    angle: Angle = math.pi / 10  # rad
+
+
+class ContactSection(Section):
+    """The contact between the beam's point `point` and the slope."""
+
+    enabled: bool = True
+    point: Positive = math.nan  # m along the beam; not given: the beam's length
+    normal: Literal["rigid", "spring"] = "rigid"
+    stiffness: Positive = 1e6  # N/m (spring)
+    damping: NonNegative = 0.0  # s/m (spring)
+    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    shortening: bool = True
+    friction: Literal["frictionless", "hybrid", "modified-coulomb"] = "hybrid"
+    mu_static: NonNegative = 0.3
+    mu_kinetic: NonNegative = 0.3
+
+
+class DiscretizationSection(Section):
+    """How the beam becomes a finite number of coordinates."""
+
+    method: str = "modal"
+    frame: Literal["tangent", "mean-axis"] = "tangent"
+    kinetics: Literal["zeroth-order", "first-order", "full"] = "first-order"
+    modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 2
+    elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = 32
+
+
+class SolverSection(Section):
+    """How time is marched."""
+
+    scheme: Literal["event", "fixed-step", "generalized-alpha"] = "event"
+    tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10
+    free_step: Positive = 1e-4  # s
+    contact_step: Positive = 1e-6  # s
+    rho_infinity: Annotated[float, Field(ge=0.0, le=1.0)] = 0.8
+    baumgarte: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (10.0, 1000.0)
+    #: "squared": Z'' + 2 chi Z' + beta^2 Z = 0;  "plain": Z'' + chi Z' + beta Z = 0
+    baumgarte_form: Literal["squared", "plain"] = "squared"
+    output_interval: Positive = 1e-4  # s
+
+
+class Scenario(Section):
+    """One simulation, in SI units.
+
+    Sections and defaults are those of the scenario file; the defaults are the paper's case.
+
+    Examples
+    --------
+    >>> Scenario.builtin("paper").beam.length
+    1.0
+    """
+
+    end_time: Positive = 1.0  # s
+    gravity: Annotated[float, Field(ge=0.0, le=1e6)] = 9.8  # m/s^2
+    beam: BeamSection = BeamSection()
+    root: RootSection = RootSection()
+    initial: InitialSection = InitialSection()
+    slope: SlopeSection = SlopeSection()
+    contact: ContactSection = ContactSection()
+    discretization: DiscretizationSection = DiscretizationSection()
+    solver: SolverSection = SolverSection()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scenario:
+        if math.isnan(self.contact.point):
+            resolved = self.contact.model_copy(update={"point": self.beam.length})
+            object.__setattr__(self, "contact", resolved)
+        for check in (_check_root, _check_contact, _check_discretization, _check_solver):
+            check(self)
+        return self
+
+    @property
+    def initial_gap(self) -> float:
+        """Gap of the undeformed beam at t = 0 (m)."""
+        (x, y), slope = self.slope.origin, self.slope.angle
+        reach = self.root.hub_radius + self.contact.point
+        return reach * math.sin(self.initial.angle - slope) - (y * math.cos(slope) - x * math.sin(slope))
+
+    @property
+    def initial_angular_velocity(self) -> float:
+        """Angular velocity of the root at t = 0 (rad/s)."""
+        if self.root.kind == "driven":
+            return self.root.spin_rate if self.root.profile == "constant-speed" else 0.0
+        return self.initial.angular_velocity
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Scenario:
+        """Validate nested sections; raises InputError with one line about the first fault."""
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise InputError(_one_line(error)) from None
+
+    @classmethod
+    def from_toml(cls, text: str, overrides: list[str] | None = None) -> Scenario:
+        """Read a scenario file's text; `overrides` are strings "section.key=value"."""
+        try:
+            data = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"scenario file: not valid TOML: {error}") from None
+        except RecursionError:
+            raise InputError("scenario file: nested too deeply; sections have one level") from None
+        for item in overrides or []:
+            _apply_override(data, item)
+        return cls.from_dict(data)
+
+    @classmethod
+    def builtin(cls, name: str, overrides: list[str] | None = None) -> Scenario:
+        """Return the built-in case `name` (see `builtin_names`)."""
+        if name not in builtin_names():
+            raise InputError(f"scenario = {name!r}: built-in scenarios are {', '.join(builtin_names())}")
+        text = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
+        return cls.from_toml(text, overrides)
+
+    @classmethod
+    def load(cls, source: str, overrides: list[str] | None = None) -> Scenario:
+        """Return a built-in case by name, or read the scenario file at path `source`."""
+        if source in builtin_names():
+            return cls.builtin(source, overrides)
+        path = Path(source)
+        if not path.is_file():
+            known = ", ".join(builtin_names())
+            raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known})")
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"scenario = {source!r}: cannot be read: {error}") from None
+        return cls.from_toml(text, overrides)
+
+    def replace(self, **values: Any) -> Scenario:
+        """Return a copy with changed keys, "section__key=value" or "key=value"; validated again."""
+        data = self.model_dump()
+        if "beam__length" in values and "contact__point" not in values:
+            if self.contact.point == self.beam.length:
+                del data["contact"]["point"]
+        for name, value in values.items():
+            *section, key = name.split("__")
+            target = data
+            for part in section:
+                target = target[part]
+            target[key] = value
+        return Scenario.from_dict(data)
+
+    def to_toml(self) -> str:
+        """Return the fully resolved scenario file."""
+        return tomli_w.dumps(self.model_dump(mode="json"))
+
+
+def builtin_names() -> list[str]:
+    """Return the names of the built-in scenarios, `paper` first."""
+    names = sorted(p.name[:-5] for p in _builtin_folder().iterdir() if p.name.endswith(".toml"))
+    return ["paper", *(name for name in names if name != "paper")]
+
+
+def _builtin_folder() -> Any:
+    return resources.files("oblique_impact") / "scenarios"
+
+
+def _apply_override(data: dict[str, Any], item: str) -> None:
+    """Apply "section.key=value"; the value is TOML, or a bare word taken as a string."""
+    path, separator, text = item.partition("=")
+    keys = [part.strip() for part in path.split(".")]
+    if not separator or not all(keys) or len(keys) > 2:
+        raise InputError(f"--set {item}: expected section.key=value")
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        value = text.strip()
+    target = data
+    for key in keys[:-1]:
+        target = target.setdefault(key, {})
+        if not isinstance(target, dict):
+            raise InputError(f"--set {item}: {key} is not a section")
+    target[keys[-1]] = value
+
+
+def _one_line(error: ValidationError) -> str:
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        return f"{key} = {_short(first['input'])}: unknown key; allowed here: {_known_keys(first['loc'])}"
+    message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    if first["type"] == "value_error":
+        return message
+    return f"{key} = {_short(first['input'])}: should be {message}"
+
+
+def _short(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _known_keys(location: tuple[Any, ...]) -> str:
+    model: type[BaseModel] = Scenario
+    for part in location[:-1]:
+        annotation = model.model_fields[str(part)].annotation
+        assert isinstance(annotation, type) and issubclass(annotation, BaseModel)
+        model = annotation
+    return ", ".join(model.model_fields)
+
+
+def _refuse(key: str, value: Any, allowed: str) -> None:
+    raise ValueError(f"{key} = {_short(value)}: {allowed}")
+
+
+def _check_root(s: Scenario) -> None:
+    root, kind = s.root, s.root.kind
+    only = {"inertia": "hub", "torque": "hub", "spin_rate": "driven", "spin_up_time": "driven"}
+    for key, needed in only.items():
+        if getattr(root, key) != 0.0 and kind != needed:
+            _refuse(f"root.{key}", getattr(root, key), f'only with root.kind = "{needed}" (it is "{kind}")')
+    if root.profile != "hold" and kind != "driven":
+        _refuse("root.profile", root.profile, f'only with root.kind = "driven" (it is "{kind}")')
+    if root.hub_radius > 0.0 and kind == "pin":
+        _refuse("root.hub_radius", root.hub_radius, 'a pin has radius 0; use root.kind = "hub" or "driven"')
+    if root.profile == "spin-up" and not root.spin_up_time > 0.0:
+        _refuse("root.spin_up_time", root.spin_up_time, "should be greater than 0 for a spin-up")
+    speed = s.initial.angular_velocity
+    if kind == "driven" and speed not in (0.0, s.initial_angular_velocity):
+        _refuse("initial.angular_velocity", speed, "a driven root prescribes its own speed; leave it 0")
+
+
+def _check_contact(s: Scenario) -> None:
+    contact, length = s.contact, s.beam.length
+    if contact.point > length:
+        _refuse("contact.point", contact.point, f"should be on the beam, at most beam.length = {length}")
+    if contact.point < 1e-3 * length:
+        _refuse("contact.point", contact.point, f"should be at least 0.001 beam.length = {1e-3 * length}")
+    if contact.mu_static < contact.mu_kinetic:
+        _refuse(
+            "contact.mu_static", contact.mu_static, f"should be at least contact.mu_kinetic = {contact.mu_kinetic}"
+        )
+    if contact.enabled and s.initial_gap < -TOUCHING * length:
+        _refuse(
+            "initial.angle",
+            s.initial.angle,
+            f"the contact point starts {-s.initial_gap:.6g} m below the slope; the gap should be at least 0",
+        )
+
+
+def _check_discretization(s: Scenario) -> None:
+    d, root = s.discretization, s.root
+    if d.frame == "mean-axis" and (root.kind == "driven" or root.hub_radius > 0.0):
+        _refuse(
+            "discretization.frame",
+            d.frame,
+            'the mean-axis frame is for a pin or a hub of radius 0; use "tangent" for this root',
+        )
+    if d.method == "modal" and d.modes < 1:
+        _refuse("discretization.modes", d.modes, f"should be 1 to {MAX_MODES} for the modal method")
+    if d.method == "fem":
+        if s.contact.point < s.beam.length and d.elements < 2:
+            _refuse("discretization.elements", d.elements, "should be at least 2 with a contact point inside the span")
+        if d.modes > 2 * d.elements:
+            _refuse(
+                "discretization.modes", d.modes, f"should be at most the {2 * d.elements} modes of the mesh"
+            )
+        if d.modes == 0 and s.solver.scheme != "generalized-alpha" and d.elements > MAX_EXPLICIT_NODAL_ELEMENTS:
+            _refuse(
+                "discretization.modes",
+                d.modes,
+                f"the explicit scheme {s.solver.scheme!r} takes nodal models up to {MAX_EXPLICIT_NODAL_ELEMENTS} "
+                "elements; reduce the model to its first modes",
+            )
+
+
+def _check_solver(s: Scenario) -> None:
+    v = s.solver
+    if s.end_time / v.output_interval > MAX_SAMPLES:
+        _refuse("solver.output_interval", v.output_interval, f"gives more than {MAX_SAMPLES} samples")
+    if v.scheme != "event":
+        for key in ("free_step", "contact_step"):
+            if s.end_time / getattr(v, key) > MAX_STEPS:
+                _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")
+    if v.scheme == "generalized-alpha":
+        _refuse("solver.scheme", v.scheme, 'not yet available; use "event" or "fixed-step"')
+    if s.contact.normal == "spring":
+        _refuse("contact.normal", s.contact.normal, 'not yet available; use "rigid"')

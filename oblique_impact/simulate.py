@@ -1,0 +1,279 @@
+"""From a scenario, or a system of one's own, to a history."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from oblique_impact.beam import Beam, Energies, Motion
+from oblique_impact.contact import State
+from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
+from oblique_impact.history import History, labelled
+from oblique_impact.integrators import EventScheme, FixedStepScheme, Scheme
+from oblique_impact.integrators.base import Tolerances
+from oblique_impact.ledger import balance, macro_collisions
+from oblique_impact.marching import Problem, Record, Run, Status, default_tolerances
+from oblique_impact.operators import build_operators
+from oblique_impact.scenario import Scenario
+from oblique_impact.system import (
+    GAP,
+    GAP_RATE,
+    LAMBDA_N,
+    LAMBDA_T,
+    SLIP,
+    SLIP_RATE,
+    Array,
+    MechanicalSystem,
+)
+from oblique_impact.transitions import Baumgarte, ContactMachine, ImpactLaw, NewtonImpact
+
+ProgressCallback = Callable[[Status], None]
+
+_REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+
+
+def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) -> History:
+    """Run a scenario and return its history, whatever the named outcome.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.marching.Status` several times per run.
+
+    Examples
+    --------
+    >>> from oblique_impact import Scenario, simulate
+    >>> history = simulate(Scenario.builtin("paper"))
+    >>> float(history["theta"][-1])  # doctest: +SKIP
+    """
+    beam = Beam(scenario, build_operators(scenario))
+    problem = beam_problem(beam)
+    started = time.perf_counter()
+    record = Run(problem, on_progress).execute()
+    wall = time.perf_counter() - started
+    samples = _Samples(record, problem.q0.size)
+    energies = beam.energies(samples.q, samples.qd)
+    data = samples.dataset(energies).merge(_beam_variables(beam, samples))
+    summary = _summary(record, samples, energies, wall)
+    summary["warnings"] = _warnings(beam, samples)
+    return History(data, record.events, summary, scenario.to_toml())
+
+
+def simulate_system(
+    system: MechanicalSystem,
+    q0: Array,
+    qd0: Array,
+    end_time: float,
+    *,
+    friction: FrictionLaw | None = None,
+    impact: ImpactLaw | None = None,
+    scheme: Scheme | None = None,
+    output_interval: float = 1e-2,
+    baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
+    tolerances: Tolerances = Tolerances(),
+    breakpoints: tuple[float, ...] = (),
+    on_progress: ProgressCallback | None = None,
+) -> History:
+    """Run a small system of one's own, in plain Python, through the same states and schemes.
+
+    Parameters
+    ----------
+    system : MechanicalSystem
+        Mass matrix, forces and contact rows.
+    q0, qd0 : ndarray, shape (d,)
+        Initial coordinates and velocities.
+    end_time : float
+        s.
+    friction, impact, scheme : optional
+        Laws and marching scheme; default frictionless, plastic, event-located at 1e-10.
+
+    Returns
+    -------
+    History
+        Without the variables that only a beam has.
+    """
+    chosen = scheme or EventScheme(1e-10)
+    machine = ContactMachine(
+        friction or Frictionless(), impact or NewtonImpact(), baumgarte, tolerances, chosen.stepwise
+    )
+    problem = Problem(
+        system,
+        np.asarray(q0, dtype=float),
+        np.asarray(qd0, dtype=float),
+        machine,
+        chosen,
+        end_time,
+        output_interval,
+        breakpoints=breakpoints,
+    )
+    started = time.perf_counter()
+    record = Run(problem, on_progress).execute()
+    wall = time.perf_counter() - started
+    samples = _Samples(record, system.size)
+    rows = [system.energy(t, q, qd) for t, q, qd in zip(samples.time, samples.q, samples.qd, strict=True)]
+    energies = Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
+    return History(samples.dataset(energies), record.events, _summary(record, samples, energies, wall))
+
+
+def beam_problem(beam: Beam) -> Problem:
+    """Put a beam, its scheme and its laws together for the loop, on compiled kernels."""
+    from oblique_impact.integrators import kernels
+
+    s = beam.scenario
+    v, c = s.solver, s.contact
+    scheme: Scheme
+    if v.scheme == "fixed-step":
+        scheme = FixedStepScheme(v.free_step, v.contact_step, kernels.march_fixed)
+    else:
+        scheme = EventScheme(v.tolerance, kernels.march_event)
+    weight = beam.operators.mass_per_length * s.beam.length * max(s.gravity, 1.0)
+    machine = ContactMachine(
+        friction_law(c.friction, c.mu_static, c.mu_kinetic),
+        NewtonImpact(c.restitution),
+        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
+        default_tolerances(s.beam.length, weight),
+        scheme.stepwise,
+    )
+    q0, qd0 = beam.initial_state()
+    ends = (s.root.spin_up_time,) if s.root.profile == "spin-up" else ()
+    return Problem(
+        beam.model,
+        q0,
+        qd0,
+        machine,
+        scheme,
+        s.end_time,
+        v.output_interval,
+        contact=c.enabled,
+        breakpoints=ends,
+        observer=kernels.observe_into,
+        condenser=kernels.condense_at,
+    )
+
+
+class _Samples:
+    """All samples of a record in one piece."""
+
+    def __init__(self, record: Record, size: int) -> None:
+        segments = record.segments
+        states = np.concatenate([s.states for s in segments])
+        self.time = np.concatenate([s.times for s in segments])
+        self.q, self.qd = states[:, :size].copy(), states[:, size : 2 * size].copy()
+        self.quadratures = states[:, 2 * size :]
+        self.state = np.concatenate([np.full(s.times.size, s.state, dtype=np.int8) for s in segments])
+        self.qdd = np.concatenate([s.observation.qdd for s in segments])
+        self.scalars = np.concatenate([s.observation.scalars for s in segments])
+
+    def motion(self) -> Motion:
+        """Return the samples as the beam's post-processing takes them."""
+        return Motion(
+            self.time, self.q, self.qd, self.qdd, self.scalars[:, LAMBDA_N], self.scalars[:, LAMBDA_T]
+        )
+
+    def dataset(self, energies: Energies) -> xr.Dataset:
+        """Variables that every system has."""
+        k, one, each = self.scalars, ("time",), ("time", "coordinate")
+        state = labelled(self.state, one, "1", "contact state")
+        state.attrs["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
+        state.attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
+        return xr.Dataset(
+            {
+                "q": labelled(self.q, each, "m or rad", "generalized coordinates"),
+                "qd": labelled(self.qd, each, "m/s or rad/s", "generalized velocities"),
+                "gap": labelled(k[:, GAP], one, "m", "normal gap"),
+                "slip": labelled(k[:, SLIP], one, "m", "tangential position on the slope"),
+                "gap_rate": labelled(k[:, GAP_RATE], one, "m/s", "gap rate"),
+                "slip_rate": labelled(k[:, SLIP_RATE], one, "m/s", "slip velocity"),
+                "lambda_n": labelled(k[:, LAMBDA_N], one, "N", "normal contact force"),
+                "lambda_tau": labelled(k[:, LAMBDA_T], one, "N", "tangential contact force"),
+                "state": state,
+                "energy_kinetic": labelled(energies.kinetic, one, "J", "kinetic energy"),
+                "energy_elastic": labelled(energies.elastic, one, "J", "elastic energy"),
+                "energy_gravity": labelled(energies.gravity, one, "J", "gravity energy"),
+            },
+            coords={"time": labelled(self.time, one, "s", "time")},
+        )
+
+
+def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
+    o, model = beam.operators, beam.model
+    theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
+    flat = 0.0 if beam.scenario.discretization.kinetics == "zeroth-order" else 1.0
+    HB = flat * (B @ o.contact_shortening)
+    ux, ux_rate = -0.5 * np.einsum("si,si->s", HB, B), -np.einsum("si,si->s", HB, Bd)
+    uy, uy_rate = B @ o.contact_shape, Bd @ o.contact_shape
+    spin, sine, cosine = samples.qd[:, 0], np.sin(theta), np.cos(theta)
+    axial, transverse = ux_rate - spin * uy, uy_rate + spin * (model.contact_radius + ux)
+    arm = model.contact_radius + ux
+    fields = beam.fields(samples.motion())
+    one, along = ("time",), ("time", "station")
+    return xr.Dataset(
+        {
+            "theta": labelled(theta, one, "rad", "angle of the floating frame"),
+            "theta_dot": labelled(spin, one, "rad/s", "angular velocity of the floating frame"),
+            "tip_x": labelled(arm * cosine - uy * sine, one, "m", "contact point, inertial x"),
+            "tip_y": labelled(arm * sine + uy * cosine, one, "m", "contact point, inertial y"),
+            "tip_vx": labelled(axial * cosine - transverse * sine, one, "m/s", "contact point velocity, x"),
+            "tip_vy": labelled(axial * sine + transverse * cosine, one, "m/s", "contact point velocity, y"),
+            "deflection": labelled(uy, one, "m", "transverse deflection of the contact point"),
+            "shortening": labelled(ux, one, "m", "axial displacement of the contact point (foreshortening)"),
+            "ux": labelled(fields.ux, along, "m", "axial displacement in the floating frame"),
+            "uy": labelled(fields.uy, along, "m", "transverse displacement in the floating frame"),
+            "moment": labelled(fields.moment, along, "N m", "bending moment"),
+            "axial_force": labelled(fields.axial_force, along, "N", "axial force, tension positive"),
+        },
+        coords={"station": labelled(o.stations.points, ("station",), "m", "arc length from the root")},
+    )
+
+
+def _summary(record: Record, samples: _Samples, energies: Energies, wall: float) -> dict[str, Any]:
+    parts = tuple(float(e[-1]) for e in energies)
+    ledger = balance(
+        float(sum(e[0] for e in energies)),
+        (parts[0], parts[1], parts[2]),
+        samples.quadratures[-1],
+        record.events,
+    )
+    return {
+        "outcome": record.outcome.label,
+        "message": record.outcome.sentence,
+        "end_time": float(samples.time[-1]),
+        "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts)],
+        "events": len(record.events),
+        "energy": ledger.as_dict(),
+        "steps": record.steps,
+        "rejected_steps": record.rejected,
+        "wall_time": wall,
+        "versions": {"python": platform.python_version(), **_versions()},
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _REPORTED_PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _warnings(beam: Beam, samples: _Samples) -> list[str]:
+    """Say where the model leaves its range of validity."""
+    largest = float(np.max(np.abs(samples.q[:, 1:] @ beam.operators.stations.values.T), initial=0.0))
+    length = beam.scenario.beam.length
+    if largest > 0.1 * length:
+        return [
+            f"largest deflection {largest:.3g} m is more than a tenth of the length: "
+            "the small-deflection model is stretched beyond its range"
+        ]
+    return []
