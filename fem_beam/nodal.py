@@ -16,9 +16,8 @@ from scipy.sparse import csr_array
 from skfem import Basis, BilinearForm, ElementLineHermite, LinearForm, MeshLine
 from skfem.helpers import d, dd, ddot, dot
 
-from oblique_impact.scenario import Scenario
-
 from fem_beam.mesh import beam_mesh
+from oblique_impact.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -114,13 +113,13 @@ class NodalBeam:
 
     @cached_property
     def S(self) -> Array:
-        """int m (r + x) Phi."""
+        """Coupling to the rigid rotation, int m (r + x) Phi."""
         m, r = self.mass_per_length, self.scenario.root.hub_radius
         return np.asarray(_load.assemble(self.basis, weight=m * (r + self._points)))
 
     @cached_property
     def P(self) -> Array:
-        """int m Phi."""
+        """Load, int m Phi."""
         m = self.mass_per_length
         return np.asarray(_load.assemble(self.basis, weight=m))
 
@@ -142,7 +141,7 @@ class NodalBeam:
         tables: list[list[Array]] = [[], [], []]
         for i in range(self.basis.Nbfun):
             field = self.basis.elem.gbasis(self.basis.mapping, local, i, tind=cells)[0]
-            for table, values in zip(tables, (field.value, field.grad, field.hess), strict=True):
+            for table, values in zip(tables, (field, field.grad, field.hess), strict=True):
                 table.append(np.asarray(values).reshape(-1))
         columns = self.basis.element_dofs[:, cells]
         where = (np.tile(rows, self.basis.Nbfun), columns.ravel())
@@ -170,7 +169,7 @@ class NodalBeam:
     @property
     def _points(self) -> Array:
         """Quadrature points (m), shape (elements, points per element)."""
-        return np.asarray(self.basis.global_coordinates())[0]
+        return np.asarray(self.basis.global_coordinates()[0], dtype=float)
 
     def _slopes(self, weight: Array) -> csr_array:
         return csr_array(_weighted_slopes.assemble(self.basis, weight=weight))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular, svd
+from scipy.sparse import csr_array
 
 from fem_beam.nodal import Array, NodalBeam
 from oblique_impact.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
@@ -35,7 +36,7 @@ def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     factor = cholesky(nodal.M1.toarray()[np.ix_(free, free)], lower=True)
     curvature = nodal.curvature_factor().toarray()[:, free]
     scaled = solve_triangular(factor, curvature.T, lower=True)
-    left, frequencies, _ = svd(scaled, full_matrices=True, lapack_driver="gesvd")
+    left, _, _ = svd(scaled, full_matrices=True, lapack_driver="gesvd")
     shapes = solve_triangular(factor, left, lower=True, trans="T")[:, ::-1]
     if root == "hinged":
         shapes = shapes[:, 1:]  # the rigid rotation has frequency 0
@@ -53,7 +54,7 @@ def project(nodal: NodalBeam, modes: Array) -> BeamOperators:
     curvature = nodal.curvature_factor() @ V
     at_contact = nodal.evaluate(np.array([scenario.contact.point]))[0]
 
-    def both(matrix: object) -> Array:
+    def both(matrix: csr_array) -> Array:
         return np.asarray(V.T @ (matrix @ V))
 
     return BeamOperators(

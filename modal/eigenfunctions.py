@@ -58,7 +58,7 @@ class Eigenfunctions:
         return find(self.count)
 
     def derivative(self, x: Array, order: int) -> Array:
-        """Derivative of the given order (0 to 3) at points x (m); shape (points, count), 1/m^order."""
+        """Return derivatives of the given order (0 to 3) at points x (m); shape (points, count), 1/m^order."""
         b = self.roots
         z = np.multiply.outer(np.asarray(x, dtype=float) / self.length, b)
         shape = _clamped_free(z, b, order) if self.family == "clamped-free" else _hinged_free(z, b, order)

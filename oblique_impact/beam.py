@@ -78,13 +78,16 @@ def damping_matrix(scenario: Scenario, operators: BeamOperators) -> Array:
 
 
 def cumulative_weights(order: int) -> Array:
-    """Weights (order, order) of int_0^{x_l} over a unit panel, exact for the polynomial through its Gauss points."""
+    """Weights (order, order) of int_0^{x_l} over a unit panel.
+
+    Exact for the polynomial through the panel's Gauss points.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(order)
     basis = np.polynomial.legendre.legvander(nodes, order - 1)
     # Legendre coefficients from values: a_m = (2 m + 1)/2 sum_k w_k P_m(x_k) f_k
     to_coefficients = (basis * weights[:, None]).T * (np.arange(order)[:, None] + 0.5)
     columns = (np.polynomial.legendre.legint(c, lbnd=-1.0) for c in to_coefficients.T)
-    return 0.5 * np.stack([np.polynomial.legendre.legval(nodes, c) for c in columns], axis=1)
+    return np.asarray(0.5 * np.stack([np.polynomial.legendre.legval(nodes, c) for c in columns], axis=1))
 
 
 def cumulative(table: ShapeTable, integrand: Array) -> Array:
@@ -97,7 +100,7 @@ def cumulative(table: ShapeTable, integrand: Array) -> Array:
     start = np.concatenate([np.zeros_like(totals[:1]), np.cumsum(totals, axis=0)[:-1]])
     inside = np.einsum("lk,pkm->plm", cumulative_weights(table.order), values)
     inside *= weights.sum(axis=1)[:, None, None]
-    return (inside + start[:, None, :]).reshape(table.points.size, *rest)
+    return np.asarray((inside + start[:, None, :]).reshape(table.points.size, *rest))
 
 
 class Beam:
@@ -174,7 +177,7 @@ class Beam:
         return cumulative(table, np.einsum("ki,kj->kij", table.slopes, table.slopes))
 
     def initial_state(self) -> tuple[Array, Array]:
-        """q and q' (n + 1,) at t = 0: the undeformed beam at its initial angle and speed."""
+        """Return q and q' (n + 1,) at t = 0: the undeformed beam at its initial angle and speed."""
         q, qd = np.zeros(self.size), np.zeros(self.size)
         q[0] = self.scenario.initial.angle
         driven = self.scenario.root.kind == "driven"

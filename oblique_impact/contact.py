@@ -199,10 +199,8 @@ def accelerate(system: Any, phase: Phase, t: float, q: Array, qd: Array, work: W
         return OK
     if not condense(work):
         return MASS_NOT_POSITIVE
-    if phase.state == SLIDING:
-        status = sliding_force(phase, k)
-    else:
-        status = sticking_force(phase, phase.slip_reference, k)
+    sliding = phase.state == SLIDING
+    status = sliding_force(phase, k) if sliding else sticking_force(phase, phase.slip_reference, k)
     if status == OK:
         for i in range(v.shape[1]):
             push = v[NORMAL_RESPONSE, i] * k[LAMBDA_N] + v[TANGENT_RESPONSE, i] * k[LAMBDA_T]
@@ -246,7 +244,7 @@ class Instant(NamedTuple):
     slip_acceleration: float
 
     def sliding(self, ratio: float) -> float | None:
-        """Normal force when lambda_tau = ratio lambda_n; None in a Painleve configuration."""
+        """Return the normal force when lambda_tau = ratio lambda_n; None in a Painleve configuration."""
         effective = self.a_nn + ratio * self.a_nt
         return -self.gap_acceleration / effective if effective > 0.0 else None
 

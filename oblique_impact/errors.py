@@ -56,7 +56,7 @@ class Outcome(Enum):
         return {Outcome.COMPLETED: 0, Outcome.INTERRUPTED: 130}.get(self, 1)
 
 
-class PhysicsStop(Exception):
+class PhysicsStop(Exception):  # noqa: N818  it is an outcome, not an error
     """Raised inside the loop when the physics ends a run; carries the named outcome."""
 
     def __init__(self, outcome: Outcome) -> None:

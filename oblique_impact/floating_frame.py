@@ -262,12 +262,12 @@ def evaluate_beam(model: BeamModel, t: float, q: Array, qd: Array, work: Work) -
 def supplied_power_beam(model: BeamModel, t: float, q: Array, qd: Array, work: Work) -> float:
     """Power (W) of the hub torque, or of the driver of a prescribed root without its contact part."""
     if model.root == HUB:
-        return model.torque * (qd[0] + project(model.vectors, ROOT_SLOPE, qd[1:]))
+        return float(model.torque * (qd[0] + project(model.vectors, ROOT_SLOPE, qd[1:])))
     if model.root == DRIVEN:
         torque = -work.scalars[DRIVEN_FORCE]
         for i in range(qd.shape[0]):
             torque += work.vectors[DRIVEN_ROW, i] * work.vectors[ACCELERATION, i]
-        return torque * qd[0]
+        return float(torque * qd[0])
     return 0.0
 
 

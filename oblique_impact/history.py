@@ -70,9 +70,8 @@ class History:
 
         Raises InputError if the folder cannot be written.
         """
-        target = Path(folder)
+        target = prepare_folder(folder)
         try:
-            target.mkdir(parents=True, exist_ok=True)
             _replace(target / "scenario.toml", lambda p: p.write_text(self.scenario_toml, encoding="utf-8"))
             _replace(target / "history.nc", self._write_netcdf)
             _replace(target / "events.csv", lambda p: p.write_text(self.events_csv(), encoding="utf-8"))
@@ -114,9 +113,7 @@ class History:
         return buffer.getvalue()
 
     def _write_netcdf(self, path: Path) -> None:
-        rows = [
-            [e.time, e.kind.value, *map(float, e[2:7]), e.state.name.lower()] for e in self.events
-        ]
+        rows = [[e.time, e.kind.value, *map(float, e[2:7]), e.state.name.lower()] for e in self.events]
         attributes = {
             **self.data.attrs,
             "format": FORMAT,
@@ -126,6 +123,20 @@ class History:
         }
         encoding = {name: {"zlib": True, "complevel": 1} for name in self.data.data_vars}
         self.data.assign_attrs(attributes).to_netcdf(path, engine="h5netcdf", encoding=encoding)
+
+
+def prepare_folder(folder: str | os.PathLike[str]) -> Path:
+    """Create `folder` and make sure that it can be written, before any work is done.
+
+    Raises InputError with one line if not.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=target):
+            return target
+    except OSError as error:
+        raise InputError(f"--out {target}: cannot be written: {error.strerror or error}") from None
 
 
 def _row(event: Event) -> tuple[Any, ...]:
@@ -145,8 +156,9 @@ def _cell(value: Any) -> str:
 
 
 def _event(row: list[Any]) -> Event:
-    time, kind, *numbers, state = row
-    return Event(float(time), EventKind(kind), *map(float, numbers), State[state.upper()])
+    time, kind, normal, tangential, gap_rate, slip_rate, loss, state = row
+    numbers = float(normal), float(tangential), float(gap_rate), float(slip_rate), float(loss)
+    return Event(float(time), EventKind(kind), *numbers, State[state.upper()])
 
 
 def _replace(path: Path, write: Callable[[Path], Any]) -> None:

@@ -35,7 +35,8 @@ _NUMERIC_SOURCE = ("jit.py", "system.py", "contact.py", "floating_frame.py", "in
 
 def jitable(function: F) -> F:
     """Mark `function` as numeric source: interpreted from Python, compiled from a kernel."""
-    return cast(F, register_jitable(**_OPTIONS)(function))
+    decorated: F = register_jitable(**_OPTIONS)(function)
+    return decorated
 
 
 @cache
@@ -70,9 +71,10 @@ def kernel(function: F) -> F:
     folder = cache_folder()
     if folder is None:
         return cast(F, numba.njit(**_OPTIONS)(function))
-    previous = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder)
+    config: Any = numba.config
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
     try:
         return cast(F, numba.njit(cache=True, **_OPTIONS)(function))
     finally:
-        numba.config.CACHE_DIR = previous
+        config.CACHE_DIR = previous

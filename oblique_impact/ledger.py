@@ -43,9 +43,7 @@ class Ledger:
         return asdict(self)
 
 
-def balance(
-    initial: float, parts: tuple[float, float, float], quadratures: Array, events: list[Event]
-) -> Ledger:
+def balance(initial: float, parts: tuple[float, float, float], quadratures: Array, events: list[Event]) -> Ledger:
     """Close the balance of a run.
 
     Parameters

@@ -17,9 +17,22 @@ from oblique_impact.contact import GUARD_DEFINITE, Impulse, Instant, Phase, Stat
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.integrators import base
 from oblique_impact.integrators.base import Course, Scheme, Scratch, Tolerances, new_scratch
-from oblique_impact.integrators.motion import QUADRATURES
+from oblique_impact.integrators.motion import QUADRATURES, SUPPLIED
 from oblique_impact.integrators.observe import Observation, condense_at, observe, observe_into
-from oblique_impact.system import FIRST_GUARD, LAMBDA_N, MASS, NORMAL_RESPONSE, TANGENT_RESPONSE, Array
+from oblique_impact.system import (
+    ACCELERATION,
+    FIRST_GUARD,
+    GAP_RATE,
+    LAMBDA_N,
+    MASS,
+    NORMAL_RESPONSE,
+    NORMAL_ROW,
+    SLIP_RATE,
+    TANGENT_RESPONSE,
+    TANGENT_ROW,
+    Array,
+    supplied_power,
+)
 from oblique_impact.transitions import ContactMachine, EventKind, Transition
 
 MAX_EVENTS = 100_000
@@ -50,6 +63,7 @@ class Problem:
     breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
     observer: Callable[..., None] = observe_into
     condenser: Callable[..., bool] = condense_at
+    supply: Callable[..., float] = supplied_power
 
 
 class Event(NamedTuple):
@@ -122,7 +136,8 @@ class _Front:
         """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
         self._at(self._course.y[self._size : 2 * self._size])
         responses = self._work.vectors
-        return impulse.normal * responses[NORMAL_RESPONSE] + impulse.tangential * responses[TANGENT_RESPONSE]
+        jump = impulse.normal * responses[NORMAL_RESPONSE] + impulse.tangential * responses[TANGENT_RESPONSE]
+        return np.asarray(jump)
 
     def after(self, impulse: Impulse) -> Instant:
         velocity = self._course.y[self._size : 2 * self._size]
@@ -182,9 +197,7 @@ class Run:
         while True:
             progress = problem.scheme.march(problem.system, self._phase, course, stop, self._scratch)
             self._keep(progress)
-            self._report(
-                Status(course.t, problem.end_time, State(self._phase.state), len(self.record.events))
-            )
+            self._report(Status(course.t, problem.end_time, State(self._phase.state), len(self.record.events)))
             if progress.reason == base.AT_STOP:
                 return
             if progress.reason == base.AT_GUARD:
@@ -226,7 +239,9 @@ class Run:
         before = front.instant
         impulse = transition.impulse or Impulse(0.0, 0.0, 0.0)
         if transition.impulse is not None:
-            self._course.y[d : 2 * d] += front.velocity_jump(impulse)
+            jump = front.velocity_jump(impulse)
+            self._course.y[2 * d + SUPPLIED] += self._impulsive_supply(impulse, jump)
+            self._course.y[d : 2 * d] += jump
         self._phase = transition.phase
         after = self._front().instant
         if transition.kind is not None:
@@ -245,6 +260,24 @@ class Run:
         self._track_contact(leaving, impulse, transition.kind)
         if transition.stop is not None:
             raise PhysicsStop(transition.stop)
+
+    def _impulsive_supply(self, impulse: Impulse, jump: Array) -> float:
+        """Energy (J) that drives and moving boundaries put in during an impact.
+
+        Their power is affine in the acceleration, so its linear part gives the work of the jump; the
+        boundaries move with the mean of the velocities before and after.
+        """
+        d, y, work, problem = self.problem.q0.size, self._course.y, self._scratch.work, self.problem
+        q, qd, k = y[:d], y[d : 2 * d], work.scalars
+        problem.condenser(problem.system, self._course.t, q, qd, work)
+        powers = []
+        for acceleration in (jump, np.zeros(d)):
+            work.vectors[ACCELERATION] = acceleration
+            powers.append(problem.supply(problem.system, self._course.t, q, qd, work))
+        rows = work.vectors[NORMAL_ROW], work.vectors[TANGENT_ROW]
+        normal, tangential = (float(row @ qd) for row in rows)  # rates without the boundary's own
+        boundary = impulse.normal * (normal - k[GAP_RATE]) + impulse.tangential * (tangential - k[SLIP_RATE])
+        return float(powers[0] - powers[1] + boundary)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> None:
         t = self._course.t
@@ -305,7 +338,9 @@ class Run:
         problem = self.problem
         observation = observe(problem.system, phase, times, states, self._scratch.work, problem.observer)
         if self._open is not None and times.size:
-            self._open[0].peak_force = float(np.nanmax([self._open[0].peak_force, *observation.scalars[:, LAMBDA_N]]))
+            self._open[0].peak_force = float(
+                np.nanmax([self._open[0].peak_force, *observation.scalars[:, LAMBDA_N]])
+            )
         self.record.segments.append(Segment(phase.state, times, states, observation))
 
 

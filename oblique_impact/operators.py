@@ -114,9 +114,7 @@ class SpinningBeam:
 
     def _frequencies(self, factor: float, geometric: Array, rigid: float, count: int) -> Array:
         wanted = min(count, self.K.shape[0])
-        squares = eigh(
-            self.K + factor * geometric, self.M1, eigvals_only=True, subset_by_index=(0, wanted - 1)
-        )
+        squares = eigh(self.K + factor * geometric, self.M1, eigvals_only=True, subset_by_index=(0, wanted - 1))
         elastic = np.sqrt(np.maximum(squares, 0.0))
         found = np.sort(np.append(elastic, rigid)) if self.hinged else elastic
         return np.asarray(found[:count])
@@ -128,7 +126,6 @@ def station_points(length: float, contact_point: float) -> Array:
     if np.min(np.abs(points - contact_point)) > 1e-9 * length:
         points = np.sort(np.append(points, contact_point))
     return points
-
 
 
 def discretization(method: str) -> Any:

@@ -204,9 +204,9 @@ class Scenario(Section):
     def replace(self, **values: Any) -> Scenario:
         """Return a copy with changed keys, "section__key=value" or "key=value"; validated again."""
         data = self.model_dump()
-        if "beam__length" in values and "contact__point" not in values:
-            if self.contact.point == self.beam.length:
-                del data["contact"]["point"]
+        at_tip = self.contact.point == self.beam.length
+        if at_tip and "beam__length" in values and "contact__point" not in values:
+            del data["contact"]["point"]  # the tip moves with the length
         for name, value in values.items():
             *section, key = name.split("__")
             target = data
@@ -268,7 +268,8 @@ def _known_keys(location: tuple[Any, ...]) -> str:
     model: type[BaseModel] = Scenario
     for part in location[:-1]:
         annotation = model.model_fields[str(part)].annotation
-        assert isinstance(annotation, type) and issubclass(annotation, BaseModel)
+        assert isinstance(annotation, type)
+        assert issubclass(annotation, BaseModel)
         model = annotation
     return ", ".join(model.model_fields)
 
@@ -324,11 +325,11 @@ def _check_discretization(s: Scenario) -> None:
         _refuse("discretization.modes", d.modes, f"should be 1 to {MAX_MODES} for the modal method")
     if d.method == "fem":
         if s.contact.point < s.beam.length and d.elements < 2:
-            _refuse("discretization.elements", d.elements, "should be at least 2 with a contact point inside the span")
-        if d.modes > 2 * d.elements:
             _refuse(
-                "discretization.modes", d.modes, f"should be at most the {2 * d.elements} modes of the mesh"
+                "discretization.elements", d.elements, "should be at least 2 with a contact point inside the span"
             )
+        if d.modes > 2 * d.elements:
+            _refuse("discretization.modes", d.modes, f"should be at most the {2 * d.elements} modes of the mesh")
         if d.modes == 0 and s.solver.scheme != "generalized-alpha" and d.elements > MAX_EXPLICIT_NODAL_ELEMENTS:
             _refuse(
                 "discretization.modes",

@@ -14,6 +14,7 @@ import xarray as xr
 
 from oblique_impact.beam import Beam, Energies, Motion
 from oblique_impact.contact import State
+from oblique_impact.floating_frame import supplied_power_beam
 from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
 from oblique_impact.history import History, labelled
 from oblique_impact.integrators import EventScheme, FixedStepScheme, Scheme
@@ -157,6 +158,7 @@ def beam_problem(beam: Beam) -> Problem:
         breakpoints=ends,
         observer=kernels.observe_into,
         condenser=kernels.condense_at,
+        supply=supplied_power_beam,
     )
 
 
@@ -175,9 +177,7 @@ class _Samples:
 
     def motion(self) -> Motion:
         """Return the samples as the beam's post-processing takes them."""
-        return Motion(
-            self.time, self.q, self.qd, self.qdd, self.scalars[:, LAMBDA_N], self.scalars[:, LAMBDA_T]
-        )
+        return Motion(self.time, self.q, self.qd, self.qdd, self.scalars[:, LAMBDA_N], self.scalars[:, LAMBDA_T])
 
     def dataset(self, energies: Energies) -> xr.Dataset:
         """Variables that every system has."""

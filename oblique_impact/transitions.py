@@ -239,7 +239,11 @@ class ContactMachine:
         if force is None:
             raise PhysicsStop(Outcome.PAINLEVE)
         # a stabilized contact that starts below the slope is pushed out, whatever the rigid force says
-        return phase if force > 0.0 or (self._stepwise and self._stabilized_force(phase, instant) > 0.0) else self.free()
+        return (
+            phase
+            if force > 0.0 or (self._stepwise and self._stabilized_force(phase, instant) > 0.0)
+            else self.free()
+        )
 
     def _stabilized_force(self, phase: Phase, instant: Instant) -> float:
         pull = self._baumgarte.damping * instant.gap_rate + self._baumgarte.stiffness * instant.gap

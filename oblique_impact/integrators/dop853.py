@@ -70,7 +70,7 @@ def error_norm(h: float, y: Array, y_new: Array, K: Array, size: int, tolerance:
         sum3 += (e3 / scale) ** 2
     if sum5 == 0.0 and sum3 == 0.0:
         return 0.0
-    return abs(h) * sum5 / np.sqrt((sum5 + 0.01 * sum3) * size)
+    return float(abs(h) * sum5 / np.sqrt((sum5 + 0.01 * sum3) * size))
 
 
 @jitable

@@ -62,8 +62,8 @@ def _guards_at(system: Any, phase: Phase, t: float, h: float, x: float, y: Array
 
 @jitable
 def _shifted(s: Scratch, guard: int) -> float:
-    """A measured guard, raised by its threshold until it is armed."""
-    return s.work.scalars[FIRST_GUARD + guard] + (0.0 if s.armed[guard] else s.thresholds[guard])
+    """Return a measured guard, raised by its threshold until it is armed."""
+    return float(s.work.scalars[FIRST_GUARD + guard] + (0.0 if s.armed[guard] else s.thresholds[guard]))
 
 
 @jitable
@@ -99,11 +99,11 @@ def _locate(
         x = b
         for _ in range(40):
             x = a + 0.5 * (x - a)
-            if _guards_at(system, phase, t, h, x, y, s):
-                if s.work.scalars[FIRST_GUARD + guard] > s.thresholds[guard]:
-                    a, fa = x, s.work.scalars[FIRST_GUARD + guard]
-                    s.armed[guard] = True
-                    break
+            defined = _guards_at(system, phase, t, h, x, y, s)
+            if defined and s.work.scalars[FIRST_GUARD + guard] > s.thresholds[guard]:
+                a, fa = x, s.work.scalars[FIRST_GUARD + guard]
+                s.armed[guard] = True
+                break
     fb = _shifted(s, guard) if _guards_at(system, phase, t, h, b, y, s) else -1.0
     if fa <= 0.0:
         return a
@@ -157,9 +157,7 @@ def _suspect(s: Scratch, i: int, guard: int) -> int:
 
 
 @jitable
-def _first_fall(
-    system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch
-) -> tuple[int, float, float]:
+def _first_fall(system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch) -> tuple[int, float, float]:
     """First guard that falls through zero within the step, the fraction where, and the peak normal force."""
     peak, defined = 0.0, _INTERVALS + 1
     for i in range(2 * (_INTERVALS + 1)):
@@ -196,7 +194,7 @@ def _fall_rate(s: Scratch, place: float, h: float, guard: int) -> float:
     """Slope of a guard (per second) at a fraction of the step, from the sampled slopes."""
     i = min(int(place * _INTERVALS), _INTERVALS - 1)
     part = place * _INTERVALS - i
-    return ((1.0 - part) * s.slopes[i, guard] + part * s.slopes[i + 1, guard]) / h
+    return float(((1.0 - part) * s.slopes[i, guard] + part * s.slopes[i + 1, guard]) / h)
 
 
 @jitable
@@ -206,7 +204,7 @@ def _step_factor(error: float) -> float:
         return _GROW
     if not error < _UNBOUNDED:
         return _SHRINK
-    return min(_GROW, max(_SHRINK, _SAFETY * error**_EXPONENT))
+    return float(min(_GROW, max(_SHRINK, _SAFETY * error**_EXPONENT)))
 
 
 @jitable
@@ -222,7 +220,7 @@ def _emit(t: float, end: float, h: float, y: Array, interval: float, number: int
 
 @jitable
 def _bounded(y: Array, size: int) -> bool:
-    for m in range(size):
+    for m in range(size):  # noqa: SIM110  a generator would not compile
         if not abs(y[m]) < _UNBOUNDED:
             return False
     return True

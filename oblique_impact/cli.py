@@ -1,0 +1,192 @@
+"""The command line: the one place where scenario, discretization, simulation and pictures meet."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from oblique_impact.errors import InputError
+
+if TYPE_CHECKING:
+    from oblique_impact.history import History
+    from oblique_impact.scenario import Scenario
+
+app = typer.Typer(
+    name="oblique-impact",
+    help="A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces.",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+ScenarioArgument = Annotated[str, typer.Argument(help="A built-in name (paper, ...) or a TOML file.")]
+SetOption = Annotated[
+    list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change a key; repeatable.")
+]
+
+_LATER = ("validate", "refine", "reproduce", "render", "export", "sweep")
+
+
+@app.command()
+def run(
+    scenario: ScenarioArgument = "paper",
+    out: Annotated[Path, typer.Option("--out", help="Folder for the results.")] = Path("out"),
+    changes: SetOption = None,
+) -> None:
+    """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
+    chosen = _load(scenario, changes)
+    from oblique_impact.history import prepare_folder
+
+    prepare_folder(out)
+    _announce_compilation()
+    history = _simulate(chosen)
+    folder = history.save(out)
+    _print_summary(history, folder)
+    outcome = history.outcome
+    if outcome.exit_code:
+        _say(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
+        raise typer.Exit(outcome.exit_code)
+
+
+@app.command()
+def modes(
+    scenario: ScenarioArgument = "paper",
+    speeds: Annotated[str, typer.Option(help="Spin rates in rad/s, separated by commas.")] = "0",
+    count: Annotated[int | None, typer.Option(min=1, max=100, help="Frequencies per speed.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Campbell diagram: a picture file or a folder.")
+    ] = None,
+    changes: SetOption = None,
+) -> None:
+    """Natural frequencies (rad/s) of the spinning beam, flapwise and chordwise."""
+    chosen = _load(scenario, changes)
+    rates = _speeds(speeds)
+    from oblique_impact.operators import discretization
+
+    beam = discretization(chosen.discretization.method).spectrum(chosen)
+    wanted = count or max(4, chosen.discretization.modes)
+    table = {
+        "speeds": rates,
+        "flapwise": [beam.flapwise(rate, wanted).tolist() for rate in rates],
+        "chordwise": [beam.chordwise(rate, wanted).tolist() for rate in rates],
+    }
+    if as_json:
+        typer.echo(json.dumps(table))
+    else:
+        _print_modes(table)
+    if out is not None:
+        from renders.campbell import campbell_diagram
+
+        _say(f"Campbell diagram: {campbell_diagram(beam, rates, wanted, out)}")
+
+
+def _later(name: str) -> None:
+    """Register a command that the contract names and this version does not have."""
+
+    @app.command(
+        name,
+        help="Not yet available in this version.",
+        context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
+    )
+    def refuse(context: typer.Context) -> None:
+        raise InputError(f"{name}: not yet available in this version")
+
+
+for _name in _LATER:
+    _later(_name)
+
+
+def _load(source: str, changes: list[str] | None) -> Scenario:
+    from oblique_impact.scenario import Scenario
+
+    return Scenario.load(source, changes)
+
+
+def _speeds(text: str) -> list[float]:
+    import math
+
+    try:
+        rates = [float(part) for part in text.split(",")]
+    except ValueError:
+        rates = [math.nan]
+    if not all(math.isfinite(rate) and abs(rate) <= 1e9 for rate in rates):
+        raise InputError(f"--speeds {text}: should be finite numbers in rad/s, separated by commas")
+    return rates
+
+
+def _announce_compilation() -> None:
+    from oblique_impact.jit import is_compiled
+
+    if not is_compiled():
+        _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
+
+
+def _simulate(scenario: Scenario) -> History:
+    from rich.console import Console
+
+    from oblique_impact.progress import progress_bar
+    from oblique_impact.simulate import simulate
+
+    with progress_bar(Console(stderr=True)) as show:
+        return simulate(scenario, show)
+
+
+def _print_summary(history: History, folder: Path) -> None:
+    summary, energy = history.summary, history.summary["energy"]
+    typer.echo(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
+    for number, m in enumerate(summary["macro_collisions"], start=1):
+        typer.echo(
+            f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts, "
+            f"impulse {m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
+        )
+    losses = ", ".join(
+        f"{name} {energy[f'lost_{name}']:.4g}" for name in ("impact", "friction", "damping", "scheme")
+    )
+    typer.echo(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J; lost: {losses}")
+    typer.echo(
+        f"  unaccounted: {energy['unaccounted']:.2e} J; {summary['steps']} steps, {summary['wall_time']:.2f} s"
+    )
+    for warning in summary.get("warnings", []):
+        typer.echo(f"  warning: {warning}")
+    typer.echo(f"  results: {folder}")
+
+
+def _print_modes(table: dict[str, Any]) -> None:
+    for direction in ("flapwise", "chordwise"):
+        typer.echo(f"{direction} (rad/s)")
+        for rate, row in zip(table["speeds"], table[direction], strict=True):
+            typer.echo(f"  at {rate:10.4g} rad/s: " + " ".join(f"{value:14.6f}" for value in row))
+
+
+def _say(line: str) -> None:
+    """Write one line to standard error."""
+    typer.echo(f"oblique-impact: {line}", err=True)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point: exit 0 done, 1 stopped by the physics, 2 bad input, 130 interrupted."""
+    try:
+        given = sys.argv[1:] if arguments is None else arguments
+        code = app(args=given or ["--help"], prog_name="oblique-impact", standalone_mode=False)
+    except InputError as error:
+        _say(str(error))
+        code = 2
+    except (typer.Abort, KeyboardInterrupt):
+        _say("interrupted")
+        code = 130
+    except Exception as error:
+        # typer's usage errors have no public base class; they all know how to say what is wrong
+        if not hasattr(error, "format_message"):
+            raise
+        _say(" ".join(error.format_message().split()))
+        code = 2
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+if __name__ == "__main__":
+    main()

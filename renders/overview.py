@@ -1,0 +1,208 @@
+"""A run at a glance: the beam on its way, the contact force, the energy, two histories compared."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from oblique_impact.contact import State
+from oblique_impact.history import History
+from oblique_impact.scenario import Scenario
+from renders.files import save_figure
+from renders.style import GREY, SERIES, STATE_COLOURS, figure_style
+
+Array = NDArray[np.float64]
+
+_DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+
+
+def overview_figure(histories: dict[str, History], out: Path) -> Path:
+    """Draw one or several histories of the same case, named by their keys; returns the file.
+
+    With two histories that share their events, the last panel shows how far apart these are.
+    """
+    first = next(iter(histories.values()))
+    with figure_style():
+        figure = Figure(figsize=(9.2, 9.0), layout="constrained")
+        axes = figure.subplots(3, 2, gridspec_kw={"height_ratios": (1.25, 1.0, 1.0)})
+        _draw_motion(axes[0, 0], first)
+        _draw_shapes(axes[0, 1], first)
+        _draw_force(axes[1, 0], histories)
+        _draw_gap(axes[1, 1], histories)
+        _draw_energy(axes[2, 0], histories)
+        if len(histories) == 2 and _same_events(histories):
+            _draw_differences(axes[2, 1], histories)
+        else:
+            _draw_losses(axes[2, 1], histories)
+        return save_figure(figure, out, "overview.png")
+
+
+def centreline(history: History, sample: int) -> tuple[Array, Array]:
+    """Inertial coordinates (m) of the stations at one sample."""
+    data, radius = history.data, _scenario(history).root.hub_radius
+    theta = float(data["theta"][sample])
+    along = radius + data["station"].values + data["ux"].values[sample]
+    across = data["uy"].values[sample]
+    return along * np.cos(theta) - across * np.sin(theta), along * np.sin(theta) + across * np.cos(theta)
+
+
+def _scenario(history: History) -> Scenario:
+    return Scenario.from_toml(history.scenario_toml)
+
+
+def _first_collision(history: History) -> tuple[float, float] | None:
+    found = history.summary["macro_collisions"]
+    return (found[0]["start"], found[0]["end"]) if found else None
+
+
+def _draw_motion(axes: Axes, history: History) -> None:
+    scenario, times = _scenario(history), history["time"].values
+    collision = _first_collision(history)
+    end = collision[0] if collision else times[-1]
+    # equal steps of angle rather than of time: the beam starts slowly
+    theta = history["theta"].values[: int(np.searchsorted(times, end)) + 1]
+    for wanted in np.linspace(theta[0], theta[-1], 6):
+        sample = int(np.argmin(np.abs(theta - wanted)))
+        x, y = centreline(history, sample)
+        last = sample >= theta.size - 2
+        axes.plot(x, y, color=STATE_COLOURS[0], alpha=1.0 if last else 0.35, linewidth=2.4 if last else 1.6)
+        axes.annotate(
+            f"{times[sample]:.3f} s",
+            (x[-1], y[-1]),
+            xytext=(7, -16 if last else 3),
+            textcoords="offset points",
+            fontsize=7.5,
+            color=GREY,
+        )
+    if scenario.contact.enabled:
+        _draw_slope(axes, scenario)
+    axes.plot(history["tip_x"], history["tip_y"], color=GREY, linewidth=0.7, linestyle=":")
+    axes.plot(0.0, 0.0, "o", color="black", markersize=7, zorder=5)
+    axes.annotate("pin", (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
+    axes.margins(x=0.12, y=0.08)
+    axes.set(xlabel="x (m)", ylabel="y (m)", title="The beam up to the first impact", aspect="equal")
+
+
+def _draw_shapes(axes: Axes, history: History) -> None:
+    """Deflection measured from the pin-tip chord during the first collision."""
+    times, collision = history["time"].values, _first_collision(history)
+    start, end = collision or (0.0, times[-1])
+    station, deflection = history["station"].values, 1e3 * history["uy"].values
+    for t in np.linspace(start, end, 9):
+        sample = min(int(np.searchsorted(times, t, side="right")), times.size - 1)
+        chord = deflection[sample, -1] * station / station[-1]
+        state = int(history["state"][sample])
+        axes.plot(station, deflection[sample] - chord, color=STATE_COLOURS[state], linewidth=1.2)
+    for state in sorted(set(history["state"].values.tolist())):
+        axes.plot([], [], color=STATE_COLOURS[state], label=State(state).name.lower())
+    axes.set(
+        xlabel="arc length (m)",
+        ylabel="deflection from the chord (mm)",
+        title="Shapes in the first collision" if collision else "Shapes",
+        xlim=(0.0, station[-1]),
+    )
+    axes.legend()
+
+
+def _draw_slope(axes: Axes, scenario: Scenario) -> None:
+    (x0, y0), angle = scenario.slope.origin, scenario.slope.angle
+    reach = scenario.root.hub_radius + scenario.beam.length
+    ends = np.array([0.0, 0.85 * reach])
+    x, y = x0 + ends * np.cos(angle), y0 + ends * np.sin(angle)
+    axes.plot(x, y, color="#3d4650", linewidth=1.6)
+    axes.fill(
+        [*x, x[1] + 0.05 * reach * np.sin(angle), x[0] + 0.05 * reach * np.sin(angle)],
+        [*y, y[1] - 0.05 * reach * np.cos(angle), y[0] - 0.05 * reach * np.cos(angle)],
+        color="#c9ced4",
+    )
+
+
+def _collision_window(histories: dict[str, History]) -> tuple[float, float] | None:
+    ranges = [h.summary["macro_collisions"][0] for h in histories.values() if h.summary["macro_collisions"]]
+    if not ranges:
+        return None
+    start, end = min(r["start"] for r in ranges), max(r["end"] for r in ranges)
+    margin = 0.08 * (end - start) + 1e-5
+    return start - margin, end + margin
+
+
+def _draw_force(axes: Axes, histories: dict[str, History]) -> None:
+    window = _collision_window(histories)
+    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
+        times = 1e3 * history["time"].values
+        axes.plot(times, history["lambda_n"], color=colour, linestyle=dash, label=name)
+    axes.set(xlabel="time (ms)", ylabel="normal force (N)", title="First collision: contact force")
+    if window:
+        axes.set_xlim(1e3 * window[0], 1e3 * window[1])
+    axes.set_ylim(bottom=0.0)
+    axes.legend()
+
+
+def _draw_gap(axes: Axes, histories: dict[str, History]) -> None:
+    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
+        axes.plot(history["time"], 1e3 * history["gap"], color=colour, linestyle=dash, label=name)
+    first = next(iter(histories.values()))
+    closed = first["state"].values != State.FREE
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], closed.astype(int), [0]])))
+    times = first["time"].values
+    for start, stop in edges.reshape(-1, 2):
+        axes.axvspan(times[start], times[stop - 1], color=STATE_COLOURS[1], alpha=0.25, linewidth=0)
+    axes.set(xlabel="time (s)", ylabel="gap (mm)", title="Distance from the slope (contact shaded)")
+    axes.set_xlim(0.0, times[-1])
+
+
+def _draw_energy(axes: Axes, histories: dict[str, History]) -> None:
+    parts = ("energy_gravity", "energy_elastic", "energy_kinetic")
+    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
+        total = sum(history[part].values for part in parts)
+        axes.plot(history["time"], total, color=colour, linestyle=dash, linewidth=1.8, label=f"total, {name}")
+    first = next(iter(histories.values()))
+    for part, colour in zip(parts[:2], SERIES[2:], strict=False):
+        axes.plot(first["time"], first[part], color=colour, linewidth=0.8, label=part.removeprefix("energy_"))
+    axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, fontsize=7.5, columnspacing=1.2)
+
+
+def _same_events(histories: dict[str, History]) -> bool:
+    kinds = [[(e.kind, e.state) for e in h.events] for h in histories.values()]
+    return bool(kinds[0]) and kinds[0] == kinds[1]
+
+
+def _draw_differences(axes: Axes, histories: dict[str, History]) -> None:
+    """Differences of the event times on a logarithmic scale; what is below rounding is drawn there."""
+    (left_name, left), (right_name, right) = histories.items()
+    times = np.array([e.time for e in left.events])
+    differences = np.abs(times - np.array([e.time for e in right.events]))
+    for state in State:
+        mine = np.array([e.state == state for e in left.events])
+        if mine.any():
+            label = f"to {state.name.lower()}"
+            shown = np.maximum(differences[mine], 1e-15)
+            axes.semilogy(times[mine], shown, "o", color=STATE_COLOURS[state], markersize=5, label=label)
+    axes.set(
+        xlabel="time of the event (s)",
+        ylabel="difference (s)",
+        title=f"Event times: |{left_name} - {right_name}|",
+        xlim=(0.0, float(left["time"][-1])),
+    )
+    axes.legend(loc="upper left")
+
+
+def _draw_losses(axes: Axes, histories: dict[str, History]) -> None:
+    kinds = ("impact", "friction", "damping", "scheme")
+    width = 0.8 / len(histories)
+    for number, ((name, history), colour) in enumerate(zip(histories.items(), SERIES, strict=False)):
+        energy = history.summary["energy"]
+        values = [energy[f"lost_{kind}"] for kind in kinds]
+        places = np.arange(len(kinds)) + (number - 0.5 * (len(histories) - 1)) * width
+        bars = axes.bar(places, values, width=0.92 * width, color=colour, label=name)
+        axes.bar_label(bars, labels=[f"{v:.3g}" if abs(v) > 1e-9 else "0" for v in values], fontsize=7, padding=2)
+    axes.set(ylabel="energy lost (J)", title="Where the energy went")
+    axes.set_xticks(range(len(kinds)), kinds)
+    axes.margins(y=0.15)
+    axes.legend()
