@@ -66,7 +66,7 @@ def modes(
     """Natural frequencies (rad/s) of the spinning beam, flapwise and chordwise."""
     chosen = _load(scenario, changes)
     rates = _speeds(speeds)
-    from oblique_impact.operators import discretization
+    from oblique_impact.plugins import discretization
 
     beam = discretization(chosen.discretization.method).spectrum(chosen)
     wanted = count or max(4, chosen.discretization.modes)

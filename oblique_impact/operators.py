@@ -1,23 +1,20 @@
-"""BeamOperators: the one thing a discretization hands over, and how one is found by name."""
+"""BeamOperators: the one thing a discretization hands over."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from oblique_impact.errors import InputError
+from oblique_impact.plugins import discretization
 
 if TYPE_CHECKING:
     from oblique_impact.scenario import Scenario
 
 Array = NDArray[np.float64]
-
-ENTRY_POINT_GROUP = "oblique_impact.discretizations"
 
 
 @dataclass(frozen=True)
@@ -126,22 +123,6 @@ def station_points(length: float, contact_point: float) -> Array:
     if np.min(np.abs(points - contact_point)) > 1e-9 * length:
         points = np.sort(np.append(points, contact_point))
     return points
-
-
-def discretization(method: str) -> Any:
-    """Return the module that registered itself as discretization `method`.
-
-    A discretization is a module with ``build_operators(scenario) -> BeamOperators`` and
-    ``spectrum(scenario) -> SpinningBeam``, registered under the entry point group
-    ``oblique_impact.discretizations``.
-
-    Raises InputError if nothing of that name is installed.
-    """
-    found = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
-    if method not in found:
-        known = ", ".join(sorted(found)) or "none (is the package installed? try: make install)"
-        raise InputError(f"discretization.method = {method!r}: installed discretizations: {known}")
-    return found[method].load()
 
 
 def build_operators(scenario: Scenario) -> BeamOperators:

@@ -12,6 +12,7 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from oblique_impact.errors import InputError
+from oblique_impact.plugins import discretization_names
 
 MAX_MODES = 100
 MAX_ELEMENTS = 4096
@@ -315,6 +316,9 @@ def _check_contact(s: Scenario) -> None:
 
 def _check_discretization(s: Scenario) -> None:
     d, root = s.discretization, s.root
+    if d.method not in discretization_names():
+        known = ", ".join(discretization_names()) or "none (run: make install)"
+        _refuse("discretization.method", d.method, f"installed discretizations are {known}")
     if d.frame == "mean-axis" and (root.kind == "driven" or root.hub_radius > 0.0):
         _refuse(
             "discretization.frame",

@@ -48,6 +48,7 @@ _UNBOUNDED = 1e12
 _SHARE_OF_A_STEP = 0.02
 _STEPS_PER_LEG = 4000
 _NO_GUARD, _UNDEFINED = -1, -2
+_SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # steps below this part of the time (s) are lost in rounding
 
 
 @jitable
@@ -227,6 +228,26 @@ def _bounded(y: Array, size: int) -> bool:
 
 
 @jitable
+def _land(
+    system: Any, phase: Phase, t: float, y: Array, length: float, rate: float, guard: int, s: Scratch
+) -> float:
+    """Repeat the step so that it ends on the event; its length (s), with the state there in s.y_new.
+
+    Newton's method on the length with the guard's slope `rate`; the dense output that bracketed the event
+    is only of order 7.
+    """
+    for _ in range(4):
+        status, _ = stages(system, phase, t, y, length, 1, STAGES, s.K, s.work, s.y_new)
+        measure_guards(phase, s.work.scalars)
+        correction = -_shifted(s, guard) / rate if rate < 0.0 else 0.0
+        if status != 0 or not 1e-15 * t < abs(correction) < 0.1 * length:
+            return length
+        length += correction
+    stages(system, phase, t, y, length, 1, STAGES, s.K, s.work, s.y_new)
+    return length
+
+
+@jitable
 def march_event(
     system: Any,
     phase: Phase,
@@ -247,37 +268,21 @@ def march_event(
     mechanical, capacity = y.shape[0] - QUADRATURES, s.times.shape[0]
     status = derivative(system, phase, t, y, s.work, s.K[0])
     if status != 0:
-        return Progress(-status, -1, t, h, steps, rejected, count, peak)
-    gap, located, guard, rate = s.work.scalars[GAP], 0, _NO_GUARD, 0.0
-    while True:
-        if located == 0:
-            if t >= t_stop:
-                return Progress(AT_STOP, -1, t, h, steps, rejected, count, peak)
-            if count > capacity // 2 or steps >= _STEPS_PER_LEG:
-                return Progress(BUFFER_FULL, -1, t, h, steps, rejected, count, peak)
-            h = min(h, 0.45 * capacity * interval)
-            last = t + h * (1.0 + 1e-9) >= t_stop
-            length = t_stop - t if last else h
-            if length <= 1e-14 * max(t, 1e-3) and not last:
-                return Progress(FAILED_STEP, -1, t, h, steps, rejected, count, peak)
+        return Progress(-status, _NO_GUARD, t, h, steps, rejected, count, peak)
+    gap = s.work.scalars[GAP]
+    while t < t_stop:
+        if count > capacity // 2 or steps >= _STEPS_PER_LEG:
+            return Progress(BUFFER_FULL, _NO_GUARD, t, h, steps, rejected, count, peak)
+        h = min(h, 0.45 * capacity * interval)
+        if h <= _SMALLEST * max(t, _SMALLEST_TIME):
+            return Progress(-status if status != 0 else FAILED_STEP, _NO_GUARD, t, h, steps, rejected, count, peak)
+        last = t + h * (1.0 + 1e-9) >= t_stop
+        length = t_stop - t if last else h
         status, speed = stages(system, phase, t, y, length, 1, STAGES, s.K, s.work, s.y_new)
-        if located > 0:
-            # the step now ends on the event: Newton's method on its length until the guard vanishes
-            measure_guards(phase, s.work.scalars)
-            correction = -_shifted(s, guard) / rate if rate < 0.0 else 0.0
-            if status != 0 or located == 4 or not 1e-15 * t < abs(correction) < 0.1 * length:
-                copy(s.y_new, y)
-                return Progress(AT_GUARD, guard, t + length, h, steps, rejected, count, peak)
-            located += 1
-            length += correction
-            continue
         error = error_norm(length, y, s.y_new, s.K, mechanical, tolerance) if status == 0 else np.inf
         if not error <= 1.0:
             rejected += 1
             h = length * min(_step_factor(error), 1.0)
-            if h <= 1e-14 * max(t, 1e-3):
-                reason = -status if status != 0 else FAILED_STEP
-                return Progress(reason, -1, t, h, steps, rejected, count, peak)
             continue
         gap_new = s.work.scalars[GAP]
         clear = phase.state == FREE and (not phase.watched or min(gap, gap_new) > 2.0 * length * speed)
@@ -301,9 +306,9 @@ def march_event(
         steps += 1
         if guard >= 0:
             rate = _fall_rate(s, place, length, guard)
-            length *= place
-            located = 1
-            continue
+            length = _land(system, phase, t, y, place * length, rate, guard, s)
+            copy(s.y_new, y)
+            return Progress(AT_GUARD, guard, t + length, h, steps, rejected, count, peak)
         t = t_stop if last else t + length
         copy(s.y_new, y)
         copy(s.K[STAGES], s.K[0])
@@ -311,7 +316,8 @@ def march_event(
         if not last:
             h = length * _step_factor(error)
         if not _bounded(y, mechanical):
-            return Progress(FAILED_FINITE, -1, t, h, steps, rejected, count, peak)
+            return Progress(FAILED_FINITE, _NO_GUARD, t, h, steps, rejected, count, peak)
+    return Progress(AT_STOP, _NO_GUARD, t, h, steps, rejected, count, peak)
 
 
 class EventScheme(Scheme):

@@ -121,6 +121,8 @@ def test_bounces_of_one_touch_down_end_in_finite_time(run):
     flights = np.diff([e.time for e in rebounds if e.time < closing.time][-7:])
     np.testing.assert_allclose(flights[1:] / flights[:-1], 0.5, rtol=2e-2)
     assert closing.state.name == "SLIP"
+    # sum of the geometric series, found independently with SciPy's solve_ivp and own Gauss integrals
+    assert closing.time == pytest.approx(0.3190272, abs=2e-7)
     assert history.outcome.label == "completed"
     later = history["gap"].values[(history["time"] > closing.time) & (history["time"] < closing.time + 1e-3)]
     assert np.abs(later).max() < 1e-9

@@ -1,0 +1,214 @@
+"""The command line as other programs call it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import stat
+import subprocess
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from oblique_impact import Scenario
+from oblique_impact.cli import main
+from oblique_impact.scenario import builtin_names
+
+
+@pytest.fixture
+def cli(capsys):
+    """Call the command line in this process: (exit code, standard output, standard error)."""
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as exit_info:
+            main(list(arguments))
+        captured = capsys.readouterr()
+        return int(exit_info.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def paper_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("paper")
+    with pytest.raises(SystemExit) as exit_info:
+        main(["run", "paper", "--out", str(folder), "--set", "end_time=0.4"])
+    assert not exit_info.value.code
+    return folder
+
+
+def test_run_writes_exactly_its_four_files(paper_run):
+    assert sorted(p.name for p in paper_run.iterdir()) == [
+        "events.csv",
+        "history.nc",
+        "scenario.toml",
+        "summary.json",
+    ]
+
+
+def test_resolved_scenario_runs_again(paper_run, tmp_path, cli):
+    text = (paper_run / "scenario.toml").read_text()
+    assert tomllib.loads(text)["contact"]["point"] == 1.0
+    assert Scenario.from_toml(text) == Scenario.builtin("paper", ["end_time=0.4"])
+    code, _, _ = cli("run", str(paper_run / "scenario.toml"), "--out", str(tmp_path))
+    assert code == 0
+    assert (tmp_path / "events.csv").read_text() == (paper_run / "events.csv").read_text()
+
+
+def test_history_file_reads_with_xarray(paper_run):
+    with xr.open_dataset(paper_run / "history.nc") as data:
+        assert data.sizes["time"] > 4000
+        assert np.all(np.diff(data["time"]) >= 0.0)
+        assert all("units" in v.attrs and "long_name" in v.attrs for v in data.variables.values())
+
+
+def test_event_table(paper_run):
+    with (paper_run / "events.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    columns = "time,kind,normal_impulse,normal_velocity,tangential_velocity,energy_loss,state"
+    assert list(rows[0]) == columns.split(",")
+    assert rows[0]["kind"] == "impact"
+    assert float(rows[0]["time"]) == pytest.approx(0.3171473192, abs=1e-8)
+
+
+def test_summary(paper_run):
+    summary = json.loads((paper_run / "summary.json").read_text())
+    assert summary["outcome"] == "completed"
+    assert {"macro_collisions", "energy", "steps", "wall_time", "versions"} <= set(summary)
+    collision = summary["macro_collisions"][0]
+    assert set(collision) >= {"start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force"}
+    energy = "initial final kinetic elastic gravity lost_impact lost_friction lost_damping lost_scheme unaccounted"
+    assert set(energy.split()) <= set(summary["energy"])
+
+
+def test_physics_stop_exits_with_1_and_keeps_what_it_has(tmp_path, cli):
+    code, out, err = cli("run", "paper", "--set", "discretization.modes=8", "--out", str(tmp_path))
+    assert code == 1
+    assert "mass-matrix-indefinite" in err
+    assert "mean-axis" in err
+    assert "full" in err
+    assert json.loads((tmp_path / "summary.json").read_text())["outcome"] == "mass-matrix-indefinite"
+    with xr.open_dataset(tmp_path / "history.nc") as data:
+        assert 0.317 < float(data["time"][-1]) < 0.33
+    assert "results" in out
+
+
+BAD = {
+    "contact.restitution=1.5": "contact.restitution",
+    "contact.mu_static=0.1": "contact.mu_static",
+    "contact.point=1.5": "contact.point",
+    "beam.length=nan": "beam.length",
+    "beam.length=inf": "beam.length",
+    "beam.length=-1": "beam.length",
+    'gravity="strong"': "gravity",
+    "gravity=true": "gravity",
+    "nonsense=1": "nonsense",
+    "beam.colour=1": "beam.colour",
+    "initial.angle=-1.0": "initial.angle",
+    "discretization.modes=101": "discretization.modes",
+    "discretization.elements=100000": "discretization.elements",
+    "discretization.method=spectral": "discretization.method",
+    "solver.scheme=euler": "solver.scheme",
+    "solver.scheme=generalized-alpha": "solver.scheme",
+    "contact.normal=spring": "contact.normal",
+    "root.hub_radius=0.1": "root.hub_radius",
+    "beam.length.x=1": "beam.length.x",
+    "no-equals-sign": "no-equals-sign",
+}
+
+
+@pytest.mark.parametrize("change", BAD)
+def test_bad_input_is_one_line_and_exit_2(tmp_path, cli, change):
+    code, out, err = cli("run", "paper", "--set", change, "--out", str(tmp_path / "never"))
+    assert code == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert BAD[change] in err
+    assert not (tmp_path / "never").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments", [("run", "no-such-scenario"), ("run", "--bad"), ("nonsense",), ("modes", "--speeds", "x")]
+)
+def test_bad_calls_are_one_line_and_exit_2(cli, arguments):
+    code, _, err = cli(*arguments)
+    assert code == 2
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["validate", "refine", "reproduce", "render", "export", "sweep"])
+def test_later_commands_say_so(cli, command):
+    code, _, err = cli(command, "--out", "x")
+    assert code == 2
+    assert "not yet" in err
+
+
+def test_unwritable_folder_is_refused_before_the_run(tmp_path, cli):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    code, out, err = cli("run", "paper", "--out", str(blocked))
+    assert code == 2
+    assert out == ""
+    assert "--out" in err
+    if os.geteuid() != 0:
+        tmp_path.chmod(stat.S_IREAD | stat.S_IEXEC)
+        assert cli("run", "paper", "--out", str(tmp_path / "new"))[0] == 2
+
+
+def test_touching_and_closing_at_the_start_is_legal(tmp_path, cli):
+    # sin(angle - pi/10) = c_n = -0.3 sin(pi/10): the undeformed tip lies on the slope
+    angle = np.pi / 10 + np.arcsin(-0.3 * np.sin(np.pi / 10))
+    changes = [
+        f"initial.angle={angle!r}".replace("np.float64(", "").rstrip(")"),
+        "initial.angular_velocity=-2.0",
+        "end_time=0.05",
+    ]
+    arguments = [part for change in changes for part in ("--set", change)]
+    code, _, err = cli("run", "paper", *arguments, "--out", str(tmp_path))
+    assert code == 0, err
+    with (tmp_path / "events.csv").open() as file:
+        first = next(csv.DictReader(file))
+    assert first["kind"] in ("impact", "rebound")
+    assert float(first["time"]) == 0.0
+
+
+def test_every_built_in_scenario_is_listed_and_loads():
+    names = builtin_names()
+    assert names[0] == "paper"
+    assert len(names) >= 6
+    for name in names:
+        Scenario.builtin(name)
+
+
+def test_modes_json_is_one_object(cli):
+    code, out, _ = cli("modes", "paper", "--speeds", "0,1,2", "--json")
+    table = json.loads(out)
+    assert code == 0
+    assert table["speeds"] == [0.0, 1.0, 2.0]
+    for direction in ("flapwise", "chordwise"):
+        assert len(table[direction]) == 3
+        assert all(row == sorted(row) for row in table[direction])
+    # hinged: the rigid entries are the spin rate flapwise and 0 chordwise
+    assert [row[0] for row in table["flapwise"]] == [0.0, 1.0, 2.0]
+    assert [row[0] for row in table["chordwise"]] == [0.0, 0.0, 0.0]
+
+
+def test_modes_draws_a_campbell_diagram(tmp_path, cli):
+    code, _, _ = cli("modes", "spin-up", "--speeds", "0,3,6", "--out", str(tmp_path))
+    assert code == 0
+    assert (tmp_path / "campbell.png").stat().st_size > 10_000
+    assert [p.name for p in tmp_path.iterdir()] == ["campbell.png"]
+
+
+def test_help_is_quick_because_it_imports_no_numerics():
+    code = "import sys; import oblique_impact.cli; print([m for m in ('numpy', 'numba', 'scipy') if m in sys.modules])"
+    result = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert result.stdout.strip() == "[]"
+    shown = subprocess.run(
+        [sys.executable, "-m", "oblique_impact.cli", "--help"], check=True, capture_output=True, text=True
+    )
+    assert "run" in shown.stdout
