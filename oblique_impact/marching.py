@@ -178,7 +178,7 @@ class Run:
         record = self.record
         try:
             if self.problem.contact:
-                self._apply(self._phase, self.problem.machine.start(self._front()))
+                self._begin()
             self._initial_inertia = self._smallest_inertia()
             self._enter()
             stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
@@ -191,6 +191,13 @@ class Run:
         self._sample(self._phase)
         self._close_contact()
         return record
+
+    def _begin(self) -> None:
+        """Find the contact state at t = 0, which may be an impact."""
+        transition = self.problem.machine.start(self._front())
+        if transition.kind is not None:
+            self._sample(self._phase)
+        self._apply(self._phase, transition)
 
     def _march_to(self, stop: float) -> None:
         problem, course = self.problem, self._course
@@ -346,4 +353,4 @@ class Run:
 
 def default_tolerances(length: float, force: float) -> Tolerances:
     """Tolerances for a system of the given size (m) whose contact forces are about `force` (N)."""
-    return Tolerances(gap=1e-12 * length, force=1e-10 * force, velocity=1e-11 * length, time=1e-13)
+    return Tolerances(gap=1e-12 * length, force=1e-10 * force, velocity=1e-11 * length)

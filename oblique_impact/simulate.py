@@ -141,7 +141,7 @@ def beam_problem(beam: Beam) -> Problem:
         friction_law(c.friction, c.mu_static, c.mu_kinetic),
         NewtonImpact(c.restitution),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
-        default_tolerances(s.beam.length, weight),
+        default_tolerances(s.beam.length, weight)._replace(flight=v.free_step if scheme.stepwise else 0.0),
         scheme.stepwise,
     )
     q0, qd0 = beam.initial_state()

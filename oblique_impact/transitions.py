@@ -192,8 +192,9 @@ class ContactMachine:
         """
         if after.gap_acceleration >= 0.0:
             return False
-        height = after.gap_rate**2 / (-2.0 * after.gap_acceleration)
-        return height < 4.0 * self.tolerances.gap
+        flight = 2.0 * after.gap_rate / -after.gap_acceleration
+        height = 0.25 * flight * after.gap_rate
+        return height < 4.0 * self.tolerances.gap or flight < self.tolerances.flight
 
     def closed(self, instant: Instant) -> Phase:
         """State of a contact with zero gap and zero gap rate.

@@ -31,7 +31,7 @@ class Tolerances(NamedTuple):
     gap: float = 1e-12  # m
     force: float = 1e-9  # N
     velocity: float = 1e-11  # m/s
-    time: float = 1e-13  # s, two transitions closer than this happen at one instant
+    flight: float = 0.0  # s, bounces shorter than this are taken as accumulated (a fixed step's length)
 
 
 class Scratch(NamedTuple):

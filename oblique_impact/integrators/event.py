@@ -8,6 +8,7 @@ step up to it, so an event is as accurate as a step.
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ _SUSPECT = 0.25  # a dip estimated below this part of its neighbours is searched
 _SUSPECT_SCALE = 1e-3
 _UNBOUNDED = 1e12
 _SHARE_OF_A_STEP = 0.02
-_STEPS_PER_LEG = 4000
+_FIRST_LEG, _SECONDS_PER_LEG = 500, 0.1  # steps, and wall time of a leg: progress and interrupts stay prompt
 _NO_GUARD, _UNDEFINED = -1, -2
 _SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # steps below this part of the time (s) are lost in rounding
 
@@ -258,9 +259,10 @@ def march_event(
     tolerance: float,
     interval: float,
     number: int,
+    most_steps: int,
     s: Scratch,
 ) -> Progress:
-    """Advance y in place until a guard falls, until t_stop, or until the sample buffer is full.
+    """Advance y in place until a guard falls, until t_stop, until the sample buffer is full, or for `most_steps`.
 
     Output samples are the multiples number, number + 1, ... of `interval`.
     """
@@ -271,7 +273,7 @@ def march_event(
         return Progress(-status, _NO_GUARD, t, h, steps, rejected, count, peak)
     gap = s.work.scalars[GAP]
     while t < t_stop:
-        if count > capacity // 2 or steps >= _STEPS_PER_LEG:
+        if count > capacity // 2 or steps >= most_steps:
             return Progress(BUFFER_FULL, _NO_GUARD, t, h, steps, rejected, count, peak)
         h = min(h, 0.45 * capacity * interval)
         if h <= _SMALLEST * max(t, _SMALLEST_TIME):
@@ -339,6 +341,7 @@ class EventScheme(Scheme):
     def __init__(self, tolerance: float, march: Any = march_event) -> None:
         self.tolerance = tolerance
         self._march = march
+        self._leg = _FIRST_LEG
 
     def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
         """Arm the guards that start clearly positive; the others must rise first."""
@@ -352,7 +355,8 @@ class EventScheme(Scheme):
         scratch.armed[:] = initial_guards > thresholds
 
     def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
-        """Advance to the next event."""
+        """Advance to the next event, or for about a tenth of a second of computing."""
+        started = time.perf_counter()
         progress: Progress = self._march(
             system,
             phase,
@@ -363,8 +367,12 @@ class EventScheme(Scheme):
             _SHARE_OF_A_STEP * self.tolerance,
             course.output_interval,
             course.next_sample,
+            self._leg,
             scratch,
         )
+        if progress.steps >= self._leg:
+            pace = (time.perf_counter() - started) / progress.steps
+            self._leg = max(1, int(min(_SECONDS_PER_LEG / pace, 1e6)))
         course.t, course.h = progress.t, progress.h
         course.next_sample += progress.samples
         return progress

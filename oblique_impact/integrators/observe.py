@@ -9,7 +9,7 @@ import numpy as np
 from oblique_impact.contact import Phase, condense
 from oblique_impact.integrators.motion import derivative
 from oblique_impact.jit import jitable
-from oblique_impact.system import ACCELERATION, FIRST_GUARD, Array, Work, evaluate
+from oblique_impact.system import A_NN, ACCELERATION, FIRST_GUARD, Array, Work, evaluate
 
 
 class Observation(NamedTuple):
@@ -30,13 +30,16 @@ def condense_at(system: Any, t: float, q: Array, qd: Array, work: Work) -> bool:
 def observe_into(
     system: Any, phase: Phase, times: Array, states: Array, work: Work, dy: Array, qdd: Array, scalars: Array
 ) -> None:
-    """Accelerations, contact forces and kinematics of `phase` at samples; NaN where undefined."""
+    """Accelerations, contact forces and kinematics of `phase` at samples.
+
+    Where no contact force exists (the run ends there) the kinematics are kept, the rest is NaN.
+    """
     for i in range(times.shape[0]):
         defined = derivative(system, phase, times[i], states[i], work, dy) == 0
         for j in range(qdd.shape[1]):
             qdd[i, j] = work.vectors[ACCELERATION, j] if defined else np.nan
         for j in range(FIRST_GUARD):
-            scalars[i, j] = work.scalars[j] if defined else np.nan
+            scalars[i, j] = work.scalars[j] if defined or j < A_NN else np.nan
 
 
 def observe(
