@@ -42,7 +42,7 @@ def run(
     from oblique_impact.history import prepare_folder
 
     prepare_folder(out)
-    _announce_compilation()
+    _announce_compilation(chosen)
     history = _simulate(chosen)
     folder = history.save(out)
     _print_summary(history, folder)
@@ -119,10 +119,10 @@ def _speeds(text: str) -> list[float]:
     return rates
 
 
-def _announce_compilation() -> None:
+def _announce_compilation(scenario: Scenario) -> None:
     from oblique_impact.jit import is_compiled
 
-    if not is_compiled():
+    if not is_compiled("march_fixed" if scenario.solver.scheme == "fixed-step" else "march_event"):
         _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
 
 

@@ -60,10 +60,10 @@ def cache_folder() -> Path | None:
     return folder
 
 
-def is_compiled() -> bool:
-    """Whether kernels of this very source were compiled on this machine before."""
+def is_compiled(name: str) -> bool:
+    """Whether the kernel `name` of this very source was compiled on this machine before."""
     folder = cache_folder()
-    return folder is not None and any(folder.rglob("*.nbi"))
+    return folder is not None and any(folder.rglob(f"*.{name}-*.nbi"))
 
 
 def kernel(function: F) -> F:

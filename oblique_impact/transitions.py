@@ -223,28 +223,23 @@ class ContactMachine:
     def _turning_direction(self, instant: Instant) -> int:
         """Direction of slip where the tangential row adds nothing to the normal one.
 
-        No force can hold such a contact: its slip turns as the motion along the slope dictates.
+        No tangential force can hold such a contact, nor move it: its slip turns as the motion along the
+        slope dictates, whatever the friction.
         """
-        for direction in (1, -1):
-            branch = self.friction.branch(0.0, direction)
-            force = instant.sliding(branch.intercept)
-            if force is not None:
-                tangential = instant.a_nt * force + instant.a_tt * branch.intercept * force
-                if direction * (instant.slip_acceleration + tangential) > 0.0:
-                    return direction
-        raise PhysicsStop(Outcome.REDUNDANT_CONSTRAINTS)
+        normal = -instant.gap_acceleration / instant.a_nn
+        acceleration = instant.slip_acceleration + instant.a_nt * normal
+        if acceleration == 0.0:
+            raise PhysicsStop(Outcome.REDUNDANT_CONSTRAINTS)
+        return 1 if acceleration > 0.0 else -1
 
     def _slide_or_free(self, instant: Instant, direction: int) -> Phase:
         phase = self._slide(instant.slip_rate, direction)
         force = instant.sliding(phase.intercept + phase.slope * instant.slip_rate)
         if force is None:
             raise PhysicsStop(Outcome.PAINLEVE)
-        # a stabilized contact that starts below the slope is pushed out, whatever the rigid force says
-        return (
-            phase
-            if force > 0.0 or (self._stepwise and self._stabilized_force(phase, instant) > 0.0)
-            else self.free()
-        )
+        if self._stepwise:  # a contact noticed below the slope is pushed out by its stabilization
+            force = max(force, self._stabilized_force(phase, instant))
+        return phase if force > 0.0 else self.free()
 
     def _stabilized_force(self, phase: Phase, instant: Instant) -> float:
         pull = self._baumgarte.damping * instant.gap_rate + self._baumgarte.stiffness * instant.gap
