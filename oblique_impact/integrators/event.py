@@ -155,7 +155,9 @@ def _suspect(s: Scratch, i: int, guard: int) -> int:
     sa, sb = s.slopes[i, guard] / _INTERVALS, s.slopes[i + 1, guard] / _INTERVALS
     least, inside = _cubic_dip(ga, gb, sa, sb)
     scale = max(abs(ga), abs(gb), abs(sa), abs(sb))
-    return 1 if inside and s.armed[guard] and least < _SUSPECT * min(ga, gb) + _SUSPECT_SCALE * scale else 0
+    # a guard that has not risen yet starts near zero: only a dip below its threshold is one
+    margin = _SUSPECT * min(ga, gb) + _SUSPECT_SCALE * scale if s.armed[guard] else 0.0
+    return 1 if inside and least < margin else 0
 
 
 @jitable
