@@ -205,7 +205,8 @@ def test_modes_draws_a_campbell_diagram(tmp_path, cli):
 
 
 def test_help_is_quick_because_it_imports_no_numerics():
-    code = "import sys; import oblique_impact.cli; print([m for m in ('numpy', 'numba', 'scipy') if m in sys.modules])"
+    numerics = ("numpy", "numba", "scipy")
+    code = f"import sys; import oblique_impact.cli; print([m for m in {numerics} if m in sys.modules])"
     result = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert result.stdout.strip() == "[]"
     shown = subprocess.run(
