@@ -8,6 +8,9 @@ Delassus entries A_nn = D_n M^-1 D_n^T, A_nt, A_tt:
             (A_nn + r A_nt) lambda_n = -(Z_n''free + c Z_n' + k Z_n)
     STICK   both constraints at once, a 2 x 2 system
 
+An elastic stop has no normal constraint: lambda_n = k d (1 + c d'), d = -Z_n, never negative (Hunt and
+Crossley 1975); friction and stick are the same.
+
 The factor A_nn + r A_nt is the effective inverse normal mass of the sliding contact; where it is not
 positive the forward problem has no or several solutions (Painleve).
 """
@@ -88,6 +91,8 @@ class Phase(NamedTuple):
     damping: float = 0.0  # 1/s, coefficient of Z' in Baumgarte's equation
     stiffness: float = 0.0  # 1/s^2, coefficient of Z
     watched: bool = True  # False: contact is switched off and the gap is not watched
+    spring: float = 0.0  # N/m, stiffness of an elastic stop; 0: a rigid one
+    dashpot: float = 0.0  # s/m, its Hunt-Crossley damping
 
 
 @jitable
@@ -153,9 +158,19 @@ def condense(work: Work) -> bool:
 
 
 @jitable
+def spring_force(stiffness: float, damping: float, gap: float, gap_rate: float) -> float:
+    """Return the normal force (N) of an elastic stop, k d (1 + c d') with d = -gap, never negative."""
+    return max(0.0, stiffness * max(0.0, -gap) * (1.0 - damping * gap_rate))
+
+
+@jitable
 def sliding_force(phase: Phase, k: Array) -> int:
     """Contact force of a sliding contact into the scalars `k`; NO_SLIDING_SOLUTION if Painleve."""
     ratio = phase.intercept + phase.slope * k[SLIP_RATE]
+    if phase.spring > 0.0:
+        k[LAMBDA_N] = spring_force(phase.spring, phase.dashpot, k[GAP], k[GAP_RATE])
+        k[LAMBDA_T] = ratio * k[LAMBDA_N]
+        return OK
     effective = k[A_NN] + ratio * k[A_NT]
     if not effective > 0.0:
         return NO_SLIDING_SOLUTION
@@ -171,12 +186,18 @@ def sticking_force(phase: Phase, reference: float, k: Array) -> int:
 
     Returns NO_STICKING_SOLUTION if the two constraints are redundant.
     """
+    drift = k[SLIP] - reference
+    tangential = k[SLIP_ACCELERATION] + phase.damping * k[SLIP_RATE] + phase.stiffness * drift
+    if phase.spring > 0.0:
+        if not k[A_TT] > 0.0:
+            return NO_STICKING_SOLUTION
+        k[LAMBDA_N] = spring_force(phase.spring, phase.dashpot, k[GAP], k[GAP_RATE])
+        k[LAMBDA_T] = -(tangential + k[A_NT] * k[LAMBDA_N]) / k[A_TT]
+        return OK
     determinant = k[A_NN] * k[A_TT] - k[A_NT] * k[A_NT]
     if not determinant > _SINGULAR * k[A_NN] * k[A_TT]:
         return NO_STICKING_SOLUTION
     normal = k[GAP_ACCELERATION] + phase.damping * k[GAP_RATE] + phase.stiffness * k[GAP]
-    drift = k[SLIP] - reference
-    tangential = k[SLIP_ACCELERATION] + phase.damping * k[SLIP_RATE] + phase.stiffness * drift
     k[LAMBDA_N] = (k[A_NT] * tangential - k[A_TT] * normal) / determinant
     k[LAMBDA_T] = (k[A_NT] * normal - k[A_NN] * tangential) / determinant
     return OK
@@ -217,13 +238,13 @@ def measure_guards(phase: Phase, k: Array) -> None:
         if phase.watched:
             k[FIRST_GUARD + GUARD_NORMAL] = k[GAP]
         return
-    k[FIRST_GUARD + GUARD_NORMAL] = k[LAMBDA_N]
+    k[FIRST_GUARD + GUARD_NORMAL] = -k[GAP] if phase.spring > 0.0 else k[LAMBDA_N]
     if phase.state == SLIDING:
         if phase.lower > -np.inf:
             k[FIRST_GUARD + GUARD_LOWER] = k[SLIP_RATE] - phase.lower
         if phase.upper < np.inf:
             k[FIRST_GUARD + GUARD_UPPER] = phase.upper - k[SLIP_RATE]
-        ratio = phase.intercept + phase.slope * k[SLIP_RATE]
+        ratio = 0.0 if phase.spring > 0.0 else phase.intercept + phase.slope * k[SLIP_RATE]
         k[FIRST_GUARD + GUARD_DEFINITE] = 1.0 + ratio * k[A_NT] / k[A_NN] - _NEARLY_PAINLEVE
     else:
         k[FIRST_GUARD + GUARD_LOWER] = phase.static * k[LAMBDA_N] - k[LAMBDA_T]

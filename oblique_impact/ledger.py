@@ -24,13 +24,14 @@ MACRO_GAP = 0.03  # s; contacts closer than this belong to one macro-collision
 
 @dataclass(frozen=True)
 class Ledger:
-    """Energy balance of a run (J); `kinetic`, `elastic`, `gravity` are the parts of `final`."""
+    """Energy balance of a run (J); `kinetic`, `elastic`, `gravity`, `contact` are the parts of `final`."""
 
     initial: float
     final: float
     kinetic: float
     elastic: float
     gravity: float
+    contact: float
     supplied: float
     lost_impact: float
     lost_friction: float
@@ -43,7 +44,9 @@ class Ledger:
         return asdict(self)
 
 
-def balance(initial: float, parts: tuple[float, float, float], quadratures: Array, events: list[Event]) -> Ledger:
+def balance(
+    initial: float, parts: tuple[float, float, float, float], quadratures: Array, events: list[Event]
+) -> Ledger:
     """Close the balance of a run.
 
     Parameters
@@ -51,7 +54,7 @@ def balance(initial: float, parts: tuple[float, float, float], quadratures: Arra
     initial : float
         Energy at the start (J).
     parts : tuple
-        Kinetic, elastic and gravity energy at the end (J).
+        Kinetic, elastic, gravity and contact energy at the end (J).
     quadratures : ndarray, shape (6,)
         The integrals carried along with the motion, at the end.
     events : list of Event
@@ -69,6 +72,7 @@ def balance(initial: float, parts: tuple[float, float, float], quadratures: Arra
         kinetic=parts[0],
         elastic=parts[1],
         gravity=parts[2],
+        contact=parts[3],
         supplied=supplied,
         lost_impact=impact,
         lost_friction=friction,

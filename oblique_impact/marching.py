@@ -17,7 +17,7 @@ from oblique_impact.contact import GUARD_DEFINITE, Impulse, Instant, Phase, Stat
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.integrators import base
 from oblique_impact.integrators.base import Course, Scheme, Scratch, Tolerances, new_scratch
-from oblique_impact.integrators.motion import QUADRATURES, SUPPLIED
+from oblique_impact.integrators.motion import QUADRATURES, STABILIZATION_LOSS, SUPPLIED
 from oblique_impact.integrators.observe import Observation, condense_at, observe, observe_into
 from oblique_impact.system import (
     ACCELERATION,
@@ -264,6 +264,7 @@ class Run:
                     State(self._phase.state),
                 )
             )
+        self._account_for_penetration(leaving, before.gap)
         self._track_contact(leaving, impulse, transition.kind)
         if transition.stop is not None:
             raise PhysicsStop(transition.stop)
@@ -285,6 +286,17 @@ class Run:
         normal, tangential = (float(row @ qd) for row in rows)  # rates without the boundary's own
         boundary = impulse.normal * (normal - k[GAP_RATE]) + impulse.tangential * (tangential - k[SLIP_RATE])
         return float(powers[0] - powers[1] + boundary)
+
+    def _account_for_penetration(self, leaving: Phase, gap: float) -> None:
+        """Charge the scheme with the energy of an elastic stop that contact finds or leaves compressed.
+
+        Located contacts begin and end at zero gap; a fixed step notices them late.
+        """
+        stop = self.problem.machine.stop
+        if stop is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
+            return
+        found = -1.0 if leaving.state == State.FREE else 1.0
+        self._quadratures()[STABILIZATION_LOSS] += found * stop.energy(gap)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> None:
         t = self._course.t

@@ -298,6 +298,8 @@ def _check_root(s: Scenario) -> None:
 
 def _check_contact(s: Scenario) -> None:
     contact, length = s.contact, s.beam.length
+    if contact.normal == "spring" and contact.restitution > 0.0:
+        _refuse("contact.restitution", contact.restitution, "only with a rigid stop; a spring has contact.damping")
     if contact.point > length:
         _refuse("contact.point", contact.point, f"should be on the beam, at most beam.length = {length}")
     if contact.point < 1e-3 * length:
@@ -353,5 +355,3 @@ def _check_solver(s: Scenario) -> None:
                 _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")
     if v.scheme == "generalized-alpha":
         _refuse("solver.scheme", v.scheme, 'not yet available; use "event" or "fixed-step"')
-    if s.contact.normal == "spring":
-        _refuse("contact.normal", s.contact.normal, 'not yet available; use "rigid"')

@@ -33,7 +33,7 @@ from oblique_impact.system import (
     Array,
     MechanicalSystem,
 )
-from oblique_impact.transitions import Baumgarte, ContactMachine, ImpactLaw, NewtonImpact
+from oblique_impact.transitions import Baumgarte, ContactMachine, ElasticStop, ImpactLaw, NewtonImpact
 
 ProgressCallback = Callable[[Status], None]
 
@@ -64,7 +64,7 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     samples = _Samples(record, problem.q0.size)
     energies = beam.energies(samples.q, samples.qd)
     data = samples.dataset(energies).merge(_beam_variables(beam, samples))
-    summary = _summary(record, samples, energies, wall)
+    summary = _summary(record, samples, energies, wall, problem.machine.stop)
     summary["warnings"] = _warnings(beam, samples)
     return History(data, record.events, summary, scenario.to_toml())
 
@@ -81,6 +81,7 @@ def simulate_system(
     output_interval: float = 1e-2,
     baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
     tolerances: Tolerances = Tolerances(),
+    stop: ElasticStop | None = None,
     breakpoints: tuple[float, ...] = (),
     on_progress: ProgressCallback | None = None,
 ) -> History:
@@ -94,8 +95,8 @@ def simulate_system(
         Initial coordinates and velocities.
     end_time : float
         s.
-    friction, impact, scheme : optional
-        Laws and marching scheme; default frictionless, plastic, event-located at 1e-10.
+    friction, impact, scheme, stop : optional
+        Laws, marching scheme and an elastic stop; default frictionless, plastic, event-located, rigid.
 
     Returns
     -------
@@ -104,7 +105,7 @@ def simulate_system(
     """
     chosen = scheme or EventScheme(1e-10)
     machine = ContactMachine(
-        friction or Frictionless(), impact or NewtonImpact(), baumgarte, tolerances, chosen.stepwise
+        friction or Frictionless(), impact or NewtonImpact(), baumgarte, tolerances, chosen.stepwise, stop
     )
     problem = Problem(
         system,
@@ -122,7 +123,8 @@ def simulate_system(
     samples = _Samples(record, system.size)
     rows = [system.energy(t, q, qd) for t, q, qd in zip(samples.time, samples.q, samples.qd, strict=True)]
     energies = Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
-    return History(samples.dataset(energies), record.events, _summary(record, samples, energies, wall))
+    summary = _summary(record, samples, energies, wall, stop)
+    return History(samples.dataset(energies), record.events, summary)
 
 
 def beam_problem(beam: Beam) -> Problem:
@@ -143,6 +145,7 @@ def beam_problem(beam: Beam) -> Problem:
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         default_tolerances(s.beam.length, weight)._replace(flight=v.free_step if scheme.stepwise else 0.0),
         scheme.stepwise,
+        ElasticStop(c.stiffness, c.damping) if c.normal == "spring" else None,
     )
     q0, qd0 = beam.initial_state()
     ends = (s.root.spin_up_time,) if s.root.profile == "spin-up" else ()
@@ -235,11 +238,14 @@ def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
     )
 
 
-def _summary(record: Record, samples: _Samples, energies: Energies, wall: float) -> dict[str, Any]:
-    parts = tuple(float(e[-1]) for e in energies)
+def _summary(
+    record: Record, samples: _Samples, energies: Energies, wall: float, stop: ElasticStop | None
+) -> dict[str, Any]:
+    parts = [float(e[-1]) for e in energies]
+    stored = stop.energy(float(samples.scalars[-1, GAP])) if stop and samples.state[-1] != State.FREE else 0.0
     ledger = balance(
         float(sum(e[0] for e in energies)),
-        (parts[0], parts[1], parts[2]),
+        (parts[0], parts[1], parts[2], stored),
         samples.quadratures[-1],
         record.events,
     )

@@ -22,6 +22,7 @@ from oblique_impact.contact import (
     State,
     newton_impulse,
     routh_impulse,
+    spring_force,
 )
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.friction import FrictionLaw
@@ -97,6 +98,21 @@ class RouthImpact(ImpactLaw):
             raise PhysicsStop(Outcome.PAINLEVE) from None
 
 
+class ElasticStop(NamedTuple):
+    """A stop that gives way: lambda_n = stiffness d (1 + damping d'), d = -Z_n (Hunt and Crossley 1975)."""
+
+    stiffness: float  # N/m
+    damping: float = 0.0  # s/m
+
+    def force(self, instant: Instant) -> float:
+        """Return the normal force (N) at an instant."""
+        return spring_force(self.stiffness, self.damping, instant.gap, instant.gap_rate)
+
+    def energy(self, gap: float) -> float:
+        """Energy (J) stored at a gap (m)."""
+        return 0.5 * self.stiffness * max(0.0, -gap) ** 2
+
+
 class Baumgarte(NamedTuple):
     """Coefficients of Z'' + damping Z' + stiffness Z = 0 (1/s, 1/s^2)."""
 
@@ -122,6 +138,8 @@ class ContactMachine:
         What counts as zero.
     stepwise : bool
         Judge stick and slip as a fixed-step scheme does, without asking for a vanishing slip velocity.
+    stop : ElasticStop, optional
+        An elastic stop; then contact begins and ends without an impulse. Default: a rigid one.
     """
 
     def __init__(
@@ -131,10 +149,18 @@ class ContactMachine:
         baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
         tolerances: Tolerances = Tolerances(),
         stepwise: bool = False,
+        stop: ElasticStop | None = None,
     ) -> None:
         self.friction, self.impact = friction, impact
         self.tolerances = tolerances
-        self._baumgarte, self._stepwise = baumgarte, stepwise
+        self._stepwise, self.stop = stepwise, stop
+        self._closed_phase = Phase(
+            static=-1.0 if friction.static is None else friction.static,
+            damping=baumgarte.damping,
+            stiffness=baumgarte.stiffness,
+            spring=stop.stiffness if stop else 0.0,
+            dashpot=stop.damping if stop else 0.0,
+        )
 
     def free(self) -> Phase:
         """Return the phase of free flight."""
@@ -166,6 +192,8 @@ class ContactMachine:
 
     def touch(self, probe: ContactProbe) -> Transition:
         """Impact of a closing contact, or a grazing contact that closes without one."""
+        if self.stop is not None:
+            return Transition(self._on_elastic_stop(probe.instant), EventKind.IMPACT)
         if probe.instant.gap_rate >= -self.tolerances.velocity:
             phase = self.closed(probe.instant)
             return Transition(phase, None if phase.state == State.FREE else EventKind.IMPACT)
@@ -201,6 +229,8 @@ class ContactMachine:
 
         Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
         """
+        if self.stop is not None:
+            return self._on_elastic_stop(instant)
         if self._stepwise:
             return self._closed_stepwise(instant)
         static = self.friction.static
@@ -213,6 +243,21 @@ class ContactMachine:
         if abs(forces[1]) <= static * forces[0]:
             return self._stick(instant)
         return self._slide_or_free(resting, -1 if forces[1] > 0.0 else 1)
+
+    def _on_elastic_stop(self, instant: Instant) -> Phase:
+        """Stick or slip on an elastic stop, whose normal force the state does not change."""
+        assert self.stop is not None
+        static, rate = self.friction.static, instant.slip_rate
+        moving = abs(rate) > self.tolerances.velocity and not self._stepwise
+        if static is None or moving or not instant.a_tt > 0.0:
+            return self._slide(rate, 1 if rate >= 0.0 else -1)
+        normal = self.stop.force(instant)
+        tangential = -(instant.slip_acceleration + instant.a_nt * normal) / instant.a_tt
+        if abs(tangential) <= static * normal:
+            return self._stick(instant)
+        if self._stepwise:
+            return self._slide(rate, 1 if rate >= 0.0 else -1)
+        return self._slide(0.0, -1 if tangential > 0.0 else 1)
 
     def _closed_stepwise(self, instant: Instant) -> Phase:
         static, forces = self.friction.static, instant.sticking()
@@ -234,6 +279,8 @@ class ContactMachine:
 
     def _slide_or_free(self, instant: Instant, direction: int) -> Phase:
         phase = self._slide(instant.slip_rate, direction)
+        if self.stop is not None:
+            return phase
         force = instant.sliding(phase.intercept + phase.slope * instant.slip_rate)
         if force is None:
             raise PhysicsStop(Outcome.PAINLEVE)
@@ -242,34 +289,22 @@ class ContactMachine:
         return phase if force > 0.0 else self.free()
 
     def _stabilized_force(self, phase: Phase, instant: Instant) -> float:
-        pull = self._baumgarte.damping * instant.gap_rate + self._baumgarte.stiffness * instant.gap
+        pull = phase.damping * instant.gap_rate + phase.stiffness * instant.gap
         corrected = instant._replace(gap_acceleration=instant.gap_acceleration + pull)
         return corrected.sliding(phase.intercept + phase.slope * instant.slip_rate) or 0.0
 
     def _slide(self, slip_rate: float, direction: int) -> Phase:
         branch = self.friction.branch(slip_rate, direction)
-        return Phase(
+        return self._closed_phase._replace(
             state=int(State.SLIP),
             intercept=branch.intercept,
             slope=branch.slope,
             lower=branch.lower,
             upper=branch.upper,
-            static=self._static(),
-            damping=self._baumgarte.damping,
-            stiffness=self._baumgarte.stiffness,
         )
 
     def _stick(self, instant: Instant) -> Phase:
-        return Phase(
-            state=int(State.STICK),
-            static=self._static(),
-            slip_reference=instant.slip,
-            damping=self._baumgarte.damping,
-            stiffness=self._baumgarte.stiffness,
-        )
-
-    def _static(self) -> float:
-        return -1.0 if self.friction.static is None else float(self.friction.static)
+        return self._closed_phase._replace(state=int(State.STICK), slip_reference=instant.slip)
 
     def _leave_stick(self, guard: int, instant: Instant) -> Transition:
         if self._stepwise:

@@ -42,8 +42,8 @@ class Scratch(NamedTuple):
     F: Array  # (7, ny) dense output
     y_new: Array  # (ny,)
     at: Array  # (ny,)
-    values: Array  # (5, 4) guards at the ends of the subintervals of a step
-    slopes: Array  # (5, 4)
+    values: Array  # (5, 5) guards and normal force at the ends of the subintervals of a step
+    slopes: Array  # (5, 5)
     armed: NDArray[np.bool_]  # (4,)
     thresholds: Array  # (4,)
     times: Array  # (samples,)
@@ -59,8 +59,8 @@ def new_scratch(size: int) -> Scratch:
         F=np.zeros((7, ny)),
         y_new=np.zeros(ny),
         at=np.zeros(ny),
-        values=np.zeros((5, 4)),
-        slopes=np.zeros((5, 4)),
+        values=np.zeros((5, 5)),
+        slopes=np.zeros((5, 5)),
         armed=np.zeros(4, dtype=np.bool_),
         thresholds=np.zeros(4),
         times=np.zeros(SAMPLES_PER_LEG),

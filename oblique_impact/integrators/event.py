@@ -161,22 +161,30 @@ def _suspect(s: Scratch, i: int, guard: int) -> int:
 
 
 @jitable
+def _largest_force(s: Scratch, i: int) -> float:
+    """Largest normal force in subinterval i, by the cubic through values and slopes."""
+    a, b = s.values[i, GUARDS], s.values[i + 1, GUARDS]
+    sa, sb = s.slopes[i, GUARDS] / _INTERVALS, s.slopes[i + 1, GUARDS] / _INTERVALS
+    return -_cubic_dip(-a, -b, -sa, -sb)[0]
+
+
+@jitable
 def _first_fall(system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch) -> tuple[int, float, float]:
     """First guard that falls through zero within the step, the fraction where, and the peak normal force."""
-    peak, defined = 0.0, _INTERVALS + 1
+    defined = _INTERVALS + 1
     for i in range(2 * (_INTERVALS + 1)):
         end, slope = i // 2, i % 2 == 1
         shift = (-_SLOPE_STEP if end == _INTERVALS else _SLOPE_STEP) if slope else 0.0
         if not _guards_at(system, phase, t, h, end / _INTERVALS + shift, y, s):
             defined = end
             break
-        peak = max(peak, s.work.scalars[LAMBDA_N])
-        for k in range(GUARDS):
-            value = s.work.scalars[FIRST_GUARD + k]
+        for k in range(GUARDS + 1):
+            value = s.work.scalars[FIRST_GUARD + k] if k < GUARDS else s.work.scalars[LAMBDA_N]
             if slope:
                 s.slopes[end, k] = (value - s.values[end, k]) / shift
             else:
                 s.values[end, k] = value
+    peak = 0.0
     for i in range(defined - 1):
         first, place = _NO_GUARD, 2.0
         for k in range(GUARDS):
@@ -187,7 +195,8 @@ def _first_fall(system: Any, phase: Phase, t: float, h: float, y: Array, s: Scra
                 if 0.0 <= x < place:
                     first, place = k, x
         if first >= 0:
-            return first, place, peak
+            return first, place, max(peak, s.values[i, GUARDS])
+        peak = max(peak, _largest_force(s, i))
         for k in range(GUARDS):
             s.armed[k] = s.armed[k] or s.values[i + 1, k] > s.thresholds[k]
     return (_NO_GUARD if defined == _INTERVALS + 1 else _UNDEFINED), 1.0, peak
@@ -352,6 +361,8 @@ class EventScheme(Scheme):
             thresholds[:] = tolerances.gap
         else:
             thresholds[:] = tolerances.force
+            if phase.spring > 0.0:
+                thresholds[GUARD_NORMAL] = tolerances.gap
             if phase.state == 1:
                 thresholds[GUARD_LOWER] = thresholds[GUARD_UPPER] = tolerances.velocity
         scratch.armed[:] = initial_guards > thresholds

@@ -12,6 +12,7 @@ from oblique_impact.jit import jitable
 from oblique_impact.system import (
     ACCELERATION,
     DAMPING_POWER,
+    GAP,
     GAP_RATE,
     LAMBDA_N,
     LAMBDA_T,
@@ -57,7 +58,12 @@ def derivative(system: Any, phase: Phase, t: float, y: Array, work: Work, dy: Ar
     dy[tail + TANGENTIAL_IMPULSE] = tangential
     dy[tail + FRICTION_LOSS] = -tangential * k[SLIP_RATE]
     dy[tail + DAMPING_LOSS] = k[DAMPING_POWER]
-    dy[tail + STABILIZATION_LOSS] = -normal * k[GAP_RATE]
+    dy[tail + STABILIZATION_LOSS] = 0.0
+    if phase.spring > 0.0:
+        # what the elastic stop does not give back: all but the change of k d^2 / 2
+        dy[tail + DAMPING_LOSS] += (normal - phase.spring * max(0.0, -k[GAP])) * -k[GAP_RATE]
+    else:
+        dy[tail + STABILIZATION_LOSS] = -normal * k[GAP_RATE]
     # What moving or driven boundaries add: contact power on the coordinates beyond that of gap and slip
     boundary = normal * (closing - k[GAP_RATE]) + tangential * (sliding - k[SLIP_RATE])
     dy[tail + SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary

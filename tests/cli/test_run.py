@@ -114,7 +114,7 @@ BAD = {
     "discretization.method=spectral": "discretization.method",
     "solver.scheme=euler": "solver.scheme",
     "solver.scheme=generalized-alpha": "solver.scheme",
-    "contact.normal=spring": "contact.normal",
+    "contact.normal=glue": "contact.normal",
     "root.hub_radius=0.1": "root.hub_radius",
     "beam.length.x=1": "beam.length.x",
     "no-equals-sign": "no-equals-sign",
