@@ -377,6 +377,10 @@ class _RouthPath:
             growth = self._rates()[0]
             to_end = -self._gap_rate / growth if growth > 0.0 else inf
             to_stop = self._to_zero_slip()
+            if to_end < inf and abs(to_stop - to_end) <= _SINGULAR * to_end:
+                # both at once, as they do in a system of one degree of freedom; rounding must not choose
+                self._stop_slipping(to_end)
+                return self.normal
             if to_end <= to_stop:
                 if to_end == inf:
                     break

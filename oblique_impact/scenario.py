@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -22,6 +23,9 @@ MAX_STEPS = 1_000_000_000
 
 #: a start this close to the slope (relative to the beam's length) touches it
 TOUCHING = 1e-12
+
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60
 
 Positive = Annotated[float, Field(gt=0.0, le=1e30)]
 NonNegative = Annotated[float, Field(ge=0.0, le=1e30)]
@@ -175,6 +179,8 @@ class Scenario(Section):
             raise InputError(f"scenario file: not valid TOML: {error}") from None
         except RecursionError:
             raise InputError("scenario file: nested too deeply; sections have one level") from None
+        except ValueError as error:  # integers of thousands of digits
+            raise InputError(f"scenario file: {error}") from None
         for item in overrides or []:
             _apply_override(data, item)
         return cls.from_dict(data)
@@ -193,7 +199,7 @@ class Scenario(Section):
         if source in builtin_names():
             return cls.builtin(source, overrides)
         path = Path(source)
-        if not path.is_file():
+        if not _is_file(path):
             known = ", ".join(builtin_names())
             raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known})")
         try:
@@ -227,6 +233,13 @@ def builtin_names() -> list[str]:
     return ["paper", *(name for name in names if name != "paper")]
 
 
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name too long for the file system
+        return False
+
+
 def _builtin_folder() -> Any:
     return resources.files("oblique_impact") / "scenarios"
 
@@ -238,9 +251,10 @@ def _apply_override(data: dict[str, Any], item: str) -> None:
     if not separator or not all(keys) or len(keys) > 2:
         raise InputError(f"--set {item}: expected section.key=value")
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
-        value = text.strip()
+        parsed = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        parsed = {}
+    value = parsed["value"] if parsed.keys() == {"value"} else text.strip()
     target = data
     for key in keys[:-1]:
         target = target.setdefault(key, {})
@@ -261,7 +275,10 @@ def _one_line(error: ValidationError) -> str:
 
 
 def _short(value: Any) -> str:
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(_REPR.repr(value).split())
+    except ValueError:
+        text = "an integer of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

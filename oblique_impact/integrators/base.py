@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, Phase
 from oblique_impact.integrators.motion import QUADRATURES
-from oblique_impact.system import Array, Work, new_work
+from oblique_impact.system import GUARDS, Array, Work, new_work
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
 AT_STOP, AT_GUARD, BUFFER_FULL = 0, 1, 2
@@ -42,8 +42,8 @@ class Scratch(NamedTuple):
     F: Array  # (7, ny) dense output
     y_new: Array  # (ny,)
     at: Array  # (ny,)
-    values: Array  # (5, 5) guards and normal force at the ends of the subintervals of a step
-    slopes: Array  # (5, 5)
+    values: Array  # (3, 5) guards and normal force at the ends and the middle of a part of a step
+    slopes: Array  # (3, 5)
     armed: NDArray[np.bool_]  # (4,)
     thresholds: Array  # (4,)
     times: Array  # (samples,)
@@ -59,10 +59,10 @@ def new_scratch(size: int) -> Scratch:
         F=np.zeros((7, ny)),
         y_new=np.zeros(ny),
         at=np.zeros(ny),
-        values=np.zeros((5, 5)),
-        slopes=np.zeros((5, 5)),
-        armed=np.zeros(4, dtype=np.bool_),
-        thresholds=np.zeros(4),
+        values=np.zeros((3, GUARDS + 1)),
+        slopes=np.zeros((3, GUARDS + 1)),
+        armed=np.zeros(GUARDS, dtype=np.bool_),
+        thresholds=np.zeros(GUARDS),
         times=np.zeros(SAMPLES_PER_LEG),
         states=np.zeros((SAMPLES_PER_LEG, ny)),
     )

@@ -166,4 +166,6 @@ class FixedStepScheme(Scheme):
         )
         course.t = progress.t
         course.phase_steps += progress.steps
+        if progress.reason == AT_STOP:  # the last step was cut; the next ones are counted from here
+            course.phase_start, course.phase_steps = progress.t, 0
         return Progress(*progress)

@@ -1,0 +1,112 @@
+"""Item 4b: bending of a pinned beam that falls, the statics of the falling chimney."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oblique_impact import Scenario, simulate
+from oblique_impact.operators import build_operators
+from tests.reference.values import VALUES
+
+CHIMNEY = VALUES["4b"]
+MASS, BENDING, GRAVITY, ANGLE = 0.86874, 541.27, 9.8, np.pi / 4
+MODES = 60
+
+
+def falling(stiffening: float = 1.0, damping: float = 0.0, end_time: float = 1.0, **shapes: Any) -> Scenario:
+    """The beam of item 4b, with an output station at L/3 (that of a contact point that is switched off)."""
+    return Scenario.from_dict(
+        {
+            "end_time": end_time,
+            "gravity": GRAVITY,
+            "beam": {
+                "length": 1.0,
+                "area": 1.0,
+                "density": MASS,
+                "youngs_modulus": stiffening * BENDING,
+                "second_moment": 1.0,
+                "modal_damping_ratio": damping,
+            },
+            "initial": {"angle": ANGLE},
+            "contact": {"enabled": False, "point": 1.0 / 3.0},
+            "discretization": shapes,
+            "solver": {"output_interval": end_time / 200},
+        }
+    )
+
+
+def third(points: np.ndarray) -> int:
+    """Index of the station at L/3."""
+    return int(np.argmin(np.abs(points - 1.0 / 3.0)))
+
+
+def static_bending(scenario: Scenario) -> tuple[float, float, float]:
+    """Moment at L/3, tip offset from the root tangent and tip slope against it, at the start of the fall.
+
+    K B = -g cos(theta) P - S theta'' with the rigid bar's theta'' = -3 g cos(theta)/(2 L); in the mean-axis
+    frame S = 0.
+    """
+    o = build_operators(scenario)
+    rigid = -1.5 * GRAVITY * np.cos(ANGLE)
+    B = np.linalg.solve(o.K, -GRAVITY * np.cos(ANGLE) * o.P - o.S * rigid)
+    root, x = float(o.root_slope @ B), o.stations.quadrature.points
+    moment = o.bending_stiffness * (o.stations.curvatures[third(o.stations.points)] @ B)
+    tip_slope = np.polynomial.Polynomial.fit(x[-6:], o.stations.quadrature.slopes[-6:] @ B, 5)(1.0)
+    return float(moment), float(o.stations.values[-1] @ B) - root, float(tip_slope) - root
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+def test_sixty_modes_bend_like_the_chimney(frame):
+    moment, tip, slope = static_bending(falling(method="modal", frame=frame, modes=MODES))
+    # in units of m g cos(theta): mode b adds 2/b^3 with changing sign to the moment 1/27, and (hinged-free)
+    # 2/b^4 of one sign to the slope of the root, so to tip 1/80 and slope 1/48; those sum up to 2/(3 pi b^3)
+    b = MODES * np.pi
+    assert moment == pytest.approx(CHIMNEY["Mmax"], rel=2.0 * 27.0 * 2.0 / b**3)
+    assert tip == pytest.approx(CHIMNEY["tip"], rel=1.1 * 80.0 * 2.0 / (3.0 * np.pi * b**3))
+    assert slope == pytest.approx(CHIMNEY["slope"], rel=1.1 * 48.0 * 2.0 / (3.0 * np.pi * b**3))
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+@pytest.mark.parametrize("elements", [6, 12, 24])
+def test_elements_bend_like_the_chimney(frame, elements):
+    moment, tip, slope = static_bending(falling(method="fem", frame=frame, modes=0, elements=elements))
+    # Hermite elements are exact at the nodes of a uniform beam in statics; the table has 9 digits
+    assert tip == pytest.approx(CHIMNEY["tip"], rel=1e-8)
+    assert slope == pytest.approx(CHIMNEY["slope"], rel=1e-8)
+    # the moment there lacks that of the clamped element, h^2 (3 q0 + 2 q1)/60 with the load
+    # q(x) = m g cos(theta) (1 - 3x/2L) of the right-hand element
+    h = 1.0 / elements
+    q0, q1 = (MASS * GRAVITY * np.cos(ANGLE) * (1.0 - 1.5 * x) for x in (1.0 / 3.0, 1.0 / 3.0 + h))
+    assert moment - h**2 * (3.0 * q0 + 2.0 * q1) / 60.0 == pytest.approx(CHIMNEY["Mmax"], rel=1e-7)
+
+
+@pytest.mark.parametrize("method", ["modal", "fem"])
+def test_a_damped_fall_bends_as_statics_say(method):
+    """The same through the equations of motion: the quasi-static part of the damped motion, at every angle."""
+    scenario = falling(100.0, 0.9, 0.05, method=method, frame="mean-axis", modes=12, elements=60)
+    history = simulate(scenario)
+    late = history["time"].values > 0.01  # the slowest vibration has fallen by exp(-0.9 omega_1 t) = 1e-15
+    theta, elastic = history["theta"].values[late], history["q"].values[late, 1:]
+    share = np.cos(theta) / np.cos(ANGLE)
+    tip = history["uy"].values[late, -1] - elastic @ build_operators(scenario).root_slope
+    moment = history["moment"].values[late, third(history["station"].values)]
+    # 12 modes: 2.8e-4 of the tip and 7e-4 of the moment are missing, elements add h^2 9/8 = 3e-4 to it;
+    # the damper lags by 2 zeta/omega_1 = 0.5 ms, over which cos(theta) changes by 2e-4
+    np.testing.assert_allclose(tip, CHIMNEY["tip"] / 100.0 * share, rtol=6e-4)
+    np.testing.assert_allclose(moment, CHIMNEY["Mmax"] * share, rtol=1.2e-3)
+
+
+def test_a_sudden_release_doubles_the_bending():
+    """One hinged-free mode swings between 0 and twice its static deflection, with its own frequency."""
+    frequency = CHIMNEY["omega1"] * np.sqrt(100.0 * BENDING / MASS)
+    scenario = falling(100.0, 0.0, 2.0 * np.pi / frequency, method="modal", frame="mean-axis", modes=1)
+    o, history = build_operators(scenario), simulate(scenario)
+    static = -GRAVITY * np.cos(ANGLE) * o.P[0] / o.K[0, 0]
+    amplitude = history["q"].values[:, 1] / static
+    phase = frequency * history["time"].values
+    # in one period theta falls by g t^2 = 2e-5 rad, and omega_1 is given to 5 digits
+    np.testing.assert_allclose(amplitude, 1.0 - np.cos(phase), atol=1e-4)
+    assert amplitude.max() == pytest.approx(2.0, abs=1e-4)

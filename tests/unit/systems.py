@@ -1,0 +1,96 @@
+"""Small mechanical systems with closed-form motions, shared by the unit tests."""
+
+import numpy as np
+
+from oblique_impact import MechanicalSystem
+from oblique_impact.system import ContactRows
+
+
+class Block(MechanicalSystem):
+    """A point mass over the plane y = 0 under a force (fx, fy)(t, x, vx, y, vy); q = [x, y]."""
+
+    size = 2
+
+    def __init__(self, force, mass=1.0):
+        self.force, self.mass = force, mass
+
+    def mass_matrix(self, t, q):
+        return self.mass * np.eye(2)
+
+    def forces(self, t, q, qd):
+        return np.array(self.force(t, q, qd), dtype=float)
+
+    def contact(self, t, q, qd):
+        return ContactRows(q[1], q[0], qd[1], qd[0], np.array([0.0, 1.0]), np.array([1.0, 0.0]))
+
+    def energy(self, t, q, qd):
+        return 0.5 * self.mass * float(qd @ qd), 0.0, 0.0
+
+
+def incline(angle, gravity=9.8, mass=1.0):
+    """A block on a plane inclined by `angle`, its weight as the potential of the gravity energy."""
+    weight = mass * gravity
+
+    class Incline(Block):
+        def energy(self, t, q, qd):
+            height = q[0] * np.sin(angle) + q[1] * np.cos(angle)
+            return 0.5 * mass * float(qd @ qd), 0.0, weight * height
+
+    return Incline(lambda t, q, qd: (-weight * np.sin(angle), -weight * np.cos(angle)), mass)
+
+
+class Prescribed(MechanicalSystem):
+    """A coordinate s with s'' = acceleration whose gap is g(s), with derivatives g1 and g2; q = [s]."""
+
+    size = 1
+
+    def __init__(self, g, g1, g2, acceleration=0.0):
+        self.g, self.g1, self.g2, self.acceleration = g, g1, g2, acceleration
+
+    def mass_matrix(self, t, q):
+        return np.eye(1)
+
+    def forces(self, t, q, qd):
+        return np.array([self.acceleration])
+
+    def contact(self, t, q, qd):
+        slope = self.g1(q[0])
+        bias = self.g2(q[0]) * qd[0] ** 2
+        return ContactRows(self.g(q[0]), 0.0, slope * qd[0], 0.0, np.array([slope]), np.zeros(1), bias, 0.0)
+
+    def energy(self, t, q, qd):
+        return 0.5 * float(qd[0]) ** 2, 0.0, -self.acceleration * float(q[0])
+
+
+class Oscillator(MechanicalSystem):
+    """Two unit masses between walls, k outside and kc between them; the second one may hit a stop at `stop`.
+
+    The symmetric mode moves at sqrt(k), the antisymmetric one at sqrt(k + 2 kc).
+    """
+
+    size = 2
+
+    def __init__(self, k=4.0, kc=6.0, stop=1e3):
+        self.k, self.kc, self.stop = k, kc, stop
+
+    def mass_matrix(self, t, q):
+        return np.eye(2)
+
+    def forces(self, t, q, qd):
+        spring = self.kc * (q[1] - q[0])
+        return np.array([-self.k * q[0] + spring, -self.k * q[1] - spring])
+
+    def contact(self, t, q, qd):
+        return ContactRows(self.stop - q[1], 0.0, -qd[1], 0.0, np.array([0.0, -1.0]), np.zeros(2))
+
+    def energy(self, t, q, qd):
+        elastic = 0.5 * (self.k * float(q @ q) + self.kc * (q[1] - q[0]) ** 2)
+        return 0.5 * float(qd @ qd), elastic, 0.0
+
+    def exact(self, t, q0, qd0):
+        """q and q' at time t in free motion."""
+        frequencies = np.sqrt([self.k, self.k + 2.0 * self.kc])
+        modes = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
+        c, s = np.cos(frequencies * t), np.sin(frequencies * t)
+        a, b = modes @ q0, (modes @ qd0) / frequencies
+        return modes @ (a * c + b * s), modes @ (frequencies * (b * c - a * s))

@@ -1,0 +1,301 @@
+"""Contact forces and impulses against dense linear algebra and closed forms."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from oblique_impact.contact import (
+    MASS_NOT_POSITIVE,
+    NO_SLIDING_SOLUTION,
+    NO_STICKING_SOLUTION,
+    OK,
+    Instant,
+    Phase,
+    State,
+    accelerate,
+    condense,
+    instant_of,
+    measure_guards,
+    newton_impulse,
+    routh_impulse,
+)
+from oblique_impact.system import (
+    A_NN,
+    A_NT,
+    ACCELERATION,
+    FIRST_GUARD,
+    GAP,
+    GUARDS,
+    LAMBDA_N,
+    LAMBDA_T,
+    SLIP_RATE,
+    ContactRows,
+    MechanicalSystem,
+    new_work,
+)
+
+
+class Random(MechanicalSystem):
+    """A dense system with arbitrary mass, forces and contact rows."""
+
+    def __init__(self, size, seed):
+        rng = np.random.default_rng(seed)
+        self.size = size
+        root = rng.normal(size=(size, size))
+        self.M = root @ root.T + 0.5 * np.eye(size)
+        self.Q = rng.normal(size=size)
+        self.normal, self.tangential = rng.normal(size=(2, size))
+        self.biases = rng.normal(size=2)
+        self.kinematics = 1e-3 * rng.normal(size=4)
+
+    def mass_matrix(self, t, q):
+        return self.M
+
+    def forces(self, t, q, qd):
+        return self.Q
+
+    def contact(self, t, q, qd):
+        return ContactRows(*self.kinematics, self.normal, self.tangential, *self.biases)
+
+    def energy(self, t, q, qd):
+        return 0.0, 0.0, 0.0
+
+
+def solve(system, phase):
+    work = new_work(system.size)
+    zero = np.zeros(system.size)
+    return accelerate(system, phase, 0.0, zero, zero, work), work
+
+
+def stabilized(system, phase):
+    """Right-hand sides of both constraints, with Baumgarte's terms."""
+    gap, slip, gap_rate, slip_rate = system.kinematics
+    normal = phase.damping * gap_rate + phase.stiffness * gap
+    tangential = phase.damping * slip_rate + phase.stiffness * (slip - phase.slip_reference)
+    return np.array([-system.biases[0] - normal, -system.biases[1] - tangential])
+
+
+SYSTEMS = [(size, seed) for size in (2, 3, 7) for seed in range(6)]
+
+
+@pytest.mark.parametrize(("size", "seed"), SYSTEMS)
+def test_free_acceleration(size, seed):
+    system = Random(size, seed)
+    status, work = solve(system, Phase())
+    assert status == OK
+    assert_allclose(work.vectors[ACCELERATION], np.linalg.solve(system.M, system.Q), rtol=1e-11, atol=1e-12)
+    assert work.scalars[LAMBDA_N] == work.scalars[LAMBDA_T] == 0.0
+
+
+@pytest.mark.parametrize(("size", "seed"), SYSTEMS)
+def test_sticking_forces_solve_the_dense_kkt_system(size, seed):
+    system = Random(size, seed)
+    phase = Phase(state=int(State.STICK), static=0.3, slip_reference=2e-3, damping=20.0, stiffness=1e4)
+    status, work = solve(system, phase)
+    rows = np.stack([system.normal, system.tangential])
+    kkt = np.block([[system.M, -rows.T], [rows, np.zeros((2, 2))]])
+    expected = np.linalg.solve(kkt, np.concatenate([system.Q, stabilized(system, phase)]))
+    assert status == OK
+    assert_allclose(work.vectors[ACCELERATION], expected[:size], rtol=1e-9, atol=1e-9)
+    assert_allclose(work.scalars[[LAMBDA_N, LAMBDA_T]], expected[size:], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("size", "seed"), SYSTEMS)
+def test_sliding_force_solves_the_dense_kkt_system_or_says_painleve(size, seed):
+    system = Random(size, seed)
+    phase = Phase(state=int(State.SLIP), intercept=-0.8, slope=40.0, damping=20.0, stiffness=1e4)
+    ratio = -0.8 + 40.0 * system.kinematics[3]
+    status, work = solve(system, phase)
+    push = system.normal + ratio * system.tangential
+    kkt = np.block([[system.M, -push[:, None]], [system.normal[None, :], np.zeros((1, 1))]])
+    if system.normal @ np.linalg.solve(system.M, push) <= 0.0:
+        assert status == NO_SLIDING_SOLUTION
+        return
+    expected = np.linalg.solve(kkt, np.append(system.Q, stabilized(system, phase)[0]))
+    assert status == OK
+    assert_allclose(work.vectors[ACCELERATION], expected[:size], rtol=1e-8, atol=1e-8)
+    assert work.scalars[LAMBDA_N] == pytest.approx(expected[size], rel=1e-8)
+    assert work.scalars[LAMBDA_T] == pytest.approx(ratio * expected[size], rel=1e-8)
+
+
+def test_sliding_cases_above_meet_both_answers():
+    """The random systems must contain Painleve configurations as well as ordinary ones."""
+    phase = Phase(state=int(State.SLIP), intercept=-0.8)
+    answers = {solve(Random(size, seed), phase)[0] for size, seed in SYSTEMS}
+    assert answers == {OK, NO_SLIDING_SOLUTION}
+
+
+def test_no_force_without_a_definite_mass():
+    system = Random(3, 0)
+    system.M = system.M - 2.0 * np.linalg.eigvalsh(system.M)[0] * np.eye(3)
+    assert np.linalg.eigvalsh(system.M)[0] < 0.0
+    for state in State:
+        assert solve(system, Phase(state=int(state)))[0] == MASS_NOT_POSITIVE
+
+
+def test_no_sticking_force_for_parallel_rows():
+    system = Random(4, 1)
+    system.tangential = -3.0 * system.normal
+    assert solve(system, Phase(state=int(State.STICK), static=0.3))[0] == NO_STICKING_SOLUTION
+    work = new_work(4)
+    system.evaluate(0.0, np.zeros(4), np.zeros(4), work)
+    assert condense(work)
+    assert instant_of(work).sticking() is None
+
+
+def instant_from(system):
+    work = new_work(system.size)
+    system.evaluate(0.0, np.zeros(system.size), np.zeros(system.size), work)
+    assert condense(work)
+    return instant_of(work)
+
+
+@pytest.mark.parametrize(("size", "seed"), SYSTEMS)
+def test_instant_gives_the_forces_of_the_marching_source_without_stabilization(size, seed):
+    system = Random(size, seed)
+    instant = instant_from(system)
+    rows = np.stack([system.normal, system.tangential])
+    delassus = rows @ np.linalg.solve(system.M, rows.T)
+    assert_allclose([instant.a_nn, instant.a_nt, instant.a_tt], delassus[[0, 0, 1], [0, 1, 1]], rtol=1e-9)
+    status, work = solve(system, Phase(state=int(State.STICK), static=0.3))
+    assert status == OK
+    assert_allclose(instant.sticking(), work.scalars[[LAMBDA_N, LAMBDA_T]], rtol=1e-9)
+    status, work = solve(system, Phase(state=int(State.SLIP), intercept=0.7))
+    force = instant.sliding(0.7)
+    assert (force is None) == (status == NO_SLIDING_SOLUTION)
+    if force is not None:
+        assert force == pytest.approx(work.scalars[LAMBDA_N], rel=1e-9)
+
+
+@pytest.mark.parametrize(("size", "seed"), SYSTEMS[:6])
+def test_guards_are_positive_inside_their_state(size, seed):
+    system = Random(size, seed)
+    slip_rate = system.kinematics[3]
+
+    def guards(phase):
+        work = solve(system, phase)[1]
+        measure_guards(phase, work.scalars)
+        return work.scalars[FIRST_GUARD : FIRST_GUARD + GUARDS], work.scalars
+
+    free, k = guards(Phase())
+    assert_allclose(free, [k[GAP], 1.0, 1.0, 1.0])
+    assert_allclose(guards(Phase(watched=False))[0], np.ones(4))
+    phase = Phase(state=int(State.SLIP), intercept=0.1, slope=2.0, lower=-0.5, upper=0.25)
+    slip, k = guards(phase)
+    definite = 1.0 + (0.1 + 2.0 * slip_rate) * k[A_NT] / k[A_NN]
+    assert k[SLIP_RATE] == slip_rate
+    assert_allclose(slip, [k[LAMBDA_N], slip_rate + 0.5, 0.25 - slip_rate, definite], rtol=1e-6)
+    stick, k = guards(Phase(state=int(State.STICK), static=0.6))
+    assert_allclose(stick, [k[LAMBDA_N], 0.6 * k[LAMBDA_N] - k[LAMBDA_T], 0.6 * k[LAMBDA_N] + k[LAMBDA_T], 1.0])
+
+
+# Impulses ---------------------------------------------------------------------------------------------------
+
+
+def kinetic_loss(system, velocity, impulse):
+    """Loss of 1/2 v M v under the velocity jump of an impulse, by dense algebra."""
+    push = impulse.normal * system.normal + impulse.tangential * system.tangential
+    after = velocity + np.linalg.solve(system.M, push)
+    return 0.5 * velocity @ system.M @ velocity - 0.5 * after @ system.M @ after, after
+
+
+def approaching(size, seed):
+    """A system whose contact closes, with its generalized velocity."""
+    system = Random(size, seed)
+    velocity = np.random.default_rng(seed + 100).normal(size=size)
+    if system.normal @ velocity > 0.0:
+        velocity = -velocity
+    system.kinematics = [0.0, 0.0, system.normal @ velocity, system.tangential @ velocity]
+    return system, velocity
+
+
+@pytest.mark.parametrize(("size", "seed"), SYSTEMS)
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 1.0])
+def test_newton_impulse(size, seed, restitution):
+    system, velocity = approaching(size, seed)
+    instant = instant_from(system)
+    impulse = newton_impulse(instant, restitution)
+    loss, after = kinetic_loss(system, velocity, impulse)
+    assert impulse.tangential == 0.0
+    assert system.normal @ after == pytest.approx(-restitution * instant.gap_rate, abs=1e-11)
+    assert impulse.energy_loss == pytest.approx(loss, rel=1e-9, abs=1e-10)
+    # closed form: 1/2 m_eff (1 - e^2) v^2
+    closed = 0.5 * (1.0 - restitution**2) * instant.gap_rate**2 / instant.a_nn
+    assert impulse.energy_loss == pytest.approx(closed, rel=1e-10, abs=1e-12)
+
+
+def block(gap_rate, slip_rate, mass=2.0):
+    """A point mass on a plane: the Delassus matrix is diagonal."""
+    return Instant(0.0, 0.0, gap_rate, slip_rate, 1.0 / mass, 0.0, 1.0 / mass, -9.8, 0.0)
+
+
+def test_routh_point_mass_slides_or_stops():
+    mass, mu, e = 2.0, 0.3, 0.5
+    sliding = routh_impulse(block(-1.0, 4.0), e, mu)
+    assert sliding.normal == pytest.approx(mass * 1.5, rel=1e-14)
+    assert sliding.tangential == pytest.approx(-mu * mass * 1.5, rel=1e-14)
+    stopped = routh_impulse(block(-1.0, -0.2), e, mu)
+    assert stopped.normal == pytest.approx(mass * 1.5, rel=1e-14)
+    assert stopped.tangential == pytest.approx(mass * 0.2, rel=1e-14)
+    # it comes to rest along the plane: kinetic loss 1/2 m ((1 - e^2) v_n^2 + v_t^2)
+    assert stopped.energy_loss == pytest.approx(0.5 * mass * (0.75 + 0.04), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("a_nt", "mu", "expected"), [(0.5, 0.6, "sticks"), (0.5, 0.2, "reverses"), (-0.5, 0.2, "on")]
+)
+def test_routh_after_the_slip_has_stopped(a_nt, mu, expected):
+    """Slip -0.1 in, a_nn = a_tt = 1: the path by hand, piece by piece."""
+    gap_rate, slip_rate = -1.0, -0.1
+    impulse = routh_impulse(Instant(0.0, 0.0, gap_rate, slip_rate, 1.0, a_nt, 1.0, -9.8, 0.0), 0.0, mu)
+    slip_growth, gap_growth = a_nt + mu, 1.0 + mu * a_nt
+    if expected == "on":
+        # friction and coupling work against each other: a_nt + mu < 0, the slip grows in its direction
+        assert slip_growth < 0.0
+        normal = 1.0 / gap_growth
+        assert impulse.normal == pytest.approx(normal, rel=1e-14)
+        assert impulse.tangential == pytest.approx(mu * normal, rel=1e-14)
+        return
+    first = 0.1 / slip_growth
+    ratio = -a_nt if expected == "sticks" else -mu
+    second = (1.0 - gap_growth * first) / (1.0 + ratio * a_nt)
+    assert impulse.normal == pytest.approx(first + second, rel=1e-14)
+    assert impulse.tangential == pytest.approx(mu * first + ratio * second, rel=1e-14)
+    slip_after = slip_rate + a_nt * impulse.normal + impulse.tangential
+    assert slip_after == pytest.approx(0.0 if expected == "sticks" else (a_nt - mu) * second, abs=1e-14)
+
+
+@pytest.mark.parametrize(("size", "seed"), SYSTEMS)
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+def test_routh_stays_in_the_cone_and_loses_energy(size, seed, restitution):
+    system, velocity = approaching(size, seed)
+    impulse = routh_impulse(instant_from(system), restitution, 0.2)
+    loss, after = kinetic_loss(system, velocity, impulse)
+    assert abs(impulse.tangential) <= 0.2 * impulse.normal * (1.0 + 1e-12)
+    assert impulse.energy_loss == pytest.approx(loss, rel=1e-9, abs=1e-10)
+    assert loss >= -1e-12
+    assert system.normal @ after >= -1e-12
+
+
+def test_routh_passes_a_painleve_configuration():
+    """a_nn - mu a_nt < 0: sliding drives the bodies together, but the slip stops before compression ends."""
+    instant = Instant(0.0, 0.0, -1.0, 1.0, 1.0, 0.8, 1.0, -9.8, 0.0)
+    impulse = routh_impulse(instant, 0.0, 1.5)
+    first = 1.0 / (1.5 * 1.0 - 0.8)  # until the slip stops; then |a_nt| < mu a_tt: it sticks
+    second = (1.0 + (1.5 * 0.8 - 1.0) * first) / (1.0 - 0.8**2)
+    assert impulse.normal == pytest.approx(first + second, rel=1e-14)
+    assert impulse.tangential == pytest.approx(-1.5 * first - 0.8 * second, rel=1e-14)
+
+
+def test_routh_with_one_degree_of_freedom():
+    """Gap and slip stop together: one impulse P with (D_n - mu s D_tau) P = -m w, whatever the rounding."""
+    rng = np.random.default_rng(1)
+    for _ in range(300):
+        mass, mu = rng.uniform(0.1, 3.0, size=2)
+        normal, tangential = rng.normal(size=2)
+        speed = -np.sign(normal) * rng.uniform(0.1, 2.0)
+        gap_rate, slip_rate = normal * speed, tangential * speed
+        delassus = np.array([normal**2, normal * tangential, tangential**2]) / mass
+        impulse = routh_impulse(Instant(0.0, 0.0, gap_rate, slip_rate, *delassus, -9.8, 0.0), 0.0, mu)
+        expected = -mass * speed / (normal - mu * np.sign(slip_rate) * tangential)
+        assert impulse.normal == pytest.approx(expected, rel=1e-9)

@@ -1,0 +1,357 @@
+"""The beam's mass matrix, forces and contact rows against energies and kinematics, by differentiation alone."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from modal import Eigenfunctions
+from oblique_impact import Scenario
+from oblique_impact.beam import Beam
+from oblique_impact.contact import condense
+from oblique_impact.floating_frame import drive, evaluate_beam, supplied_power_beam
+from oblique_impact.operators import build_operators
+from oblique_impact.system import (
+    ACCELERATION,
+    CHOLESKY,
+    DAMPING_POWER,
+    FIRST_GUARD,
+    FORCES,
+    GAP,
+    GAP_BIAS,
+    GAP_RATE,
+    MASS,
+    NORMAL_ROW,
+    SLIP,
+    SLIP_BIAS,
+    SLIP_RATE,
+    TANGENT_ROW,
+    new_work,
+)
+
+PIN = {}
+HUB = {"root__kind": "hub", "root__inertia": 0.02, "root__torque": 1.7}
+HUB_RADIUS = {**HUB, "root__hub_radius": 0.15}
+DRIVEN = {
+    "root__kind": "driven",
+    "root__profile": "spin-up",
+    "root__spin_rate": 5.0,
+    "root__spin_up_time": 0.5,
+    "root__hub_radius": 0.15,
+}
+CASES = {
+    f"{kinetics}, {frame}, {name}": {
+        "discretization__kinetics": kinetics,
+        "discretization__frame": frame,
+        "discretization__modes": 3,
+        **root,
+    }
+    for kinetics in ("zeroth-order", "first-order", "full")
+    for frame, name, root in [
+        ("tangent", "pin", PIN),
+        ("mean-axis", "pin", PIN),
+        ("tangent", "hub", HUB),
+        ("mean-axis", "hub", HUB),
+        ("tangent", "hub radius", HUB_RADIUS),
+        ("tangent", "driven", DRIVEN),
+    ]
+}
+FREE = [name for name in CASES if not name.endswith("driven")]
+T = 0.2  # s, in the middle of the spin-up
+
+
+def beam_of(name, **changes):
+    scenario = Scenario().replace(**{"contact__point": 0.8, **CASES[name], **changes})
+    return Beam(scenario, build_operators(scenario))
+
+
+def states(beam, seed=0, size=3e-3):
+    """Random q and q': deflections of centimetres, turning at some rad/s."""
+    rng = np.random.default_rng(seed)
+    for _ in range(3):
+        q, qd = size * rng.normal(size=beam.size), 1.0 * rng.normal(size=beam.size)
+        q[0], qd[0] = rng.uniform(-3.0, 3.0), rng.uniform(-6.0, 6.0)
+        yield q, qd
+
+
+def evaluated(beam, q, qd, t=T):
+    work = new_work(beam.size)
+    evaluate_beam(beam.model, t, q, qd, work)
+    return work
+
+
+def kinetic(beam, q, qd):
+    return float(beam.energies(q[None], qd[None]).kinetic[0])
+
+
+def potential(beam, q):
+    parts = beam.energies(q[None], np.zeros((1, q.size)))
+    return float(parts.elastic[0] + parts.gravity[0])
+
+
+def mass_from_energy(beam, q):
+    """T is a quadratic form of q': polarization gives its matrix without any truncation error."""
+    n = beam.size
+    unit = np.eye(n)
+    single = np.array([kinetic(beam, q, row) for row in unit])
+    return np.array(
+        [[kinetic(beam, q, unit[i] + unit[j]) - single[i] - single[j] for j in range(n)] for i in range(n)]
+    )
+
+
+def gradient(function, x, step):
+    """Central differences of order 6."""
+    weights = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
+    rows = []
+    for i in range(x.size):
+        shift = np.zeros(x.size)
+        shift[i] = step
+        rows.append(
+            sum(w * (function(x + k * shift) - function(x - k * shift)) for k, w in weights.items()) / step
+        )
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+def test_energies_are_integrals_over_the_moving_beam(frame):
+    """Kinetic and gravity energy of the full kinematics by plain Gauss quadrature of r(x, t) and its velocity."""
+    beam = beam_of(f"full, {frame}, hub")
+    shapes = Eigenfunctions("clamped-free" if frame == "tangent" else "hinged-free", 3, 1.0)
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    x, w = 0.5 * (1.0 + nodes), 0.5 * weights
+    inner = np.multiply.outer(x, x)  # Gauss points of [0, x]
+    slopes = shapes.derivative(inner.ravel(), 1).reshape(*inner.shape, 3)
+    values, m = shapes.derivative(x, 0), 2766.7 * 3.14e-4
+    for q, qd in states(beam, size=2e-2):
+        bend, bend_rate = slopes @ q[1:], slopes @ qd[1:]
+        along = x - 0.5 * x * (bend**2 @ w)
+        along_rate = -x * ((bend * bend_rate) @ w)
+        across, across_rate = values @ q[1:], values @ qd[1:]
+        axial, transverse = along_rate - qd[0] * across, across_rate + qd[0] * along
+        root = qd[0] + shapes.derivative(np.zeros(1), 1)[0] @ qd[1:]
+        energies = beam.energies(q[None], qd[None])
+        kinetic_energy = 0.5 * m * w @ (axial**2 + transverse**2) + 0.5 * 0.02 * root**2
+        assert energies.kinetic[0] == pytest.approx(kinetic_energy, rel=1e-12)
+        height = along * np.sin(q[0]) + across * np.cos(q[0])
+        assert energies.gravity[0] == pytest.approx(9.8 * m * w @ height, rel=1e-12, abs=1e-13)
+        curvature = shapes.derivative(x, 2) @ q[1:]
+        stiffness = 68.952e9 * 7.85e-9
+        assert energies.elastic[0] == pytest.approx(0.5 * stiffness * w @ curvature**2, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_mass_matrix_is_the_hessian_of_the_kinetic_energy(name):
+    beam = beam_of(name)
+    for q, qd in states(beam):
+        M = evaluated(beam, q, qd).matrices[MASS]
+        assert_allclose(M, mass_from_energy(beam, q), rtol=1e-11, atol=1e-13)
+        assert kinetic(beam, q, qd) == pytest.approx(0.5 * qd @ M @ qd, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_forces_are_lagranges_equations(name):
+    """M q'' = Q with Q = dT/dq - (dM/dt) q' - dV/dq + torque (theta' + phi'(0) B')."""
+    beam = beam_of(name)
+    for q, qd in states(beam):
+        Q = evaluated(beam, q, qd).vectors[FORCES]
+        derivatives = gradient(lambda x: mass_from_energy(beam, x), q, 1e-3)
+        rate = np.einsum("kij,k->ij", derivatives, qd)
+        slope = np.concatenate([[1.0], beam.operators.root_slope])
+        torque = beam.scenario.root.torque * slope
+        expected = 0.5 * np.einsum("kij,i,j->k", derivatives, qd, qd) - rate @ qd
+        expected += torque - gradient(lambda x: potential(beam, x), q, 1e-3)
+        scale = np.abs(beam.operators.K @ q[1:]).max() + np.abs(expected).max()
+        assert_allclose(Q, expected, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if name.endswith("driven")])
+def test_driven_root_is_the_free_beam_with_its_first_row_replaced(name):
+    beam = beam_of(name)
+    free = beam_of(name.replace("driven", "hub radius"), root__inertia=0.0, root__torque=0.0)
+    angle_rate, acceleration = drive(beam.model, T)[1:]
+    for q, qd in states(beam):
+        qd[0] = angle_rate
+        driven, loose = evaluated(beam, q, qd), evaluated(free, q, qd)
+        M, Q = loose.matrices[MASS], loose.vectors[FORCES]
+        solution = np.linalg.solve(driven.matrices[MASS], driven.vectors[FORCES])
+        assert solution[0] == pytest.approx(acceleration, rel=1e-14)
+        assert_allclose(M[1:, 0] * acceleration + M[1:, 1:] @ solution[1:], Q[1:], rtol=1e-9, atol=1e-9)
+        # the contact moves with the prescribed coordinate: same rates, its acceleration in the bias
+        for row, bias in ((NORMAL_ROW, GAP_BIAS), (TANGENT_ROW, SLIP_BIAS)):
+            total = loose.vectors[row] @ solution + loose.scalars[bias]
+            assert driven.vectors[row, 0] == 0.0
+            assert driven.vectors[row] @ solution + driven.scalars[bias] == pytest.approx(total, rel=1e-10)
+        assert_allclose(driven.scalars[GAP : SLIP_RATE + 1], loose.scalars[GAP : SLIP_RATE + 1], rtol=1e-14)
+        # the driver's torque is what the row of theta lacks
+        driven.vectors[ACCELERATION] = solution
+        power = (M[0] @ solution - Q[0]) * angle_rate
+        assert supplied_power_beam(beam.model, T, q, qd, driven) == pytest.approx(power, rel=1e-10)
+
+
+def test_hub_torque_supplies_its_power():
+    for name in ("first-order, mean-axis, hub", "full, tangent, hub radius", "zeroth-order, tangent, hub"):
+        beam = beam_of(name)
+        for q, qd in states(beam):
+            turning = qd[0] + beam.operators.root_slope @ qd[1:]
+            power = supplied_power_beam(beam.model, T, q, qd, evaluated(beam, q, qd))
+            assert power == pytest.approx(1.7 * turning, rel=1e-13)
+
+
+def contact_kinematics(beam, q, shortening=True):
+    """Gap and slip of the contact point, from the definition of the slope and of the floating frame."""
+    o, s = beam.operators, beam.scenario
+    kept = shortening and s.discretization.kinetics != "zeroth-order"
+    B = q[1:]
+    along = s.root.hub_radius + s.contact.point - (0.5 * B @ o.contact_shortening @ B if kept else 0.0)
+    across = o.contact_shape @ B
+    place = np.array([along * np.cos(q[0]) - across * np.sin(q[0]), along * np.sin(q[0]) + across * np.cos(q[0])])
+    alpha = s.slope.angle
+    relative = place - np.array(s.slope.origin)
+    normal, tangent = np.array([-np.sin(alpha), np.cos(alpha)]), np.array([np.cos(alpha), np.sin(alpha)])
+    return np.array([normal @ relative, tangent @ relative])
+
+
+@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize("shortening", [True, False])
+def test_contact_rows_are_gradients_of_gap_and_slip(name, shortening):
+    beam = beam_of(name, contact__shortening=shortening)
+    for q, qd in states(beam, size=2e-2):
+        work = evaluated(beam, q, qd)
+        rows = work.vectors[[NORMAL_ROW, TANGENT_ROW]]
+        assert_allclose(work.scalars[[GAP, SLIP]], contact_kinematics(beam, q, shortening), rtol=1e-13, atol=1e-15)
+        expected = gradient(lambda x: contact_kinematics(beam, x, shortening), q, 1e-3)
+        assert_allclose(rows, expected.T, atol=1e-11)
+        assert_allclose(work.scalars[[GAP_RATE, SLIP_RATE]], rows @ qd, rtol=1e-13, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_biases_are_second_derivatives_along_a_motion(name):
+    """On q + q' t + 1/2 a t^2 the gap accelerates by D_n a + z_n; Richardson-extrapolated differences."""
+    beam = beam_of(name)
+    rng = np.random.default_rng(5)
+    for q, qd in states(beam):
+        work = evaluated(beam, q, qd)
+        a = rng.normal(size=beam.size)
+
+        def along(t, q=q, qd=qd, a=a):
+            return contact_kinematics(beam, q + qd * t + 0.5 * a * t * t)
+
+        h = 2e-3
+        weights = {0: -49 / 18, 1: 3 / 2, 2: -3 / 20, 3: 1 / 90}  # order 6
+        second = weights[0] * along(0.0) + sum(weights[k] * (along(k * h) + along(-k * h)) for k in (1, 2, 3))
+        expected = second / h**2 - work.vectors[[NORMAL_ROW, TANGENT_ROW]] @ a
+        assert_allclose(work.scalars[[GAP_BIAS, SLIP_BIAS]], expected, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_compiled_and_interpreted_forms_agree(name):
+    from oblique_impact.integrators import kernels
+
+    beam = beam_of(name, beam__kelvin_voigt=1e-5)
+    for q, qd in states(beam):
+        plain, compiled = evaluated(beam, q, qd), new_work(beam.size)
+        defined = condense(plain)
+        assert kernels.condense_at(beam.model, T, q, qd, compiled) == defined
+        assert defined
+        lower = np.tril_indices(beam.size)
+        assert_allclose(compiled.matrices[MASS], plain.matrices[MASS], rtol=1e-13, atol=1e-15)
+        assert_allclose(compiled.matrices[CHOLESKY][lower], plain.matrices[CHOLESKY][lower], rtol=1e-10)
+        assert_allclose(compiled.vectors[FORCES], plain.vectors[FORCES], rtol=1e-12)
+        assert_allclose(compiled.scalars[:FIRST_GUARD], plain.scalars[:FIRST_GUARD], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+def test_full_kinetics_tend_to_first_order_as_the_deflection_vanishes(frame):
+    """What the first order drops from T is of third order in (B, B'), so M and Q lack terms of second order."""
+    small, large = (beam_of(f"{kinetics}, {frame}, pin") for kinetics in ("first-order", "full"))
+    q, qd = next(states(small))
+    masses, forces = [], []
+    sizes = np.array([1.0, 0.5, 0.25, 0.125])
+    for scale in sizes:
+        Q, Qd = q.copy(), qd.copy()
+        Q[1:] *= scale
+        Qd[1:] *= scale
+        one, two = evaluated(small, Q, Qd), evaluated(large, Q, Qd)
+        masses.append(np.abs(one.matrices[MASS] - two.matrices[MASS]).max())
+        forces.append(np.abs(one.vectors[FORCES] - two.vectors[FORCES]).max())
+    assert masses[-1] > 1e-7
+    assert np.polyfit(np.log(sizes), np.log(masses), 1)[0] == pytest.approx(2.0, abs=0.01)
+    # cubic terms with the large integrals of H H outweigh the quadratic ones at first
+    assert forces[-1] > 1e-4
+    assert 1.9 < np.polyfit(np.log(sizes), np.log(forces), 1)[0] < 3.1
+
+
+def test_full_mass_matrix_is_positive_where_the_first_order_is_not():
+    """B^T C B beyond the clamped inertia: the Gram matrix of the full form stays positive definite."""
+    first, full = beam_of("first-order, tangent, pin"), beam_of("full, tangent, pin")
+    q = np.array([0.3, 0.0, 0.0, 0.012])
+    lowest = [np.linalg.eigvalsh(evaluated(b, q, np.zeros(4)).matrices[MASS])[0] for b in (first, full)]
+    assert lowest[0] < 0.0 < lowest[1]
+
+
+@pytest.mark.parametrize("damping", ["kelvin_voigt", "mass_proportional", "modal_damping_ratio"])
+def test_damping(damping):
+    value = {"kelvin_voigt": 2e-5, "mass_proportional": 3.0, "modal_damping_ratio": 0.04}[damping]
+    name = "first-order, mean-axis, pin"
+    damped, free = beam_of(name, **{f"beam__{damping}": value}), beam_of(name)
+    o = damped.operators
+    squares = np.diag(o.K) / np.diag(o.M1)  # the modes are orthogonal
+    rate = {
+        "kelvin_voigt": value * squares,
+        "mass_proportional": value * np.ones(3),
+        "modal_damping_ratio": 2.0 * value * np.sqrt(squares),
+    }[damping]
+    for q, qd in states(damped):
+        one, two = evaluated(damped, q, qd), evaluated(free, q, qd)
+        expected = rate * np.diag(o.M1) * qd[1:]
+        assert_allclose(two.vectors[FORCES, 1:] - one.vectors[FORCES, 1:], expected, rtol=1e-8, atol=1e-11)
+        assert one.vectors[FORCES, 0] == two.vectors[FORCES, 0]
+        assert one.scalars[DAMPING_POWER] == pytest.approx(expected @ qd[1:], rel=1e-8)
+        assert two.scalars[DAMPING_POWER] == 0.0
+
+
+# The prescribed rotation ---------------------------------------------------------------------------------------
+
+
+def model(profile, rate=5.0, time=0.5):
+    scenario = Scenario().replace(
+        root__kind="driven", root__profile=profile, root__spin_rate=rate, root__spin_up_time=time
+    )
+    return Beam(scenario, build_operators(scenario)).model
+
+
+def test_drive_profiles():
+    assert drive(model("hold", 0.0, 0.0), 3.0) == (0.0, 0.0, 0.0)
+    assert drive(model("constant-speed", 5.0, 0.0), 0.3) == (1.5, 5.0, 0.0)
+    spin_up = model("spin-up")
+    assert drive(spin_up, 0.0) == pytest.approx((0.0, 0.0, 0.0), abs=1e-16)
+    for t in (0.5, 0.7, 3.0):
+        # the mean speed of the spin-up is half the final one
+        assert drive(spin_up, t) == pytest.approx((5.0 * (t - 0.25), 5.0, 0.0), rel=1e-14)
+    # the middle, by hand: theta_dot = (w/T) (T/2 - 0), theta = (w/T) (T^2/8 - 2 (T/2 pi)^2)
+    middle = 10.0 * (0.25**2 / 2.0 - 2.0 * (0.25 / math.pi) ** 2)
+    assert drive(spin_up, 0.25) == pytest.approx((middle, 2.5, 20.0), rel=1e-14)
+
+
+def test_drive_derivatives_are_consistent():
+    spin_up, h = model("spin-up"), 1e-3
+    for t in np.linspace(0.01, 0.6, 60):
+        if abs(t - 0.5) < 4 * h:
+            continue
+        for order in (0, 1):
+            slope = gradient(lambda x, order=order: drive(spin_up, x[0])[order], np.array([t]), h)[0]
+            assert drive(spin_up, t)[order + 1] == pytest.approx(slope, abs=1e-9)
+    before, after = drive(spin_up, 0.5 * (1.0 - 1e-15)), drive(spin_up, 0.5)
+    assert before == pytest.approx(after, abs=1e-12)
+
+
+def test_initial_state_of_a_driven_root_follows_the_drive():
+    for profile, rate in (("constant-speed", 5.0), ("spin-up", 0.0)):
+        scenario = Scenario().replace(
+            root__kind="driven", root__profile=profile, root__spin_rate=5.0, root__spin_up_time=0.5
+        )
+        q, qd = Beam(scenario, build_operators(scenario)).initial_state()
+        assert_allclose(q, [math.pi / 4, 0.0, 0.0])
+        assert_allclose(qd, [rate, 0.0, 0.0])
+        assert scenario.initial_angular_velocity == rate
