@@ -55,7 +55,11 @@ def test_csv_has_a_row_an_event(history):
 def test_a_failed_write_leaves_the_old_files_whole(history, tmp_path, monkeypatch):
     folder = history.save(tmp_path / "run")
     before = {name: (folder / name).read_bytes() for name in FILES}
-    monkeypatch.setattr(os, "replace", lambda *paths: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+
+    def full(*paths):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
     with pytest.raises(InputError, match=r"cannot be written.*No space left"):
         history.save(folder)
     assert {path.name for path in folder.iterdir()} == set(FILES)
