@@ -2,12 +2,14 @@
 
 `build_operators`  a scenario's beam as :class:`~oblique_impact.operators.BeamOperators`
 `spectrum`         frequencies of the spinning beam on the scenario's mesh
+`build_nodal`      the same without reduction, as :class:`~oblique_impact.nodal.NodalOperators`
 `NodalBeam`        the banded nodal operators
 `beam_mesh`        mesh with a node at the contact point
 """
 
+from fem_beam.full import build_nodal
 from fem_beam.mesh import beam_mesh
 from fem_beam.nodal import NodalBeam
 from fem_beam.reduction import build_operators, spectrum
 
-__all__ = ["NodalBeam", "beam_mesh", "build_operators", "spectrum"]
+__all__ = ["NodalBeam", "beam_mesh", "build_nodal", "build_operators", "spectrum"]

@@ -117,14 +117,15 @@ class Beam:
     def __init__(self, scenario: Scenario, operators: BeamOperators) -> None:
         self.scenario = scenario
         self.operators = operators
-        self.model = self._build_model()
 
     @property
     def size(self) -> int:
         """Degrees of freedom: theta and the elastic coordinates."""
         return self.operators.size + 1
 
-    def _build_model(self) -> BeamModel:
+    @cached_property
+    def model(self) -> BeamModel:
+        """Everything the kernels need."""
         s, o = self.scenario, self.operators
         kinetics = s.discretization.kinetics
         kept = 0.0 if kinetics == "zeroth-order" else 1.0

@@ -23,15 +23,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.dense import row_dot, solve_mass
 from oblique_impact.jit import jitable
 from oblique_impact.system import (
     A_NN,
     A_NT,
     A_TT,
     ACCELERATION,
-    CHOLESKY,
     FIRST_GUARD,
-    FORCES,
     FREE_ACCELERATION,
     GAP,
     GAP_ACCELERATION,
@@ -40,7 +39,6 @@ from oblique_impact.system import (
     GUARDS,
     LAMBDA_N,
     LAMBDA_T,
-    MASS,
     NORMAL_RESPONSE,
     NORMAL_ROW,
     SLIP,
@@ -96,59 +94,11 @@ class Phase(NamedTuple):
 
 
 @jitable
-def factor(matrices: Array) -> bool:
-    """Cholesky factor of matrices[MASS] into matrices[CHOLESKY]; False if it is not positive definite."""
-    n = matrices.shape[1]
-    for j in range(n):
-        pivot = matrices[MASS, j, j]
-        for k in range(j):
-            pivot -= matrices[CHOLESKY, j, k] * matrices[CHOLESKY, j, k]
-        if not pivot > 0.0:
-            return False
-        root = np.sqrt(pivot)
-        matrices[CHOLESKY, j, j] = root
-        for i in range(j + 1, n):
-            entry = matrices[MASS, i, j]
-            for k in range(j):
-                entry -= matrices[CHOLESKY, i, k] * matrices[CHOLESKY, j, k]
-            matrices[CHOLESKY, i, j] = entry / root
-    return True
-
-
-@jitable
-def solve(matrices: Array, vectors: Array, right: int, x: int) -> None:
-    """Solve M x = right for two rows of `vectors` with the factor of :func:`factor`."""
-    n = matrices.shape[1]
-    for i in range(n):
-        entry = vectors[right, i]
-        for k in range(i):
-            entry -= matrices[CHOLESKY, i, k] * vectors[x, k]
-        vectors[x, i] = entry / matrices[CHOLESKY, i, i]
-    for i in range(n - 1, -1, -1):
-        entry = vectors[x, i]
-        for k in range(i + 1, n):
-            entry -= matrices[CHOLESKY, k, i] * vectors[x, k]
-        vectors[x, i] = entry / matrices[CHOLESKY, i, i]
-
-
-@jitable
-def row_dot(vectors: Array, a: int, b: int) -> float:
-    """Scalar product of two rows of `vectors`."""
-    total = 0.0
-    for i in range(vectors.shape[1]):
-        total += vectors[a, i] * vectors[b, i]
-    return total
-
-
-@jitable
-def condense(work: Work) -> bool:
+def condense(system: Any, work: Work) -> bool:
     """Reduce an evaluated system to its contact: free acceleration, M^-1 D^T and Delassus entries."""
-    matrices, v, k = work.matrices, work.vectors, work.scalars
-    if not factor(matrices):
+    v, k = work.vectors, work.scalars
+    if not solve_mass(system, work, True):
         return False
-    solve(matrices, v, FORCES, FREE_ACCELERATION)
-    solve(matrices, v, NORMAL_ROW, NORMAL_RESPONSE)
-    solve(matrices, v, TANGENT_ROW, TANGENT_RESPONSE)
     k[A_NN] = row_dot(v, NORMAL_ROW, NORMAL_RESPONSE)
     k[A_NT] = row_dot(v, NORMAL_ROW, TANGENT_RESPONSE)
     k[A_TT] = row_dot(v, TANGENT_ROW, TANGENT_RESPONSE)
@@ -214,11 +164,12 @@ def accelerate(system: Any, phase: Phase, t: float, q: Array, qd: Array, work: W
     k[LAMBDA_N] = 0.0
     k[LAMBDA_T] = 0.0
     if phase.state == FREE:
-        if not factor(work.matrices):
+        if not solve_mass(system, work, False):
             return MASS_NOT_POSITIVE
-        solve(work.matrices, v, FORCES, ACCELERATION)
+        for i in range(v.shape[1]):
+            v[ACCELERATION, i] = v[FREE_ACCELERATION, i]
         return OK
-    if not condense(work):
+    if not condense(system, work):
         return MASS_NOT_POSITIVE
     sliding = phase.state == SLIDING
     status = sliding_force(phase, k) if sliding else sticking_force(phase, phase.slip_reference, k)

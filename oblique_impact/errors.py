@@ -43,6 +43,10 @@ class Outcome(Enum):
         "step-underflow",
         "The step fell below the resolution of time; the motion is too stiff for this scheme or singular.",
     )
+    NOT_CONVERGED = (
+        "iterations-diverged",
+        "The iterations of an implicit step did not converge; use a shorter solver.free_step or contact_step.",
+    )
     TOO_MANY_EVENTS = ("too-many-events", "The run exceeded its bound on the number of events.")
     DIVERGED = (
         "diverged",

@@ -271,6 +271,19 @@ def supplied_power_beam(model: BeamModel, t: float, q: Array, qd: Array, work: W
     return 0.0
 
 
+@jitable
+def add_tangent_beam(
+    model: BeamModel, t: float, q: Array, velocity: float, position: float, work: Work, slot: int
+) -> None:
+    """Add velocity * damping matrix + position * stiffness matrix to a slot of the matrices."""
+    n = model.vectors.shape[1]
+    for i in range(n):
+        for j in range(n):
+            work.matrices[slot, i + 1, j + 1] += (
+                velocity * model.matrices[DAMPING, i, j] + position * model.matrices[STIFFNESS, i, j]
+            )
+
+
 def _is_beam(system: Any) -> bool:
     return isinstance(system, types.NamedTuple) and system.instance_class is BeamModel
 
@@ -283,3 +296,8 @@ def _compiled_evaluate(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
 @overload(protocol.supplied_power, strict=False)
 def _compiled_supplied_power(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
     return supplied_power_beam if _is_beam(system) else None
+
+
+@overload(protocol.add_tangent, strict=False)
+def _compiled_add_tangent(system: Any, t: Any, q: Any, velocity: Any, position: Any, work: Any, slot: Any) -> Any:
+    return add_tangent_beam if _is_beam(system) else None

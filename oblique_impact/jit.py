@@ -30,7 +30,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"reassoc", "contract"}}
 
 _PACKAGE = Path(__file__).parent
-_NUMERIC_SOURCE = ("jit.py", "system.py", "contact.py", "floating_frame.py", "integrators")
+_NUMERIC_SOURCE = (
+    *("jit.py", "system.py", "dense.py", "implicit.py", "contact.py", "floating_frame.py", "nodal_frame.py"),
+    "integrators",
+)
 
 
 def jitable(function: F) -> F:

@@ -23,6 +23,7 @@ from oblique_impact.system import (
     ACCELERATION,
     FIRST_GUARD,
     GAP_RATE,
+    GUARDS,
     LAMBDA_N,
     MASS,
     NORMAL_RESPONSE,
@@ -31,6 +32,8 @@ from oblique_impact.system import (
     TANGENT_RESPONSE,
     TANGENT_ROW,
     Array,
+    Work,
+    new_work,
     supplied_power,
 )
 from oblique_impact.transitions import ContactMachine, EventKind, Transition
@@ -45,7 +48,14 @@ _FAILURES = {
     base.FAILED_STICKING: Outcome.REDUNDANT_CONSTRAINTS,
     base.FAILED_STEP: Outcome.STEP_UNDERFLOW,
     base.FAILED_FINITE: Outcome.DIVERGED,
+    base.FAILED_ITERATION: Outcome.NOT_CONVERGED,
 }
+
+
+def smallest_eigenvalue(work: Work) -> float:
+    """Smallest eigenvalue of a dense evaluated mass matrix, 0 if it is not finite."""
+    mass = work.matrices[MASS]
+    return float(np.linalg.eigvalsh(mass)[0]) if np.all(np.isfinite(mass)) else 0.0
 
 
 @dataclass(frozen=True)
@@ -64,6 +74,8 @@ class Problem:
     observer: Callable[..., None] = observe_into
     condenser: Callable[..., bool] = condense_at
     supply: Callable[..., float] = supplied_power
+    allocate: Callable[[int], Work] = new_work
+    inertia: Callable[[Work], float] = smallest_eigenvalue
 
 
 class Event(NamedTuple):
@@ -165,8 +177,10 @@ class Run:
         self.problem = problem
         self.record = Record()
         self._report = on_progress or (lambda status: None)
-        self._scratch = new_scratch(problem.q0.size)
-        y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES)])
+        size = problem.q0.size
+        extra = np.full(problem.scheme.extra_state(size), np.nan)
+        y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
+        self._scratch = new_scratch(problem.allocate(size), y.size)
         self._course = Course(0.0, y, 1e-3 * problem.output_interval, problem.output_interval)
         self._phase = problem.machine.free()._replace(watched=problem.contact)
         self._open: tuple[Contact, Array] | None = None
@@ -223,11 +237,10 @@ class Run:
         return _FAILURES[reason]
 
     def _smallest_inertia(self) -> float:
-        """Smallest eigenvalue of the mass matrix at the front, 0 if it is not finite."""
+        """Smallest eigenvalue of the mass matrix at the front, or what the system has in its place."""
         d, y, work = self.problem.q0.size, self._course.y, self._scratch.work
         self.problem.condenser(self.problem.system, self._course.t, y[:d], y[d : 2 * d], work)
-        mass = work.matrices[MASS]
-        return float(np.linalg.eigvalsh(mass)[0]) if np.all(np.isfinite(mass)) else 0.0
+        return self.problem.inertia(work)
 
     def _pass_guard(self, guard: int) -> None:
         leaving = self._phase
@@ -331,11 +344,15 @@ class Run:
     def _enter(self) -> None:
         """Begin a phase: sample its right-hand values and arm its guards."""
         self._course.begin_phase()
+        self._course.y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
         self._sample(self._phase)
         scalars = self._scratch.work.scalars  # still those of the sample just taken
         measure_guards(self._phase, scalars)
         self.problem.scheme.begin(
-            self._phase, self._scratch, self.problem.machine.tolerances, scalars[FIRST_GUARD:]
+            self._phase,
+            self._scratch,
+            self.problem.machine.tolerances,
+            scalars[FIRST_GUARD : FIRST_GUARD + GUARDS],
         )
 
     def _sample(self, phase: Phase) -> None:
@@ -360,7 +377,9 @@ class Run:
             self._open[0].peak_force = float(
                 np.nanmax([self._open[0].peak_force, *observation.scalars[:, LAMBDA_N]])
             )
-        self.record.segments.append(Segment(phase.state, times, states, observation))
+        # a scheme's own entries behind the quadratures are not kept
+        kept = states[:, : 2 * problem.q0.size + QUADRATURES].copy()
+        self.record.segments.append(Segment(phase.state, times, kept, observation))
 
 
 def default_tolerances(length: float, force: float) -> Tolerances:

@@ -370,5 +370,3 @@ def _check_solver(s: Scenario) -> None:
         for key in ("free_step", "contact_step"):
             if s.end_time / getattr(v, key) > MAX_STEPS:
                 _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")
-    if v.scheme == "generalized-alpha":
-        _refuse("solver.scheme", v.scheme, 'not yet available; use "event" or "fixed-step"')

@@ -6,6 +6,7 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -17,11 +18,14 @@ from oblique_impact.contact import State
 from oblique_impact.floating_frame import supplied_power_beam
 from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
 from oblique_impact.history import History, labelled
-from oblique_impact.integrators import EventScheme, FixedStepScheme, Scheme
+from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.ledger import balance, macro_collisions
 from oblique_impact.marching import Problem, Record, Run, Status, default_tolerances
+from oblique_impact.nodal import FullBeam
+from oblique_impact.nodal_frame import definiteness, new_nodal_work, supplied_power_nodal
 from oblique_impact.operators import build_operators
+from oblique_impact.plugins import discretization
 from oblique_impact.scenario import Scenario
 from oblique_impact.system import (
     GAP,
@@ -34,6 +38,9 @@ from oblique_impact.system import (
     MechanicalSystem,
 )
 from oblique_impact.transitions import Baumgarte, ContactMachine, ElasticStop, ImpactLaw, NewtonImpact
+
+#: flights closer to the slope than this part of the length take generalized-alpha's contact step
+NEAR = 0.01
 
 ProgressCallback = Callable[[Status], None]
 
@@ -56,13 +63,16 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     >>> history = simulate(Scenario.builtin("paper"))
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
-    beam = Beam(scenario, build_operators(scenario))
-    problem = beam_problem(beam)
+    full = _full_beam(scenario)
+    beam = Beam(scenario, full.operators.beam if full else build_operators(scenario))
+    problem = full_beam_problem(full) if full else beam_problem(beam)
     started = time.perf_counter()
     record = Run(problem, on_progress).execute()
     wall = time.perf_counter() - started
     samples = _Samples(record, problem.q0.size)
-    energies = beam.energies(samples.q, samples.qd)
+    energies = (full or beam).energies(samples.q, samples.qd)
+    if full:
+        samples.transform(full.split)
     data = samples.dataset(energies).merge(_beam_variables(beam, samples))
     summary = _summary(record, samples, energies, wall, problem.machine.stop)
     summary["warnings"] = _warnings(beam, samples)
@@ -127,26 +137,78 @@ def simulate_system(
     return History(samples.dataset(energies), record.events, summary)
 
 
+def alpha_scheme(scenario: Scenario) -> GeneralizedAlphaScheme:
+    """Generalized-alpha on compiled kernels; flights within a hundredth of the length take the contact step."""
+    from oblique_impact.integrators import kernels
+
+    v = scenario.solver
+    near = NEAR * scenario.beam.length if scenario.contact.enabled else 0.0
+    return GeneralizedAlphaScheme(
+        v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, march=kernels.march_alpha
+    )
+
+
+def _full_beam(scenario: Scenario) -> FullBeam | None:
+    """Return the nodal beam that a scenario marches without reduction, if it does."""
+    chosen = scenario.discretization
+    if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
+        return None
+    return FullBeam(scenario, discretization(chosen.method).build_nodal(scenario))
+
+
+def contact_machine(scenario: Scenario, stepwise: bool, weight: float) -> ContactMachine:
+    """Return the transition table of a scenario; `weight` (N) is the scale of its forces."""
+    v, c = scenario.solver, scenario.contact
+    return ContactMachine(
+        friction_law(c.friction, c.mu_static, c.mu_kinetic),
+        NewtonImpact(c.restitution),
+        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
+        default_tolerances(scenario.beam.length, weight)._replace(flight=v.free_step if stepwise else 0.0),
+        stepwise,
+        ElasticStop(c.stiffness, c.damping) if c.normal == "spring" else None,
+    )
+
+
+def full_beam_problem(full: FullBeam) -> Problem:
+    """Put a nodal beam, generalized-alpha and the laws together for the loop, on compiled kernels."""
+    from oblique_impact.integrators import kernels
+
+    s, model = full.scenario, full.model
+    scheme = alpha_scheme(s)
+    weight = float(full.operators.M1.diagonal()[1::2].sum()) * max(s.gravity, 1.0)
+    q0, qd0 = full.initial_state()
+    return Problem(
+        model,
+        q0,
+        qd0,
+        contact_machine(s, scheme.stepwise, weight),
+        scheme,
+        s.end_time,
+        s.solver.output_interval,
+        contact=s.contact.enabled,
+        observer=kernels.observe_kept_into,
+        condenser=kernels.condense_at,
+        supply=supplied_power_nodal,
+        allocate=new_nodal_work,
+        inertia=partial(definiteness, model),
+    )
+
+
 def beam_problem(beam: Beam) -> Problem:
     """Put a beam, its scheme and its laws together for the loop, on compiled kernels."""
     from oblique_impact.integrators import kernels
 
     s = beam.scenario
-    v, c = s.solver, s.contact
+    v = s.solver
     scheme: Scheme
     if v.scheme == "fixed-step":
         scheme = FixedStepScheme(v.free_step, v.contact_step, kernels.march_fixed)
+    elif v.scheme == "generalized-alpha":
+        scheme = alpha_scheme(s)
     else:
         scheme = EventScheme(v.tolerance, kernels.march_event)
     weight = beam.operators.mass_per_length * s.beam.length * max(s.gravity, 1.0)
-    machine = ContactMachine(
-        friction_law(c.friction, c.mu_static, c.mu_kinetic),
-        NewtonImpact(c.restitution),
-        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
-        default_tolerances(s.beam.length, weight)._replace(flight=v.free_step if scheme.stepwise else 0.0),
-        scheme.stepwise,
-        ElasticStop(c.stiffness, c.damping) if c.normal == "spring" else None,
-    )
+    machine = contact_machine(s, scheme.stepwise, weight)
     q0, qd0 = beam.initial_state()
     ends = (s.root.spin_up_time,) if s.root.profile == "spin-up" else ()
     return Problem(
@@ -157,9 +219,9 @@ def beam_problem(beam: Beam) -> Problem:
         scheme,
         s.end_time,
         v.output_interval,
-        contact=c.enabled,
+        contact=s.contact.enabled,
         breakpoints=ends,
-        observer=kernels.observe_into,
+        observer=kernels.observe_kept_into if v.scheme == "generalized-alpha" else kernels.observe_into,
         condenser=kernels.condense_at,
         supply=supplied_power_beam,
     )
@@ -177,6 +239,10 @@ class _Samples:
         self.state = np.concatenate([np.full(s.times.size, s.state, dtype=np.int8) for s in segments])
         self.qdd = np.concatenate([s.observation.qdd for s in segments])
         self.scalars = np.concatenate([s.observation.scalars for s in segments])
+
+    def transform(self, linear: Callable[[Array], Array]) -> None:
+        """Replace the coordinates by a linear map of them."""
+        self.q, self.qd, self.qdd = linear(self.q), linear(self.qd), linear(self.qdd)
 
     def motion(self) -> Motion:
         """Return the samples as the beam's post-processing takes them."""
@@ -208,15 +274,16 @@ class _Samples:
 
 
 def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
-    o, model = beam.operators, beam.model
+    o = beam.operators
+    radius = o.hub_radius + o.contact_point
     theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
     flat = 0.0 if beam.scenario.discretization.kinetics == "zeroth-order" else 1.0
     HB = flat * (B @ o.contact_shortening)
     ux, ux_rate = -0.5 * np.einsum("si,si->s", HB, B), -np.einsum("si,si->s", HB, Bd)
     uy, uy_rate = B @ o.contact_shape, Bd @ o.contact_shape
     spin, sine, cosine = samples.qd[:, 0], np.sin(theta), np.cos(theta)
-    axial, transverse = ux_rate - spin * uy, uy_rate + spin * (model.contact_radius + ux)
-    arm = model.contact_radius + ux
+    axial, transverse = ux_rate - spin * uy, uy_rate + spin * (radius + ux)
+    arm = radius + ux
     fields = beam.fields(samples.motion())
     one, along = ("time",), ("time", "station")
     return xr.Dataset(

@@ -20,12 +20,18 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Work.matrices
-MASS, CHOLESKY = range(2)
+# Work.matrices: mass matrix, its factor, the factors of an implicit scheme's effective matrices for its two
+# regular steps and for an odd one
+MASS, CHOLESKY, EFFECTIVE = range(3)
+EFFECTIVE_SLOTS = 3
+MATRICES = EFFECTIVE + EFFECTIVE_SLOTS
 # Work.vectors: forces Q, contact rows D_n and D_tau, acceleration without contact force, M^-1 D_n^T and
-# M^-1 D_tau^T, acceleration, the mass row of a prescribed coordinate, two of the system's own
+# M^-1 D_tau^T, acceleration, the mass row of a prescribed coordinate, those of the system's own
 FORCES, NORMAL_ROW, TANGENT_ROW, FREE_ACCELERATION, NORMAL_RESPONSE, TANGENT_RESPONSE = range(6)
-ACCELERATION, DRIVEN_ROW, OWN_A, OWN_B = range(6, 10)
+ACCELERATION, DRIVEN_ROW, OWN_A, OWN_B, OWN_C = range(6, 11)
+# ... of an implicit scheme: residual Q + D^T lambda - M q'', its response, two products with the mass matrix
+RESIDUAL, INCREMENT, PRODUCT_A, PRODUCT_B = range(11, 15)
+VECTORS = 15
 # Work.scalars: kinematics of the contact, powers
 GAP, SLIP, GAP_RATE, SLIP_RATE, GAP_BIAS, SLIP_BIAS, DAMPING_POWER, DRIVEN_FORCE = range(8)
 # ... Delassus entries D_n M^-1 D_n^T, D_n M^-1 D_tau^T, D_tau M^-1 D_tau^T and the accelerations of gap and
@@ -44,14 +50,14 @@ class Work(NamedTuple):
     Three arrays, with the names above for their entries: compiled code hands them on cheaply.
     """
 
-    matrices: Array  # (2, d, d)
-    vectors: Array  # (10, d)
+    matrices: Array  # (5, d, d); banded systems store (slots, d, 4)
+    vectors: Array  # (15, d)
     scalars: Array  # (19,)
 
 
 def new_work(size: int) -> Work:
     """Allocate the scratch arrays for `size` degrees of freedom."""
-    return Work(np.zeros((2, size, size)), np.zeros((10, size)), np.zeros(SCALARS))
+    return Work(np.zeros((MATRICES, size, size)), np.zeros((VECTORS, size)), np.zeros(SCALARS))
 
 
 class ContactRows(NamedTuple):
@@ -96,6 +102,14 @@ class MechanicalSystem(ABC):
         """Power (W) that actuators inside Q put into the system; `work.vectors[ACCELERATION]` is set."""
         return 0.0
 
+    def stiffness_matrix(self, t: float, q: Array) -> Array:
+        """Return -dQ/dq (d, d), or the part of it that an implicit scheme should know; zero if not given."""
+        return np.zeros((self.size, self.size))
+
+    def damping_matrix(self, t: float, q: Array) -> Array:
+        """Return -dQ/dq' (d, d), or the part of it that an implicit scheme should know; zero if not given."""
+        return np.zeros((self.size, self.size))
+
     def evaluate(self, t: float, q: Array, qd: Array, work: Work) -> None:
         """Fill `work`; what the marching source calls."""
         rows = self.contact(t, q, qd)
@@ -116,3 +130,8 @@ def evaluate(system: Any, t: float, q: Array, qd: Array, work: Work) -> None:
 def supplied_power(system: Any, t: float, q: Array, qd: Array, work: Work) -> float:
     """Power (W) of drives and hub torques at an instant whose acceleration is in `work`."""
     return float(system.supplied_power(t, q, qd, work))
+
+
+def add_tangent(system: Any, t: float, q: Array, velocity: float, position: float, work: Work, slot: int) -> None:
+    """Add velocity * damping matrix + position * stiffness matrix to a slot of the matrices."""
+    work.matrices[slot] += velocity * system.damping_matrix(t, q) + position * system.stiffness_matrix(t, q)

@@ -13,16 +13,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, Phase
-from oblique_impact.integrators.motion import QUADRATURES
-from oblique_impact.system import GUARDS, Array, Work, new_work
+from oblique_impact.contact import (
+    FREE,
+    GUARD_LOWER,
+    GUARD_NORMAL,
+    GUARD_UPPER,
+    MASS_NOT_POSITIVE,
+    NO_SLIDING_SOLUTION,
+    NO_STICKING_SOLUTION,
+    SLIDING,
+    Phase,
+)
+from oblique_impact.system import GUARDS, Array, Work
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
 AT_STOP, AT_GUARD, BUFFER_FULL = 0, 1, 2
 FAILED_MASS, FAILED_SLIDING, FAILED_STICKING = -MASS_NOT_POSITIVE, -NO_SLIDING_SOLUTION, -NO_STICKING_SOLUTION
-FAILED_STEP, FAILED_FINITE = -10, -11
+FAILED_STEP, FAILED_FINITE, FAILED_ITERATION = -10, -11, -12
 
 SAMPLES_PER_LEG = 4096
+SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples
 
 
 class Tolerances(NamedTuple):
@@ -50,11 +60,11 @@ class Scratch(NamedTuple):
     states: Array  # (samples, ny)
 
 
-def new_scratch(size: int) -> Scratch:
-    """Allocate buffers for `size` degrees of freedom."""
-    ny = 2 * size + QUADRATURES
+def new_scratch(work: Work, ny: int) -> Scratch:
+    """Allocate buffers for state vectors of `ny` entries around the work arrays of a system."""
+    samples = max(16, min(SAMPLES_PER_LEG, SAMPLE_MEMORY // ny))
     return Scratch(
-        work=new_work(size),
+        work=work,
         K=np.zeros((16, ny)),
         F=np.zeros((7, ny)),
         y_new=np.zeros(ny),
@@ -63,9 +73,24 @@ def new_scratch(size: int) -> Scratch:
         slopes=np.zeros((3, GUARDS + 1)),
         armed=np.zeros(GUARDS, dtype=np.bool_),
         thresholds=np.zeros(GUARDS),
-        times=np.zeros(SAMPLES_PER_LEG),
-        states=np.zeros((SAMPLES_PER_LEG, ny)),
+        times=np.zeros(samples),
+        states=np.zeros((samples, ny)),
     )
+
+
+def arm(phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
+    """Arm the guards that start a phase clearly positive; the others must rise above their thresholds first."""
+    thresholds = scratch.thresholds
+    if phase.state == FREE:
+        thresholds[:] = tolerances.gap
+    else:
+        thresholds[:] = tolerances.force
+        if phase.spring > 0.0:
+            thresholds[GUARD_NORMAL] = tolerances.gap
+        if phase.state == SLIDING:
+            thresholds[GUARD_LOWER] = thresholds[GUARD_UPPER] = tolerances.velocity
+    scratch.armed[:] = initial_guards > thresholds
+    thresholds += np.maximum(-initial_guards, 0.0)  # one that starts below zero, by rounding, has not fallen yet
 
 
 class Progress(NamedTuple):
@@ -108,6 +133,10 @@ class Scheme(ABC):
     order: int
     #: whether transitions are judged once per step (the paper's way) or located as roots
     stepwise: bool
+
+    def extra_state(self, size: int) -> int:
+        """Entries of the state vector behind the quadratures, of a system of `size`; NaN as a phase starts."""
+        return 0
 
     @abstractmethod
     def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact import FREE, GUARD_LOWER, GUARD_NORMAL, GUARD_UPPER, Phase, measure_guards
+from oblique_impact.contact import FREE, GUARD_NORMAL, Phase, measure_guards
 from oblique_impact.integrators.base import (
     AT_GUARD,
     AT_STOP,
@@ -23,6 +23,7 @@ from oblique_impact.integrators.base import (
     Scheme,
     Scratch,
     Tolerances,
+    arm,
 )
 from oblique_impact.integrators.dop853 import (
     DENSE_STAGES,
@@ -196,16 +197,7 @@ class EventScheme(Scheme):
 
     def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
         """Arm the guards that start clearly positive; the others must rise first."""
-        thresholds = scratch.thresholds
-        if phase.state == FREE:
-            thresholds[:] = tolerances.gap
-        else:
-            thresholds[:] = tolerances.force
-            if phase.spring > 0.0:
-                thresholds[GUARD_NORMAL] = tolerances.gap
-            if phase.state == 1:
-                thresholds[GUARD_LOWER] = thresholds[GUARD_UPPER] = tolerances.velocity
-        scratch.armed[:] = initial_guards > thresholds
+        arm(phase, scratch, tolerances, initial_guards)
 
     def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
         """Advance to the next event, or for about a tenth of a second of computing."""

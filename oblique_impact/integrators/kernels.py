@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from oblique_impact import floating_frame  # noqa: F401  registers the beam's compiled `evaluate`
-from oblique_impact.integrators import event, fixed_step, observe
+from oblique_impact import floating_frame, nodal_frame  # noqa: F401  register the beams' compiled functions
+from oblique_impact.integrators import event, fixed_step, generalized_alpha, observe
 from oblique_impact.jit import kernel
 
 march_event = kernel(event.march_event)
 march_fixed = kernel(fixed_step.march_fixed)
+march_alpha = kernel(generalized_alpha.march_alpha)
 observe_into = kernel(observe.observe_into)
+observe_kept_into = kernel(observe.observe_kept_into)
 condense_at = kernel(observe.condense_at)

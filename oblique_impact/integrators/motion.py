@@ -38,33 +38,39 @@ def copy(source: Array, target: Array) -> None:
 
 
 @jitable
+def quadrature_rates(system: Any, phase: Phase, t: float, q: Array, qd: Array, work: Work, rates: Array) -> None:
+    """Rates of the quadratures at an evaluated instant whose forces and acceleration are in `work`."""
+    v, k = work.vectors, work.scalars
+    normal, tangential = k[LAMBDA_N], k[LAMBDA_T]
+    closing, sliding = 0.0, 0.0
+    for i in range(q.shape[0]):
+        closing += v[NORMAL_ROW, i] * qd[i]
+        sliding += v[TANGENT_ROW, i] * qd[i]
+    rates[NORMAL_IMPULSE] = normal
+    rates[TANGENTIAL_IMPULSE] = tangential
+    rates[FRICTION_LOSS] = -tangential * k[SLIP_RATE]
+    rates[DAMPING_LOSS] = k[DAMPING_POWER]
+    rates[STABILIZATION_LOSS] = 0.0
+    if phase.spring > 0.0:
+        # what the elastic stop does not give back: all but the change of k d^2 / 2
+        rates[DAMPING_LOSS] += (normal - phase.spring * max(0.0, -k[GAP])) * -k[GAP_RATE]
+    else:
+        rates[STABILIZATION_LOSS] = -normal * k[GAP_RATE]
+    # What moving or driven boundaries add: contact power on the coordinates beyond that of gap and slip
+    boundary = normal * (closing - k[GAP_RATE]) + tangential * (sliding - k[SLIP_RATE])
+    rates[SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary
+
+
+@jitable
 def derivative(system: Any, phase: Phase, t: float, y: Array, work: Work, dy: Array) -> int:
     """Time derivative of y in `phase` into `dy`; returns the status of the contact problem."""
-    v, k = work.vectors, work.scalars
-    d = v.shape[1]
+    d = work.vectors.shape[1]
     q, qd = y[:d], y[d : 2 * d]
     status = accelerate(system, phase, t, q, qd, work)
     if status != 0:
         return status
-    normal, tangential = k[LAMBDA_N], k[LAMBDA_T]
-    closing, sliding = 0.0, 0.0
     for i in range(d):
         dy[i] = qd[i]
-        dy[d + i] = v[ACCELERATION, i]
-        closing += v[NORMAL_ROW, i] * qd[i]
-        sliding += v[TANGENT_ROW, i] * qd[i]
-    tail = 2 * d
-    dy[tail + NORMAL_IMPULSE] = normal
-    dy[tail + TANGENTIAL_IMPULSE] = tangential
-    dy[tail + FRICTION_LOSS] = -tangential * k[SLIP_RATE]
-    dy[tail + DAMPING_LOSS] = k[DAMPING_POWER]
-    dy[tail + STABILIZATION_LOSS] = 0.0
-    if phase.spring > 0.0:
-        # what the elastic stop does not give back: all but the change of k d^2 / 2
-        dy[tail + DAMPING_LOSS] += (normal - phase.spring * max(0.0, -k[GAP])) * -k[GAP_RATE]
-    else:
-        dy[tail + STABILIZATION_LOSS] = -normal * k[GAP_RATE]
-    # What moving or driven boundaries add: contact power on the coordinates beyond that of gap and slip
-    boundary = normal * (closing - k[GAP_RATE]) + tangential * (sliding - k[SLIP_RATE])
-    dy[tail + SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary
+        dy[d + i] = work.vectors[ACCELERATION, i]
+    quadrature_rates(system, phase, t, q, qd, work, dy[2 * d :])
     return status

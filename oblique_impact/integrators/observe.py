@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact import Phase, condense
-from oblique_impact.integrators.motion import derivative
+from oblique_impact.implicit import residual
+from oblique_impact.integrators.motion import QUADRATURES, derivative
 from oblique_impact.jit import jitable
-from oblique_impact.system import A_NN, ACCELERATION, FIRST_GUARD, Array, Work, evaluate
+from oblique_impact.system import A_NN, ACCELERATION, FIRST_GUARD, LAMBDA_N, LAMBDA_T, Array, Work, evaluate
 
 
 class Observation(NamedTuple):
@@ -23,7 +24,7 @@ class Observation(NamedTuple):
 def condense_at(system: Any, t: float, q: Array, qd: Array, work: Work) -> bool:
     """Evaluate and condense the contact problem into `work`; False without a positive definite mass."""
     evaluate(system, t, q, qd, work)
-    return condense(work)
+    return condense(system, work)
 
 
 @jitable
@@ -40,6 +41,32 @@ def observe_into(
             qdd[i, j] = work.vectors[ACCELERATION, j] if defined else np.nan
         for j in range(FIRST_GUARD):
             scalars[i, j] = work.scalars[j] if defined or j < A_NN else np.nan
+
+
+@jitable
+def observe_kept_into(
+    system: Any, phase: Phase, times: Array, states: Array, work: Work, dy: Array, qdd: Array, scalars: Array
+) -> None:
+    """Observe with the accelerations and contact forces that generalized-alpha keeps in its state.
+
+    At the start of a phase there are none yet (NaN): they follow from the motion, as in :func:`observe_into`.
+    """
+    d = qdd.shape[1]
+    tail = 2 * d + QUADRATURES
+    for i in range(times.shape[0]):
+        if np.isnan(states[i, tail]):
+            observe_into(
+                system, phase, times[i : i + 1], states[i : i + 1], work, dy, qdd[i : i + 1], scalars[i : i + 1]
+            )
+            continue
+        residual(system, times[i], states[i, :d], states[i, d : 2 * d], states[i, tail : tail + d], work)
+        work.scalars[LAMBDA_N] = states[i, tail + 2 * d]
+        work.scalars[LAMBDA_T] = states[i, tail + 2 * d + 1]
+        for j in range(d):
+            qdd[i, j] = states[i, tail + j]
+        for j in range(FIRST_GUARD):
+            delassus = A_NN <= j < LAMBDA_N
+            scalars[i, j] = np.nan if delassus else work.scalars[j]
 
 
 def observe(

@@ -139,14 +139,14 @@ def test_no_sticking_force_for_parallel_rows():
     assert solve(system, Phase(state=int(State.STICK), static=0.3))[0] == NO_STICKING_SOLUTION
     work = new_work(4)
     system.evaluate(0.0, np.zeros(4), np.zeros(4), work)
-    assert condense(work)
+    assert condense(system, work)
     assert instant_of(work).sticking() is None
 
 
 def instant_from(system):
     work = new_work(system.size)
     system.evaluate(0.0, np.zeros(system.size), np.zeros(system.size), work)
-    assert condense(work)
+    assert condense(system, work)
     return instant_of(work)
 
 

@@ -251,7 +251,7 @@ def test_compiled_and_interpreted_forms_agree(name):
     beam = beam_of(name, beam__kelvin_voigt=1e-5)
     for q, qd in states(beam):
         plain, compiled = evaluated(beam, q, qd), new_work(beam.size)
-        defined = condense(plain)
+        defined = condense(beam.model, plain)
         assert kernels.condense_at(beam.model, T, q, qd, compiled) == defined
         assert defined
         lower = np.tril_indices(beam.size)

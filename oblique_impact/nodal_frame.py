@@ -1,0 +1,413 @@
+"""The full nodal beam in its total transverse coordinates: banded mass, forces, contact rows.
+
+W = x theta + B are the nodal deflections and slopes seen from the root's inertial axis turned to nothing:
+rigid rotation and elastic deflection in one vector, with W_0 = 0 as the only boundary condition.  In the
+mean-axis frame, S.B = 0, they split again by theta = S.W/J, B = W - x theta.  First-order kinetics reads
+
+    (M1 + kappa S S^T) W'' + Cd W' + K W = f + d_n lambda_n + d_tau lambda_tau,   kappa = B^T N B / J^2
+    f = f_B + S (Q_theta - x.f_B)/J,     f_B = theta'^2 N W - g (cos theta P - sin theta D B)
+    Q_theta = -2 theta' B^T N B' - g (Sm cos theta - 1/2 cos theta B^T D B - sin theta P.B)
+    d = D_B + S (D_theta - x.D_B)/J
+
+with N = M1 - C, because N x = 0 and K x = 0.  Everything is banded but for rank one, so a step costs O(n).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.core import types
+from numba.extending import overload
+
+from oblique_impact import dense, implicit
+from oblique_impact import system as protocol
+from oblique_impact.jit import jitable
+from oblique_impact.system import (
+    CHOLESKY,
+    DAMPING_POWER,
+    EFFECTIVE,
+    EFFECTIVE_SLOTS,
+    FORCES,
+    FREE_ACCELERATION,
+    GAP,
+    GAP_BIAS,
+    GAP_RATE,
+    INCREMENT,
+    NORMAL_RESPONSE,
+    NORMAL_ROW,
+    OWN_A,
+    OWN_B,
+    OWN_C,
+    RESIDUAL,
+    SCALARS,
+    SLIP,
+    SLIP_BIAS,
+    SLIP_RATE,
+    TANGENT_RESPONSE,
+    TANGENT_ROW,
+    VECTORS,
+    Array,
+    Work,
+)
+
+HALF_BANDWIDTH = 3
+# NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D, H at the contact point
+MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
+# NodalModel.vectors: S, P, the rigid rotation x, D x, H x
+COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID = range(5)
+
+# Work of a nodal model. Matrices (slots, n, 4): factors of the mass matrix and of the effective ones, row by row
+# [1/D, L(i,i-1), L(i,i-2), L(i,i-3)] of L D L^T, and the right-hand sides of a solve, side by side
+FACTOR_MASS, COLUMNS = CHOLESKY, 0
+LANES = 4
+# ... vectors: responses of S to the mass matrix and to the effective matrices
+MASS_RESPONSE = VECTORS
+EFFECTIVE_RESPONSE = VECTORS + 1
+NODAL_VECTORS = EFFECTIVE_RESPONSE + EFFECTIVE_SLOTS
+# ... scalars: kappa
+RANK_ONE = SCALARS
+NODAL_SCALARS = SCALARS + 1
+
+
+class NodalModel(NamedTuple):
+    """A nodal beam on a pin or a hub of radius 0, packed for the compiled kernels; n free degrees of freedom."""
+
+    bands: Array  # (5, 7, n) diagonals -3..3: bands[b, 3 + k, i] is the entry (i, i + k)
+    vectors: Array  # (5, n)
+    inertia: float  # J of the beam (kg m^2)
+    static_moment: float  # Sm (kg m)
+    gravity: float
+    hub_inertia: float
+    torque: float  # on the hub (N m)
+    kelvin_voigt: float  # s
+    mass_proportional: float  # 1/s
+    contact_dof: int  # deflection of the contact point
+    contact_radius: float  # x_F (m)
+    slope_angle: float
+    normal_offset: float  # c_n (m)
+    tangential_offset: float  # c_t (m)
+
+
+def new_nodal_work(size: int) -> Work:
+    """Allocate the scratch arrays for `size` degrees of freedom; memory is linear in it."""
+    slots = EFFECTIVE + EFFECTIVE_SLOTS
+    return Work(np.zeros((slots, size, LANES)), np.zeros((NODAL_VECTORS, size)), np.zeros(NODAL_SCALARS))
+
+
+@jitable
+def band_multiply(bands: Array, which: int, x: Array, vectors: Array, row: int) -> None:
+    """bands[which] times x into a row of the vectors."""
+    n = x.shape[0]
+    for i in range(n - 2 * HALF_BANDWIDTH):  # contiguous in i: this loop runs four or eight rows at a time
+        vectors[row, i + 3] = (
+            bands[which, 0, i + 3] * x[i]
+            + bands[which, 1, i + 3] * x[i + 1]
+            + bands[which, 2, i + 3] * x[i + 2]
+            + bands[which, 3, i + 3] * x[i + 3]
+            + bands[which, 4, i + 3] * x[i + 4]
+            + bands[which, 5, i + 3] * x[i + 5]
+            + bands[which, 6, i + 3] * x[i + 6]
+        )
+    for i in range(n):
+        if HALF_BANDWIDTH <= i < n - HALF_BANDWIDTH:
+            continue
+        total = 0.0
+        for j in range(max(0, i - HALF_BANDWIDTH), min(n, i + HALF_BANDWIDTH + 1)):
+            total += bands[which, HALF_BANDWIDTH + j - i, i] * x[j]
+        vectors[row, i] = total
+
+
+@jitable
+def _dot(a: Array, b: Array) -> float:
+    total = 0.0
+    for i in range(a.shape[0]):
+        total += a[i] * b[i]
+    return total
+
+
+@jitable
+def _kinematics(model: NodalModel, q: Array, qd: Array, work: Work) -> tuple[float, float, float, float, float]:
+    """Gap, slip and contact rows; returns x_P, y_P, their rates without spin, and the contact angle."""
+    v, k, u = work.vectors, work.scalars, model.vectors
+    J = model.inertia
+    theta, spin = _dot(u[COUPLING], q) / J, _dot(u[COUPLING], qd) / J
+    band_multiply(model.bands, SHORTENING_BAND, q, v, OWN_C)
+    for i in range(q.shape[0]):
+        v[OWN_C, i] -= theta * u[SHORTENING_RIGID, i]  # H B
+    rigid = _dot(v[OWN_C], u[RIGID])
+    x = model.contact_radius - 0.5 * (_dot(v[OWN_C], q) - theta * rigid)
+    y = q[model.contact_dof] - model.contact_radius * theta
+    x_rate = -(_dot(v[OWN_C], qd) - spin * rigid)
+    y_rate = qd[model.contact_dof] - model.contact_radius * spin
+    angle = theta - model.slope_angle
+    c, s = np.cos(angle), np.sin(angle)
+    k[GAP] = x * s + y * c - model.normal_offset
+    k[SLIP] = x * c - y * s - model.tangential_offset
+    # rows in W: D_B + S (D_theta - x.D_B)/J
+    normal = (x * c - y * s + s * rigid - c * model.contact_radius) / J
+    tangential = (-x * s - y * c + c * rigid + s * model.contact_radius) / J
+    for i in range(q.shape[0]):
+        v[NORMAL_ROW, i] = -s * v[OWN_C, i] + normal * u[COUPLING, i]
+        v[TANGENT_ROW, i] = -c * v[OWN_C, i] + tangential * u[COUPLING, i]
+    v[NORMAL_ROW, model.contact_dof] += c
+    v[TANGENT_ROW, model.contact_dof] -= s
+    k[GAP_RATE] = _dot(v[NORMAL_ROW], qd)
+    k[SLIP_RATE] = _dot(v[TANGENT_ROW], qd)
+    return x, y, x_rate, y_rate, angle
+
+
+@jitable
+def _biases(
+    model: NodalModel, qd: Array, work: Work, x: float, y: float, x_rate: float, y_rate: float, angle: float
+) -> None:
+    """Z'' - D W'' of gap and slip."""
+    v, k, u = work.vectors, work.scalars, model.vectors
+    spin = _dot(u[COUPLING], qd) / model.inertia
+    band_multiply(model.bands, SHORTENING_BAND, qd, v, OWN_A)
+    bend = _dot(v[OWN_A], qd) - 2.0 * spin * _dot(u[SHORTENING_RIGID], qd)
+    bend += spin * spin * _dot(u[SHORTENING_RIGID], u[RIGID])  # B'^T H B'
+    c, s, square = np.cos(angle), np.sin(angle), spin * spin
+    k[GAP_BIAS] = 2.0 * spin * (c * x_rate - s * y_rate) - square * (s * x + c * y) - s * bend
+    k[SLIP_BIAS] = -2.0 * spin * (s * x_rate + c * y_rate) - square * (c * x - s * y) - c * bend
+
+
+@jitable
+def _forces(model: NodalModel, q: Array, qd: Array, work: Work) -> None:
+    """Generalized forces f - K W - Cd W' and kappa."""
+    v, k, u, J, g = work.vectors, work.scalars, model.vectors, model.inertia, model.gravity
+    n = q.shape[0]
+    theta, spin = _dot(u[COUPLING], q) / J, _dot(u[COUPLING], qd) / J
+    c, s = np.cos(theta), np.sin(theta)
+    band_multiply(model.bands, SPIN_BAND, q, v, OWN_A)
+    band_multiply(model.bands, GRAVITY_BAND, q, v, OWN_B)
+    for i in range(n):
+        v[OWN_B, i] -= theta * u[GRAVITY_RIGID, i]  # D B
+    k[RANK_ONE] = _dot(v[OWN_A], q) / (J * J)
+    gravity_rigid = _dot(v[OWN_B], u[RIGID])
+    bent = _dot(v[OWN_B], q) - theta * gravity_rigid  # B^T D B
+    lifted = _dot(u[LOAD], q) - theta * model.static_moment  # P.B
+    moment = -2.0 * spin * _dot(v[OWN_A], qd)
+    moment -= g * (c * (model.static_moment - 0.5 * bent) - s * lifted)
+    moment += g * (c * model.static_moment - s * gravity_rigid)  # - x.f_B
+    moment /= J
+    square = spin * spin
+    band_multiply(model.bands, STIFFNESS_BAND, q, v, FORCES)
+    for i in range(n):
+        v[FORCES, i] = (
+            square * v[OWN_A, i] - g * (c * u[LOAD, i] - s * v[OWN_B, i]) + moment * u[COUPLING, i] - v[FORCES, i]
+        )
+    v[FORCES, 0] += model.torque  # the first free coordinate is the slope at the root
+    k[DAMPING_POWER] = 0.0
+    if model.kelvin_voigt > 0.0:
+        band_multiply(model.bands, STIFFNESS_BAND, qd, v, OWN_A)
+        k[DAMPING_POWER] += model.kelvin_voigt * _dot(v[OWN_A], qd)
+        for i in range(n):
+            v[FORCES, i] -= model.kelvin_voigt * v[OWN_A, i]
+    if model.mass_proportional > 0.0:
+        # acts on B' only: M1 B' = M1 W' - S theta', without the hub's inertia
+        band_multiply(model.bands, MASS_BAND, qd, v, OWN_A)
+        v[OWN_A, 0] -= model.hub_inertia * qd[0]
+        for i in range(n):
+            v[OWN_A, i] -= spin * u[COUPLING, i]
+            v[FORCES, i] -= model.mass_proportional * v[OWN_A, i]
+        k[DAMPING_POWER] += model.mass_proportional * _dot(v[OWN_A], qd)
+
+
+@jitable
+def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, work: Work) -> None:
+    """Fill `work` with forces, contact rows and biases at (q, q')."""
+    _forces(model, q, qd, work)
+    x, y, x_rate, y_rate, angle = _kinematics(model, q, qd, work)
+    _biases(model, qd, work, x, y, x_rate, y_rate, angle)
+
+
+@jitable
+def residual_nodal(model: NodalModel, t: float, q: Array, qd: Array, qdd: Array, work: Work) -> None:
+    """Take forces, contact rows and the residual f - K W - Cd W' - M W''; the biases are left out."""
+    v = work.vectors
+    _forces(model, q, qd, work)
+    _kinematics(model, q, qd, work)
+    mass_product_nodal(model, work, qdd, RESIDUAL)
+    for i in range(q.shape[0]):
+        v[RESIDUAL, i] = v[FORCES, i] - v[RESIDUAL, i]
+
+
+@jitable
+def mass_product_nodal(model: NodalModel, work: Work, x: Array, row: int) -> None:
+    """(M1 + kappa S S^T) x of an evaluated model into a row of the vectors."""
+    band_multiply(model.bands, MASS_BAND, x, work.vectors, row)
+    share = work.scalars[RANK_ONE] * _dot(model.vectors[COUPLING], x)
+    for i in range(x.shape[0]):
+        work.vectors[row, i] += share * model.vectors[COUPLING, i]
+
+
+@jitable
+def factor_band(bands: Array, mass: float, stiffness: float, factors: Array) -> bool:
+    """L D L^T of mass M1 + stiffness K, row by row [1/D, L(i,i-1), L(i,i-2), L(i,i-3)]; False if not definite."""
+    n = factors.shape[0]
+    for i in range(n):
+        low = max(0, i - HALF_BANDWIDTH)
+        for j in range(low, i + 1):
+            at = HALF_BANDWIDTH + j - i
+            entry = mass * bands[MASS_BAND, at, i] + stiffness * bands[STIFFNESS_BAND, at, i]
+            for m in range(low, j):
+                # rows keep L; D is the inverse of what is stored in front
+                if j - m <= HALF_BANDWIDTH:
+                    entry -= factors[i, i - m] * factors[j, j - m] / factors[m, 0]
+            if j < i:
+                factors[i, i - j] = entry * factors[j, 0]
+            else:
+                if not entry > 0.0:
+                    return False
+                factors[i, 0] = 1.0 / entry
+    return True
+
+
+@jitable
+def solve_band(factors: Array, columns: Array) -> None:
+    """Solve in place for four right-hand sides side by side, (n, 4): as quick as for one."""
+    n = factors.shape[0]
+    for i in range(n):
+        for k in range(1, min(i, HALF_BANDWIDTH) + 1):
+            share = factors[i, k]
+            for lane in range(LANES):
+                columns[i, lane] -= share * columns[i - k, lane]
+    for i in range(n):
+        for lane in range(LANES):
+            columns[i, lane] *= factors[i, 0]
+    for reverse in range(n):
+        i = n - 1 - reverse
+        for k in range(1, min(reverse, HALF_BANDWIDTH) + 1):
+            share = factors[i + k, k]
+            for lane in range(LANES):
+                columns[i, lane] -= share * columns[i + k, lane]
+
+
+@jitable
+def _solve_rows(
+    model: NodalModel, work: Work, slot: int, response: int, first: int, target: int, contact: bool
+) -> bool:
+    """Solve for a row and, with `contact`, for the contact rows; the rank-one part by Sherman and Morrison.
+
+    False if the matrix with its rank-one part is not positive definite.
+    """
+    columns, v, u = work.matrices[COLUMNS], work.vectors, model.vectors
+    n = columns.shape[0]
+    for i in range(n):
+        columns[i, 0] = v[first, i]
+        columns[i, 1] = v[NORMAL_ROW, i]
+        columns[i, 2] = v[TANGENT_ROW, i]
+    solve_band(work.matrices[slot], columns)
+    a, b, c, own = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        a += u[COUPLING, i] * columns[i, 0]
+        b += u[COUPLING, i] * columns[i, 1]
+        c += u[COUPLING, i] * columns[i, 2]
+        own += u[COUPLING, i] * v[response, i]
+    pivot = 1.0 + work.scalars[RANK_ONE] * own
+    if not pivot > 0.0:
+        return False
+    share = work.scalars[RANK_ONE] / pivot
+    for i in range(n):
+        v[target, i] = columns[i, 0] - share * a * v[response, i]
+    if contact:
+        for i in range(n):
+            v[NORMAL_RESPONSE, i] = columns[i, 1] - share * b * v[response, i]
+            v[TANGENT_RESPONSE, i] = columns[i, 2] - share * c * v[response, i]
+    return True
+
+
+@jitable
+def _respond(model: NodalModel, work: Work, slot: int, response: int) -> None:
+    """Response of S to a factored matrix into a row of the vectors."""
+    columns = work.matrices[COLUMNS]
+    for i in range(columns.shape[0]):
+        for lane in range(LANES):
+            columns[i, lane] = model.vectors[COUPLING, i]
+    solve_band(work.matrices[slot], columns)
+    for i in range(columns.shape[0]):
+        work.vectors[response, i] = columns[i, 0]
+
+
+@jitable
+def solve_mass_nodal(model: NodalModel, work: Work, contact: bool) -> bool:
+    """Acceleration without contact force and, with `contact`, M^-1 D^T; False if M is not positive definite."""
+    if work.matrices[FACTOR_MASS, 0, 0] == 0.0:  # a constant matrix is factored once
+        if not factor_band(model.bands, 1.0, 0.0, work.matrices[FACTOR_MASS]):
+            return False
+        _respond(model, work, FACTOR_MASS, MASS_RESPONSE)
+    return _solve_rows(model, work, FACTOR_MASS, MASS_RESPONSE, FORCES, FREE_ACCELERATION, contact)
+
+
+@jitable
+def factor_effective_nodal(
+    model: NodalModel, t: float, q: Array, velocity: float, position: float, work: Work, slot: int, stale: bool
+) -> bool:
+    """Factor M1 + velocity Cd + position K in a slot, only if the step has changed (`stale`)."""
+    if not stale:
+        return True
+    mass = 1.0 + velocity * model.mass_proportional
+    stiffness = position + velocity * model.kelvin_voigt
+    if not factor_band(model.bands, mass, stiffness, work.matrices[EFFECTIVE + slot]):
+        return False
+    _respond(model, work, EFFECTIVE + slot, EFFECTIVE_RESPONSE + slot)
+    return True
+
+
+@jitable
+def solve_effective_nodal(model: NodalModel, work: Work, slot: int, contact: bool) -> None:
+    """S^-1 of the residual and, with `contact`, of the contact rows."""
+    _solve_rows(model, work, EFFECTIVE + slot, EFFECTIVE_RESPONSE + slot, RESIDUAL, INCREMENT, contact)
+
+
+def definiteness(model: NodalModel, work: Work) -> float:
+    """1 + kappa S.M1^-1 S of a condensed model, which vanishes with the definiteness of the mass matrix."""
+    return float(1.0 + work.scalars[RANK_ONE] * (model.vectors[COUPLING] @ work.vectors[MASS_RESPONSE]))
+
+
+@jitable
+def supplied_power_nodal(model: NodalModel, t: float, q: Array, qd: Array, work: Work) -> float:
+    """Power (W) of the hub torque."""
+    return float(model.torque * qd[0])
+
+
+def _is_nodal(system: Any) -> bool:
+    return isinstance(system, types.NamedTuple) and system.instance_class is NodalModel
+
+
+@overload(protocol.evaluate, strict=False)
+def _compiled_evaluate(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
+    return evaluate_nodal if _is_nodal(system) else None
+
+
+@overload(protocol.supplied_power, strict=False)
+def _compiled_supplied_power(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
+    return supplied_power_nodal if _is_nodal(system) else None
+
+
+@overload(dense.solve_mass, strict=False)
+def _compiled_solve_mass(system: Any, work: Any, contact: Any) -> Any:
+    return solve_mass_nodal if _is_nodal(system) else None
+
+
+@overload(implicit.residual, strict=False)
+def _compiled_residual(system: Any, t: Any, q: Any, qd: Any, qdd: Any, work: Any) -> Any:
+    return residual_nodal if _is_nodal(system) else None
+
+
+@overload(implicit.mass_product, strict=False)
+def _compiled_mass_product(system: Any, work: Any, x: Any, row: Any) -> Any:
+    return mass_product_nodal if _is_nodal(system) else None
+
+
+@overload(implicit.factor_effective, strict=False)
+def _compiled_factor(
+    system: Any, t: Any, q: Any, velocity: Any, position: Any, work: Any, slot: Any, stale: Any
+) -> Any:
+    return factor_effective_nodal if _is_nodal(system) else None
+
+
+@overload(implicit.solve_effective, strict=False)
+def _compiled_solve(system: Any, work: Any, slot: Any, contact: Any) -> Any:
+    return solve_effective_nodal if _is_nodal(system) else None
