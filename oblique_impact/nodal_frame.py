@@ -57,7 +57,7 @@ MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
 # NodalModel.vectors: S, P, the rigid rotation x, D x, H x
 COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID = range(5)
 
-# Work of a nodal model. Matrices (slots, n, 4): factors of the mass matrix and of the effective ones, row by row
+# Work of a nodal model. Matrices (slots, n + 3, 4): factors of the mass matrix and of the effective ones by rows
 # [1/D, L(i,i-1), L(i,i-2), L(i,i-3)] of L D L^T, and the right-hand sides of a solve, side by side
 FACTOR_MASS, COLUMNS = CHOLESKY, 0
 LANES = 4
@@ -92,7 +92,8 @@ class NodalModel(NamedTuple):
 def new_nodal_work(size: int) -> Work:
     """Allocate the scratch arrays for `size` degrees of freedom; memory is linear in it."""
     slots = EFFECTIVE + EFFECTIVE_SLOTS
-    return Work(np.zeros((slots, size, LANES)), np.zeros((NODAL_VECTORS, size)), np.zeros(NODAL_SCALARS))
+    rows = size + HALF_BANDWIDTH  # zeros behind the last row, so that a solve needs no special case
+    return Work(np.zeros((slots, rows, LANES)), np.zeros((NODAL_VECTORS, size)), np.zeros(NODAL_SCALARS))
 
 
 @jitable
@@ -109,9 +110,9 @@ def band_multiply(bands: Array, which: int, x: Array, vectors: Array, row: int) 
             + bands[which, 5, i + 3] * x[i + 5]
             + bands[which, 6, i + 3] * x[i + 6]
         )
-    for i in range(n):
-        if HALF_BANDWIDTH <= i < n - HALF_BANDWIDTH:
-            continue
+    head = min(HALF_BANDWIDTH, n)
+    for edge in range(2 * head):
+        i = edge if edge < head else n - 1 - (edge - head)
         total = 0.0
         for j in range(max(0, i - HALF_BANDWIDTH), min(n, i + HALF_BANDWIDTH + 1)):
             total += bands[which, HALF_BANDWIDTH + j - i, i] * x[j]
@@ -245,7 +246,7 @@ def mass_product_nodal(model: NodalModel, work: Work, x: Array, row: int) -> Non
 @jitable
 def factor_band(bands: Array, mass: float, stiffness: float, factors: Array) -> bool:
     """L D L^T of mass M1 + stiffness K, row by row [1/D, L(i,i-1), L(i,i-2), L(i,i-3)]; False if not definite."""
-    n = factors.shape[0]
+    n = bands.shape[2]
     for i in range(n):
         low = max(0, i - HALF_BANDWIDTH)
         for j in range(low, i + 1):
@@ -266,22 +267,32 @@ def factor_band(bands: Array, mass: float, stiffness: float, factors: Array) -> 
 
 @jitable
 def solve_band(factors: Array, columns: Array) -> None:
-    """Solve in place for four right-hand sides side by side, (n, 4): as quick as for one."""
-    n = factors.shape[0]
+    """Solve in place for three right-hand sides side by side, nearly as quick as for one.
+
+    The recurrences run in registers: their latency, not the arithmetic, is what a solve costs.
+    """
+    n = columns.shape[0] - HALF_BANDWIDTH
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        for k in range(1, min(i, HALF_BANDWIDTH) + 1):
-            share = factors[i, k]
-            for lane in range(LANES):
-                columns[i, lane] -= share * columns[i - k, lane]
-    for i in range(n):
-        for lane in range(LANES):
-            columns[i, lane] *= factors[i, 0]
+        near, middle, far = factors[i, 1], factors[i, 2], factors[i, 3]
+        x0 = (columns[i, 0] - far * a0 - middle * b0) - near * c0
+        x1 = (columns[i, 1] - far * a1 - middle * b1) - near * c1
+        x2 = (columns[i, 2] - far * a2 - middle * b2) - near * c2
+        a0, a1, a2, b0, b1, b2, c0, c1, c2 = b0, b1, b2, c0, c1, c2, x0, x1, x2
+        columns[i, 0], columns[i, 1], columns[i, 2] = (
+            x0 * factors[i, 0],
+            x1 * factors[i, 0],
+            x2 * factors[i, 0],
+        )
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for reverse in range(n):
         i = n - 1 - reverse
-        for k in range(1, min(reverse, HALF_BANDWIDTH) + 1):
-            share = factors[i + k, k]
-            for lane in range(LANES):
-                columns[i, lane] -= share * columns[i + k, lane]
+        near, middle, far = factors[i + 1, 1], factors[i + 2, 2], factors[i + 3, 3]
+        x0 = (columns[i, 0] - far * a0 - middle * b0) - near * c0
+        x1 = (columns[i, 1] - far * a1 - middle * b1) - near * c1
+        x2 = (columns[i, 2] - far * a2 - middle * b2) - near * c2
+        a0, a1, a2, b0, b1, b2, c0, c1, c2 = b0, b1, b2, c0, c1, c2, x0, x1, x2
+        columns[i, 0], columns[i, 1], columns[i, 2] = x0, x1, x2
 
 
 @jitable
@@ -293,7 +304,7 @@ def _solve_rows(
     False if the matrix with its rank-one part is not positive definite.
     """
     columns, v, u = work.matrices[COLUMNS], work.vectors, model.vectors
-    n = columns.shape[0]
+    n = v.shape[1]
     for i in range(n):
         columns[i, 0] = v[first, i]
         columns[i, 1] = v[NORMAL_ROW, i]
@@ -322,11 +333,10 @@ def _solve_rows(
 def _respond(model: NodalModel, work: Work, slot: int, response: int) -> None:
     """Response of S to a factored matrix into a row of the vectors."""
     columns = work.matrices[COLUMNS]
-    for i in range(columns.shape[0]):
-        for lane in range(LANES):
-            columns[i, lane] = model.vectors[COUPLING, i]
+    for i in range(work.vectors.shape[1]):
+        columns[i, 0], columns[i, 1], columns[i, 2] = model.vectors[COUPLING, i], 0.0, 0.0
     solve_band(work.matrices[slot], columns)
-    for i in range(columns.shape[0]):
+    for i in range(work.vectors.shape[1]):
         work.vectors[response, i] = columns[i, 0]
 
 

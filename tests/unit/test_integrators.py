@@ -11,10 +11,10 @@ from scipy.special import ellipj, ellipk, ellipkinc
 from oblique_impact import MechanicalSystem, simulate_system
 from oblique_impact.contact import Phase
 from oblique_impact.friction import ModifiedCoulomb
-from oblique_impact.integrators import EventScheme, FixedStepScheme, Scheme, dop853
+from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, dop853
 from oblique_impact.integrators.base import new_scratch
 from oblique_impact.integrators.motion import derivative
-from oblique_impact.system import ContactRows
+from oblique_impact.system import ContactRows, new_work
 from oblique_impact.transitions import NewtonImpact
 from tests.unit.systems import Block, Oscillator, Prescribed, incline
 
@@ -29,20 +29,27 @@ def exact(t):
 # Orders --------------------------------------------------------------------------------------------------------
 
 
-def fixed_step_error(h):
+def free_error(scheme):
     """Largest error of q and q' in free motion over 2 s."""
-    history = simulate_system(OSCILLATOR, Q0, QD0, 2.0, scheme=FixedStepScheme(h, h), output_interval=0.1)
+    history = simulate_system(OSCILLATOR, Q0, QD0, 2.0, scheme=scheme, output_interval=0.1)
     found = np.concatenate([history["q"], history["qd"]], axis=1)
     return np.abs(found - np.array([exact(t) for t in history["time"].values])).max()
 
 
-def sliding_error(h):
+def fixed_step_error(h):
+    return free_error(FixedStepScheme(h, h))
+
+
+def alpha_error(rho):
+    return lambda h: free_error(GeneralizedAlphaScheme(h, h, rho))
+
+
+def sliding_error(scheme):
     """Error of a sliding block, x'' = -9 x - 0.3 * 9.8, before it stops; steps of contact.
 
     The smoothed law has no stick state, which the paper's judgement would enter at any slip velocity.
     """
     block = Block(lambda t, q, qd: (-9.0 * q[0], -9.8))
-    scheme = FixedStepScheme(1.0, h)
     history = simulate_system(block, [0.1, 0.0], [2.0, 0.0], 0.3, friction=ModifiedCoulomb(0.3), scheme=scheme)
     centre = -0.3 * 9.8 / 9.0
     end = centre + (0.1 - centre) * math.cos(0.9) + 2.0 / 3.0 * math.sin(0.9)
@@ -64,7 +71,7 @@ def taken(t, y, h, scratch):
 
 def event_scheme_error(h):
     """Largest error over 6 s of equal steps of the event scheme's Runge-Kutta method."""
-    scratch, y = new_scratch(2), np.concatenate([exact(0.0), np.zeros(6)])
+    scratch, y = new_scratch(new_work(2), 10), np.concatenate([exact(0.0), np.zeros(6)])
     worst = 0.0
     for i in range(round(6.0 / h)):
         y = taken(i * h, y, h, scratch)
@@ -74,7 +81,7 @@ def event_scheme_error(h):
 
 def dense_output_error(h):
     """Largest error inside single steps from exact states; one order is gained locally."""
-    scratch, at = new_scratch(2), np.zeros(10)
+    scratch, at = new_scratch(new_work(2), 10), np.zeros(10)
     worst = 0.0
     for t in np.linspace(0.0, 3.0, 7):
         y = np.concatenate([exact(t), np.zeros(6)])
@@ -87,7 +94,20 @@ def dense_output_error(h):
 
 ORDERS = {
     "fixed-step, free": (fixed_step_error, FixedStepScheme.order, 4, [0.04, 0.02, 0.01, 0.005], 2e-8),
-    "fixed-step, contact": (sliding_error, FixedStepScheme.order, 4, [0.015, 0.0075, 0.00375, 0.001875], 1e-11),
+    "fixed-step, contact": (
+        lambda h: sliding_error(FixedStepScheme(1.0, h)),
+        FixedStepScheme.order,
+        4,
+        [0.015, 0.0075, 0.00375, 0.001875],
+        1e-11,
+    ),
+    "generalized-alpha, rho 0": (alpha_error(0.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 3e-3),
+    "generalized-alpha, rho 0.8": (alpha_error(0.8), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
+    "generalized-alpha, rho 1": (alpha_error(1.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
+    "generalized-alpha, contact": (
+        lambda h: sliding_error(GeneralizedAlphaScheme(1.0, h, 0.5)),
+        *(GeneralizedAlphaScheme.order, 2, [0.015, 0.0075, 0.00375, 0.001875], 1e-5),
+    ),
     "event, step": (event_scheme_error, EventScheme.order, 8, [0.3, 6 / 28, 0.15, 6 / 56, 0.075], 2e-10),
     "event, dense output": (dense_output_error, dop853.DENSE_TERMS, 7, [0.4, 0.3, 0.2, 0.15, 0.1], 2e-8),
 }
@@ -104,7 +124,7 @@ def test_every_scheme_holds_its_declared_order(name):
 
 
 def test_no_scheme_escapes_the_test_of_orders():
-    assert set(Scheme.__subclasses__()) == {FixedStepScheme, EventScheme}
+    assert set(Scheme.__subclasses__()) == {FixedStepScheme, EventScheme, GeneralizedAlphaScheme}
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
