@@ -232,7 +232,9 @@ def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
             "ux": labelled(fields.ux, along, "m", "axial displacement in the floating frame"),
             "uy": labelled(fields.uy, along, "m", "transverse displacement in the floating frame"),
             "moment": labelled(fields.moment, along, "N m", "bending moment"),
+            "shear": labelled(fields.shear, along, "N", "shear force, slope of the bending moment"),
             "axial_force": labelled(fields.axial_force, along, "N", "axial force, tension positive"),
+            "bending_stress": labelled(fields.bending_stress, along, "Pa", "bending stress at the outer fibre"),
         },
         coords={"station": labelled(o.stations.points, ("station",), "m", "arc length from the root")},
     )

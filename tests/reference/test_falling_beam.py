@@ -53,7 +53,7 @@ def static_bending(scenario: Scenario) -> tuple[float, float, float]:
     rigid = -1.5 * GRAVITY * np.cos(ANGLE)
     B = np.linalg.solve(o.K, -GRAVITY * np.cos(ANGLE) * o.P - o.S * rigid)
     root, x = float(o.root_slope @ B), o.stations.quadrature.points
-    moment = o.bending_stiffness * (o.stations.curvatures[third(o.stations.points)] @ B)
+    moment = BENDING * (o.stations.curvatures[third(o.stations.points)] @ B)
     tip_slope = np.polynomial.Polynomial.fit(x[-6:], o.stations.quadrature.slopes[-6:] @ B, 5)(1.0)
     return float(moment), float(o.stations.values[-1] @ B) - root, float(tip_slope) - root
 
