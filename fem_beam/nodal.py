@@ -155,8 +155,8 @@ class NodalBeam:
     def curvature_factor(self) -> csr_array:
         """Matrix G with K = G^T G: weighted curvatures at two Gauss points per piece.
 
-        Exact for a linear E I times two linear curvatures.  The square root has half the condition exponent of K, so frequencies and reduced stiffness
-        taken from it keep their digits on fine meshes.
+        Exact for a linear E I times two linear curvatures.  The square root has half the condition exponent
+        of K, so frequencies and reduced stiffness taken from it keep their digits on fine meshes.
         """
         widths = np.diff(self.edges)
         middle = 0.5 * (self.edges[1:] + self.edges[:-1])
@@ -197,7 +197,7 @@ class NodalBeam:
         z, w = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
         for cell in split:
             a, b = self.nodes[cell : cell + 2]
-            ends = (np.union1d(self.edges[cells == cell], b) - a) / (b - a)
+            ends = (np.union1d(self.edges[:-1][cells == cell], b) - a) / (b - a)
             half = 0.5 * np.diff(ends)[:, None]
             rule = (ends[:-1, None] + half * (1.0 + z)).ravel()[None], (half * w).ravel()
             bases.append(Basis(self.mesh, LocalHermite(), elements=np.array([cell]), quadrature=rule))

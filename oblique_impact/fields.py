@@ -1,8 +1,8 @@
 """Results along the beam: displacements, section forces and stress, from sampled motions.
 
 Section forces follow from the equilibrium of the accelerated part of the beam outside of a section, in
-the deformed configuration.  For an axially rigid beam that is the only way to the axial force, which is a reaction.
-For the bending moment it is the accurate way: E I Phi'' B converges slowly near a point load and in the
+the deformed configuration.  For an axially rigid beam that is the only way to the axial force, a
+reaction.  For the bending moment it is the accurate way: E I Phi'' B converges slowly near a point load and in the
 derivatives that the shear takes, while the integrals of the inertia forces do not (for assumed modes this
 is the mode-acceleration method: Williams 1945; Bisplinghoff, Ashley, Halfman, Aeroelasticity, 1955, Sec. 10-6).
 """
@@ -12,11 +12,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.operators import Array, ShapeTable
 
 if TYPE_CHECKING:
     from oblique_impact.beam import Beam
+
+Indices = NDArray[np.int64]
 
 BLOCK = 256  # samples that are processed at a time
 
@@ -184,12 +187,12 @@ def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:
     return normal * s + tangential * c, normal * c - tangential * s
 
 
-def _inboard(table: ShapeTable, integrand: Array, cells: Array) -> Array:
+def _inboard(table: ShapeTable, integrand: Array, cells: Indices) -> Array:
     """Integrals from the root to the stations: (nq, samples) -> (stations, samples)."""
     sums = np.cumsum(table.weights[:, None] * integrand, axis=0)
-    return np.concatenate([np.zeros_like(sums[:1]), sums])[cells]
+    return np.asarray(np.concatenate([np.zeros_like(sums[:1]), sums])[cells])
 
 
-def _outboard(forces: Array, cells: Array) -> Array:
-    """Sums from the tip, the last row, inwards to the stations: (nq + 1, samples) -> (stations, samples)."""
-    return np.cumsum(forces[::-1], axis=0)[::-1][cells]
+def _outboard(forces: Array, cells: Indices) -> Array:
+    """Add up from the tip, the last row, inwards to the stations: (nq + 1, samples) -> (stations, samples)."""
+    return np.asarray(np.cumsum(forces[::-1], axis=0)[::-1][cells])

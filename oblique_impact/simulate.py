@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from oblique_impact.beam import Beam, Energies, Motion
+from oblique_impact.beam import Beam, Energies
 from oblique_impact.contact import State
+from oblique_impact.fields import Motion
 from oblique_impact.floating_frame import supplied_power_beam
 from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
 from oblique_impact.history import History, labelled

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from pydantic import PlainValidator
+from pydantic import PlainSerializer, PlainValidator
 from pydantic_core import PydanticCustomError
 
 from oblique_impact.faults import short
@@ -69,5 +69,9 @@ def _fault(message: str) -> PydanticCustomError:
     return PydanticCustomError("number_or_table", message)
 
 
+def _as_it_is(value: float | Table) -> float | Table:
+    return value
+
+
 #: a positive number, or a table of it over x from 0 to beam.length
-Tabulated = Annotated[float | Table, PlainValidator(_validate)]
+Tabulated = Annotated[float | Table, PlainValidator(_validate), PlainSerializer(_as_it_is, return_type=Any)]
