@@ -9,6 +9,7 @@ is the mode-acceleration method: Williams 1945; Bisplinghoff, Ashley, Halfman, A
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -59,6 +60,7 @@ class _Forces(NamedTuple):
     transverse: Array  # N
 
 
+@cache
 def cumulative_weights(order: int) -> Array:
     """Weights (order, order) of int_0^{x_l} over a unit panel.
 
@@ -78,7 +80,7 @@ def cumulative(table: ShapeTable, integrand: Array) -> Array:
     rest = integrand.shape[1:]
     values = integrand.reshape(panels, table.order, -1)
     weights = table.weights.reshape(panels, table.order)
-    totals = np.einsum("pk,pkm->pm", weights, values)
+    totals = (weights[:, None, :] @ values)[:, 0]
     start = np.concatenate([np.zeros_like(totals[:1]), np.cumsum(totals, axis=0)[:-1]])
     inside = cumulative_weights(table.order) @ values
     inside *= weights.sum(axis=1)[:, None, None]
