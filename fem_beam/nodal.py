@@ -7,32 +7,39 @@ slopes, and the weights keep the matrices banded.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from skfem import Basis, BilinearForm, ElementLineHermite, LinearForm, MeshLine
+from skfem import Basis, BilinearForm, LinearForm, MeshLine
 from skfem.helpers import d, dd, ddot, dot
 
+from fem_beam.element import LocalHermite
 from fem_beam.mesh import beam_mesh
 from oblique_impact.scenario import Scenario
+from oblique_impact.sections import Sections
 
 Array = NDArray[np.float64]
+Weight = Callable[[Array], Array]
 
 HALF_BANDWIDTH = 3
-_INTEGRATION_ORDER = 6  # exact for cubic times cubic and for quadratic weights times slopes
+#: exact for a linear mass times two cubics, and for the cubic weight of C times two slopes
+_INTEGRATION_ORDER = 7
+_GAUSS_POINTS = 4
 
 
 @BilinearForm
 def _mass(u, v, w):  # type: ignore[no-untyped-def]
-    return w.mass * u * v
+    return w.weight * u * v
 
 
 @BilinearForm
 def _bending(u, v, w):  # type: ignore[no-untyped-def]
-    return w.stiffness * ddot(dd(u), dd(v))
+    return w.weight * ddot(dd(u), dd(v))
 
 
 @BilinearForm
@@ -47,81 +54,77 @@ def _load(v, w):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True)
 class NodalBeam:
-    """The nodal finite-element model of a scenario's uniform beam, before boundary conditions.
+    """The nodal finite-element model of a scenario's beam, before boundary conditions.
 
     Attributes are in the notation of :class:`~oblique_impact.operators.BeamOperators`, for all
-    2 (elements + 1) degrees of freedom; matrices are sparse and banded.
+    2 (elements + 1) degrees of freedom; matrices are sparse and banded.  The integrals are exact for
+    piecewise linear m and E I wherever their kinks lie: an element with kinks inside gets a rule for each piece.
     """
 
     scenario: Scenario
     mesh: MeshLine
+    sections: Sections
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> NodalBeam:
         """Mesh and assemble the beam of `scenario`."""
-        elements = scenario.discretization.elements
-        return cls(scenario, beam_mesh(scenario.beam.length, elements, scenario.contact.point))
+        d, sections = scenario.discretization, Sections.from_scenario(scenario)
+        mesh = beam_mesh(scenario.beam.length, d.elements, scenario.contact.point, sections.kinks, d.grading)
+        return cls(scenario, mesh, sections)
 
     @cached_property
     def basis(self) -> Basis:
         """The Hermite basis on the mesh."""
-        return Basis(self.mesh, ElementLineHermite(), intorder=_INTEGRATION_ORDER)
+        return Basis(self.mesh, LocalHermite(), intorder=_INTEGRATION_ORDER)
 
     @property
     def nodes(self) -> Array:
         """Node coordinates (m), ascending."""
         return np.asarray(self.mesh.p[0])
 
-    @property
-    def mass_per_length(self) -> float:
-        """kg/m."""
-        return self.scenario.beam.density * self.scenario.beam.area
-
-    @property
-    def bending_stiffness(self) -> float:
-        """E I (N m^2)."""
-        return self.scenario.beam.youngs_modulus * self.scenario.beam.second_moment
+    @cached_property
+    def edges(self) -> Array:
+        """Ends (m) of the pieces on which m and E I are linear and the shape functions cubic, ascending."""
+        return merge_points(self.nodes, self.sections.kinks)
 
     @cached_property
     def M1(self) -> csr_array:
-        """Mass, int m Phi^T Phi."""
-        return csr_array(_mass.assemble(self.basis, mass=self.mass_per_length))
+        """Mass, int m Phi^T Phi + M_t Phi(L)^T Phi(L)."""
+        return csr_array(self._assemble(_mass, self.sections.mass_per_length)) + self._at_tip_squared
 
     @cached_property
     def K(self) -> csr_array:
         """Bending stiffness, int E I Phi''^T Phi''."""
-        return csr_array(_bending.assemble(self.basis, stiffness=self.bending_stiffness))
+        return csr_array(self._assemble(_bending, self.sections.bending_stiffness))
 
     @cached_property
     def C(self) -> csr_array:
         """Centrifugal geometric stiffness per unit spin rate squared."""
-        m, r, length = self.mass_per_length, self.scenario.root.hub_radius, self.scenario.beam.length
-        x = self._points
-        return self._slopes(m * (r * (length - x) + 0.5 * (length**2 - x**2)))
+        return csr_array(self._assemble(_weighted_slopes, self.sections.outer_moment))
 
     @cached_property
     def D(self) -> csr_array:
         """Gravity geometric stiffness per unit g."""
-        m, length = self.mass_per_length, self.scenario.beam.length
-        return self._slopes(m * (length - self._points))
+        return csr_array(self._assemble(_weighted_slopes, self.sections.outer_mass))
 
     @cached_property
     def contact_shortening(self) -> csr_array:
         """H(x_F): the node at the contact point makes the integral one over whole elements."""
         point = self.scenario.contact.point
-        return self._slopes(np.where(self._points < point, 1.0, 0.0))
+        return csr_array(self._assemble(_weighted_slopes, lambda x: np.where(x < point, 1.0, 0.0)))
 
     @cached_property
     def S(self) -> Array:
-        """Coupling to the rigid rotation, int m (r + x) Phi."""
-        m, r = self.mass_per_length, self.scenario.root.hub_radius
-        return np.asarray(_load.assemble(self.basis, weight=m * (r + self._points)))
+        """Coupling to the rigid rotation, int m (r + x) Phi + M_t (r + L) Phi(L)."""
+        s = self.sections
+        load = self._assemble(_load, lambda x: s.mass_per_length(x) * (s.hub_radius + x))
+        return np.asarray(load + s.tip_mass * (s.hub_radius + s.length) * self._at_tip)
 
     @cached_property
     def P(self) -> Array:
-        """Load, int m Phi."""
-        m = self.mass_per_length
-        return np.asarray(_load.assemble(self.basis, weight=m))
+        """Load, int m Phi + M_t Phi(L)."""
+        load = self._assemble(_load, self.sections.mass_per_length)
+        return np.asarray(load + self.sections.tip_mass * self._at_tip)
 
     @cached_property
     def rigid_rotation(self) -> Array:
@@ -150,16 +153,16 @@ class NodalBeam:
         return value, slope, curvature
 
     def curvature_factor(self) -> csr_array:
-        """Matrix G with K = G^T G: weighted curvatures at two Gauss points per element.
+        """Matrix G with K = G^T G: weighted curvatures at two Gauss points per piece.
 
-        The square root has half the condition exponent of K, so frequencies and reduced stiffness
-        taken from it keep their digits on fine meshes.
+        Exact for a linear E I times two linear curvatures.  The square root has half the condition exponent
+        of K, so frequencies and reduced stiffness taken from it keep their digits on fine meshes.
         """
-        widths = np.diff(self.nodes)
-        middle = 0.5 * (self.nodes[1:] + self.nodes[:-1])
+        widths = np.diff(self.edges)
+        middle = 0.5 * (self.edges[1:] + self.edges[:-1])
         offset = 0.5 * widths / np.sqrt(3.0)
         points = np.stack([middle - offset, middle + offset], axis=1).ravel()
-        weights = np.sqrt(self.bending_stiffness * np.repeat(0.5 * widths, 2))
+        weights = np.sqrt(self.sections.bending_stiffness(points) * np.repeat(0.5 * widths, 2))
         return csr_array(self.evaluate(points)[2].multiply(weights[:, None]))
 
     def free_dofs(self, root: str) -> NDArray[np.int64]:
@@ -167,12 +170,53 @@ class NodalBeam:
         return np.arange(2 if root == "clamped" else 1, self.basis.N)
 
     @property
-    def _points(self) -> Array:
-        """Quadrature points (m), shape (elements, points per element)."""
-        return np.asarray(self.basis.global_coordinates()[0], dtype=float)
+    def _at_tip(self) -> Array:
+        """Phi(L): the deflection of the last node."""
+        shapes = np.zeros(self.basis.N)
+        shapes[-2] = 1.0
+        return shapes
 
-    def _slopes(self, weight: Array) -> csr_array:
-        return csr_array(_weighted_slopes.assemble(self.basis, weight=weight))
+    @property
+    def _at_tip_squared(self) -> csr_array:
+        n = self.basis.N
+        return csr_array(([self.sections.tip_mass], ([n - 2], [n - 2])), shape=(n, n))
+
+    @cached_property
+    def _bases(self) -> list[Basis]:
+        """One basis for all elements that lie in one piece of the tables, one more for each that does not."""
+        middles = 0.5 * (self.edges[1:] + self.edges[:-1])
+        cells = np.searchsorted(self.nodes, middles) - 1
+        split, pieces = np.unique(cells, return_counts=True)
+        split = split[pieces > 1]
+        if split.size == 0:
+            return [self.basis]
+        whole = np.setdiff1d(np.arange(self.mesh.nelements), split)
+        bases = (
+            [Basis(self.mesh, LocalHermite(), elements=whole, intorder=_INTEGRATION_ORDER)] if whole.size else []
+        )
+        z, w = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+        for cell in split:
+            a, b = self.nodes[cell : cell + 2]
+            ends = (np.union1d(self.edges[:-1][cells == cell], b) - a) / (b - a)
+            half = 0.5 * np.diff(ends)[:, None]
+            rule = (ends[:-1, None] + half * (1.0 + z)).ravel()[None], (half * w).ravel()
+            bases.append(Basis(self.mesh, LocalHermite(), elements=np.array([cell]), quadrature=rule))
+        return bases
+
+    def _assemble(self, form: BilinearForm | LinearForm, weight: Weight) -> Any:
+        """Integrate a form with a weight given as a function of x."""
+        parts = []
+        for basis in self._bases:
+            points = np.asarray(basis.global_coordinates()[0], dtype=float)
+            parts.append(form.assemble(basis, weight=np.asarray(weight(points))))
+        return sum(parts[1:], start=parts[0])
+
+
+def merge_points(nodes: Array, others: Array) -> Array:
+    """Union of two ascending sets of points (m), in which others within rounding of a node are that node."""
+    length = nodes[-1]
+    apart = np.array([np.min(np.abs(nodes - x)) > 1e-12 * length for x in others], dtype=bool)
+    return np.union1d(nodes, others[apart])
 
 
 def banded(matrix: csr_array) -> Array:

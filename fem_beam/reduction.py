@@ -6,15 +6,15 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular, svd
 from scipy.sparse import csr_array
 
-from fem_beam.nodal import Array, NodalBeam
+from fem_beam.nodal import Array, NodalBeam, merge_points
 from oblique_impact.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
 from oblique_impact.scenario import Scenario
 
-_GAUSS_ORDER = 6  # squares of foreshortening rates are polynomials of degree 10
+_GAUSS_ORDER = 6  # a linear mass times squares of foreshortening rates is a polynomial of degree 11
 
 
 def build_operators(scenario: Scenario) -> BeamOperators:
-    """Discretize the uniform beam of `scenario` by Hermite elements, reduced to its first modes.
+    """Discretize the beam of `scenario` by Hermite elements, reduced to its first modes.
 
     With `discretization.modes = 0` all modes of the mesh are kept, which is the nodal model in other
     coordinates.
@@ -29,8 +29,9 @@ def build_operators(scenario: Scenario) -> BeamOperators:
 def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     """Elastic eigenvectors, shape (2 nodes, count), in ascending order of frequency; all if count is None.
 
-    They come from the singular vectors of G L^-T with K = G^T G and M1 = L L^T.  Like the
-    eigenfunctions of ``modal`` they have int phi^2 dx = length and a positive tip.
+    They come from the singular vectors of G L^-T with K = G^T G and M1 = L L^T.  Their modal mass is the
+    mass of the beam, so those of a uniform one have int phi^2 dx = length like the eigenfunctions of
+    ``modal``; the tip is positive.
     """
     free = nodal.free_dofs(root)
     factor = cholesky(nodal.M1.toarray()[np.ix_(free, free)], lower=True)
@@ -40,8 +41,8 @@ def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     shapes = solve_triangular(factor, left, lower=True, trans="T")[:, ::-1]
     if root == "hinged":
         shapes = shapes[:, 1:]  # the rigid rotation has frequency 0
-    shapes = shapes[:, :count] * np.sqrt(nodal.mass_per_length * nodal.scenario.beam.length)
-    shapes *= np.sign(shapes[-2])
+    shapes = shapes[:, :count] * np.sqrt(nodal.sections.mass)
+    shapes *= np.where(shapes[-2] < 0.0, -1.0, 1.0)
     modes = np.zeros((nodal.basis.N, shapes.shape[1]))
     modes[free] = shapes
     return modes
@@ -49,8 +50,7 @@ def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
 
 def project(nodal: NodalBeam, modes: Array) -> BeamOperators:
     """Project the nodal operators onto `modes`, shape (2 nodes, n)."""
-    scenario, V = nodal.scenario, modes
-    length, radius, m = scenario.beam.length, scenario.root.hub_radius, nodal.mass_per_length
+    scenario, V, sections = nodal.scenario, modes, nodal.sections
     curvature = nodal.curvature_factor() @ V
     at_contact = nodal.evaluate(np.array([scenario.contact.point]))[0]
 
@@ -58,18 +58,15 @@ def project(nodal: NodalBeam, modes: Array) -> BeamOperators:
         return np.asarray(V.T @ (matrix @ V))
 
     return BeamOperators(
-        length=length,
-        hub_radius=radius,
-        mass_per_length=m,
-        bending_stiffness=nodal.bending_stiffness,
+        sections=sections,
         M1=both(nodal.M1),
         K=curvature.T @ curvature,
         C=both(nodal.C),
         D=both(nodal.D),
         S=nodal.S @ V,
         P=nodal.P @ V,
-        J=m * ((radius + length) ** 3 - radius**3) / 3.0,
-        Sm=m * (radius * length + 0.5 * length**2),
+        J=sections.inertia,
+        Sm=sections.static_moment,
         contact_point=scenario.contact.point,
         contact_shape=(at_contact @ V)[0],
         contact_shortening=both(nodal.contact_shortening),
@@ -80,20 +77,18 @@ def project(nodal: NodalBeam, modes: Array) -> BeamOperators:
 
 
 def _station_table(nodal: NodalBeam, V: Array) -> StationTable:
-    length = nodal.scenario.beam.length
-    stations = station_points(length, nodal.scenario.contact.point)
-    edges = np.union1d(nodal.nodes, stations)
-    edges = edges[np.append(True, np.diff(edges) > 1e-12 * length)]
-    edges[-1] = length
+    stations = station_points(nodal.sections.length, nodal.scenario.contact.point)
+    edges = merge_points(nodal.edges, stations)
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_ORDER)
     half, middle = 0.5 * np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
     x = (middle[:, None] + half[:, None] * nodes).ravel()
     w = (half[:, None] * weights).ravel()
     values, slopes, _ = nodal.evaluate(x)
-    at_stations, _, curvatures = nodal.evaluate(stations)
+    at_stations, station_slopes, curvatures = nodal.evaluate(stations)
     return StationTable(
         points=stations,
         values=at_stations @ V,
+        slopes=station_slopes @ V,
         curvatures=curvatures @ V,
         quadrature=ShapeTable(_GAUSS_ORDER, x, w, values @ V, slopes @ V),
         cells=np.searchsorted(x, stations),

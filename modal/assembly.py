@@ -7,6 +7,7 @@ import numpy as np
 from modal.eigenfunctions import Array, Eigenfunctions, Family
 from oblique_impact.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
 from oblique_impact.scenario import Scenario
+from oblique_impact.sections import Sections
 
 _SPECTRUM_MODES = 48
 _ROUNDING = 1e-17
@@ -45,34 +46,29 @@ def gauss_rule(edges: Array, order: int) -> tuple[Array, Array]:
 
 
 def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
-    beam, length = scenario.beam, scenario.beam.length
+    length, sections = scenario.beam.length, Sections.from_scenario(scenario)
     point = scenario.contact.point
     stations = station_points(length, point)
     wave_number = 2.0 * shapes.roots[-1] / length
     order = quadrature_order(float(wave_number * np.max(np.diff(stations))))
     x, w = gauss_rule(stations, order)
     values, slopes, curvatures = (shapes.derivative(x, k) for k in range(3))
-    m = beam.density * beam.area
-    stiffness = beam.youngs_modulus * beam.second_moment
+    m, stiffness = sections.mass_per_length(x), sections.bending_stiffness(x)  # uniform, as the scenario checks
     radius = scenario.root.hub_radius
 
     def gram(weight: Array, rows: Array) -> Array:
         return np.asarray((rows * weight[:, None]).T @ rows)
 
-    outer_moment = radius * (length - x) + 0.5 * (length**2 - x**2)
     return BeamOperators(
-        length=length,
-        hub_radius=radius,
-        mass_per_length=m,
-        bending_stiffness=stiffness,
+        sections=sections,
         M1=gram(m * w, values),
         K=gram(stiffness * w, curvatures),
-        C=gram(m * w * outer_moment, slopes),
-        D=gram(m * w * (length - x), slopes),
+        C=gram(w * sections.outer_moment(x), slopes),
+        D=gram(w * sections.outer_mass(x), slopes),
         S=(m * w * (radius + x)) @ values,
         P=(m * w) @ values,
-        J=m * ((radius + length) ** 3 - radius**3) / 3.0,
-        Sm=m * (radius * length + 0.5 * length**2),
+        J=sections.inertia,
+        Sm=sections.static_moment,
         contact_point=point,
         contact_shape=shapes.derivative(np.array([point]), 0)[0],
         contact_shortening=gram(np.where(x < point, w, 0.0), slopes),
@@ -80,6 +76,7 @@ def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
         stations=StationTable(
             points=stations,
             values=shapes.derivative(stations, 0),
+            slopes=shapes.derivative(stations, 1),
             curvatures=shapes.derivative(stations, 2),
             quadrature=ShapeTable(order, x, w, values, slopes),
             cells=np.searchsorted(x, stations),

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
 
+from oblique_impact.fields import Fields, Motion, cumulative, fields_along
 from oblique_impact.floating_frame import (
     CONSTANT_SPEED,
     CONTACT_SHAPE,
@@ -29,7 +28,7 @@ from oblique_impact.floating_frame import (
     BeamModel,
     drive,
 )
-from oblique_impact.operators import Array, BeamOperators, ShapeTable
+from oblique_impact.operators import Array, BeamOperators
 from oblique_impact.scenario import Scenario
 
 _ROOTS = {"pin": PIN, "hub": HUB, "driven": DRIVEN}
@@ -44,27 +43,6 @@ class Energies(NamedTuple):
     gravity: Array
 
 
-class Fields(NamedTuple):
-    """Results along the beam, each of shape (samples, stations), in the floating frame."""
-
-    ux: Array  # m
-    uy: Array  # m
-    moment: Array  # N m
-    axial_force: Array  # N, tension positive
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Sampled motion: times (samples,), q, q', q'' (samples, n + 1) and contact forces (samples,)."""
-
-    time: Array
-    q: Array
-    qd: Array
-    qdd: Array
-    normal_force: Array
-    tangential_force: Array
-
-
 def damping_matrix(scenario: Scenario, operators: BeamOperators) -> Array:
     """Damping matrix (n, n): Kelvin-Voigt, mass-proportional, and 2 zeta omega_i on each eigenmode of (K, M1)."""
     beam = scenario.beam
@@ -75,32 +53,6 @@ def damping_matrix(scenario: Scenario, operators: BeamOperators) -> Array:
         rates = 2.0 * beam.modal_damping_ratio * np.sqrt(np.maximum(squares, 0.0))
         matrix = matrix + (weighted * rates) @ weighted.T
     return np.ascontiguousarray(matrix)
-
-
-def cumulative_weights(order: int) -> Array:
-    """Weights (order, order) of int_0^{x_l} over a unit panel.
-
-    Exact for the polynomial through the panel's Gauss points.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(order)
-    basis = np.polynomial.legendre.legvander(nodes, order - 1)
-    # Legendre coefficients from values: a_m = (2 m + 1)/2 sum_k w_k P_m(x_k) f_k
-    to_coefficients = (basis * weights[:, None]).T * (np.arange(order)[:, None] + 0.5)
-    columns = (np.polynomial.legendre.legint(c, lbnd=-1.0) for c in to_coefficients.T)
-    return np.asarray(0.5 * np.stack([np.polynomial.legendre.legval(nodes, c) for c in columns], axis=1))
-
-
-def cumulative(table: ShapeTable, integrand: Array) -> Array:
-    """Integral from the root to each quadrature point; `integrand` (nq, ...) -> (nq, ...)."""
-    panels = table.points.size // table.order
-    rest = integrand.shape[1:]
-    values = integrand.reshape(panels, table.order, -1)
-    weights = table.weights.reshape(panels, table.order)
-    totals = np.einsum("pk,pkm->pm", weights, values)
-    start = np.concatenate([np.zeros_like(totals[:1]), np.cumsum(totals, axis=0)[:-1]])
-    inside = np.einsum("lk,pkm->plm", cumulative_weights(table.order), values)
-    inside *= weights.sum(axis=1)[:, None, None]
-    return np.asarray((inside + start[:, None, :]).reshape(table.points.size, *rest))
 
 
 class Beam:
@@ -132,7 +84,6 @@ class Beam:
         full = kinetics == "full"
         hub = s.root.inertia if s.root.kind == "hub" else 0.0
         (x, y), angle = s.slope.origin, s.slope.angle
-        table = o.stations.quadrature
         n = o.size
         shortening = kept if s.contact.shortening else 0.0
         matrices = {
@@ -149,13 +100,12 @@ class Beam:
             ROOT_SLOPE: o.root_slope,
             CONTACT_SHAPE: o.contact_shape,
         }
-        arms, masses = o.hub_radius + table.points, o.mass_per_length * table.weights
         return BeamModel(
             matrices=_own(np.stack([matrices[k] for k in sorted(matrices)])),
             vectors=_own(np.stack([vectors[k] for k in sorted(vectors)])),
             full=full,
-            quad_points=_own(np.stack([arms, masses]) if full else np.zeros((2, 0))),
-            quad_shapes=_own(table.values if full else np.zeros((0, n))),
+            quad_points=_own(self._mass_points() if full else np.zeros((2, 0))),
+            quad_shapes=_own(self._with_tip(o.stations.quadrature.values) if full else np.zeros((0, n))),
             quad_shortening=_own(self._shortening_table() if full else np.zeros((0, n, n))),
             inertia=o.J + hub,
             static_moment=o.Sm,
@@ -172,10 +122,33 @@ class Beam:
             tangential_offset=float(x * np.cos(angle) + y * np.sin(angle)),
         )
 
+    def _mass_points(self) -> Array:
+        """Arms r + x (m) and masses (kg) of the quadrature, (2, nq); a tip mass is one more point."""
+        table, sections = self.operators.stations.quadrature, self.operators.sections
+        points = np.stack([table.points, sections.mass_per_length(table.points) * table.weights])
+        if sections.tip_mass > 0.0:
+            points = np.append(points, [[sections.length], [sections.tip_mass]], axis=1)
+        points[0] += sections.hub_radius
+        return points
+
+    def _with_tip(self, values: Array) -> Array:
+        """Append the tip's shape functions (1, n) to those of the quadrature if there is a tip mass."""
+        if self.operators.sections.tip_mass == 0.0:
+            return values
+        return np.append(values, self.operators.stations.values[-1:], axis=0)
+
     def _shortening_table(self) -> Array:
-        """H at the quadrature points, (nq, n, n)."""
+        """H at the points of mass, (nq, n, n)."""
+        slopes = self.operators.stations.quadrature.slopes
+        return self._integrals(np.einsum("ki,kj->kij", slopes, slopes))
+
+    def _integrals(self, integrand: Array) -> Array:
+        """Integrals from the root to the points of mass, the tip included; (quadrature, ...) -> (nq, ...)."""
         table = self.operators.stations.quadrature
-        return cumulative(table, np.einsum("ki,kj->kij", table.slopes, table.slopes))
+        inner = cumulative(table, integrand)
+        if self.operators.sections.tip_mass == 0.0:
+            return inner
+        return np.append(inner, np.tensordot(table.weights, integrand, axes=1)[None], axis=0)
 
     def initial_state(self) -> tuple[Array, Array]:
         """Return q and q' (n + 1,) at t = 0: the undeformed beam at its initial angle and speed."""
@@ -207,64 +180,23 @@ class Beam:
         m, table = self.model, self.operators.stations.quadrature
         spin = qd[:, :1]
         slope, slope_rate = table.slopes @ q[:, 1:].T, table.slopes @ qd[:, 1:].T
-        ux = -0.5 * cumulative(table, slope**2).T
-        ux_rate = -cumulative(table, slope * slope_rate).T
-        uy, uy_rate = q[:, 1:] @ table.values.T, qd[:, 1:] @ table.values.T
+        ux = -0.5 * self._integrals(slope**2).T
+        ux_rate = -self._integrals(slope * slope_rate).T
+        values = self._with_tip(table.values).T
+        uy, uy_rate = q[:, 1:] @ values, qd[:, 1:] @ values
         axial = ux_rate - spin * uy
         transverse = uy_rate + spin * (m.quad_points[0] + ux)
         hub = m.hub_inertia * (qd[:, 0] + qd[:, 1:] @ m.vectors[ROOT_SLOPE]) ** 2
         return np.asarray(0.5 * (axial**2 + transverse**2) @ m.quad_points[1] + 0.5 * hub)
 
     def fields(self, motion: Motion) -> Fields:
-        """Displacements, bending moment and axial force at the stations for each sample.
-
-        The axial force of an axially rigid beam is a reaction: it follows from the equilibrium of the
-        accelerated outer part, N(x) = F_a [x <= x_F] - int_x^L m (a_a + g sin theta) dxi.
-        """
-        o, stations = self.operators, self.operators.stations
-        B = motion.q[:, 1:]
-        slopes = stations.quadrature.slopes @ B.T
-        return Fields(
-            ux=self._foreshortening * (self._inboard @ (-0.5 * slopes**2)).T,
-            uy=B @ stations.values.T,
-            moment=o.bending_stiffness * (B @ stations.curvatures.T),
-            axial_force=self._axial_force(motion, slopes),
-        )
+        """Displacements, section forces and stress at the stations for each sample (see `fields_along`)."""
+        return fields_along(self, motion)
 
     @property
-    def _foreshortening(self) -> float:
+    def foreshortening(self) -> float:
+        """1, or 0 in zeroth-order kinetics, which leave the foreshortening out."""
         return 0.0 if self.scenario.discretization.kinetics == "zeroth-order" else 1.0
-
-    @cached_property
-    def _inboard(self) -> Array:
-        """Weights (stations, nq) of int_0^x over the stations x."""
-        table = self.operators.stations
-        inside = np.arange(table.quadrature.points.size) < table.cells[:, None]
-        return np.where(inside, table.quadrature.weights, 0.0)
-
-    def _axial_force(self, motion: Motion, slopes: Array) -> Array:
-        """Axial force (samples, stations); `slopes` are u_y' at the quadrature points, (nq, samples).
-
-        The double integrals of the foreshortening's acceleration become single ones by swapping their
-        order: int_x^L int_0^xi f = int_0^L f(eta) (L - max(x, eta)) d eta.
-        """
-        o, stations = self.operators, self.operators.stations
-        table, x, length = stations.quadrature, stations.points, o.length
-        theta, spin, spin_rate = motion.q[:, 0], motion.qd[:, 0], motion.qdd[:, 0]
-        slope_rates, slope_accelerations = (table.slopes @ v[:, 1:].T for v in (motion.qd, motion.qdd))
-        shortening = slope_rates**2 + slopes * slope_accelerations - 0.5 * (spin * slopes) ** 2
-        outboard = table.weights * (length - np.maximum(x[:, None], table.points))
-        acceleration = -self._foreshortening * (outboard @ shortening).T
-        remaining = length - x
-        acceleration -= np.outer(spin**2, o.hub_radius * remaining + 0.5 * (length**2 - x**2))
-        shapes = (table.weights - self._inboard) @ table.values  # int_x^L Phi
-        acceleration -= 2.0 * spin[:, None] * (motion.qd[:, 1:] @ shapes.T)
-        acceleration -= spin_rate[:, None] * (motion.q[:, 1:] @ shapes.T)
-        weight = np.outer(self.scenario.gravity * np.sin(theta), remaining)
-        angle = theta - self.scenario.slope.angle
-        push = motion.normal_force * np.sin(angle) + motion.tangential_force * np.cos(angle)
-        inside = x <= o.contact_point * (1.0 + 1e-12)
-        return np.asarray(push[:, None] * inside - o.mass_per_length * (acceleration + weight))
 
 
 def _own(values: Array) -> Array:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from oblique_impact.plugins import discretization
+from oblique_impact.sections import Sections
 
 if TYPE_CHECKING:
     from oblique_impact.scenario import Scenario
@@ -34,6 +35,7 @@ class StationTable:
 
     points: Array  # (ns,) m, from 0 to the length
     values: Array  # (ns, n)
+    slopes: Array  # (ns, n) Phi' (1/m)
     curvatures: Array  # (ns, n) Phi'' (1/m^2)
     quadrature: ShapeTable
     cells: NDArray[np.int64]  # (ns,)
@@ -41,10 +43,11 @@ class StationTable:
 
 @dataclass(frozen=True)
 class BeamOperators:
-    """Everything the physics knows about a discretized uniform beam, in SI units.
+    """Everything the physics knows about a discretized beam, in SI units.
 
-    n shape functions Phi (row) of the arc-length label x in [0, length]; r = hub_radius.  With m the
-    mass per length (theory: Sec. 1 of the documentation; H(x) = int_0^x Phi'^T Phi' dxi):
+    n shape functions Phi (row) of the arc-length label x in [0, length]; r = hub_radius.  With m(x) the
+    mass per length, in which a tip mass is a point mass at x = length (theory: Sec. 1 of the documentation;
+    H(x) = int_0^x Phi'^T Phi' dxi):
 
         M1 = int m Phi^T Phi        K = int E I Phi''^T Phi''
         C  = int m (r + x) H        D = int m H
@@ -55,10 +58,7 @@ class BeamOperators:
     ``fem_beam`` until they are projected.
     """
 
-    length: float
-    hub_radius: float
-    mass_per_length: float
-    bending_stiffness: float
+    sections: Sections
     M1: Array
     K: Array
     C: Array
@@ -75,13 +75,28 @@ class BeamOperators:
     method: str = ""
 
     @property
+    def length(self) -> float:
+        """Length (m) of the beam."""
+        return self.sections.length
+
+    @property
+    def hub_radius(self) -> float:
+        """Distance (m) of the root from the axis of rotation."""
+        return self.sections.hub_radius
+
+    @property
+    def mass_per_length(self) -> float:
+        """Mean mass per length (kg/m): the whole mass, with that of the tip, over the length."""
+        return self.sections.mass / self.sections.length
+
+    @property
     def size(self) -> int:
         """Number n of shape functions."""
         return int(self.P.shape[0])
 
     def natural_frequencies(self) -> Array:
         """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending."""
-        return np.asarray(np.sqrt(np.maximum(eigh(self.K, self.M1, eigvals_only=True), 0.0)))
+        return np.asarray(np.sqrt(np.maximum(eigh(self.K, self.M1, lower=False, eigvals_only=True), 0.0)))
 
 
 @dataclass(frozen=True)
@@ -110,8 +125,11 @@ class SpinningBeam:
         return self._frequencies(spin_rate**2, self.C - self.M1, 0.0, count)
 
     def _frequencies(self, factor: float, geometric: Array, rigid: float, count: int) -> Array:
-        wanted = min(count, self.K.shape[0])
-        squares = eigh(self.K + factor * geometric, self.M1, eigvals_only=True, subset_by_index=(0, wanted - 1))
+        wanted = (0, min(count, self.K.shape[0]) - 1)
+        stiffness = self.K + factor * geometric
+        # the upper triangle is reduced from the last row upwards, which keeps the digits of the low frequencies:
+        # the entries grow from the first row to the last by up to twelve orders of magnitude
+        squares = eigh(stiffness, self.M1, lower=False, eigvals_only=True, subset_by_index=wanted)
         elastic = np.sqrt(np.maximum(squares, 0.0))
         found = np.sort(np.append(elastic, rigid)) if self.hinged else elastic
         return np.asarray(found[:count])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import reprlib
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -13,19 +12,20 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import one_line
+from oblique_impact.faults import refuse as _refuse
 from oblique_impact.plugins import discretization_names
+from oblique_impact.tables import Tabulated
 
 MAX_MODES = 100
 MAX_ELEMENTS = 4096
 MAX_EXPLICIT_NODAL_ELEMENTS = 32
+MAX_GRADING = 1e4
 MAX_SAMPLES = 5_000_000
 MAX_STEPS = 1_000_000_000
 
 #: a start this close to the slope (relative to the beam's length) touches it
 TOUCHING = 1e-12
-
-_REPR = reprlib.Repr()
-_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60
 
 Positive = Annotated[float, Field(gt=0.0, le=1e30)]
 NonNegative = Annotated[float, Field(ge=0.0, le=1e30)]
@@ -41,16 +41,18 @@ class Section(BaseModel):
 
 
 class BeamSection(Section):
-    """The uniform beam."""
+    """The beam; `area` and `second_moment` are numbers, or tables [[x, value], ...] from x = 0 to the length."""
 
     length: Positive = 1.0  # m
-    area: Positive = 3.14e-4  # m^2
-    second_moment: Positive = 7.85e-9  # m^4
+    area: Tabulated = 3.14e-4  # m^2
+    second_moment: Tabulated = 7.85e-9  # m^4
     density: Positive = 2766.7  # kg/m^3
     youngs_modulus: Positive = 68.952e9  # Pa
     kelvin_voigt: NonNegative = 0.0  # s, damping matrix = kelvin_voigt K
     mass_proportional: NonNegative = 0.0  # 1/s, damping matrix = mass_proportional M1
     modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    tip_mass: NonNegative = 0.0  # kg, a point mass at x = length
+    outer_fibre: NonNegative = 0.0  # m, distance from the axis for the bending stress; 0: circular sections
 
 
 class RootSection(Section):
@@ -102,6 +104,7 @@ class DiscretizationSection(Section):
     kinetics: Literal["zeroth-order", "first-order", "full"] = "first-order"
     modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 2
     elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = 32
+    grading: Annotated[float, Field(ge=1.0, le=MAX_GRADING)] = 1.0  # largest over smallest element (fem)
 
 
 class SolverSection(Section):
@@ -144,7 +147,7 @@ class Scenario(Section):
         if math.isnan(self.contact.point):
             resolved = self.contact.model_copy(update={"point": self.beam.length})
             object.__setattr__(self, "contact", resolved)
-        for check in (_check_root, _check_contact, _check_discretization, _check_solver):
+        for check in (_check_root, _check_beam, _check_contact, _check_discretization, _check_solver):
             check(self)
         return self
 
@@ -168,7 +171,7 @@ class Scenario(Section):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise InputError(_one_line(error)) from None
+            raise InputError(one_line(error, cls)) from None
 
     @classmethod
     def from_toml(cls, text: str, overrides: list[str] | None = None) -> Scenario:
@@ -263,39 +266,6 @@ def _apply_override(data: dict[str, Any], item: str) -> None:
     target[keys[-1]] = value
 
 
-def _one_line(error: ValidationError) -> str:
-    first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"])
-    if first["type"] == "extra_forbidden":
-        return f"{key} = {_short(first['input'])}: unknown key; allowed here: {_known_keys(first['loc'])}"
-    message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    if first["type"] == "value_error":
-        return message
-    return f"{key} = {_short(first['input'])}: should be {message}"
-
-
-def _short(value: Any) -> str:
-    try:
-        text = " ".join(_REPR.repr(value).split())
-    except ValueError:
-        text = "an integer of thousands of digits"
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _known_keys(location: tuple[Any, ...]) -> str:
-    model: type[BaseModel] = Scenario
-    for part in location[:-1]:
-        annotation = model.model_fields[str(part)].annotation
-        assert isinstance(annotation, type)
-        assert issubclass(annotation, BaseModel)
-        model = annotation
-    return ", ".join(model.model_fields)
-
-
-def _refuse(key: str, value: Any, allowed: str) -> None:
-    raise ValueError(f"{key} = {_short(value)}: {allowed}")
-
-
 def _check_root(s: Scenario) -> None:
     root, kind = s.root, s.root.kind
     only = {"inertia": "hub", "torque": "hub", "spin_rate": "driven", "spin_up_time": "driven"}
@@ -311,6 +281,27 @@ def _check_root(s: Scenario) -> None:
     speed = s.initial.angular_velocity
     if kind == "driven" and speed not in (0.0, s.initial_angular_velocity):
         _refuse("initial.angular_velocity", speed, "a driven root prescribes its own speed; leave it 0")
+
+
+def _check_beam(s: Scenario) -> None:
+    beam, modal = s.beam, s.discretization.method == "modal"
+    uniform = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
+    for key in ("area", "second_moment"):
+        table = getattr(beam, key)
+        if not isinstance(table, tuple):
+            continue
+        if table[-1][0] != beam.length:
+            _refuse(f"beam.{key}", table, f"should end at x = beam.length = {beam.length}, not at {table[-1][0]}")
+        if modal:
+            _refuse(f"beam.{key}", table, f"{uniform} tables")
+    if modal and beam.tip_mass > 0.0:
+        _refuse("beam.tip_mass", beam.tip_mass, f"{uniform} a tip mass")
+    if modal and s.discretization.grading != 1.0:
+        _refuse(
+            "discretization.grading",
+            s.discretization.grading,
+            'the modal method has no mesh; use 1.0, or discretization.method = "fem"',
+        )
 
 
 def _check_contact(s: Scenario) -> None:

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from oblique_impact.beam import Beam, Energies, Motion
+from oblique_impact.beam import Beam, Energies
 from oblique_impact.contact import State
+from oblique_impact.fields import Motion
 from oblique_impact.floating_frame import supplied_power_beam
 from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
 from oblique_impact.history import History, labelled
@@ -299,7 +300,9 @@ def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
             "ux": labelled(fields.ux, along, "m", "axial displacement in the floating frame"),
             "uy": labelled(fields.uy, along, "m", "transverse displacement in the floating frame"),
             "moment": labelled(fields.moment, along, "N m", "bending moment"),
+            "shear": labelled(fields.shear, along, "N", "shear force, slope of the bending moment"),
             "axial_force": labelled(fields.axial_force, along, "N", "axial force, tension positive"),
+            "bending_stress": labelled(fields.bending_stress, along, "Pa", "bending stress at the outer fibre"),
         },
         coords={"station": labelled(o.stations.points, ("station",), "m", "arc length from the root")},
     )

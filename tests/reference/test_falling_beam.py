@@ -53,7 +53,7 @@ def static_bending(scenario: Scenario) -> tuple[float, float, float]:
     rigid = -1.5 * GRAVITY * np.cos(ANGLE)
     B = np.linalg.solve(o.K, -GRAVITY * np.cos(ANGLE) * o.P - o.S * rigid)
     root, x = float(o.root_slope @ B), o.stations.quadrature.points
-    moment = o.bending_stiffness * (o.stations.curvatures[third(o.stations.points)] @ B)
+    moment = BENDING * (o.stations.curvatures[third(o.stations.points)] @ B)
     tip_slope = np.polynomial.Polynomial.fit(x[-6:], o.stations.quadrature.slopes[-6:] @ B, 5)(1.0)
     return float(moment), float(o.stations.values[-1] @ B) - root, float(tip_slope) - root
 
@@ -93,10 +93,11 @@ def test_a_damped_fall_bends_as_statics_say(method):
     share = np.cos(theta) / np.cos(ANGLE)
     tip = history["uy"].values[late, -1] - elastic @ build_operators(scenario).root_slope
     moment = history["moment"].values[late, third(history["station"].values)]
-    # 12 modes: 2.8e-4 of the tip and 7e-4 of the moment are missing, elements add h^2 9/8 = 3e-4 to it;
+    # 12 modes: 2.8e-4 of the tip is missing; nothing of the moment, which is one of equilibrium: only the beam's
+    # own accelerations disturb it, of the order (rate of the fall/omega_1)^2 = 1e-6;
     # the damper lags by 2 zeta/omega_1 = 0.5 ms, over which cos(theta) changes by 2e-4
     np.testing.assert_allclose(tip, CHIMNEY["tip"] / 100.0 * share, rtol=6e-4)
-    np.testing.assert_allclose(moment, CHIMNEY["Mmax"] * share, rtol=1.2e-3)
+    np.testing.assert_allclose(moment, CHIMNEY["Mmax"] * share, rtol=1e-5)
 
 
 def test_a_sudden_release_doubles_the_bending():

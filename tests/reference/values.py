@@ -280,6 +280,23 @@ TABLE = (
         "quadrature and DOP853 agree",
     ),
     Reference(
+        "7a",
+        {"tip": 0.00196612873427, "slope": 0.00262150497903, "M0": 4.256826},
+        "horizontal cantilever under its own weight: q L^4/(8 EI), q L^3/(6 EI), q L^2/2; "
+        "EI = 541.27, m = 0.86874, L = 1, g = 9.8",
+    ),
+    Reference(
+        "7c",
+        {"1": 1.14740331052, "4": 2.05120700613, "-4": 0.659730170976, "7": 9.43629097435},
+        "heavy cantilever, transverse load q_t, axial load q_a (compression > 0): tip w 8 EI/(q_t L^4) by "
+        "a = q_a L^3/EI; power series, finite elements",
+    ),
+    Reference(
+        "7c-inclined",
+        {"45": 1.00143201988, "-45": 0.998572044594},
+        "as 7c, for the beam of 7a inclined by +45 and -45 degrees",
+    ),
+    Reference(
         "4b",
         {
             "Mmax": 0.22296522,

@@ -16,7 +16,6 @@ from fem_beam.nodal import banded
 from fem_beam.reduction import eigenmodes
 from modal import Eigenfunctions
 from oblique_impact import InputError, Scenario
-from oblique_impact.beam import Beam, Motion, cumulative
 from oblique_impact.operators import build_operators
 
 M, EI = 2766.7 * 3.14e-4, 68.952e9 * 7.85e-9
@@ -340,112 +339,6 @@ def test_elements_approach_the_modes_like_h4(frame, radius):
         assert values[-1] < 1e-4, (name, values)
         if name == "K":
             assert slopes[-1] < 4.2, (name, values)
-
-
-# Results along the beam -----------------------------------------------------------------------------------------
-
-
-def motion_of(size, seed=2):
-    rng = np.random.default_rng(seed)
-    q, qd, qdd = 2e-2 * rng.normal(size=(2, size)), rng.normal(size=(2, size)), 50.0 * rng.normal(size=(2, size))
-    q[:, 0], qd[:, 0] = [0.4, -1.0], [-3.0, 5.0]
-    return Motion(np.zeros(2), q, qd, qdd, np.array([120.0, 30.0]), np.array([-25.0, 9.0]))
-
-
-def beam_of(method, **changes):
-    radius = changes.pop("radius", 0.0)
-    scenario = scenario_of("tangent", method, radius=radius, modes=3, elements=4, **changes)
-    return Beam(scenario, build_operators(scenario))
-
-
-def field(beam, B, derivative):
-    """x -> Phi^(k)(x) B from the source's shape functions at single points (themselves tested above)."""
-    if beam.operators.method == "modal":
-        shapes = Eigenfunctions("clamped-free", 3, LENGTH)
-        return lambda x: float(shapes.derivative(np.array([x]), derivative)[0] @ B)
-    nodal = fem_beam.NodalBeam.from_scenario(beam.scenario)
-    v = eigenmodes(nodal, "clamped", 3) @ B
-    return lambda x: float((nodal.evaluate(np.array([x]))[derivative] @ v)[0])
-
-
-@pytest.mark.parametrize("method", ["modal", "fem"])
-def test_fields_along_the_beam(method):
-    beam = beam_of(method)
-    motion = motion_of(4)
-    fields, x = beam.fields(motion), beam.operators.stations.points
-    assert (x[0], x[-1]) == (0.0, LENGTH)
-    assert np.count_nonzero(np.abs(x - POINT) < 1e-12) == 1
-    for sample in range(2):
-        B = motion.q[sample, 1:]
-        u, slope, curvature = (field(beam, B, k) for k in range(3))
-        breaks = fem_beam.NodalBeam.from_scenario(beam.scenario).nodes if method == "fem" else np.array([LENGTH])
-        for station in range(0, x.size, 3):
-            at = x[station]
-            inside = breaks[(breaks > 0.0) & (breaks < at)]
-            assert fields.uy[sample, station] == pytest.approx(u(at), abs=1e-14)
-            if not np.any(np.abs(breaks - at) < 1e-9):  # at a node the curvature of the elements jumps
-                assert fields.moment[sample, station] == pytest.approx(EI * curvature(at), rel=1e-9, abs=1e-8)
-            bent = quad(lambda s: slope(s) ** 2, 0.0, at, points=inside, epsabs=1e-12)[0] if at else 0.0  # noqa: B023
-            assert fields.ux[sample, station] == pytest.approx(-0.5 * bent, rel=1e-10, abs=1e-14)
-
-
-@pytest.mark.parametrize("method", ["modal", "fem"])
-@pytest.mark.parametrize(("kinetics", "radius"), [("first-order", RADIUS), ("full", 0.0), ("zeroth-order", 0.0)])
-def test_axial_force_is_the_reaction_of_the_accelerated_outer_part(method, kinetics, radius):
-    """N(x) = F_a [x <= x_F] - int_x^L m (a_a + g sin theta) dxi, with a double quadrature of its own."""
-    beam = beam_of(method, radius=radius, discretization__kinetics=kinetics)
-    motion = motion_of(4)
-    force = beam.fields(motion).axial_force
-    x = beam.operators.stations.points
-    kept = 0.0 if kinetics == "zeroth-order" else 1.0
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    edges = np.union1d(x, fem_beam.NodalBeam.from_scenario(beam.scenario).nodes if method == "fem" else x)
-    edges = edges[np.append(True, np.diff(edges) > 1e-12)]
-    shapes = [field(beam, row, k) for row in np.eye(3) for k in (0, 1)]
-
-    def gauss(a, b):
-        return 0.5 * (a + b) + 0.5 * (b - a) * nodes, 0.5 * (b - a) * weights
-
-    panels = [gauss(a, b) for a, b in itertools.pairwise(edges)]
-    s, w = np.concatenate([p for p, _ in panels]), np.concatenate([v for _, v in panels])
-    values = np.array([[f(at) for f in shapes[0::2]] for at in s])
-    slopes = np.array([[f(at) for f in shapes[1::2]] for at in s])
-    for sample in range(2):
-        (theta, *B), (spin, *Bd), (spin_rate, *Bdd) = motion.q[sample], motion.qd[sample], motion.qdd[sample]
-        d, dd, ddd = slopes @ B, slopes @ Bd, slopes @ Bdd
-        # u_x and u_x'' at every point: integrals from the root, panel by panel with a 12-point inner rule
-        inner = [
-            np.array([inner_integral(f, s, w, i, panels) for i in range(s.size)]) for f in (d * d, dd**2 + d * ddd)
-        ]
-        ux, ux_acceleration = -0.5 * kept * inner[0], -kept * inner[1]
-        axial = ux_acceleration - spin_rate * (values @ B) - 2.0 * spin * (values @ Bd)
-        axial -= spin**2 * (radius + s + ux)
-        angle = theta - beam.scenario.slope.angle
-        push = motion.normal_force[sample] * np.sin(angle) + motion.tangential_force[sample] * np.cos(angle)
-        for station, at in enumerate(x):
-            outer = s > at
-            reaction = -M * w[outer] @ (axial[outer] + 9.8 * np.sin(theta))
-            expected = reaction + (push if at <= POINT + 1e-12 else 0.0)
-            assert force[sample, station] == pytest.approx(expected, rel=1e-8, abs=1e-7)
-
-
-def inner_integral(f, s, w, i, panels):
-    """Integral of f, given at the Gauss points, from the root to point i: polynomial through its panel."""
-    size = panels[0][0].size
-    start = i // size * size
-    points, values = s[start : start + size], f[start : start + size]
-    centre, half = 0.5 * (points[0] + points[-1]), 0.5 * (points[-1] - points[0])
-    whole = Polynomial(np.polynomial.polynomial.polyfit((points - centre) / half, values, size - 1)).integ()
-    reach = w[start : start + size].sum() / 2.0
-    return w[:start] @ f[:start] + half * (whole((s[i] - centre) / half) - whole(-reach / half))
-
-
-def test_cumulative_integral_is_exact_for_polynomials_of_the_panels():
-    table = beam_of("fem").operators.stations.quadrature
-    p = Polynomial([0.2, -1.0, 0.5, 3.0, -2.0, 1.0])
-    assert_allclose(cumulative(table, p(table.points)), p.integ()(table.points), atol=1e-14)
-    both = np.stack([p(table.points), table.points], axis=1)
-    assert_allclose(cumulative(table, both)[:, 1], 0.5 * table.points**2, atol=1e-15)
 
 
 # The spinning beam and the registry -----------------------------------------------------------------------------

@@ -1,0 +1,272 @@
+"""Tables over x, tip mass and graded meshes: input, integrals, element matrices."""
+
+import itertools
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from skfem import Basis, BilinearForm, MeshLine
+from skfem.helpers import dd, ddot
+
+import fem_beam
+from fem_beam.element import LocalHermite
+from fem_beam.mesh import beam_mesh
+from oblique_impact import InputError, Scenario
+from oblique_impact.beam import Beam
+from oblique_impact.fields import curvature_moment
+from oblique_impact.operators import build_operators
+from oblique_impact.sections import Profile, Sections
+
+AREA = ((0.0, 3e-4), (0.37, 5e-4), (1.3, 2e-4))
+SECOND_MOMENT = ((0.0, 9e-9), (0.81, 4e-9), (1.3, 6e-9))
+DENSITY, MODULUS, TIP, RADIUS, LENGTH = 2766.7, 68.952e9, 0.3, 0.15, 1.3
+
+
+def varied(elements=5, **changes):
+    root = {"root__kind": "hub", "root__hub_radius": RADIUS}
+    return Scenario().replace(
+        beam__length=LENGTH,
+        beam__area=AREA,
+        beam__second_moment=SECOND_MOMENT,
+        beam__tip_mass=TIP,
+        contact__enabled=False,
+        contact__point=0.5,
+        discretization__method="fem",
+        discretization__elements=elements,
+        **root,
+        **changes,
+    )
+
+
+# Input ----------------------------------------------------------------------------------------------------------
+
+FEM = '[discretization]\nmethod = "fem"\n'
+BAD = {
+    "not a number": ('[beam]\narea = "thick"', ["beam.area", "'thick'", "number", "[x, value]"]),
+    "bool": ("[beam]\narea = true", ["beam.area", "True", "number"]),
+    "negative": ("[beam]\nsecond_moment = -1e-9", ["beam.second_moment", "-1e-09", "greater than 0"]),
+    "infinite": ("[beam]\narea = inf", ["beam.area", "inf", "finite"]),
+    "digits": ("[beam]\narea = 1" + "0" * 400, ["beam.area", "finite"]),
+    "huge": ("[beam]\narea = 1e31", ["beam.area", "1e+31", "less than or equal to 1e+30"]),
+    "empty": ("[beam]\narea = []", ["beam.area", "2 to 1000 pairs", "not of 0"]),
+    "one row": ("[beam]\narea = [[0, 1e-4]]", ["beam.area", "2 to 1000 pairs", "not of 1"]),
+    "too many rows": (f"[beam]\narea = {[[i, 1.0] for i in range(1001)]}", ["beam.area", "1000", "not of 1001"]),
+    "row of three": (
+        "[beam]\narea = [[0, 1e-4], [1, 2e-4, 3]]",
+        ["beam.area", "pairs", "row 2", "[1, 0.0002, 3]"],
+    ),
+    "no rows": ("[beam]\narea = [0, 1]", ["beam.area", "pairs", "row 1 is 0"]),
+    "string in a row": ('[beam]\narea = [[0, "a"], [1, 2]]', ["beam.area", "pairs", "row 1", "'a'"]),
+    "table in a row": ("[beam]\narea = [[0, {a = 1}], [1, 2]]", ["beam.area", "pairs", "row 1", "{'a': 1}"]),
+    "NaN in a row": ("[beam]\narea = [[0, 1], [1, nan]]", ["beam.area", "finite", "row 2", "nan"]),
+    "zero in a row": (
+        "[beam]\nsecond_moment = [[0, 1], [1, 0]]",
+        ["beam.second_moment", "greater than 0", "row 2"],
+    ),
+    "late start": ("[beam]\narea = [[0.1, 1], [1, 1]]", ["beam.area", "begins at x = 0", "not at 0.1"]),
+    "not ascending": ("[beam]\narea = [[0, 1], [0.5, 1], [0.5, 2], [1, 1]]", ["beam.area", "ascending", "row 3"]),
+    "early end": (f"[beam]\narea = [[0, 1], [0.9, 1]]\n{FEM}", ["beam.area", "beam.length = 1.0", "not at 0.9"]),
+    "area of modes": ("[beam]\narea = [[0, 1], [1, 1]]", ["beam.area", 'discretization.method = "fem"', "tables"]),
+    "second moment of modes": (
+        "[beam]\nsecond_moment = [[0, 1], [1, 1]]",
+        ["beam.second_moment", 'discretization.method = "fem"', "tables"],
+    ),
+    "tip mass of modes": ("[beam]\ntip_mass = 0.1", ["beam.tip_mass", "0.1", 'discretization.method = "fem"']),
+    "negative tip mass": (
+        f"[beam]\ntip_mass = -0.1\n{FEM}",
+        ["beam.tip_mass", "-0.1", "greater than or equal to 0"],
+    ),
+    "negative fibre": (
+        "[beam]\nouter_fibre = -1e-3",
+        ["beam.outer_fibre", "-0.001", "greater than or equal to 0"],
+    ),
+    "graded modes": ("[discretization]\ngrading = 2.0", ["discretization.grading", "2.0", "1.0", '"fem"']),
+    "grading below 1": (f"{FEM}grading = 0.5", ["discretization.grading", "0.5", "greater than or equal to 1"]),
+    "steep grading": (
+        f"{FEM}grading = 1e5",
+        ["discretization.grading", "100000.0", "less than or equal to 10000"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_tables_are_one_line_with_key_value_and_what_is_allowed(name):
+    text, parts = BAD[name]
+    with pytest.raises(InputError) as error:
+        Scenario.from_toml(text)
+    message = str(error.value)
+    assert len(message.splitlines()) == 1
+    assert len(message) < 400
+    for part in parts:
+        assert part in message
+
+
+def test_tables_make_the_round_trip():
+    scenario = varied(discretization__grading=3.5, beam__outer_fibre=0.01)
+    assert scenario.beam.area == AREA
+    text = scenario.to_toml()
+    assert Scenario.from_toml(text) == scenario
+    assert Scenario.from_toml(text).to_toml() == text
+    assert hash(scenario.beam) == hash(Scenario.from_toml(text).beam)
+
+
+def test_tables_are_set_on_the_command_line():
+    overrides = ["beam.area=[[0, 1e-4], [0.5, 3e-4], [1, 2e-4]]", "discretization.method=fem", "beam.tip_mass=1"]
+    beam = Scenario.builtin("paper", overrides).beam
+    assert beam.area == ((0.0, 1e-4), (0.5, 3e-4), (1.0, 2e-4))
+    assert (beam.second_moment, beam.tip_mass) == (7.85e-9, 1.0)
+
+
+# Integrals ------------------------------------------------------------------------------------------------------
+
+
+def mass(x):
+    return DENSITY * np.interp(x, *np.transpose(AREA))
+
+
+def integral(f, start=0.0):
+    kinks = [k for k in (0.37, 0.81) if k > start]
+    return quad(f, start, LENGTH, points=kinks or None, epsabs=1e-14, epsrel=1e-13)[0]
+
+
+def test_masses_outside_are_their_integrals():
+    sections = Sections.from_scenario(varied())
+    for x in (0.0, 0.2, 0.37, 0.9, 1.2999, LENGTH):
+        outer = integral(mass, x) + TIP
+        assert sections.outer_mass(x) == pytest.approx(outer, rel=1e-12)
+        moment = integral(lambda s: mass(s) * (RADIUS + s), x) + TIP * (RADIUS + LENGTH)
+        assert sections.outer_moment(x) == pytest.approx(moment, rel=1e-12)
+    inertia = integral(lambda s: mass(s) * (RADIUS + s) ** 2) + TIP * (RADIUS + LENGTH) ** 2
+    assert sections.inertia == pytest.approx(inertia, rel=1e-12)
+    assert sections.mass == pytest.approx(integral(mass) + TIP, rel=1e-12)
+    assert_allclose(sections.fibre_distance(np.array([0.0, LENGTH])), np.sqrt(np.array([3e-4, 2e-4]) / np.pi))
+
+
+def test_a_table_of_equal_values_is_the_number():
+    number = Scenario().replace(discretization__method="fem", beam__area=4e-4)
+    table = number.replace(beam__area=[[0.0, 4e-4], [0.3, 4e-4], [1.0, 4e-4]], discretization__elements=10)
+    number = number.replace(discretization__elements=10)
+    one, other = build_operators(number), build_operators(table)
+    for name in ("M1", "K", "C", "D", "S", "P", "J", "Sm", "contact_shortening"):
+        expected = getattr(one, name)
+        assert_allclose(getattr(other, name), expected, atol=1e-12 * np.abs(expected).max(), err_msg=name)
+    assert Profile.of(2.0, 3.0)(1.1) == 2.0
+
+
+@pytest.mark.parametrize("elements", [2, 3, 8])
+def test_nodal_operators_of_tables_are_their_definitions(elements):
+    """Whether or not there are elements enough for nodes at the kinks; fields of the element space, quadrature."""
+    nodal = fem_beam.NodalBeam.from_scenario(varied(elements))
+    assert (np.abs(nodal.nodes - 0.37).min() < 1e-15) == (elements > 3)  # four pieces
+    rng = np.random.default_rng(elements)
+    v = rng.normal(size=2 * nodal.nodes.size)
+    edges = np.union1d(nodal.nodes, [0.37, 0.81])
+    z, w = np.polynomial.legendre.leggauss(8)
+    x = np.concatenate([0.5 * (a + b) + 0.5 * (b - a) * z for a, b in itertools.pairwise(edges)])
+    w = np.concatenate([0.5 * (b - a) * w for a, b in itertools.pairwise(edges)])
+    u, slope, curvature = (table @ v for table in nodal.evaluate(x))
+    tip, m = v[-2], mass(x)
+    stiffness = MODULUS * np.interp(x, *np.transpose(SECOND_MOMENT))
+    outer = np.array([integral(mass, s) for s in x]) + TIP
+    moment = np.array([integral(lambda s: mass(s) * (RADIUS + s), s) for s in x]) + TIP * (RADIUS + LENGTH)
+    assert v @ (nodal.M1 @ v) == pytest.approx(w @ (m * u**2) + TIP * tip**2, rel=1e-11)
+    assert v @ (nodal.K @ v) == pytest.approx(w @ (stiffness * curvature**2), rel=1e-11)
+    assert v @ (nodal.C @ v) == pytest.approx(w @ (moment * slope**2), rel=1e-11)
+    assert v @ (nodal.D @ v) == pytest.approx(w @ (outer * slope**2), rel=1e-11)
+    assert nodal.S @ v == pytest.approx(w @ (m * (RADIUS + x) * u) + TIP * (RADIUS + LENGTH) * tip, rel=1e-10)
+    assert nodal.P @ v == pytest.approx(w @ (m * u) + TIP * tip, rel=1e-10)
+    factor = nodal.curvature_factor()
+    assert_allclose((factor.T @ factor).toarray(), nodal.K.toarray(), atol=1e-11 * nodal.K.max())
+
+
+def test_modes_have_the_mass_of_the_beam():
+    scenario = Scenario().replace(
+        discretization__method="fem",
+        discretization__frame="mean-axis",
+        beam__area=[[0.0, 3e-4], [0.4, 5e-4], [1.0, 2e-4]],
+        beam__tip_mass=TIP,
+    )
+    o = build_operators(scenario)
+    assert_allclose(o.M1, o.sections.mass * np.eye(2), atol=1e-12)
+    assert_allclose(o.S, 0.0, atol=1e-12)  # the gauge of the frame
+    assert o.stations.values[-1].min() > 0.0
+    assert o.mass_per_length == pytest.approx(o.sections.mass)
+
+
+def test_curvature_moment_takes_the_stiffness_of_the_place():
+    beam = Beam(varied(), build_operators(varied()))
+    q = np.array([[0.1, 1e-3, -2e-3]])
+    stiffness = MODULUS * np.interp(beam.operators.stations.points, *np.transpose(SECOND_MOMENT))
+    assert_allclose(curvature_moment(beam, q), stiffness * (q[:, 1:] @ beam.operators.stations.curvatures.T))
+
+
+# Meshes ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("grading", [1.0, 1.5, 30.0, 1e4])
+@pytest.mark.parametrize("elements", [2, 7, 64])
+def test_sizes_shrink_geometrically_to_a_contact_point_at_the_tip(grading, elements):
+    sizes = np.diff(beam_mesh(LENGTH, elements, LENGTH, grading=grading).p[0])
+    assert sizes.size == elements
+    assert sizes.sum() == pytest.approx(LENGTH, rel=1e-14)
+    assert_allclose(sizes[:-1] / sizes[1:], grading ** (1.0 / (elements - 1)), rtol=1e-7)
+
+
+@pytest.mark.parametrize("grading", [3.0, 100.0])
+@pytest.mark.parametrize("kinks", [[], [0.1, 0.33, 1.1]])
+def test_sizes_shrink_from_both_sides_to_a_contact_point_inside(grading, kinks):
+    point = 0.8
+    nodes = beam_mesh(LENGTH, 30, point, np.array(kinks), grading).p[0]
+    sizes = np.diff(nodes)
+    assert (nodes.size, nodes[0], nodes[-1]) == (31, 0.0, LENGTH)
+    for place in (point, *kinks):
+        assert np.abs(nodes - place).min() == 0.0
+    assert sizes.max() / sizes.min() == pytest.approx(grading, rel=1e-9)
+    if not kinks:
+        left, right = sizes[nodes[1:] <= point], sizes[nodes[:-1] >= point]
+        assert np.all(np.diff(left) < 0.0)
+        assert np.all(np.diff(right) > 0.0)
+        assert 0.7 < left[-1] / right[0] < 1.4
+        for side in (left, right):
+            assert_allclose(side[1:] / side[:-1], side[1] / side[0], rtol=1e-9)
+
+
+def test_a_grading_of_one_keeps_the_uniform_mesh():
+    for point in (LENGTH, 0.47):
+        for elements in (2, 5, 32):
+            sizes = np.diff(beam_mesh(LENGTH, elements, point, grading=1.0).p[0])
+            left = round(point / LENGTH * elements) if point < LENGTH else elements
+            assert_allclose(sizes[:left], point / left, rtol=1e-12)
+            assert_allclose(sizes[left:], (LENGTH - point) / max(elements - left, 1), rtol=1e-12)
+
+
+def test_kinks_that_lie_too_close_get_no_nodes_of_their_own():
+    kinks = np.array([0.3, 0.3001, 0.9999])
+    nodes = beam_mesh(1.0, 10, 1.0, kinks).p[0]
+    assert np.diff(nodes).min() > 0.05 / 10
+    assert np.abs(nodes - 0.3).min() == 0.0
+    many = beam_mesh(1.0, 12, 0.77, np.linspace(0.0, 1.0, 202)[1:-1]).p[0]
+    assert many.size == 13
+    assert np.abs(many - 0.77).min() == 0.0
+    assert np.all(np.diff(many) > 0.0)
+
+
+@pytest.mark.parametrize("h", [1e-1, 1e-3, 1e-5])
+def test_small_elements_keep_their_digits(h):
+    """The textbook's stiffness of an element at the far end of the beam."""
+    basis = Basis(MeshLine(np.array([0.0, 1.0 - h, 1.0])), LocalHermite(), intorder=7)
+    K = BilinearForm(lambda u, v, w: ddot(dd(u), dd(v))).assemble(basis).toarray()[2:, 2:]
+    width = 1.0 - (1.0 - h)
+    expected = np.array([[12, -6 * width], [-6 * width, 4 * width**2]]) / width**3
+    assert_allclose(K[2:, 2:], expected, rtol=1e-12)
+
+
+def test_a_graded_mesh_keeps_the_frequencies():
+    scenario = Scenario().replace(discretization__method="fem", discretization__elements=64)
+    exact = build_operators(scenario.replace(discretization__method="modal")).natural_frequencies()
+    for grading in (10.0, 1e4):
+        found = build_operators(scenario.replace(discretization__grading=grading)).natural_frequencies()
+        # the largest element is 0.136 L at 1e4 and there (beta h)^4/1440 = 1e-4 in the second mode
+        assert_allclose(found, exact, rtol=2e-4)
+        assert np.all(found > exact * (1.0 - 1e-11))
