@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 
 from fem_beam.nodal import NodalBeam
 from fem_beam.reduction import project
@@ -30,5 +30,5 @@ def build_nodal(scenario: Scenario) -> NodalOperators:
         P=nodal.P[free],
         rigid=nodal.rigid_rotation[free],
         contact_dof=2 * node - 1,
-        beam=project(nodal, np.eye(nodal.basis.N)[:, free]),
+        beam=project(nodal, csr_array(eye_array(nodal.basis.N))[:, free]),
     )

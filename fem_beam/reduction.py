@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular, svd
 from scipy.sparse import csr_array
@@ -48,14 +50,15 @@ def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     return modes
 
 
-def project(nodal: NodalBeam, modes: Array) -> BeamOperators:
-    """Project the nodal operators onto `modes`, shape (2 nodes, n)."""
+def project(nodal: NodalBeam, modes: Array | csr_array) -> BeamOperators:
+    """Project the nodal operators onto `modes`, shape (2 nodes, n); sparse modes give sparse operators."""
     scenario, V, sections = nodal.scenario, modes, nodal.sections
     curvature = nodal.curvature_factor() @ V
     at_contact = nodal.evaluate(np.array([scenario.contact.point]))[0]
+    root = np.eye(1, nodal.basis.N, 1)
 
-    def both(matrix: csr_array) -> Array:
-        return np.asarray(V.T @ (matrix @ V))
+    def both(matrix: csr_array) -> Any:
+        return V.T @ (matrix @ V)
 
     return BeamOperators(
         sections=sections,
@@ -68,15 +71,15 @@ def project(nodal: NodalBeam, modes: Array) -> BeamOperators:
         J=sections.inertia,
         Sm=sections.static_moment,
         contact_point=scenario.contact.point,
-        contact_shape=(at_contact @ V)[0],
+        contact_shape=(at_contact.toarray() @ V)[0],
         contact_shortening=both(nodal.contact_shortening),
-        root_slope=V[1].copy(),
+        root_slope=(root @ V)[0],
         stations=_station_table(nodal, V),
         method="fem",
     )
 
 
-def _station_table(nodal: NodalBeam, V: Array) -> StationTable:
+def _station_table(nodal: NodalBeam, V: Array | csr_array) -> StationTable:
     stations = station_points(nodal.sections.length, nodal.scenario.contact.point)
     edges = merge_points(nodal.edges, stations)
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_ORDER)

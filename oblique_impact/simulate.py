@@ -176,7 +176,7 @@ def full_beam_problem(full: FullBeam) -> Problem:
 
     s, model = full.scenario, full.model
     scheme = alpha_scheme(s)
-    weight = float(full.operators.M1.diagonal()[1::2].sum()) * max(s.gravity, 1.0)
+    weight = full.operators.beam.sections.mass * max(s.gravity, 1.0)
     q0, qd0 = full.initial_state()
     return Problem(
         model,
