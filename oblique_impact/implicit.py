@@ -1,6 +1,7 @@
 """What an implicit scheme asks of a system besides its evaluation.
 
-    residual           Q - M q''
+    residual           Q - M q'', with the contact rows if asked for
+    approach           kinematics of the contact alone
     mass_product       M x
     factor_effective   factor of S = M + c_v C + c_q K, the constant part of the linearized step
     solve_effective    S^-1 of the residual and of the contact rows
@@ -46,12 +47,18 @@ def mass_product_dense(system: Any, work: Work, x: Array, row: int) -> None:
 
 
 @jitable
-def residual_dense(system: Any, t: float, q: Array, qd: Array, qdd: Array, work: Work) -> None:
-    """Evaluate the system and put Q - M q'' into its residual."""
+def residual_dense(system: Any, t: float, q: Array, qd: Array, qdd: Array, contact: bool, work: Work) -> None:
+    """Evaluate the system and put Q - M q'' into its residual; without `contact` the rows are not needed."""
     evaluate(system, t, q, qd, work)
     mass_product_dense(system, work, qdd, RESIDUAL)
     for i in range(q.shape[0]):
         work.vectors[RESIDUAL, i] = work.vectors[FORCES, i] - work.vectors[RESIDUAL, i]
+
+
+@jitable
+def approach_dense(system: Any, t: float, q: Array, qd: Array, work: Work) -> None:
+    """Gap, slip, their rates and the contact rows at (q, q')."""
+    evaluate(system, t, q, qd, work)
 
 
 @jitable
@@ -80,9 +87,14 @@ def solve_effective_dense(system: Any, work: Work, slot: int, contact: bool) -> 
         solve(work.matrices, work.vectors, TANGENT_ROW, TANGENT_RESPONSE, place)
 
 
-def residual(system: Any, t: float, q: Array, qd: Array, qdd: Array, work: Work) -> None:
+def residual(system: Any, t: float, q: Array, qd: Array, qdd: Array, contact: bool, work: Work) -> None:
     """Evaluate and take the residual: see :func:`residual_dense`."""
-    residual_dense(system, t, q, qd, qdd, work)
+    residual_dense(system, t, q, qd, qdd, contact, work)
+
+
+def approach(system: Any, t: float, q: Array, qd: Array, work: Work) -> None:
+    """Evaluate the contact: see :func:`approach_dense`."""
+    approach_dense(system, t, q, qd, work)
 
 
 def mass_product(system: Any, work: Work, x: Array, row: int) -> None:
@@ -103,8 +115,13 @@ def solve_effective(system: Any, work: Work, slot: int, contact: bool) -> None:
 
 
 @overload(residual, strict=False)
-def _compiled_residual(system: Any, t: Any, q: Any, qd: Any, qdd: Any, work: Any) -> Any:
+def _compiled_residual(system: Any, t: Any, q: Any, qd: Any, qdd: Any, contact: Any, work: Any) -> Any:
     return residual_dense if is_dense(system) else None
+
+
+@overload(approach, strict=False)
+def _compiled_approach(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
+    return approach_dense if is_dense(system) else None
 
 
 @overload(mass_product, strict=False)

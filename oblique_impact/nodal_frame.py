@@ -97,6 +97,14 @@ def new_nodal_work(size: int) -> Work:
 
 
 @jitable
+def _band_row(bands: Array, which: int, x: Array, i: int, first: int, end: int) -> float:
+    total = 0.0
+    for j in range(first, end):
+        total += bands[which, HALF_BANDWIDTH + j - i, i] * x[j]
+    return total
+
+
+@jitable
 def band_multiply(bands: Array, which: int, x: Array, vectors: Array, row: int) -> None:
     """bands[which] times x into a row of the vectors."""
     n = x.shape[0]
@@ -110,13 +118,19 @@ def band_multiply(bands: Array, which: int, x: Array, vectors: Array, row: int) 
             + bands[which, 5, i + 3] * x[i + 5]
             + bands[which, 6, i + 3] * x[i + 6]
         )
-    head = min(HALF_BANDWIDTH, n)
-    for edge in range(2 * head):
-        i = edge if edge < head else n - 1 - (edge - head)
-        total = 0.0
-        for j in range(max(0, i - HALF_BANDWIDTH), min(n, i + HALF_BANDWIDTH + 1)):
-            total += bands[which, HALF_BANDWIDTH + j - i, i] * x[j]
-        vectors[row, i] = total
+    if n < 2 * HALF_BANDWIDTH + 1:
+        for i in range(n):
+            vectors[row, i] = _band_row(
+                bands, which, x, i, max(0, i - HALF_BANDWIDTH), min(n, i + HALF_BANDWIDTH + 1)
+            )
+        return
+    # the rows at the ends have fixed lengths, so that these loops unroll
+    vectors[row, 0] = _band_row(bands, which, x, 0, 0, 4)
+    vectors[row, 1] = _band_row(bands, which, x, 1, 0, 5)
+    vectors[row, 2] = _band_row(bands, which, x, 2, 0, 6)
+    vectors[row, n - 3] = _band_row(bands, which, x, n - 3, n - 6, n)
+    vectors[row, n - 2] = _band_row(bands, which, x, n - 2, n - 5, n)
+    vectors[row, n - 1] = _band_row(bands, which, x, n - 1, n - 4, n)
 
 
 @jitable
@@ -128,33 +142,48 @@ def _dot(a: Array, b: Array) -> float:
 
 
 @jitable
+def _frame(model: NodalModel, q: Array, qd: Array) -> tuple[float, float]:
+    """Angle and angular velocity of the mean-axis frame, S.W/J and S.W'/J."""
+    theta, spin = 0.0, 0.0
+    for i in range(q.shape[0]):
+        theta += model.vectors[COUPLING, i] * q[i]
+        spin += model.vectors[COUPLING, i] * qd[i]
+    return theta / model.inertia, spin / model.inertia
+
+
+@jitable
 def _kinematics(model: NodalModel, q: Array, qd: Array, work: Work) -> tuple[float, float, float, float, float]:
     """Gap, slip and contact rows; returns x_P, y_P, their rates without spin, and the contact angle."""
     v, k, u = work.vectors, work.scalars, model.vectors
-    J = model.inertia
-    theta, spin = _dot(u[COUPLING], q) / J, _dot(u[COUPLING], qd) / J
+    theta, spin = _frame(model, q, qd)
     band_multiply(model.bands, SHORTENING_BAND, q, v, OWN_C)
+    rigid, bent, bending = 0.0, 0.0, 0.0
     for i in range(q.shape[0]):
         v[OWN_C, i] -= theta * u[SHORTENING_RIGID, i]  # H B
-    rigid = _dot(v[OWN_C], u[RIGID])
-    x = model.contact_radius - 0.5 * (_dot(v[OWN_C], q) - theta * rigid)
+        rigid += v[OWN_C, i] * u[RIGID, i]
+        bent += v[OWN_C, i] * q[i]
+        bending += v[OWN_C, i] * qd[i]
+    x = model.contact_radius - 0.5 * (bent - theta * rigid)
     y = q[model.contact_dof] - model.contact_radius * theta
-    x_rate = -(_dot(v[OWN_C], qd) - spin * rigid)
+    x_rate = -(bending - spin * rigid)
     y_rate = qd[model.contact_dof] - model.contact_radius * spin
     angle = theta - model.slope_angle
     c, s = np.cos(angle), np.sin(angle)
     k[GAP] = x * s + y * c - model.normal_offset
     k[SLIP] = x * c - y * s - model.tangential_offset
     # rows in W: D_B + S (D_theta - x.D_B)/J
-    normal = (x * c - y * s + s * rigid - c * model.contact_radius) / J
-    tangential = (-x * s - y * c + c * rigid + s * model.contact_radius) / J
+    normal = (x * c - y * s + s * rigid - c * model.contact_radius) / model.inertia
+    tangential = (-x * s - y * c + c * rigid + s * model.contact_radius) / model.inertia
+    gap_rate, slip_rate = 0.0, 0.0
     for i in range(q.shape[0]):
         v[NORMAL_ROW, i] = -s * v[OWN_C, i] + normal * u[COUPLING, i]
         v[TANGENT_ROW, i] = -c * v[OWN_C, i] + tangential * u[COUPLING, i]
+        gap_rate += v[NORMAL_ROW, i] * qd[i]
+        slip_rate += v[TANGENT_ROW, i] * qd[i]
     v[NORMAL_ROW, model.contact_dof] += c
     v[TANGENT_ROW, model.contact_dof] -= s
-    k[GAP_RATE] = _dot(v[NORMAL_ROW], qd)
-    k[SLIP_RATE] = _dot(v[TANGENT_ROW], qd)
+    k[GAP_RATE] = gap_rate + c * qd[model.contact_dof]
+    k[SLIP_RATE] = slip_rate - s * qd[model.contact_dof]
     return x, y, x_rate, y_rate, angle
 
 
@@ -178,22 +207,27 @@ def _forces(model: NodalModel, q: Array, qd: Array, work: Work) -> None:
     """Generalized forces f - K W - Cd W' and kappa."""
     v, k, u, J, g = work.vectors, work.scalars, model.vectors, model.inertia, model.gravity
     n = q.shape[0]
-    theta, spin = _dot(u[COUPLING], q) / J, _dot(u[COUPLING], qd) / J
+    theta, spin = _frame(model, q, qd)
     c, s = np.cos(theta), np.sin(theta)
     band_multiply(model.bands, SPIN_BAND, q, v, OWN_A)
     band_multiply(model.bands, GRAVITY_BAND, q, v, OWN_B)
+    band_multiply(model.bands, STIFFNESS_BAND, q, v, FORCES)
+    lag, lagging, gravity_rigid, bent, lifted = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         v[OWN_B, i] -= theta * u[GRAVITY_RIGID, i]  # D B
-    k[RANK_ONE] = _dot(v[OWN_A], q) / (J * J)
-    gravity_rigid = _dot(v[OWN_B], u[RIGID])
-    bent = _dot(v[OWN_B], q) - theta * gravity_rigid  # B^T D B
-    lifted = _dot(u[LOAD], q) - theta * model.static_moment  # P.B
-    moment = -2.0 * spin * _dot(v[OWN_A], qd)
+        lag += v[OWN_A, i] * q[i]
+        lagging += v[OWN_A, i] * qd[i]
+        gravity_rigid += v[OWN_B, i] * u[RIGID, i]
+        bent += v[OWN_B, i] * q[i]
+        lifted += u[LOAD, i] * q[i]
+    k[RANK_ONE] = lag / (J * J)
+    bent -= theta * gravity_rigid  # B^T D B
+    lifted -= theta * model.static_moment  # P.B
+    moment = -2.0 * spin * lagging
     moment -= g * (c * (model.static_moment - 0.5 * bent) - s * lifted)
     moment += g * (c * model.static_moment - s * gravity_rigid)  # - x.f_B
     moment /= J
     square = spin * spin
-    band_multiply(model.bands, STIFFNESS_BAND, q, v, FORCES)
     for i in range(n):
         v[FORCES, i] = (
             square * v[OWN_A, i] - g * (c * u[LOAD, i] - s * v[OWN_B, i]) + moment * u[COUPLING, i] - v[FORCES, i]
@@ -224,14 +258,23 @@ def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, work: Work)
 
 
 @jitable
-def residual_nodal(model: NodalModel, t: float, q: Array, qd: Array, qdd: Array, work: Work) -> None:
-    """Take forces, contact rows and the residual f - K W - Cd W' - M W''; the biases are left out."""
+def residual_nodal(
+    model: NodalModel, t: float, q: Array, qd: Array, qdd: Array, contact: bool, work: Work
+) -> None:
+    """Take forces and the residual f - K W - Cd W' - M W'' and, with `contact`, the rows; no biases."""
     v = work.vectors
     _forces(model, q, qd, work)
-    _kinematics(model, q, qd, work)
+    if contact:
+        _kinematics(model, q, qd, work)
     mass_product_nodal(model, work, qdd, RESIDUAL)
     for i in range(q.shape[0]):
         v[RESIDUAL, i] = v[FORCES, i] - v[RESIDUAL, i]
+
+
+@jitable
+def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, work: Work) -> None:
+    """Gap, slip, their rates and the contact rows at (q, q')."""
+    _kinematics(model, q, qd, work)
 
 
 @jitable
@@ -307,7 +350,7 @@ def _solve_rows(
     n = v.shape[1]
     for i in range(n):
         columns[i, 0] = v[first, i]
-        columns[i, 1] = v[NORMAL_ROW, i]
+        columns[i, 1] = v[NORMAL_ROW, i]  # of an earlier instant if there is no contact: not used
         columns[i, 2] = v[TANGENT_ROW, i]
     solve_band(work.matrices[slot], columns)
     a, b, c, own = 0.0, 0.0, 0.0, 0.0
@@ -402,8 +445,13 @@ def _compiled_solve_mass(system: Any, work: Any, contact: Any) -> Any:
 
 
 @overload(implicit.residual, strict=False)
-def _compiled_residual(system: Any, t: Any, q: Any, qd: Any, qdd: Any, work: Any) -> Any:
+def _compiled_residual(system: Any, t: Any, q: Any, qd: Any, qdd: Any, contact: Any, work: Any) -> Any:
     return residual_nodal if _is_nodal(system) else None
+
+
+@overload(implicit.approach, strict=False)
+def _compiled_approach(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
+    return approach_nodal if _is_nodal(system) else None
 
 
 @overload(implicit.mass_product, strict=False)

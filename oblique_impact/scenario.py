@@ -147,7 +147,14 @@ class Scenario(Section):
         if math.isnan(self.contact.point):
             resolved = self.contact.model_copy(update={"point": self.beam.length})
             object.__setattr__(self, "contact", resolved)
-        for check in (_check_root, _check_beam, _check_contact, _check_discretization, _check_solver):
+        for check in (
+            _check_root,
+            _check_beam,
+            _check_contact,
+            _check_discretization,
+            _check_nodal,
+            _check_solver,
+        ):
             check(self)
         return self
 
@@ -351,6 +358,26 @@ def _check_discretization(s: Scenario) -> None:
                 f"the explicit scheme {s.solver.scheme!r} takes nodal models up to {MAX_EXPLICIT_NODAL_ELEMENTS} "
                 "elements; reduce the model to its first modes",
             )
+
+
+def _check_nodal(s: Scenario) -> None:
+    """What the full nodal model, marched by generalized-alpha, takes."""
+    d = s.discretization
+    if d.method != "fem" or d.modes > 0 or s.solver.scheme != "generalized-alpha":
+        return
+    instead = "or keep modes: discretization.modes >= 1"
+    if d.frame != "mean-axis":
+        _refuse(
+            "discretization.frame", d.frame, f'the full nodal model is marched in the "mean-axis" frame; {instead}'
+        )
+    if d.kinetics != "first-order":
+        _refuse("discretization.kinetics", d.kinetics, f'the full nodal model is "first-order"; {instead}')
+    if s.beam.modal_damping_ratio > 0.0:
+        _refuse(
+            "beam.modal_damping_ratio",
+            s.beam.modal_damping_ratio,
+            f"the full nodal model has no modes to damp; use beam.kelvin_voigt, {instead}",
+        )
 
 
 def _check_solver(s: Scenario) -> None:

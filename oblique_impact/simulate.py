@@ -138,14 +138,18 @@ def simulate_system(
     return History(samples.dataset(energies), record.events, summary)
 
 
-def alpha_scheme(scenario: Scenario) -> GeneralizedAlphaScheme:
-    """Generalized-alpha on compiled kernels; flights within a hundredth of the length take the contact step."""
+def alpha_scheme(scenario: Scenario, weight: float) -> GeneralizedAlphaScheme:
+    """Generalized-alpha on compiled kernels; flights within a hundredth of the length take the contact step.
+
+    The tolerance of its iterations is relative to the energy of the beam's `weight` (N) over its length.
+    """
     from oblique_impact.integrators import kernels
 
     v = scenario.solver
     near = NEAR * scenario.beam.length if scenario.contact.enabled else 0.0
+    tolerance = v.tolerance * float(np.sqrt(weight * scenario.beam.length))
     return GeneralizedAlphaScheme(
-        v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, march=kernels.march_alpha
+        v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, tolerance, kernels.march_alpha
     )
 
 
@@ -175,8 +179,8 @@ def full_beam_problem(full: FullBeam) -> Problem:
     from oblique_impact.integrators import kernels
 
     s, model = full.scenario, full.model
-    scheme = alpha_scheme(s)
     weight = full.operators.beam.sections.mass * max(s.gravity, 1.0)
+    scheme = alpha_scheme(s, weight)
     q0, qd0 = full.initial_state()
     return Problem(
         model,
@@ -202,13 +206,13 @@ def beam_problem(beam: Beam) -> Problem:
     s = beam.scenario
     v = s.solver
     scheme: Scheme
+    weight = beam.operators.mass_per_length * s.beam.length * max(s.gravity, 1.0)
     if v.scheme == "fixed-step":
         scheme = FixedStepScheme(v.free_step, v.contact_step, kernels.march_fixed)
     elif v.scheme == "generalized-alpha":
-        scheme = alpha_scheme(s)
+        scheme = alpha_scheme(s, weight)
     else:
         scheme = EventScheme(v.tolerance, kernels.march_event)
-    weight = beam.operators.mass_per_length * s.beam.length * max(s.gravity, 1.0)
     machine = contact_machine(s, scheme.stepwise, weight)
     q0, qd0 = beam.initial_state()
     ends = (s.root.spin_up_time,) if s.root.profile == "spin-up" else ()

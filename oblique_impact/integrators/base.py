@@ -24,7 +24,7 @@ from oblique_impact.contact import (
     SLIDING,
     Phase,
 )
-from oblique_impact.system import GUARDS, Array, Work
+from oblique_impact.system import EFFECTIVE_SLOTS, GUARDS, Array, Work
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
 AT_STOP, AT_GUARD, BUFFER_FULL = 0, 1, 2
@@ -56,6 +56,7 @@ class Scratch(NamedTuple):
     slopes: Array  # (3, 5)
     armed: NDArray[np.bool_]  # (4,)
     thresholds: Array  # (4,)
+    contraction: Array  # (3,) of an implicit scheme's iterations, by slot; negative: not known
     times: Array  # (samples,)
     states: Array  # (samples, ny)
 
@@ -73,6 +74,7 @@ def new_scratch(work: Work, ny: int) -> Scratch:
         slopes=np.zeros((3, GUARDS + 1)),
         armed=np.zeros(GUARDS, dtype=np.bool_),
         thresholds=np.zeros(GUARDS),
+        contraction=np.full(EFFECTIVE_SLOTS, -1.0),
         times=np.zeros(samples),
         states=np.zeros((samples, ny)),
     )

@@ -32,7 +32,7 @@ from oblique_impact.contact import (
     spring_force,
 )
 from oblique_impact.dense import row_dot
-from oblique_impact.implicit import factor_effective, mass_product, residual, solve_effective
+from oblique_impact.implicit import approach, factor_effective, mass_product, residual, solve_effective
 from oblique_impact.integrators.base import (
     AT_GUARD,
     AT_STOP,
@@ -92,6 +92,7 @@ FAR, NEAR, ODD = 0, 1, 2  # slots of the effective matrix: step in flight, step 
 
 _MOST_ITERATIONS = 60
 _CLOSED = 1e-10  # m/s, error of the velocity in a contact that counts as zero
+_FADING = 1.05  # a contraction that was not measured counts so much less with every step
 _STALLED, _ROUNDING = 0.25, 1e4  # a residual that stays above this part, and corrections in tolerances by rounding
 _UNBOUNDED = 1e12
 _LOCATED = 1e-12  # s
@@ -235,22 +236,23 @@ def _step(
     _predict(c, y, h, d, y_new)
     k[LAMBDA_N] = y[tail + 2 * d + CONTACT_N] if contact else 0.0
     k[LAMBDA_T] = y[tail + 2 * d + CONTACT_T] if contact else 0.0
+    s.contraction[slot] = -1.0 if stale else _FADING * s.contraction[slot]
     change, before = np.inf, 0.0
     for iteration in range(_MOST_ITERATIONS):
-        residual(system, t + h, q, qd, qdd, work)
+        residual(system, t + h, q, qd, qdd, contact, work)
         left = _take_contact(phase, work)
         if iteration == 0:
             if not factor_effective(system, t + h, q, velocity, position, work, slot, stale):
                 return MASS_NOT_POSITIVE
         else:
             # the next change is about the last one times the ratio of the residuals
-            defect = _contact_defect(phase, k, velocity) if contact else 0.0
+            s.contraction[slot] = left / before
             accurate = change * left <= c.tolerance * before
             if not accurate and left > _STALLED * before:
                 # the residual K q of a fine mesh is rounded: it falls no further
                 accurate = change <= _ROUNDING * c.tolerance
-            if accurate and defect <= _CLOSED:
-                return 0
+            if accurate and (not contact or _contact_defect(phase, k, velocity) <= _CLOSED):
+                break
             if not left < _UNBOUNDED:
                 return NOT_CONVERGED
         solve_effective(system, work, slot, contact)
@@ -265,7 +267,16 @@ def _step(
             qdd[i] += step
             q[i] += position * step
             qd[i] += velocity * step
-    return NOT_CONVERGED
+        if 0.0 < change * s.contraction[slot] <= c.tolerance:
+            # known well enough from the last steps; what is known fades, and is measured anew before long
+            approach(system, t + h, q, qd, work)
+            if not contact or _contact_defect(phase, k, velocity) <= _CLOSED:
+                return 0
+    else:
+        return NOT_CONVERGED
+    if not contact and phase.watched:
+        approach(system, t + h, q, qd, work)
+    return 0
 
 
 @jitable
@@ -467,7 +478,7 @@ def march_alpha(
         status = start_phase(system, phase, t, y, s.work)
         _measure(phase, s, _START)
     else:
-        residual(system, t, y[:d], y[d : 2 * d], y[2 * d + QUADRATURES : 3 * d + QUADRATURES], s.work)
+        residual(system, t, y[:d], y[d : 2 * d], y[2 * d + QUADRATURES : 3 * d + QUADRATURES], True, s.work)
         s.work.scalars[LAMBDA_N], s.work.scalars[LAMBDA_T] = y[extras + CONTACT_N], y[extras + CONTACT_T]
         _measure(phase, s, _START)
     gap = s.work.scalars[GAP]

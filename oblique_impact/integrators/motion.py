@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from oblique_impact.contact import Phase, accelerate
+from oblique_impact.contact import FREE, Phase, accelerate
 from oblique_impact.jit import jitable
 from oblique_impact.system import (
     ACCELERATION,
@@ -42,10 +42,14 @@ def quadrature_rates(system: Any, phase: Phase, t: float, q: Array, qd: Array, w
     """Rates of the quadratures at an evaluated instant whose forces and acceleration are in `work`."""
     v, k = work.vectors, work.scalars
     normal, tangential = k[LAMBDA_N], k[LAMBDA_T]
-    closing, sliding = 0.0, 0.0
-    for i in range(q.shape[0]):
-        closing += v[NORMAL_ROW, i] * qd[i]
-        sliding += v[TANGENT_ROW, i] * qd[i]
+    boundary = 0.0
+    if phase.state != FREE:
+        # What moving or driven boundaries add: contact power on the coordinates beyond that of gap and slip
+        closing, sliding = 0.0, 0.0
+        for i in range(q.shape[0]):
+            closing += v[NORMAL_ROW, i] * qd[i]
+            sliding += v[TANGENT_ROW, i] * qd[i]
+        boundary = normal * (closing - k[GAP_RATE]) + tangential * (sliding - k[SLIP_RATE])
     rates[NORMAL_IMPULSE] = normal
     rates[TANGENTIAL_IMPULSE] = tangential
     rates[FRICTION_LOSS] = -tangential * k[SLIP_RATE]
@@ -56,8 +60,6 @@ def quadrature_rates(system: Any, phase: Phase, t: float, q: Array, qd: Array, w
         rates[DAMPING_LOSS] += (normal - phase.spring * max(0.0, -k[GAP])) * -k[GAP_RATE]
     else:
         rates[STABILIZATION_LOSS] = -normal * k[GAP_RATE]
-    # What moving or driven boundaries add: contact power on the coordinates beyond that of gap and slip
-    boundary = normal * (closing - k[GAP_RATE]) + tangential * (sliding - k[SLIP_RATE])
     rates[SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary
 
 

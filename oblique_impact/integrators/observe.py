@@ -59,7 +59,7 @@ def observe_kept_into(
                 system, phase, times[i : i + 1], states[i : i + 1], work, dy, qdd[i : i + 1], scalars[i : i + 1]
             )
             continue
-        residual(system, times[i], states[i, :d], states[i, d : 2 * d], states[i, tail : tail + d], work)
+        residual(system, times[i], states[i, :d], states[i, d : 2 * d], states[i, tail : tail + d], True, work)
         work.scalars[LAMBDA_N] = states[i, tail + 2 * d]
         work.scalars[LAMBDA_T] = states[i, tail + 2 * d + 1]
         for j in range(d):
