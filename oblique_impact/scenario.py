@@ -361,7 +361,7 @@ def _check_discretization(s: Scenario) -> None:
 
 
 def _check_nodal(s: Scenario) -> None:
-    """What the full nodal model, marched by generalized-alpha, takes."""
+    """Refuse what the full nodal model, marched by generalized-alpha, does not take."""
     d = s.discretization
     if d.method != "fem" or d.modes > 0 or s.solver.scheme != "generalized-alpha":
         return

@@ -9,6 +9,10 @@ equilibrium holds at the end of the step, M q'' = Q + D^T lambda, and the algori
 Each iteration solves with the constant effective matrix and takes the contact forces from its Schur
 complement.  A rigid contact is held on the velocity, Z' = 0 (index 2), which keeps the forces well conditioned
 in the shortest of steps, and then projected onto Z = 0.  Transitions are located by shortening the step.
+
+What is reported of a rigid contact, forces and accelerations, are the algorithm's own means,
+(1 - alpha_f) lambda1 + alpha_f lambda0: the values at the ends of the steps swing about them by a factor of
+-rho_infinity per step after every jump.
 """
 
 from __future__ import annotations
@@ -81,9 +85,10 @@ from oblique_impact.system import (
     Work,
 )
 
-# The state vector goes on behind the quadratures: acceleration q'' (d), algorithmic acceleration a (d), then
-CONTACT_N, CONTACT_T, FILTERED_N, FILTERED_T = range(4)  # contact forces, and as the algorithm averages them (N)
-RATES = 4  # rates of the quadratures (6)
+# The state vector goes on behind the quadratures: acceleration to report (d), acceleration q'' (d), algorithmic
+# acceleration a (d), then contact forces (N) to report, at the end of the step, and as the algorithm averages them
+REPORTED_N, REPORTED_T, CONTACT_N, CONTACT_T, FILTERED_N, FILTERED_T = range(6)
+RATES = 6  # rates of the quadratures (6)
 EXTRAS = RATES + QUADRATURES
 
 NOT_CONVERGED = -FAILED_ITERATION
@@ -122,14 +127,16 @@ def coefficients(rho_infinity: float, tolerance: float) -> Coefficients:
 def start_phase(system: Any, phase: Phase, t: float, y: Array, work: Work) -> int:
     """Consistent accelerations and contact forces at the start of a phase into the tail of y."""
     d = work.vectors.shape[1]
-    q, qd, tail = y[:d], y[d : 2 * d], 2 * d + QUADRATURES
+    q, qd, tail = y[:d], y[d : 2 * d], 3 * d + QUADRATURES
     status = accelerate(system, phase, t, q, qd, work)
     if status != 0:
         return status
     extras = tail + 2 * d
     for i in range(d):
-        y[tail + i] = work.vectors[ACCELERATION, i]
-        y[tail + d + i] = work.vectors[ACCELERATION, i]
+        for block in range(-1, 2):
+            y[tail + block * d + i] = work.vectors[ACCELERATION, i]
+    y[extras + REPORTED_N] = work.scalars[LAMBDA_N]
+    y[extras + REPORTED_T] = work.scalars[LAMBDA_T]
     y[extras + CONTACT_N] = work.scalars[LAMBDA_N]
     y[extras + CONTACT_T] = work.scalars[LAMBDA_T]
     y[extras + FILTERED_N] = work.scalars[LAMBDA_N]
@@ -198,7 +205,7 @@ def _contact_step(phase: Phase, k: Array, v: Array, velocity: float, position: f
 @jitable
 def _predict(c: Coefficients, y: Array, h: float, d: int, y_new: Array) -> None:
     """Position and velocity for an unchanged acceleration q''."""
-    tail = 2 * d + QUADRATURES
+    tail = 3 * d + QUADRATURES
     for i in range(d):
         kept, a0 = y[tail + i], y[tail + d + i]
         a1 = ((1.0 - c.alpha_f) * kept + c.alpha_f * kept - c.alpha_m * a0) / (1.0 - c.alpha_m)
@@ -228,7 +235,7 @@ def _step(
     Afterwards `s.work` holds the end of the step: kinematics, contact forces, guards.
     """
     d, work, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    v, k, tail = work.vectors, work.scalars, 2 * d + QUADRATURES
+    v, k, tail = work.vectors, work.scalars, 3 * d + QUADRATURES
     ratio = (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
     velocity, position = h * c.gamma * ratio, h * h * c.beta * ratio
     q, qd, qdd = y_new[:d], y_new[d : 2 * d], y_new[tail : tail + d]
@@ -283,14 +290,17 @@ def _step(
 def _finish(system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: float, s: Scratch) -> None:
     """Complete s.y_new after a converged step: algorithmic acceleration, averaged forces, quadratures."""
     d, work, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    v, k, tail = work.vectors, work.scalars, 2 * d + QUADRATURES
+    v, k, tail = work.vectors, work.scalars, 3 * d + QUADRATURES
     algorithmic, extras = tail + d, tail + 2 * d
     kept, scale = c.alpha_f, 1.0 / (1.0 - c.alpha_m)
+    rigid = phase.state != FREE and phase.spring == 0.0
     for i in range(d):
         mean = (1.0 - kept) * y_new[tail + i] + kept * y[tail + i]
         y_new[algorithmic + i] = scale * (mean - c.alpha_m * y[algorithmic + i])
+        y_new[2 * d + QUADRATURES + i] = mean if rigid else y_new[tail + i]
         v[ACCELERATION, i] = y_new[tail + i]
-    y_new[extras + CONTACT_N], y_new[extras + CONTACT_T] = k[LAMBDA_N], k[LAMBDA_T]
+    y_new[extras + REPORTED_N], y_new[extras + REPORTED_T] = k[LAMBDA_N], k[LAMBDA_T]
+    k[LAMBDA_N], k[LAMBDA_T] = y_new[extras + CONTACT_N], y_new[extras + CONTACT_T]
     quadrature_rates(system, phase, t + h, y_new[:d], y_new[d : 2 * d], work, y_new[extras + RATES :])
     for i in range(QUADRATURES):
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (y[extras + RATES + i] + y_new[extras + RATES + i])
@@ -304,30 +314,37 @@ def _finish(system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: f
         applied = (1.0 - c.gamma) * y[extras + averaged] + c.gamma * y_new[extras + averaged]
         y_new[2 * d + impulse] = y[2 * d + impulse] + h * applied
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(system, c, y, h, s)
-    if phase.state != FREE:
-        y_new[2 * d + STABILIZATION_LOSS] += _project(phase, work, y_new)
+    if rigid or phase.state == STICKING:
+        y_new[2 * d + STABILIZATION_LOSS] += _project(system, phase, t + h, work, y_new)
 
 
 @jitable
-def _project(phase: Phase, work: Work, q: Array) -> float:
-    """Move q onto the constraints of a contact along the responses of the step; the work of the forces (J)."""
-    v, k, gap, drift, done = work.vectors, work.scalars, 0.0, 0.0, 0.0
-    if phase.spring == 0.0:
-        gap = k[GAP]
-    if phase.state == STICKING:
-        drift = k[SLIP] - phase.slip_reference
+def _corrections(phase: Phase, k: Array, gap: float, slip: float) -> tuple[float, float]:
+    """Multiples of the responses that take a gap and, while sticking, a slip to zero (or their rates)."""
+    if phase.state != STICKING:
+        return (-gap / k[A_NN] if phase.spring == 0.0 else 0.0), 0.0
     if phase.spring > 0.0:
-        normal, tangential = 0.0, -drift / k[A_TT]
-    elif phase.state == STICKING:
-        determinant = k[A_NN] * k[A_TT] - k[A_NT] * k[A_NT]
-        normal = (k[A_NT] * drift - k[A_TT] * gap) / determinant
-        tangential = (k[A_NT] * gap - k[A_NN] * drift) / determinant
-    else:
-        normal, tangential = -gap / k[A_NN], 0.0
-    for i in range(v.shape[1]):
+        return 0.0, -slip / k[A_TT]
+    determinant = k[A_NN] * k[A_TT] - k[A_NT] * k[A_NT]
+    return (k[A_NT] * slip - k[A_TT] * gap) / determinant, (k[A_NT] * gap - k[A_NN] * slip) / determinant
+
+
+@jitable
+def _project(system: Any, phase: Phase, t: float, work: Work, y: Array) -> float:
+    """Move q, then q', onto the constraints of a contact along the responses of the step; the work done (J).
+
+    The velocity is left exact to rounding, because a step cut short divides what is left by its length.
+    """
+    d, v, k, done = work.vectors.shape[1], work.vectors, work.scalars, 0.0
+    normal, tangential = _corrections(phase, k, k[GAP], k[SLIP] - phase.slip_reference)
+    for i in range(d):
         move = normal * v[NORMAL_RESPONSE, i] + tangential * v[TANGENT_RESPONSE, i]
-        q[i] += move
+        y[i] += move
         done += v[FORCES, i] * move
+    approach(system, t, y[:d], y[d : 2 * d], work)
+    normal, tangential = _corrections(phase, k, k[GAP_RATE], k[SLIP_RATE])
+    for i in range(d):
+        y[d + i] += normal * v[NORMAL_RESPONSE, i] + tangential * v[TANGENT_RESPONSE, i]
     return done
 
 
@@ -339,7 +356,7 @@ def _dissipation(system: Any, c: Coefficients, y: Array, h: float, s: Scratch) -
     and A of q'':  h^2 (beta - gamma/2) A.M (a1 - a0) - v.M (q'1 - q'0 - h A).
     """
     d, work, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    tail = 2 * d + QUADRATURES
+    tail = 3 * d + QUADRATURES
     for i in range(d):
         s.at[i] = 0.5 * (y[d + i] + y_new[d + i])
         s.at[d + i] = 0.5 * (y[tail + i] + y_new[tail + i])
@@ -359,6 +376,17 @@ def _measure(phase: Phase, s: Scratch, row: int) -> None:
     for g in range(GUARDS):
         s.values[row, g] = s.work.scalars[FIRST_GUARD + g]
     s.slopes[row, GUARD_NORMAL] = s.work.scalars[GAP_RATE]
+
+
+@jitable
+def _measure_end(phase: Phase, c: Coefficients, y: Array, s: Scratch) -> None:
+    """Guards at the end of a step from y, with the contact forces to report; those of the end go into s.y_new."""
+    k, extras = s.work.scalars, 5 * s.work.vectors.shape[1] + QUADRATURES
+    s.y_new[extras + CONTACT_N], s.y_new[extras + CONTACT_T] = k[LAMBDA_N], k[LAMBDA_T]
+    if phase.state != FREE and phase.spring == 0.0:
+        k[LAMBDA_N] += c.alpha_f * (y[extras + CONTACT_N] - k[LAMBDA_N])
+        k[LAMBDA_T] += c.alpha_f * (y[extras + CONTACT_T] - k[LAMBDA_T])
+    _measure(phase, s, _END)
 
 
 @jitable
@@ -384,7 +412,7 @@ def _shorten(
         status = _step(system, phase, c, t, y, x, ODD, True, s)
         if status != 0:
             return status, x
-        _measure(phase, s, _END)
+        _measure_end(phase, c, y, s)
         fx = _raised(s, _END, guard)
         if fx > 0.0:
             fb = 0.5 * fb if a > 0.0 else fb
@@ -424,7 +452,7 @@ def _fall(
             status = _step(system, phase, c, t, y, length, ODD, True, s)
             if status != 0:
                 return -1, status, length
-            _measure(phase, s, _END)
+            _measure_end(phase, c, y, s)
             if s.values[_END, GUARD_NORMAL] > 0.0:  # the gap only comes close
                 length = h
     for guard in range(GUARDS):
@@ -437,12 +465,12 @@ def _fall(
             status = _step(system, phase, c, t, y, length, ODD, True, s)
             if status != 0:
                 return -1, status, length
-            _measure(phase, s, _END)
+            _measure_end(phase, c, y, s)
     if redo and first < 0:
         status = _step(system, phase, c, t, y, length, ODD, True, s)
         if status != 0:
             return -1, status, length
-        _measure(phase, s, _END)
+        _measure_end(phase, c, y, s)
     return first, 0, length
 
 
@@ -472,14 +500,14 @@ def march_alpha(
     steps, count, peak = 0, 0, 0.0
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]
     t, h = start + done * last, last
-    extras = 4 * d + QUADRATURES
+    extras = 5 * d + QUADRATURES
     status = 0
     if fresh:
         status = start_phase(system, phase, t, y, s.work)
         _measure(phase, s, _START)
     else:
-        residual(system, t, y[:d], y[d : 2 * d], y[2 * d + QUADRATURES : 3 * d + QUADRATURES], True, s.work)
-        s.work.scalars[LAMBDA_N], s.work.scalars[LAMBDA_T] = y[extras + CONTACT_N], y[extras + CONTACT_T]
+        residual(system, t, y[:d], y[d : 2 * d], y[3 * d + QUADRATURES : 4 * d + QUADRATURES], True, s.work)
+        s.work.scalars[LAMBDA_N], s.work.scalars[LAMBDA_T] = y[extras + REPORTED_N], y[extras + REPORTED_T]
         _measure(phase, s, _START)
     gap = s.work.scalars[GAP]
     stale_far, stale_near = True, True
@@ -504,16 +532,19 @@ def march_alpha(
         if status != 0:
             continue
         stale_far, stale_near = stale_far and slot != FAR, stale_near and slot != NEAR
-        _measure(phase, s, _END)
+        _measure_end(phase, c, y, s)
         guard, whole = -1, length
         if phase.state != FREE or phase.watched:
             guard, status, length = _fall(system, phase, c, t, y, whole, s)
             if status != 0:
                 continue
+        if guard >= 0 and length <= _LOCATED:
+            # it falls with the very first of the step: what the last step left is where the phase ends
+            return Progress(AT_GUARD, guard, t, h, steps, 0, count, peak), next_sample, t, 0
         _finish(system, phase, c, t, y, length, s)
         copy(s.y_new, y)
         steps += 1
-        peak = max(peak, s.work.scalars[LAMBDA_N])
+        peak = max(peak, y[extras + REPORTED_N])
         gap = s.work.scalars[GAP]
         for m in range(2 * d):
             if not abs(y[m]) < _UNBOUNDED:
@@ -571,7 +602,7 @@ class GeneralizedAlphaScheme(Scheme):
 
     def extra_state(self, size: int) -> int:
         """Accelerations, contact forces and rates behind the quadratures."""
-        return 2 * size + EXTRAS
+        return 3 * size + EXTRAS
 
     def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
         """Arm the guards that start clearly positive; accelerations start anew."""

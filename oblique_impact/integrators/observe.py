@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact import Phase, condense
-from oblique_impact.implicit import residual
+from oblique_impact.implicit import approach
 from oblique_impact.integrators.motion import QUADRATURES, derivative
 from oblique_impact.jit import jitable
 from oblique_impact.system import A_NN, ACCELERATION, FIRST_GUARD, LAMBDA_N, LAMBDA_T, Array, Work, evaluate
@@ -59,9 +59,9 @@ def observe_kept_into(
                 system, phase, times[i : i + 1], states[i : i + 1], work, dy, qdd[i : i + 1], scalars[i : i + 1]
             )
             continue
-        residual(system, times[i], states[i, :d], states[i, d : 2 * d], states[i, tail : tail + d], True, work)
-        work.scalars[LAMBDA_N] = states[i, tail + 2 * d]
-        work.scalars[LAMBDA_T] = states[i, tail + 2 * d + 1]
+        approach(system, times[i], states[i, :d], states[i, d : 2 * d], work)
+        work.scalars[LAMBDA_N] = states[i, tail + 3 * d]
+        work.scalars[LAMBDA_T] = states[i, tail + 3 * d + 1]
         for j in range(d):
             qdd[i, j] = states[i, tail + j]
         for j in range(FIRST_GUARD):

@@ -1,0 +1,202 @@
+"""The full nodal beam against the same beam in all its modes, and its banded algebra against dense."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.sparse import csr_array
+
+import fem_beam
+from fem_beam.reduction import eigenmodes
+from oblique_impact import InputError, Scenario, simulate
+from oblique_impact.beam import Beam
+from oblique_impact.dense import solve_mass_dense
+from oblique_impact.floating_frame import evaluate_beam
+from oblique_impact.nodal import FullBeam
+from oblique_impact.nodal_frame import (
+    RANK_ONE,
+    approach_nodal,
+    band_multiply,
+    definiteness,
+    evaluate_nodal,
+    factor_effective_nodal,
+    mass_product_nodal,
+    new_nodal_work,
+    residual_nodal,
+    solve_effective_nodal,
+    solve_mass_nodal,
+)
+from oblique_impact.system import (
+    DAMPING_POWER,
+    FORCES,
+    FREE_ACCELERATION,
+    GAP,
+    GAP_BIAS,
+    GAP_RATE,
+    INCREMENT,
+    NORMAL_RESPONSE,
+    NORMAL_ROW,
+    OWN_A,
+    RESIDUAL,
+    SLIP,
+    SLIP_BIAS,
+    SLIP_RATE,
+    TANGENT_RESPONSE,
+    TANGENT_ROW,
+    new_work,
+)
+
+ROOTS = {"pin": {}, "hub": {"root__kind": "hub", "root__inertia": 0.05, "root__torque": 1.3}}
+SHAPES = {
+    "uniform": {},
+    "tapered": {
+        "beam__area": [[0.0, 4e-4], [0.4, 3e-4], [1.0, 1.5e-4]],
+        "beam__second_moment": [[0.0, 9e-9], [1.0, 4e-9]],
+        "beam__tip_mass": 0.07,
+        "discretization__grading": 3.0,
+    },
+}
+
+
+def scenario_of(root="pin", shape="uniform", **changes):
+    base = {
+        "discretization__method": "fem",
+        "discretization__modes": 0,
+        "discretization__frame": "mean-axis",
+        "discretization__elements": 5,
+        "solver__scheme": "generalized-alpha",
+        "beam__kelvin_voigt": 1e-5,
+        "beam__mass_proportional": 0.3,
+    }
+    return Scenario().replace(**(base | ROOTS[root] | SHAPES[shape] | changes))
+
+
+class Pair:
+    """One random state of a nodal beam, and the same state in all the modes of its mesh."""
+
+    def __init__(self, scenario, seed=0):
+        self.full = FullBeam(scenario, fem_beam.build_nodal(scenario))
+        self.modal = Beam(scenario, fem_beam.build_operators(scenario))
+        modes = eigenmodes(fem_beam.NodalBeam.from_scenario(scenario), "hinged", None)[1:]
+        self.T = np.column_stack([self.full.operators.rigid, modes])
+        rng = np.random.default_rng(seed)
+        scale = 1e-3 / np.arange(1, modes.shape[1] + 1) ** 2
+        self.q = np.concatenate([[0.5], scale * rng.normal(size=scale.size)])
+        self.qd = np.concatenate([[-3.0], 1e3 * scale * rng.normal(size=scale.size)])
+        self.W, self.Wd = self.T @ self.q, self.T @ self.qd
+        self.work, self.dense = new_nodal_work(self.W.size), new_work(self.q.size)
+        evaluate_nodal(self.full.model, 0.0, self.W, self.Wd, self.work)
+        evaluate_beam(self.modal.model, 0.0, self.q, self.qd, self.dense)
+
+
+@pytest.fixture(params=[(root, shape) for root in ROOTS for shape in SHAPES], ids="-".join)
+def pair(request):
+    return Pair(scenario_of(*request.param))
+
+
+def test_kinematics_and_forces(pair):
+    for name in (GAP, SLIP, GAP_RATE, SLIP_RATE, GAP_BIAS, SLIP_BIAS, DAMPING_POWER):
+        assert pair.work.scalars[name] == pytest.approx(pair.dense.scalars[name], rel=1e-10, abs=1e-12)
+    for row in (NORMAL_ROW, TANGENT_ROW):
+        assert_allclose(pair.T.T @ pair.work.vectors[row], pair.dense.vectors[row], atol=1e-12)
+    forces = pair.T.T @ pair.work.vectors[FORCES]
+    assert_allclose(forces, pair.dense.vectors[FORCES], atol=1e-9 * np.abs(forces).max())
+
+
+def test_accelerations_and_responses(pair):
+    assert solve_mass_nodal(pair.full.model, pair.work, True)
+    assert solve_mass_dense(pair.modal.model, pair.dense, True)
+    for row in (FREE_ACCELERATION, NORMAL_RESPONSE, TANGENT_RESPONSE):
+        expected = pair.T @ pair.dense.vectors[row]
+        assert_allclose(pair.work.vectors[row], expected, atol=1e-9 * np.abs(expected).max())
+    assert definiteness(pair.full.model, pair.work) > 0.9
+
+
+def test_energies(pair):
+    found = pair.full.energies(pair.W[None], pair.Wd[None])
+    expected = pair.modal.energies(pair.q[None], pair.qd[None])
+    assert_allclose(np.array(found), np.array(expected), rtol=1e-11)
+    assert_allclose(pair.full.split(pair.W)[0], 0.5, rtol=1e-13)
+    assert_allclose(pair.full.split(pair.W)[1:], pair.T[:, 1:] @ pair.q[1:], atol=1e-15)
+
+
+def test_effective_matrix(pair):
+    """S = (1 + cv mu) M1 + (cq + cv eta) K + kappa S S^T, its residual and its responses, against dense."""
+    model, work, o = pair.full.model, pair.work, pair.full.operators
+    a = np.random.default_rng(1).normal(size=pair.W.size)
+    residual_nodal(model, 0.0, pair.W, pair.Wd, a, True, work)
+    M1 = o.M1.toarray()
+    M1[0, 0] += model.hub_inertia
+    rank_one = work.scalars[RANK_ONE] * np.outer(o.S, o.S)
+    assert_allclose(work.vectors[RESIDUAL], work.vectors[FORCES] - (M1 + rank_one) @ a, atol=1e-9)
+    mass_product_nodal(model, work, a, OWN_A)
+    assert_allclose(work.vectors[OWN_A], (M1 + rank_one) @ a, atol=1e-14)
+    assert factor_effective_nodal(model, 0.0, pair.W, 2e-3, 1e-4, work, 1, True)
+    solve_effective_nodal(model, work, 1, True)
+    S = (1.0 + 2e-3 * 0.3) * M1 + (1e-4 + 2e-3 * 1e-5) * o.K.toarray() + rank_one
+    for row, response in (
+        (RESIDUAL, INCREMENT),
+        (NORMAL_ROW, NORMAL_RESPONSE),
+        (TANGENT_ROW, TANGENT_RESPONSE),
+    ):
+        expected = np.linalg.solve(S, work.vectors[row])
+        assert_allclose(work.vectors[response], expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_approach_is_the_evaluation_of_the_contact(pair):
+    rows = pair.work.vectors[[NORMAL_ROW, TANGENT_ROW]].copy()
+    scalars = pair.work.scalars[[GAP, SLIP, GAP_RATE, SLIP_RATE]].copy()
+    approach_nodal(pair.full.model, 0.0, pair.W, pair.Wd, pair.work)
+    assert_allclose(pair.work.vectors[[NORMAL_ROW, TANGENT_ROW]], rows, atol=0.0)
+    assert_allclose(pair.work.scalars[[GAP, SLIP, GAP_RATE, SLIP_RATE]], scalars, atol=0.0)
+
+
+@pytest.mark.parametrize("elements", [1, 2, 3, 7, 40])
+def test_banded_products(elements):
+    full = FullBeam(scenario_of(), fem_beam.build_nodal(scenario_of(discretization__elements=elements)))
+    n = full.size
+    x, out = np.random.default_rng(2).normal(size=n), np.zeros((2, n))
+    for which, matrix in enumerate((full.operators.M1, full.operators.K)):
+        band_multiply(full.model.bands, which, x, out, 1)
+        assert_allclose(out[1], csr_array(matrix) @ x, rtol=1e-12, atol=1e-12 * np.abs(matrix).max())
+
+
+def test_memory_is_linear():
+    sizes = [sum(array.nbytes for array in new_nodal_work(n)) for n in (1000, 2000)]
+    assert sizes[1] < 2.001 * sizes[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"discretization__frame": "tangent"}, "discretization.frame"),
+        ({"discretization__kinetics": "full"}, "discretization.kinetics"),
+        ({"beam__modal_damping_ratio": 0.01}, "beam.modal_damping_ratio"),
+    ],
+)
+def test_what_the_nodal_model_does_not_take_is_refused(change, key):
+    with pytest.raises(InputError, match=rf"{key} = .*discretization\.modes >= 1"):
+        scenario_of(**change)
+
+
+def test_nodal_and_all_modes_march_alike():
+    """The same mesh, scheme and steps: banded in W, dense in all modes."""
+    common = {
+        "contact__normal": "spring",
+        "end_time": 0.325,
+        "solver__contact_step": 1e-5,
+        "discretization__elements": 8,
+    }
+    nodal = simulate(scenario_of(**common))
+    dense = simulate(scenario_of(**(common | {"discretization__modes": 16})))
+    assert [e.kind for e in nodal.events] == [e.kind for e in dense.events]
+    assert len(nodal.events) >= 3
+    assert_allclose([e.time for e in nodal.events], [e.time for e in dense.events], atol=2e-9)
+    assert nodal["theta"].shape == dense["theta"].shape
+    for name, scale in (
+        ("theta", 1.0),
+        ("tip_y", 1.0),
+        ("lambda_n", 900.0),
+        ("moment", 80.0),
+        ("axial_force", 300.0),
+    ):
+        assert_allclose(nodal[name], dense[name], atol=2e-5 * scale, err_msg=name)
