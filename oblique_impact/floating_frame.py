@@ -284,6 +284,13 @@ def add_tangent_beam(
             )
 
 
+@jitable
+def damping_power_beam(model: BeamModel, t: float, q: Array, qd: Array, work: Work) -> float:
+    """Power (W) of the damping matrix at the velocities q'."""
+    multiply(model.matrices, DAMPING, qd[1:], work.vectors, OWN_B)
+    return float(contract(work.vectors, OWN_B, qd[1:]))
+
+
 def _is_beam(system: Any) -> bool:
     return isinstance(system, types.NamedTuple) and system.instance_class is BeamModel
 
@@ -301,3 +308,8 @@ def _compiled_supplied_power(system: Any, t: Any, q: Any, qd: Any, work: Any) ->
 @overload(protocol.add_tangent, strict=False)
 def _compiled_add_tangent(system: Any, t: Any, q: Any, velocity: Any, position: Any, work: Any, slot: Any) -> Any:
     return add_tangent_beam if _is_beam(system) else None
+
+
+@overload(protocol.damping_power, strict=False)
+def _compiled_damping_power(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
+    return damping_power_beam if _is_beam(system) else None

@@ -234,19 +234,34 @@ def _forces(model: NodalModel, q: Array, qd: Array, work: Work) -> None:
         )
     v[FORCES, 0] += model.torque  # the first free coordinate is the slope at the root
     k[DAMPING_POWER] = 0.0
-    if model.kelvin_voigt > 0.0:
-        band_multiply(model.bands, STIFFNESS_BAND, qd, v, OWN_A)
-        k[DAMPING_POWER] += model.kelvin_voigt * _dot(v[OWN_A], qd)
+    if model.kelvin_voigt > 0.0 or model.mass_proportional > 0.0:
+        k[DAMPING_POWER] = _damp(model, qd, work)
         for i in range(n):
-            v[FORCES, i] -= model.kelvin_voigt * v[OWN_A, i]
-    if model.mass_proportional > 0.0:
-        # acts on B' only: M1 B' = M1 W' - S theta', without the hub's inertia
-        band_multiply(model.bands, MASS_BAND, qd, v, OWN_A)
-        v[OWN_A, 0] -= model.hub_inertia * qd[0]
-        for i in range(n):
-            v[OWN_A, i] -= spin * u[COUPLING, i]
-            v[FORCES, i] -= model.mass_proportional * v[OWN_A, i]
-        k[DAMPING_POWER] += model.mass_proportional * _dot(v[OWN_A], qd)
+            v[FORCES, i] -= v[OWN_A, i]
+
+
+@jitable
+def _damp(model: NodalModel, qd: Array, work: Work) -> float:
+    """Damping forces Cd W' into a row of the vectors; their power (W)."""
+    v, n, power = work.vectors, qd.shape[0], 0.0
+    spin = _dot(model.vectors[COUPLING], qd) / model.inertia
+    band_multiply(model.bands, STIFFNESS_BAND, qd, v, OWN_A)
+    band_multiply(model.bands, MASS_BAND, qd, v, OWN_B)
+    v[OWN_B, 0] -= model.hub_inertia * qd[0]
+    for i in range(n):
+        # mass-proportional damping acts on B' only: M1 B' = M1 W' - S theta', without the hub's inertia
+        v[OWN_A, i] *= model.kelvin_voigt
+        v[OWN_A, i] += model.mass_proportional * (v[OWN_B, i] - spin * model.vectors[COUPLING, i])
+        power += v[OWN_A, i] * qd[i]
+    return power
+
+
+@jitable
+def damping_power_nodal(model: NodalModel, t: float, q: Array, qd: Array, work: Work) -> float:
+    """Power (W) of the damping matrix at the velocities q'."""
+    if model.kelvin_voigt > 0.0 or model.mass_proportional > 0.0:
+        return float(_damp(model, qd, work))
+    return 0.0
 
 
 @jitable
@@ -432,6 +447,11 @@ def _is_nodal(system: Any) -> bool:
 @overload(protocol.evaluate, strict=False)
 def _compiled_evaluate(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
     return evaluate_nodal if _is_nodal(system) else None
+
+
+@overload(protocol.damping_power, strict=False)
+def _compiled_damping_power(system: Any, t: Any, q: Any, qd: Any, work: Any) -> Any:
+    return damping_power_nodal if _is_nodal(system) else None
 
 
 @overload(protocol.supplied_power, strict=False)

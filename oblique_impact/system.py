@@ -135,3 +135,8 @@ def supplied_power(system: Any, t: float, q: Array, qd: Array, work: Work) -> fl
 def add_tangent(system: Any, t: float, q: Array, velocity: float, position: float, work: Work, slot: int) -> None:
     """Add velocity * damping matrix + position * stiffness matrix to a slot of the matrices."""
     work.matrices[slot] += velocity * system.damping_matrix(t, q) + position * system.stiffness_matrix(t, q)
+
+
+def damping_power(system: Any, t: float, q: Array, qd: Array, work: Work) -> float:
+    """Power (W) that damping forces take out at velocities other than the evaluated ones."""
+    return float(system.damping_power(t, q, qd))

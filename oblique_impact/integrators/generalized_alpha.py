@@ -51,6 +51,7 @@ from oblique_impact.integrators.base import (
     arm,
 )
 from oblique_impact.integrators.motion import (
+    DAMPING_LOSS,
     NORMAL_IMPULSE,
     QUADRATURES,
     STABILIZATION_LOSS,
@@ -64,6 +65,7 @@ from oblique_impact.system import (
     A_NT,
     A_TT,
     ACCELERATION,
+    DAMPING_POWER,
     FIRST_GUARD,
     FORCES,
     GAP,
@@ -83,6 +85,7 @@ from oblique_impact.system import (
     TANGENT_ROW,
     Array,
     Work,
+    damping_power,
 )
 
 # The state vector goes on behind the quadratures: acceleration to report (d), acceleration q'' (d), algorithmic
@@ -101,6 +104,7 @@ _FADING = 1.05  # a contraction that was not measured counts so much less with e
 _STALLED, _ROUNDING = 0.25, 1e4  # a residual that stays above this part, and corrections in tolerances by rounding
 _UNBOUNDED = 1e12
 _LOCATED = 1e-12  # s
+_LANDED = 1e-12  # m, or the unit of another guard: how far below zero it may be found
 _FIRST_LEG, _SECONDS_PER_LEG = 200, 0.1
 _START, _END = 0, 1
 
@@ -141,6 +145,7 @@ def start_phase(system: Any, phase: Phase, t: float, y: Array, work: Work) -> in
     y[extras + CONTACT_T] = work.scalars[LAMBDA_T]
     y[extras + FILTERED_N] = work.scalars[LAMBDA_N]
     y[extras + FILTERED_T] = work.scalars[LAMBDA_T]
+    work.scalars[DAMPING_POWER] = 0.0
     quadrature_rates(system, phase, t, q, qd, work, y[extras + RATES :])
     return 0
 
@@ -186,7 +191,9 @@ def _contact_step(phase: Phase, k: Array, v: Array, velocity: float, position: f
         ratio = phase.intercept + phase.slope * k[SLIP_RATE]
         if phase.spring == 0.0 and not k[A_NN] + ratio * k[A_NT] > 0.0:
             return NO_SLIDING_SOLUTION
-        t1, t2, t3 = -ratio, 1.0, ratio * k[LAMBDA_N] - k[LAMBDA_T]
+        viscous = phase.slope * k[LAMBDA_N] * velocity
+        t1, t2 = -ratio - viscous * k[A_NT], 1.0 - viscous * k[A_TT]
+        t3 = ratio * k[LAMBDA_N] - k[LAMBDA_T] + viscous * tangential
     else:
         drift = k[SLIP_RATE]
         t1, t2, t3 = velocity * k[A_NT], velocity * k[A_TT], -drift - velocity * tangential
@@ -301,6 +308,7 @@ def _finish(system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: f
         v[ACCELERATION, i] = y_new[tail + i]
     y_new[extras + REPORTED_N], y_new[extras + REPORTED_T] = k[LAMBDA_N], k[LAMBDA_T]
     k[LAMBDA_N], k[LAMBDA_T] = y_new[extras + CONTACT_N], y_new[extras + CONTACT_T]
+    k[DAMPING_POWER] = 0.0  # sampled at the mean velocity, below: at the ends it is that of vibrations cut short
     quadrature_rates(system, phase, t + h, y_new[:d], y_new[d : 2 * d], work, y_new[extras + RATES :])
     for i in range(QUADRATURES):
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (y[extras + RATES + i] + y_new[extras + RATES + i])
@@ -314,6 +322,7 @@ def _finish(system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: f
         applied = (1.0 - c.gamma) * y[extras + averaged] + c.gamma * y_new[extras + averaged]
         y_new[2 * d + impulse] = y[2 * d + impulse] + h * applied
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(system, c, y, h, s)
+    y_new[2 * d + DAMPING_LOSS] += h * damping_power(system, t, y_new[:d], s.at[:d], work)
     if rigid or phase.state == STICKING:
         y_new[2 * d + STABILIZATION_LOSS] += _project(system, phase, t + h, work, y_new)
 
@@ -403,7 +412,10 @@ def _shorten(
     a, b, fa, fb = 0.0, h, _raised(s, _START, guard), _raised(s, _END, guard)
     status = 0
     for _ in range(80):
-        if fb >= -0.1 * s.thresholds[guard] or b - a <= (1e-3 if phase.state == FREE else 1.0) * _LOCATED:
+        if (
+            fb >= -0.1 * min(s.thresholds[guard], _LANDED)
+            or b - a <= (1e-3 if phase.state == FREE else 1.0) * _LOCATED
+        ):
             break
         x = 0.5 * (a + b)  # a phase that starts at zero may rise first and fall later: halve until it is seen
         if fa > 0.0:
