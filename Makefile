@@ -28,6 +28,7 @@ lint: install
 
 bench: install
 	$(BIN)/python benchmarks/bench.py
+	$(BIN)/python benchmarks/nodal.py
 
 clean:
 	rm -rf $(VENV) out build *.egg-info
