@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_array
 
+from oblique_impact.banded import HALF_BANDWIDTH
 from oblique_impact.beam import Energies
 from oblique_impact.nodal_frame import (
     COUPLING,
     GRAVITY_BAND,
     GRAVITY_RIGID,
-    HALF_BANDWIDTH,
     LOAD,
     MASS_BAND,
     RIGID,

@@ -8,6 +8,7 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from oblique_impact import InputError, Scenario, simulate
+from oblique_impact.banded import band_multiply
 from oblique_impact.beam import Beam
 from oblique_impact.dense import solve_mass_dense
 from oblique_impact.floating_frame import evaluate_beam
@@ -15,7 +16,6 @@ from oblique_impact.nodal import FullBeam
 from oblique_impact.nodal_frame import (
     RANK_ONE,
     approach_nodal,
-    band_multiply,
     definiteness,
     evaluate_nodal,
     factor_effective_nodal,
