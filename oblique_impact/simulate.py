@@ -42,6 +42,8 @@ from oblique_impact.transitions import Baumgarte, ContactMachine, ElasticStop, I
 
 #: flights closer to the slope than this part of the length take generalized-alpha's contact step
 NEAR = 0.01
+#: part of the tolerance that the iterations of one implicit step may leave: what they leave adds up
+ITERATIONS = 0.01
 
 ProgressCallback = Callable[[Status], None]
 
@@ -141,13 +143,14 @@ def simulate_system(
 def alpha_scheme(scenario: Scenario, weight: float) -> GeneralizedAlphaScheme:
     """Generalized-alpha on compiled kernels; flights within a hundredth of the length take the contact step.
 
-    The tolerance of its iterations is relative to the energy of the beam's `weight` (N) over its length.
+    The tolerance of its iterations is relative to the energy of the beam's `weight` (N) over its length, and small
+    enough (`ITERATIONS`) that what they leave does not add up to more over the many steps of a run.
     """
     from oblique_impact.integrators import kernels
 
     v = scenario.solver
     near = NEAR * scenario.beam.length if scenario.contact.enabled else 0.0
-    tolerance = v.tolerance * float(np.sqrt(weight * scenario.beam.length))
+    tolerance = ITERATIONS * v.tolerance * float(np.sqrt(weight * scenario.beam.length))
     return GeneralizedAlphaScheme(
         v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, tolerance, kernels.march_alpha
     )
