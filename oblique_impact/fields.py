@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Indices = NDArray[np.int64]
 
-BLOCK = 256  # samples that are processed at a time
+BLOCK = 64  # samples that are processed at a time: larger arrays leave the cache
 
 
 class Fields(NamedTuple):
@@ -191,10 +191,11 @@ def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:
 
 def _inboard(table: ShapeTable, integrand: Array, cells: Indices) -> Array:
     """Integrals from the root to the stations: (nq, samples) -> (stations, samples)."""
-    sums = np.cumsum(table.weights[:, None] * integrand, axis=0)
-    return np.asarray(np.concatenate([np.zeros_like(sums[:1]), sums])[cells])
+    between = np.add.reduceat(table.weights[:, None] * integrand, cells[:-1], axis=0)
+    return np.concatenate([np.zeros_like(between[:1]), np.cumsum(between, axis=0)])
 
 
 def _outboard(forces: Array, cells: Indices) -> Array:
     """Add up from the tip, the last row, inwards to the stations: (nq + 1, samples) -> (stations, samples)."""
-    return np.asarray(np.cumsum(forces[::-1], axis=0)[::-1][cells])
+    between = np.add.reduceat(forces, cells, axis=0)
+    return np.asarray(np.cumsum(between[::-1], axis=0)[::-1])
