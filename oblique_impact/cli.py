@@ -28,7 +28,11 @@ SetOption = Annotated[
     list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change a key; repeatable.")
 ]
 
-_LATER = ("validate", "refine", "reproduce", "render", "export", "sweep")
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
+]
+
+_LATER = ("render", "export", "sweep")
 
 
 @app.command()
@@ -39,7 +43,7 @@ def run(
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
     chosen = _load(scenario, changes)
-    from oblique_impact.history import prepare_folder
+    from oblique_impact.files import prepare_folder
 
     prepare_folder(out)
     _announce_compilation(chosen)
@@ -83,6 +87,60 @@ def modes(
         from renders.campbell import campbell_diagram
 
         _say(f"Campbell diagram: {campbell_diagram(beam, rates, wanted, out)}")
+
+
+@app.command()
+def validate(
+    out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/validate"),
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="ID", help="A check or a group; repeatable.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out the checks that take long.")] = False,
+    workers: WorkersOption = None,
+) -> None:
+    """Check everything against something outside it; writes report.html, results.json and results.csv."""
+    from validation.suite import validate
+
+    results = validate(out, only or [], quick, workers)
+    failed = [result for result in results if result.verdict == "fail"]
+    for result in failed:
+        _say(f"{result.id}: {result.quantity}: {result.computed} against {result.reference} {result.unit}")
+    typer.echo(f"{len(results) - len(failed)} of {len(results)} checks passed; report: {out / 'report.html'}")
+    if failed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def refine(
+    scenario: ScenarioArgument = "paper",
+    elements: Annotated[str | None, typer.Option(help="Numbers of elements, separated by commas.")] = None,
+    modes: Annotated[str | None, typer.Option(help="Numbers of modes, separated by commas.")] = None,
+    steps: Annotated[str | None, typer.Option(help="Steps in s, separated by commas.")] = None,
+    quantities: Annotated[
+        list[str] | None, typer.Option("--quantity", metavar="NAME", help="A quantity of interest; repeatable.")
+    ] = None,
+    study: Annotated[str | None, typer.Option(help="A shipped study instead of a scenario.")] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
+    changes: SetOption = None,
+    workers: WorkersOption = None,
+) -> None:
+    """Refine elements, modes or time steps; writes report.html, results.json and results.csv."""
+    from validation.refinement.command import refine_command
+
+    for line in refine_command(scenario, elements, modes, steps, quantities, study, out, changes, workers):
+        typer.echo(line)
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/reproduce"),
+    workers: WorkersOption = None,
+) -> None:
+    """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and results.csv."""
+    from validation.reproduction.command import reproduce_command
+
+    for line in reproduce_command(out, workers):
+        typer.echo(line)
 
 
 def _later(name: str) -> None:

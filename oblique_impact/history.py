@@ -6,9 +6,6 @@ import csv
 import io
 import json
 import os
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +15,7 @@ import xarray as xr
 
 from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.files import cannot_write, prepare_folder, write_text, write_whole
 from oblique_impact.marching import Event
 from oblique_impact.transitions import EventKind
 
@@ -72,13 +70,12 @@ class History:
         """
         target = prepare_folder(folder)
         try:
-            _replace(target / "scenario.toml", lambda p: p.write_text(self.scenario_toml, encoding="utf-8"))
-            _replace(target / "history.nc", self._write_netcdf)
-            _replace(target / "events.csv", lambda p: p.write_text(self.events_csv(), encoding="utf-8"))
-            text = json.dumps(self.summary, indent=2) + "\n"
-            _replace(target / "summary.json", lambda p: p.write_text(text, encoding="utf-8"))
+            write_text(target / "scenario.toml", self.scenario_toml)
+            write_whole(target / "history.nc", self._write_netcdf)
+            write_text(target / "events.csv", self.events_csv())
+            write_text(target / "summary.json", json.dumps(self.summary, indent=2) + "\n")
         except OSError as error:
-            raise InputError(f"--out {target}: cannot be written: {error.strerror or error}") from None
+            raise cannot_write(target, error) from None
         return target
 
     @classmethod
@@ -125,20 +122,6 @@ class History:
         self.data.assign_attrs(attributes).to_netcdf(path, engine="h5netcdf", encoding=encoding)
 
 
-def prepare_folder(folder: str | os.PathLike[str]) -> Path:
-    """Create `folder` and make sure that it can be written, before any work is done.
-
-    Raises InputError with one line if not.
-    """
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=target):
-            return target
-    except OSError as error:
-        raise InputError(f"--out {target}: cannot be written: {error.strerror or error}") from None
-
-
 def _row(event: Event) -> tuple[Any, ...]:
     return (
         event.time,
@@ -159,31 +142,6 @@ def _event(row: list[Any]) -> Event:
     time, kind, normal, tangential, gap_rate, slip_rate, loss, state = row
     numbers = float(normal), float(tangential), float(gap_rate), float(slip_rate), float(loss)
     return Event(float(time), EventKind(kind), *numbers, State[state.upper()])
-
-
-def _replace(path: Path, write: Callable[[Path], Any]) -> None:
-    """Let `write` fill a temporary file beside `path`, then put it in place in one step."""
-    with _temporary(path) as temporary:
-        write(temporary)
-        os.replace(temporary, path)
-
-
-@contextmanager
-def _temporary(path: Path) -> Iterator[Path]:
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
-    os.chmod(temporary, 0o666 & ~_umask())
-    try:
-        yield temporary
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def labelled(values: np.ndarray, dimensions: tuple[str, ...], units: str, long_name: str) -> xr.DataArray:

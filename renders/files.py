@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from oblique_impact.errors import InputError
+from oblique_impact.files import cannot_write, write_whole
 
 _SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")
 
@@ -21,10 +19,7 @@ def save_figure(figure: Figure, out: Path, default_name: str) -> Path:
     file = out if out.suffix.lower() in _SUFFIXES else out / default_name
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-            temporary = Path(folder) / file.name
-            figure.savefig(temporary)
-            os.replace(temporary, file)
+        write_whole(file, figure.savefig)
     except OSError as error:
-        raise InputError(f"--out {out}: cannot be written: {error.strerror or error}") from None
+        raise cannot_write(out, error) from None
     return file

@@ -11,7 +11,7 @@ import pytest
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.simulate import simulate_system
 from oblique_impact.transitions import ElasticStop
-from tests.reference.small_systems import Particle
+from validation.small_systems import Particle
 
 MODAL = ("discretization.method=modal", "discretization.modes=40")
 FEM = ("discretization.method=fem", "discretization.elements=64", "discretization.modes=40")

@@ -8,7 +8,7 @@ from mpmath import mp
 
 from modal import Eigenfunctions, build_operators, clamped_free_roots, hinged_free_roots
 from tests.reference.beams import unit_beam
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
 
 FAMILIES = ["clamped-free", "hinged-free"]
 FRAMES = {"clamped-free": "tangent", "hinged-free": "mean-axis"}

@@ -7,7 +7,7 @@ import pytest
 
 from fem_beam import build_operators
 from tests.reference.beams import unit_beam
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
 
 FRAMES = {"c": "tangent", "h": "mean-axis"}
 ROOTS = {"c": np.array(VALUES["1.1"][:3]), "h": np.array(VALUES["1.2"][:3])}

@@ -14,8 +14,8 @@ from oblique_impact.contact import State
 from oblique_impact.friction import Coulomb
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.transitions import EventKind, NewtonImpact
-from tests.reference.small_systems import Particle, events_of, samples_at
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
+from validation.small_systems import Particle, events_of, samples_at
 
 GRAVITY, SLOPE = 9.8, pi / 10
 INCLINE = Particle(above=-GRAVITY * cos(SLOPE), along=-GRAVITY * sin(SLOPE))

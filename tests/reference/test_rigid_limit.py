@@ -11,7 +11,7 @@ from scipy.special import ellipk, ellipkinc
 
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.transitions import EventKind
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
 
 RIGID = VALUES["4"]
 SCALES = [1.0, 1e2, 1e4, 1e6]

@@ -12,8 +12,8 @@ from oblique_impact.contact import Instant, routh_impulse
 from oblique_impact.friction import Coulomb, Frictionless
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.transitions import EventKind, RouthImpact
-from tests.reference.small_systems import FreeRod, PinnedBar, samples_at
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
+from validation.small_systems import FreeRod, PinnedBar, samples_at
 
 BAR = PinnedBar(mass=0.86874, length=1.0, gravity=9.8, slope=pi / 10, offset=0.3)
 PHI = VALUES["4"]["theta_f"] - BAR.slope  # between the bar and the slope at touch

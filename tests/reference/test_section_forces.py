@@ -13,7 +13,7 @@ from oblique_impact.beam import Beam
 from oblique_impact.fields import Fields, Motion, curvature_moment
 from oblique_impact.operators import build_operators
 from tests.reference.test_falling_beam import ANGLE, BENDING, CHIMNEY, GRAVITY, MASS, falling, third
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
 
 HELD = {"kind": "driven", "profile": "hold"}
 SOURCES = [{"method": "modal", "modes": 40}, {"method": "fem", "modes": 0, "elements": 16}]

@@ -14,7 +14,7 @@ from fem_beam import NodalBeam
 from oblique_impact import Scenario, simulate
 from oblique_impact.operators import build_operators
 from tests.reference.beams import UNIT
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
 
 AREA = [[0.0, 1.0], [0.3, 0.5], [1.0, 0.8]]
 SECOND_MOMENT = [[0.0, 1.0], [0.6, 0.4], [1.0, 0.3]]

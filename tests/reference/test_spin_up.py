@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from oblique_impact import History, Outcome, Scenario, simulate
 from oblique_impact.operators import SpinningBeam, build_operators, discretization
-from tests.reference.values import VALUES
+from validation.reference_values import VALUES
 
 TABLE, MINIMUM, FREQUENCIES = VALUES["3-SVQ-table"], VALUES["3-SVQ-min"], VALUES["3-SVQ-freq"]
 CASES = [("modal", 12, 32), ("fem", 12, 16), ("fem", 12, 32)]

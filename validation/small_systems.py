@@ -84,8 +84,8 @@ class FreeRod(MechanicalSystem):
         return ContactRows(
             gap=q[1] + arm_y,
             slip=q[0] + arm_x,
-            gap_rate=normal @ qd,
-            slip_rate=tangential @ qd,
+            gap_rate=float(normal @ qd),
+            slip_rate=float(tangential @ qd),
             normal=normal,
             tangential=tangential,
             gap_bias=centripetal[1],
@@ -97,11 +97,14 @@ class FreeRod(MechanicalSystem):
         return kinetic, 0.0, self.mass * self.gravity * q[1]
 
     def instant(self, q: Array, qd: Array) -> Instant:
-        """The contact problem at (q, q'), written out by hand."""
+        """Return the contact problem at (q, q'), written out by hand."""
         rows, inverse = self.contact(0.0, q, qd), np.linalg.inv(self.mass_matrix(0.0, q))
         free = inverse @ self.forces(0.0, q, qd)
         return Instant(
-            *(float(x) for x in rows[:4]),
+            gap=rows.gap,
+            slip=rows.slip,
+            gap_rate=rows.gap_rate,
+            slip_rate=rows.slip_rate,
             a_nn=float(rows.normal @ inverse @ rows.normal),
             a_nt=float(rows.normal @ inverse @ rows.tangential),
             a_tt=float(rows.tangential @ inverse @ rows.tangential),
@@ -147,7 +150,7 @@ class PinnedBar(MechanicalSystem):
 
 
 def events_of(history: History, kind: EventKind) -> list[Event]:
-    """The events of one kind, in order of time."""
+    """Return the events of one kind, in order of time."""
     return [event for event in history.events if event.kind is kind]
 
 

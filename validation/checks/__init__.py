@@ -1,0 +1,1 @@
+"""The checks of `validate`, a module per group; `registry` says how to add one."""

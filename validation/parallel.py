@@ -1,0 +1,120 @@
+"""The same function over many items, in parallel processes, with results in the order of the items."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import TypeVar
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+#: one process a core is enough: threads inside of one would only wait for each other
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def default_workers() -> int:
+    """Return the number of cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def map_parallel(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    workers: int | None = None,
+    on_done: Callable[[int, Result], None] | None = None,
+) -> list[Result]:
+    """Return ``[function(item) for item in items]``, computed in `workers` fresh processes.
+
+    Parameters
+    ----------
+    function : callable
+        A function of a module (it is sent by name); an exception of it is raised here.
+    items : sequence
+        Sent in this order: put the longest first.
+    workers : int, optional
+        Default: the number of cores.  With one, or one item, everything runs in this process.
+    on_done : callable, optional
+        Called with the index and the result of each item as it is finished.
+    """
+    count = min(workers or default_workers(), len(items))
+    results: dict[int, Result] = {}
+
+    def take(index: int, result: Result) -> None:
+        results[index] = result
+        if on_done:
+            on_done(index, result)
+
+    if count <= 1:
+        for index, item in enumerate(items):
+            take(index, function(item))
+    else:
+        with _single_threaded(), ProcessPoolExecutor(count, get_context("spawn")) as pool:
+            futures: dict[Future[Result], int] = {pool.submit(function, item): i for i, item in enumerate(items)}
+            _collect(pool, futures, take)
+    return [results[index] for index in range(len(items))]
+
+
+def _collect(
+    pool: ProcessPoolExecutor, futures: dict[Future[Result], int], take: Callable[[int, Result], None]
+) -> None:
+    pending = set(futures)
+    try:
+        while pending:
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in sorted(done, key=futures.__getitem__):
+                take(futures[future], future.result())
+    except BaseException:
+        # leave at once: what runs is of no use any more
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in list(getattr(pool, "_processes", {}).values()):
+            process.terminate()
+        raise
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Environment for the new processes: one thread each."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def counting_bar(title: str, total: int) -> Iterator[Callable[[str], None]]:
+    """Progress bar on standard error over `total` items; yields a callback that counts one and shows its name.
+
+    Nothing is drawn where standard error is not a terminal.
+    """
+    console = Console(stderr=True)
+    columns = (
+        TextColumn(title),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[last]}"),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title, total=total, last="")
+        yield lambda name: bar.update(task, advance=1, last=name)

@@ -1,0 +1,1 @@
+"""Refinement studies: quantities of interest over elements, modes or steps, and what they converge to."""

@@ -1,0 +1,6 @@
+"""Reports: self-contained HTML with its tables as JSON and CSV, and figures in one style.
+
+`document`   what a report consists of, and how it is written
+`figures`    figures as SVG that is the same from run to run
+`machine`    versions and machine, for the head of a report
+"""
