@@ -6,8 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 
+import numpy as np
+from numpy.typing import NDArray
+
 from oblique_impact.history import History
 from oblique_impact.marching import Event
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -79,3 +84,44 @@ def _impulse(event: Event) -> str:
 
 def _cell(event: Event | None, text: Callable[[Event], str]) -> str:
     return "-" if event is None else text(event)
+
+
+def contact_times(history: History) -> Array:
+    """Start and end (s) of every contact; a rebound is a contact of no length.
+
+    Whether a last, grazing contact is a rebound or lasts a microsecond depends on the mesh; its times
+    converge all the same.
+    """
+    times: list[float] = []
+    opened = 0.0
+    for event in history.events:
+        kind = event.kind.value
+        if kind == "impact":
+            opened = event.time
+        elif kind == "release":
+            times += [opened, event.time]
+        elif kind == "rebound":
+            times += [event.time, event.time]
+    return np.array(times)
+
+
+def hausdorff_distance(a: Array, b: Array) -> float:
+    """Hausdorff distance of two polylines, (points, 2) each: the right distance for curves with jumps.
+
+    Two curves that jump at slightly different times are close as sets though not at any one time.  Distances
+    are taken from the vertices of each to the segments of the other.
+    """
+    return max(_directed(a, b), _directed(b, a))
+
+
+def _directed(points: Array, line: Array, block: int = 256) -> float:
+    """Largest distance of `points` from the segments of `line`."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
+    largest = 0.0
+    for k in range(0, len(points), block):
+        offset = points[k : k + block, None] - start[None]
+        part = np.clip(np.einsum("pij,ij->pi", offset, along) / square, 0.0, 1.0)
+        gap = offset - part[..., None] * along
+        largest = max(largest, float(np.sqrt(np.einsum("pij,pij->pi", gap, gap).min(axis=1).max())))
+    return largest

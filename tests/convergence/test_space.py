@@ -5,34 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from validation.comparison import contact_times
+
 MEAN_AXIS = ("discretization.frame=mean-axis", "discretization.modes=6", "end_time=0.335")
-
-
-def touches(history):
-    """Start and end of every contact of the first macro-collision; a rebound is a contact of no length.
-
-    Whether the last, grazing contact is a rebound or lasts a microsecond depends on the mesh; its
-    times converge all the same.
-    """
-    times, open_contact = [], None
-    for event in history.events:
-        kind = event.kind.value
-        if kind == "impact":
-            open_contact = event.time
-        elif kind == "release":
-            times += [open_contact, event.time]
-        elif kind == "rebound":
-            times += [event.time, event.time]
-    return np.array(times)
 
 
 @pytest.fixture(scope="module")
 def differences(run):
-    reference = touches(run("paper", *MEAN_AXIS))
+    reference = contact_times(run("paper", *MEAN_AXIS))
     found = {}
     for elements in (32, 64, 128, 256):
         history = run("paper", *MEAN_AXIS, "discretization.method=fem", f"discretization.elements={elements}")
-        found[elements] = np.abs(touches(history) - reference).max()
+        found[elements] = np.abs(contact_times(history) - reference).max()
     return found
 
 

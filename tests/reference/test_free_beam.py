@@ -7,7 +7,7 @@ import pytest
 from mpmath import mp
 
 from modal import Eigenfunctions, build_operators, clamped_free_roots, hinged_free_roots
-from tests.reference.beams import unit_beam
+from validation.beams import unit_beam
 from validation.reference_values import VALUES
 
 FAMILIES = ["clamped-free", "hinged-free"]

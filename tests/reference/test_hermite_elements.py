@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_beam import build_operators
-from tests.reference.beams import unit_beam
+from validation.beams import unit_beam
 from validation.reference_values import VALUES
 
 FRAMES = {"c": "tangent", "h": "mean-axis"}

@@ -1,76 +1,21 @@
 """The full nodal model at rigid and elastic stops against exact laws and a geometrically exact code."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-import fem_beam
 from oblique_impact import Outcome, Scenario, simulate
-from oblique_impact.friction import Frictionless
-from oblique_impact.integrators.base import Tolerances
-from oblique_impact.marching import Run
-from oblique_impact.nodal import FullBeam
-from oblique_impact.simulate import full_beam_problem
-from oblique_impact.system import LAMBDA_N
-from oblique_impact.transitions import ContactMachine, EventKind, NewtonImpact, Transition
-
-NODAL = (
-    "solver.scheme=generalized-alpha",
-    "discretization.method=fem",
-    "discretization.modes=0",
-    "discretization.frame=mean-axis",
+from oblique_impact.transitions import EventKind
+from validation.checks.rigid_impact import (
+    BENDING,
+    LENGTH,
+    MASS,
+    NODAL,
+    SPEED,
+    TURNING,
+    WAVE,
+    exact_impulse,
+    held_tip,
 )
-# Benchmarks 5: a hinged beam with E I, m as below, turning as a rigid one, whose tip meets a stop at 3.77 m/s
-BENDING, MASS, LENGTH, SPEED = 541.27, 0.86874, 1.0, 3.77
-WAVE = np.sqrt(BENDING / MASS)  # c (m^2/s)
-TURNING = (
-    f"beam.density={MASS / 3.14e-4}",
-    f"beam.youngs_modulus={BENDING / 7.85e-9}",
-    "gravity=0.0",
-    "slope.origin=[0.0, 0.0]",
-    "slope.angle=0.0",
-    "initial.angle=0.0",
-    f"initial.angular_velocity={-SPEED}",
-    "contact.friction=frictionless",
-)
-
-
-class HeldTip(ContactMachine):
-    """A stop that also pulls: the tip stays where it meets it."""
-
-    def touch(self, probe):
-        return Transition(self._slide(0.0, 1), EventKind.IMPACT, self.impact.impulse(probe.instant, 0.0))
-
-
-def held_tip(elements, step, rho, end_time):
-    """Times, impulse and force of a beam whose tip is held from t = 0 on."""
-    overrides = [
-        *NODAL,
-        *TURNING,
-        f"discretization.elements={elements}",
-        f"solver.free_step={step}",
-        f"solver.contact_step={step}",
-        f"solver.rho_infinity={rho}",
-        f"solver.output_interval={step}",
-        f"end_time={end_time}",
-    ]
-    scenario = Scenario.builtin("paper", overrides)
-    problem = full_beam_problem(FullBeam(scenario, fem_beam.build_nodal(scenario)))
-    machine = HeldTip(Frictionless(), NewtonImpact(), tolerances=Tolerances(force=np.inf))
-    record = Run(replace(problem, machine=machine)).execute()
-    assert record.outcome is Outcome.COMPLETED
-    times = np.concatenate([s.times for s in record.segments])
-    impulse = np.concatenate([s.states[:, 2 * problem.q0.size] for s in record.segments])
-    force = np.concatenate([s.observation.scalars[:, LAMBDA_N] for s in record.segments])
-    return times, impulse + record.events[0].normal_impulse, force
-
-
-def exact_impulse(t):
-    """Benchmark 5b: J(t) = (2 m L v0/pi^2) sum (1 - cos n^2 w1 t)/n^2, w1 = pi^2 c/L^2."""
-    n = np.arange(1, 40_001)
-    terms = (1.0 - np.cos(n**2 * np.pi**2 * WAVE / LENGTH**2 * t)) / n**2
-    return 2.0 * MASS * LENGTH * SPEED / np.pi**2 * terms.sum()
 
 
 def test_series_has_its_closed_values():

@@ -15,7 +15,7 @@ from oblique_impact.beam import Beam
 from oblique_impact.floating_frame import evaluate_beam
 from oblique_impact.operators import SpinningBeam, build_operators, discretization
 from oblique_impact.system import FORCES, MASS, new_work
-from tests.reference.beams import EPS, unit_beam
+from validation.beams import EPS, unit_beam
 from validation.reference_values import VALUES
 
 ROWS = [item for item in VALUES if item.startswith("2-")]

@@ -13,7 +13,7 @@ from scipy.special import iv, jv, kv, yv
 from fem_beam import NodalBeam
 from oblique_impact import Scenario, simulate
 from oblique_impact.operators import build_operators
-from tests.reference.beams import UNIT
+from validation.beams import UNIT
 from validation.reference_values import VALUES
 
 AREA = [[0.0, 1.0], [0.3, 0.5], [1.0, 0.8]]

@@ -1,4 +1,4 @@
-"""Beams with unit data and other small helpers of the reference tests."""
+"""Beams with unit data, for checks and tests."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def unit_beam(root: dict[str, Any] | None = None, **discretization: Any) -> Scenario:
-    """A beam of unit data without contact."""
+    """Return a beam of unit data without contact."""
     return Scenario.from_dict(
         {
             "beam": UNIT,

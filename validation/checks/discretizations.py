@@ -1,0 +1,167 @@
+"""Assumed modes against finite elements: events, trajectories, forces."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.history import History
+from validation.checks.plots import mesh_convergence_figure
+from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.comparison import compare_events, contact_times, hausdorff_distance, largest_difference
+from validation.runs import column, run
+
+check = checks_of("discretizations", "Assumed modes against finite elements")
+
+Array = NDArray[np.float64]
+_SIX = ("discretization.frame=mean-axis", "discretization.modes=6", "end_time=0.335")
+_TEXT = "two discretizations of one beam with the same spectral content: order 4 (theory Sec. 6)"
+
+
+@check("Two modes and three macro-collisions: the same events from modes and from 64 elements.", seconds=1.5)
+def events() -> list[Measurement]:
+    """Aligned event logs: number of unpaired events, and the largest distance in the first macro-collision."""
+    modal, fem = run("paper"), run("paper", "discretization.method=fem", "discretization.elements=64")
+    pairs = compare_events(modal, fem)
+    unpaired = sum(pair.time_difference is None for pair in pairs)
+    end = modal.summary["macro_collisions"][0]["end"]
+    first = [pair for pair in pairs if pair.left and pair.left.time <= end]
+    return [
+        Measurement("events without a partner in 1 s", float(unpaired), 0.0, "1", 0.0, _TEXT, "unpaired"),
+        # (b_2 h)⁴/1440 = 2e-8 of a period of 2 ms
+        Measurement(
+            "largest distance, first macro-collision", largest_difference(first), 0.0, "s", 1e-9, _TEXT, "first"
+        ),
+        Measurement(
+            "largest distance in 1 s",
+            largest_difference(pairs),
+            0.0,
+            "s",
+            5e-6,
+            "as above; each collision multiplies a difference by about 30",
+            "all",
+        ),
+    ]
+
+
+@check(
+    "Six modes: event times from 32, 64, 128 and 256 elements approach those of the modes at order 4.", seconds=8.0
+)
+def event_order() -> Evidence:
+    """Ratios of the largest differences of successive meshes."""
+    reference, meshes = contact_times(run("paper", *_SIX)), (32, 64, 128, 256)
+    errors = []
+    for elements in meshes:
+        history = run("paper", *_SIX, "discretization.method=fem", f"discretization.elements={elements}")
+        errors.append(float(np.abs(contact_times(history) - reference).max()))
+    found = [
+        Measurement(
+            f"observed order, {meshes[k]} to {meshes[k + 1]} elements",
+            float(np.log2(errors[k] / errors[k + 1])),
+            4.0,
+            "1",
+            0.1,
+            _TEXT,
+            f"order-{meshes[k]}",
+        )
+        for k in range(3)
+    ]
+    found.append(Measurement("largest difference at 128 elements", errors[2], 0.0, "s", 3e-8, _TEXT, "at-128"))
+    return Evidence(found, [mesh_convergence_figure(np.array(meshes), np.array(errors))])
+
+
+def _aligned(history: History, name: str, start: float, end: float, samples: int) -> Array:
+    """Values at equal parts of the time between two events."""
+    time, first = np.unique(column(history, "time"), return_index=True)
+    return np.interp(np.linspace(start, end, samples), time, column(history, name)[first])
+
+
+@check("Trajectories between events, aligned so that jumps fall on each other.", seconds=1.5)
+def trajectories() -> list[Measurement]:
+    """Largest distance of the tip and of theta over the phases up to 0.335 s, two modes, 64 elements."""
+    fine = ("end_time=0.335", "solver.output_interval=1e-5")
+    modal = run("paper", *fine)
+    fem = run("paper", *fine, "discretization.method=fem", "discretization.elements=64")
+    pairs = compare_events(modal, fem)
+    limits = [(0.0, 0.0)] + [(p.left.time, p.right.time) for p in pairs if p.left and p.right] + [(0.335, 0.335)]
+    found = []
+    for name, unit, allowed in (("tip_x", "m", 1e-8), ("tip_y", "m", 1e-8), ("theta", "rad", 1e-7)):
+        worst = 0.0
+        for (a0, b0), (a1, b1) in pairwise(limits):
+            inside = 1e-9  # just inside of the jumps
+            left = _aligned(modal, name, a0 + inside, a1 - inside, 50)
+            right = _aligned(fem, name, b0 + inside, b1 - inside, 50)
+            worst = max(worst, float(np.abs(left - right).max()))
+        found.append(
+            Measurement(f"largest distance of {name}", worst, 0.0, unit, allowed, _TEXT, name.replace("_", "-"))
+        )
+    return found
+
+
+@check(
+    "Force curves jump at events: their distance as sets (Hausdorff), in units of duration and peak.", seconds=2.0
+)
+def forces() -> list[Measurement]:
+    """Normal and tangential force of the first macro-collision, two modes, 64 elements."""
+    fine = ("end_time=0.335", "solver.output_interval=1e-5")
+    histories = run("paper", *fine), run("paper", *fine, "discretization.method=fem", "discretization.elements=64")
+    found = []
+    for name in ("lambda_n", "lambda_tau"):
+        peak = float(np.nanmax(np.abs(column(histories[0], name))))
+        curves = []
+        for history in histories:
+            time = column(history, "time")
+            inside = (time > 0.316) & (time < 0.331)
+            values = np.nan_to_num(column(history, name)[inside]) / peak
+            curves.append(np.stack([(time[inside] - 0.316) / 0.015, values], axis=1))
+        distance = hausdorff_distance(*curves)
+        found.append(
+            Measurement(f"Hausdorff distance, {name}", distance, 0.0, "1", 2e-6, _TEXT, name.replace("_", "-"))
+        )
+    return found
+
+
+@check(
+    "Nodal model, reduced to 24 of its modes, and 24 analytic modes on an elastic stop: one collision.",
+    seconds=4.0,
+)
+def nodal_and_modes() -> list[Measurement]:
+    """Impulse, peak and first release by the implicit scheme."""
+    common = (
+        "contact.normal=spring",
+        "contact.friction=frictionless",
+        "discretization.frame=mean-axis",
+        "solver.scheme=generalized-alpha",
+        "solver.free_step=5e-6",
+        "solver.contact_step=2e-6",
+        "solver.rho_infinity=0.9",
+        "end_time=0.3325",
+    )
+    models = {
+        "nodal": ("discretization.method=fem", "discretization.modes=0"),
+        "reduced": ("discretization.method=fem", "discretization.modes=24"),
+        "modal": ("discretization.modes=24",),
+    }
+    runs = {name: run("paper", *common, *keys) for name, keys in models.items()}
+    exact = runs["nodal"].summary["macro_collisions"][0]
+    found = []
+    for name in ("reduced", "modal"):
+        c = runs[name].summary["macro_collisions"][0]
+        release = runs[name].events[1].time, runs["nodal"].events[1].time
+        text = "the full mesh; 24 modes leave out a compliance of order 1/N³"
+        found += [
+            within(
+                f"impulse, {name}",
+                c["normal_impulse"],
+                exact["normal_impulse"],
+                "N s",
+                2e-4,
+                text,
+                f"impulse-{name}",
+            ),
+            within(f"peak force, {name}", c["peak_force"], exact["peak_force"], "N", 2e-3, text, f"peak-{name}"),
+            Measurement(f"first release, {name}", release[0], release[1], "s", 1e-6, text, f"release-{name}"),
+        ]
+    return found

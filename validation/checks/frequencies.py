@@ -1,0 +1,139 @@
+"""Frequencies of uniform beams and the errors of finite elements."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import fem_beam
+import modal
+from modal import clamped_free_roots, hinged_free_roots
+from oblique_impact.operators import build_operators
+from validation.beams import unit_beam
+from validation.checks.plots import frequency_errors_figure
+from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.reference_values import VALUES, source
+
+check = checks_of("frequencies", "Beam frequencies and their h⁴ constants")
+
+_ROOTS = {"clamped": np.array(VALUES["1.1"]), "hinged": np.array(VALUES["1.2"])}
+_FRAMES = {"clamped": "tangent", "hinged": "mean-axis"}
+_MODES = 60
+
+
+def _roots(name: str, roots: np.ndarray, item: str) -> list[Measurement]:
+    exact = np.array(VALUES[item])
+    return [
+        within(f"root {k} of the {name} beam", roots[k - 1], exact[k - 1], "1", 1e-13, source(item), f"root-{k}")
+        for k in (1, 2, 5, 10)
+    ]
+
+
+@check("A clamped-free uniform beam: the roots of cos b cosh b = -1.")
+def clamped_free() -> list[Measurement]:
+    """Roots of the frequency equation."""
+    return _roots("clamped-free", clamped_free_roots(10), "1.1")
+
+
+@check("A hinged-free uniform beam: the roots of tan b = tanh b.")
+def hinged_free() -> list[Measurement]:
+    """Roots of the frequency equation."""
+    return _roots("hinged-free", hinged_free_roots(10), "1.2")
+
+
+@check("Sixty eigenfunctions are orthogonal: M1 = m L 1 and K = (E I/L³) diag b⁴.", seconds=0.3)
+def orthogonality() -> list[Measurement]:
+    """Largest entry of the normalized matrices off the unit matrix."""
+    found = []
+    text = "orthogonality of eigenfunctions scaled to int phi^2 = L (Rayleigh)"
+    for family, frame in _FRAMES.items():
+        o = modal.build_operators(unit_beam(frame=frame, modes=_MODES))
+        roots = (clamped_free_roots if family == "clamped" else hinged_free_roots)(_MODES)
+        stiffness = o.K / roots[:, None] ** 2 / roots[None] ** 2
+        for name, matrix in (("mass", o.M1), ("stiffness", stiffness)):
+            off = float(np.abs(matrix - np.eye(_MODES)).max())
+            found.append(
+                Measurement(
+                    f"{name}, {family}-free: largest deviation", off, 0.0, "1", 1e-11, text, f"{name}-{family}"
+                )
+            )
+    return found
+
+
+def _errors(root: str, elements: int) -> np.ndarray:
+    scenario = unit_beam(method="fem", frame=_FRAMES[root], modes=3, elements=elements)
+    return np.asarray(fem_beam.build_operators(scenario).natural_frequencies() / _ROOTS[root][:3] ** 2 - 1.0)
+
+
+@check(
+    "Hermite elements against the same elements in 40-digit arithmetic: errors of three frequencies.", seconds=0.3
+)
+def element_errors() -> list[Measurement]:
+    """Relative frequency errors of uniform meshes."""
+    found = []
+    for key, root in (("c4", 0), ("c8", 0), ("c16", 0), ("c32", 0), ("h8", 1), ("h16", 1)):
+        kind = ("clamped", "hinged")[root]
+        computed, exact = _errors(kind, int(key[1:])), np.array(VALUES[f"1.4-{key}"])
+        # 2e-13 is the rounding of the frequency itself
+        k = int(np.argmax(np.abs(computed - exact) / (1e-8 * exact + 2e-13)))
+        quantity = f"relative frequency error, {kind}, {key[1:]} elements, mode {k + 1}"
+        allowed = 1e-8 * exact[k] + 2e-13
+        found.append(Measurement(quantity, computed[k], exact[k], "1", allowed, source(f"1.4-{key}"), key))
+    return found
+
+
+@check("Frequency errors of Hermite elements fall with h⁴, with the constant (b h)⁴/1440.", seconds=0.3)
+def order_four() -> Evidence:
+    """Observed orders and constants of three modes of both beams."""
+    found, curves = [], {}
+    meshes = (4, 8, 16, 32)
+    for root in _FRAMES:
+        errors = np.array([_errors(root, n) for n in meshes])
+        curves[root] = errors
+        orders = np.log2(errors[2] / errors[3])
+        worst = int(np.argmax(np.abs(orders - 4.0)))
+        quantity = f"observed order between 16 and 32 elements, {root}, mode {worst + 1}"
+        text = "interpolation of cubics: order 4 (Strang and Fix 1973)"
+        found.append(Measurement(quantity, orders[worst], 4.0, "1", 0.1, text, f"order-{root}"))
+        for k in range(3):
+            b = _ROOTS[root][k] / 32
+            constant = float(errors[3, k] / b**4)
+            # the next term is of relative size (b h)^2
+            found.append(
+                within(
+                    f"error/(b h)⁴ at 32 elements, {root}, mode {k + 1}",
+                    constant,
+                    VALUES["1.3"],
+                    "1",
+                    b**2,
+                    source("1.3"),
+                    f"constant-{root}-{k + 1}",
+                )
+            )
+    return Evidence(found, [frequency_errors_figure(np.array(meshes), curves, _ROOTS)])
+
+
+@check("The paper's beam: first frequencies in rad/s from both discretizations.")
+def paper_beam() -> list[Measurement]:
+    """(b/L)^2 sqrt(EI/m) with the paper's data."""
+    from oblique_impact.scenario import Scenario
+
+    found = []
+    for method, constant in (("modal", 0.0), ("fem", VALUES["1.3"])):
+        for frame, root in (("tangent", "clamped"), ("mean-axis", "hinged")):
+            scenario = Scenario.builtin(
+                "paper",
+                [f"discretization.method={method}", f"discretization.frame={frame}", "discretization.elements=64"],
+            )
+            beam = scenario.beam
+            speed = np.sqrt(68.952e9 * 7.85e-9 / (2766.7 * 3.14e-4)) / beam.length**2
+            computed = build_operators(scenario).natural_frequencies()
+            exact = _ROOTS[root][:2] ** 2 * speed
+            # the constant holds up to the next term, of relative size (b h)²
+            bound = 1e-12 + 1.1 * constant * (_ROOTS[root][:2] / 64) ** 4
+            k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
+            text = "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
+            quantity = f"frequency {k + 1}, {root}-free, {method}"
+            found.append(
+                within(quantity, computed[k], exact[k], "rad/s", float(bound[k]), text, f"{method}-{root}")
+            )
+    return found

@@ -1,0 +1,108 @@
+"""Gap, slip and their rates against the geometry of the deformed centreline."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from oblique_impact.history import History
+from oblique_impact.scenario import Scenario
+from validation.checks.registry import Measurement, checks_of
+from validation.runs import column, run
+
+check = checks_of("kinematics", "Contact kinematics")
+
+Array = NDArray[np.float64]
+_FINE = ("end_time=0.335", "solver.output_interval=1e-5")
+_METHODS = {"modal": (), "fem": ("discretization.method=fem",)}
+
+
+def _along_slope(history: History, x: Array, y: Array) -> tuple[Array, Array]:
+    """Distances of a point off and along the slope."""
+    slope = Scenario.from_toml(history.scenario_toml).slope
+    s, c = np.sin(slope.angle), np.cos(slope.angle)
+    dx, dy = x - slope.origin[0], y - slope.origin[1]
+    return c * dy - s * dx, c * dx + s * dy
+
+
+def _end(history: History) -> tuple[Array, Array]:
+    """Inertial position of the last station, from the integrals along the centreline."""
+    theta = column(history, "theta")
+    x = column(history, "station")[-1] + column(history, "ux")[:, -1]
+    y = column(history, "uy")[:, -1]
+    return x * np.cos(theta) - y * np.sin(theta), x * np.sin(theta) + y * np.cos(theta)
+
+
+@check("The gap and the slip that are marched are those of the deformed centreline's end.", seconds=1.5)
+def position() -> list[Measurement]:
+    """Largest distance over all samples; catches wrong contact rows and a wrong H(x_F)."""
+    found, text = (
+        [],
+        "geometry: the end of the centreline, by quadrature of the slope, against the line of the slope",
+    )
+    for name, overrides in _METHODS.items():
+        history = run("paper", *_FINE, *overrides)
+        for quantity, exact in zip(("gap", "slip"), _along_slope(history, *_end(history)), strict=True):
+            worst = float(np.abs(column(history, quantity) - exact).max())
+            found.append(
+                Measurement(
+                    f"{quantity}: largest distance, {name}", worst, 0.0, "m", 1e-11, text, f"{quantity}-{name}"
+                )
+            )
+    return found
+
+
+def integral_defects(history: History, values: str, rate: str) -> Array:
+    """Change of a variable less the integral of its rate, for each smooth piece of a history."""
+    time, y, dy = (column(history, name) for name in ("time", values, rate))
+    pieces = np.split(np.arange(time.size), np.flatnonzero(np.diff(time) == 0.0) + 1)
+    found = []
+    for piece in pieces:
+        if piece.size >= 4:
+            spline = CubicSpline(time[piece], dy[piece])
+            found.append(y[piece[-1]] - y[piece[0]] - float(spline.integrate(time[piece[0]], time[piece[-1]])))
+    return np.array(found)
+
+
+@check(
+    "Rates integrate to positions between jumps: the contact rows are the gradients of gap and slip.", seconds=1.5
+)
+def rates() -> list[Measurement]:
+    """Largest defect over the phases of the first macro-collision."""
+    found, text = [], "fundamental theorem of calculus; cubic splines through samples 10 µs apart"
+    for name, overrides in _METHODS.items():
+        history = run("paper", *_FINE, *overrides)
+        for values, rate in (("gap", "gap_rate"), ("slip", "slip_rate"), ("tip_x", "tip_vx"), ("tip_y", "tip_vy")):
+            worst = float(np.abs(integral_defects(history, values, rate)).max())
+            label = values.replace("_", "-")
+            found.append(
+                Measurement(
+                    f"{values} against {rate}: largest defect, {name}",
+                    worst,
+                    0.0,
+                    "m",
+                    1e-10,
+                    text,
+                    f"{label}-{name}",
+                )
+            )
+    return found
+
+
+@check("A closed contact stays closed, and its force never pulls.", seconds=1.5)
+def closed_contact() -> list[Measurement]:
+    """Largest |gap| while closed and smallest normal force, event scheme."""
+    history = run("paper", *_FINE)
+    closed = column(history, "state") > 0
+    force = column(history, "lambda_n")
+    drift = float(np.abs(column(history, "gap")[closed]).max())
+    pull = float(np.minimum(force[closed], 0.0).min())
+    text = "unilateral contact (Signorini)"
+    return [
+        Measurement("largest |gap| in contact", drift, 0.0, "m", 1e-10, text, "drift"),
+        Measurement(
+            "largest pull over the largest force", -pull / float(force.max()), 0.0, "1", 1e-8, text, "pull"
+        ),
+        Measurement("largest force in flight", float(np.abs(force[~closed]).max()), 0.0, "N", 0.0, text, "flight"),
+    ]

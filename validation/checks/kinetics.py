@@ -1,0 +1,72 @@
+"""First-order against full kinetic energy."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.history import History
+from validation.checks.registry import Measurement, checks_of
+from validation.runs import column, run
+
+check = checks_of("kinetics", "First-order against full kinetics")
+
+_FULL = "discretization.kinetics=full"
+_TEXT = "nothing-dropped kinetic energy by quadrature (theory Sec. 3)"
+
+
+def tip_at(history: History, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inertial tip positions (2, times)."""
+    return np.stack([np.interp(times, column(history, "time"), column(history, n)) for n in ("tip_x", "tip_y")])
+
+
+@check(
+    "Mean-axis frame, six modes: first and second macro-collision in first-order and full kinetics.", seconds=4.0
+)
+def collisions() -> list[Measurement]:
+    """Ends of the first and starts of the second macro-collision."""
+    common = ("discretization.frame=mean-axis", "discretization.modes=6")
+    first, full = (run("paper", *common, *extra).summary["macro_collisions"] for extra in ((), (_FULL,)))
+    return [
+        Measurement(
+            "end of the first macro-collision", first[0]["end"], full[0]["end"], "s", 2e-5, _TEXT, "first"
+        ),
+        Measurement(
+            "start of the second macro-collision", first[1]["start"], full[1]["start"], "s", 5e-4, _TEXT, "second"
+        ),
+    ]
+
+
+@check("What first order drops is at least of second order in the relative deflection.", seconds=2.0)
+def order_in_deflection() -> list[Measurement]:
+    """Distance of the tips in free flight, for the paper's beam and one ten times softer."""
+    times = np.linspace(0.0, 0.3, 31)
+    differences, deflections = [], []
+    for modulus in (68.952e8, 68.952e9):
+        common = ("end_time=0.3", f"beam.youngs_modulus={modulus}")
+        a, b = run("paper", *common), run("paper", *common, _FULL)
+        differences.append(float(np.abs(tip_at(a, times) - tip_at(b, times)).max()))
+        deflections.append(float(np.abs(column(a, "deflection")).max()))
+    order = np.log(differences[0] / differences[1]) / np.log(deflections[0] / deflections[1])
+    return [
+        Measurement("observed order lies above 1.8", float(order > 1.8), 1.0, "1", 0.0, _TEXT, "order"),
+        Measurement(
+            "largest distance of the tips, the paper's beam",
+            differences[1],
+            0.0,
+            "m",
+            deflections[1] ** 2,
+            "the deflection squared over the length",
+            "distance",
+        ),
+    ]
+
+
+@check("Zeroth-order kinetics leave the foreshortening out altogether.", seconds=0.5)
+def zeroth_order() -> Measurement:
+    """Largest axial displacement."""
+    history = run("paper", "end_time=0.3", "discretization.kinetics=zeroth-order")
+    worst = float(np.abs(column(history, "ux")).max())
+    return Measurement(
+        "largest axial displacement, zeroth order", worst, 0.0, "m", 0.0, "definition of zeroth order"
+    )

@@ -1,0 +1,200 @@
+"""Orders of the integrators, on closed forms and on the beam itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from oblique_impact.contact import Phase
+from oblique_impact.friction import ModifiedCoulomb
+from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, dop853
+from oblique_impact.integrators.base import new_scratch
+from oblique_impact.integrators.motion import derivative
+from oblique_impact.simulate import simulate_system
+from oblique_impact.system import new_work
+from validation.checks.plots import orders_figure
+from validation.checks.registry import Evidence, Measurement, checks_of
+from validation.runs import column, event_times, run
+from validation.small_systems import Particle, PinnedBar
+
+check = checks_of("orders", "Order of every integrator")
+
+Array = NDArray[np.float64]
+_PENDULUM = PinnedBar(mass=1.0, length=1.5, gravity=9.8, slope=0.0, offset=0.0)
+_START, _END = 0.6, 0.3  # rad, s: before it meets the slope
+
+
+@cache
+def _exact_pendulum(end: float) -> tuple[float, float]:
+    """Angle and speed of the falling bar, theta'' = -1.5 g cos(theta)/L, by an independent program."""
+    solution = solve_ivp(
+        lambda t, y: [y[1], -1.5 * 9.8 / 1.5 * np.cos(y[0])],
+        (0.0, end),
+        [_START, 0.0],
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+    )
+    return float(solution.y[0, -1]), float(solution.y[1, -1])
+
+
+def _free_error(scheme: Scheme) -> float:
+    history = simulate_system(_PENDULUM, np.array([_START]), np.zeros(1), _END, scheme=scheme)
+    angle, speed = _exact_pendulum(_END)
+    return float(max(abs(history["q"].values[-1, 0] - angle), abs(history["qd"].values[-1, 0] - speed)))
+
+
+def _sliding_error(scheme: Scheme) -> float:
+    """A block on a spring slides, x'' = -9 x - 0.3 9.8, under the smoothed law, which has no stick state."""
+    block = Particle(above=-9.8, stiffness=9.0)
+    history = simulate_system(
+        block, np.array([0.1, 0.0]), np.array([2.0, 0.0]), 0.3, friction=ModifiedCoulomb(0.3), scheme=scheme
+    )
+    centre = -0.3 * 9.8 / 9.0
+    return float(abs(history["slip"][-1] - centre - (0.1 - centre) * np.cos(0.9) - 2.0 / 3.0 * np.sin(0.9)))
+
+
+def _event_step_error(h: float) -> float:
+    """Largest error of equal steps of the Runge-Kutta method of order 8, on x'' = -16 x over 6 s."""
+    system, scratch, y = Particle(above=0.0, stiffness=16.0), new_scratch(new_work(2), 10), np.zeros(10)
+    y[0], worst = 1.0, 0.0
+    for i in range(round(6.0 / h)):
+        derivative(system, Phase(), i * h, y, scratch.work, scratch.K[0])
+        dop853.stages(system, Phase(), i * h, y, h, 1, dop853.STAGES, scratch.K, scratch.work, scratch.y_new)
+        y = scratch.y_new.copy()
+        worst = max(worst, abs(y[0] - np.cos(4.0 * (i + 1) * h)))
+    return float(worst)
+
+
+Case = tuple[Callable[[float], float], float, list[float]]
+_CASES: dict[str, Case] = {
+    "fixed-step": (lambda h: _free_error(FixedStepScheme(h, h)), 4.0, [0.02, 0.01, 0.005]),
+    "fixed-step-contact": (lambda h: _sliding_error(FixedStepScheme(1.0, h)), 4.0, [0.015, 0.0075, 0.00375]),
+    "event": (_event_step_error, 8.0, [0.3, 0.15, 0.075]),
+    "generalized-alpha-rho-0": (
+        lambda h: _free_error(GeneralizedAlphaScheme(h, h, 0.0)),
+        2.0,
+        [0.01, 0.005, 0.0025],
+    ),
+    "generalized-alpha-rho-0.8": (
+        lambda h: _free_error(GeneralizedAlphaScheme(h, h, 0.8)),
+        2.0,
+        [0.01, 0.005, 0.0025],
+    ),
+    "generalized-alpha-rho-1": (
+        lambda h: _free_error(GeneralizedAlphaScheme(h, h, 1.0)),
+        2.0,
+        [0.01, 0.005, 0.0025],
+    ),
+    "generalized-alpha-contact": (
+        lambda h: _sliding_error(GeneralizedAlphaScheme(1.0, h, 0.5)),
+        2.0,
+        [0.015, 0.0075, 0.00375],
+    ),
+}
+
+
+@check("A falling bar and a sliding block: each scheme converges at the order it declares.", seconds=1.5)
+def small_systems() -> Evidence:
+    """Slopes of the error over the step, in free motion and in contact."""
+    found, curves = [], {}
+    for name, (error, order, steps) in _CASES.items():
+        errors = np.array([error(h) for h in steps])
+        curves[name] = np.array(steps), errors, order
+        slope = float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+        found.append(
+            Measurement(
+                f"observed order, {name}",
+                slope,
+                order,
+                "1",
+                0.2,
+                "order of consistency: RK4 4, DOP853 8, generalized-alpha 2",
+                name,
+            )
+        )
+    declared = (FixedStepScheme.order, 4), (EventScheme.order, 8), (GeneralizedAlphaScheme.order, 2)
+    wrong = sum(stated != order for stated, order in declared)
+    found.append(
+        Measurement("schemes that declare another order", float(wrong), 0.0, "1", 0.0, "as above", "declared")
+    )
+    return Evidence(found, [orders_figure(curves)])
+
+
+@check("The beam in free flight by fixed steps: order 4 against the event scheme at 1e-13.", seconds=1.0)
+def beam_fixed_step() -> Measurement:
+    """All coordinates after 0.1 s at 15 rad/s."""
+    common = ("contact.enabled=false", "end_time=0.1", "initial.angular_velocity=-15.0")
+    exact = column(run("paper", *common, "solver.tolerance=1e-13"), "q")[-1]
+    errors = []
+    for step in (1e-4, 5e-5):
+        history = run("paper", *common, "solver.scheme=fixed-step", f"solver.free_step={step}")
+        errors.append(float(np.abs(column(history, "q")[-1] - exact).max()))
+    order = float(np.log2(errors[0] / errors[1]))
+    return Measurement("observed order", order, 4.0, "1", 0.3, "classical Runge-Kutta method")
+
+
+@check("The nodal beam through an elastic impact by generalized-alpha: order 2.", seconds=3.0)
+def beam_alpha() -> list[Measurement]:
+    """Tip position, tip velocity and impulse at 0.3201 s, two elements, against the event scheme at 1e-11."""
+    common = (
+        "contact.normal=spring",
+        "contact.friction=frictionless",
+        "discretization.frame=mean-axis",
+        "discretization.method=fem",
+        "discretization.modes=0",
+        "discretization.elements=2",
+        "end_time=0.3201",
+    )
+
+    def result(*keys: str) -> Array:
+        history = run("paper", *common, *keys)
+        impulse = sum(c["normal_impulse"] for c in history.summary["macro_collisions"])
+        return np.array([float(history["tip_y"][-1]), float(history["tip_vy"][-1]), impulse])
+
+    exact = result("solver.tolerance=1e-11")
+    errors = [
+        np.abs(
+            result("solver.scheme=generalized-alpha", f"solver.free_step={h}", f"solver.contact_step={h}") - exact
+        )
+        for h in (4e-6, 2e-6)
+    ]
+    orders = np.log2(errors[0] / errors[1])
+    return [
+        Measurement(
+            f"observed order, {name}",
+            float(orders[k]),
+            2.0,
+            "1",
+            0.3,
+            "Chung and Hulbert 1993; Arnold and Bruels 2007",
+            name,
+        )
+        for k, name in enumerate(("position", "velocity", "impulse"))
+    ]
+
+
+@check("Event times do not depend on the tolerance of the event scheme.", seconds=1.0)
+def event_tolerance() -> list[Measurement]:
+    """First macro-collision at 1e-8 and at the default 1e-10 against 1e-12."""
+    exact = event_times(run("paper", "end_time=0.335", "solver.tolerance=1e-12"))
+    found = []
+    for tolerance, allowed in ((1e-8, 1e-8), (1e-10, 1e-10)):
+        times = event_times(run("paper", "end_time=0.335", f"solver.tolerance={tolerance}"))
+        worst = float(np.abs(times - exact).max())
+        found.append(
+            Measurement(
+                f"largest distance at {tolerance:g}",
+                worst,
+                0.0,
+                "s",
+                allowed,
+                "the same at 1e-12",
+                f"{tolerance:g}",
+            )
+        )
+    return found

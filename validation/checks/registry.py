@@ -1,0 +1,147 @@
+"""What a check is, and how one is added: write a function in a module of this package.
+
+    check = checks_of("statics", "Statics")
+
+    @check("A cantilever bends under its own weight.", seconds=0.1)
+    def cantilever_tip() -> Measurement:
+        return Measurement("tip deflection", computed, reference, "m", tolerance, source)
+
+A check returns one measurement, several (each with a `name`, the tail of its id), or `Evidence` with pictures.
+Modules outside of this package join through the entry point group ``oblique_impact.checks``.
+"""
+
+from __future__ import annotations
+
+import math
+import pkgutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import entry_points
+
+from validation.report.document import Picture
+
+ENTRY_POINT_GROUP = "oblique_impact.checks"
+
+#: modules in the order of the report; others follow
+_ORDER = (
+    "frequencies",
+    "spinning",
+    "spin_up",
+    "statics",
+    "rigid_limit",
+    "small_systems",
+    "kinematics",
+    "springs",
+    "rigid_impact",
+    "balances",
+    "discretizations",
+    "kinetics",
+    "frames",
+    "orders",
+    "exact_geometry",
+)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A computed number, what it is held against, and how far apart the two may be (absolute, in `unit`)."""
+
+    quantity: str
+    computed: float
+    reference: float
+    unit: str
+    tolerance: float
+    source: str
+    name: str = ""
+
+    @property
+    def error(self) -> float:
+        """Absolute difference."""
+        return abs(float(self.computed) - float(self.reference))
+
+    @property
+    def verdict(self) -> str:
+        """``pass`` or ``fail``; what is not a number fails."""
+        return "pass" if math.isfinite(self.error) and self.error <= self.tolerance else "fail"
+
+
+def within(
+    quantity: str, computed: float, reference: float, unit: str, relative: float, source: str, name: str = ""
+) -> Measurement:
+    """Return a measurement with a relative tolerance."""
+    return Measurement(quantity, computed, reference, unit, relative * abs(reference), source, name)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Measurements with pictures of them."""
+
+    measurements: Sequence[Measurement]
+    pictures: Sequence[Picture] = ()
+
+
+Finding = Measurement | Sequence[Measurement] | Evidence
+
+
+@dataclass(frozen=True)
+class Group:
+    """A named group of checks."""
+
+    id: str
+    title: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """One problem with its measurements; `seconds` is about what it takes, `module` where it stands."""
+
+    id: str
+    group: Group
+    problem: str
+    seconds: float
+    function: Callable[[], Finding]
+
+    def evidence(self) -> Evidence:
+        """Compute; an exception is a failure with its name, not the end of the others."""
+        try:
+            found = self.function()
+        except Exception as error:  # a check reports whatever goes wrong
+            text = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+            return Evidence([Measurement(f"did not finish: {text}", math.nan, math.nan, "", 0.0, "")])
+        if isinstance(found, Measurement):
+            return Evidence([found])
+        return found if isinstance(found, Evidence) else Evidence(found)
+
+
+_CHECKS: dict[str, Check] = {}
+
+
+def checks_of(group: str, title: str) -> Callable[..., Callable[[Callable[[], Finding]], Callable[[], Finding]]]:
+    """Return the decorator that adds checks to a group."""
+    home = Group(group, title)
+
+    def check(problem: str, seconds: float = 0.1) -> Callable[[Callable[[], Finding]], Callable[[], Finding]]:
+        def add(function: Callable[[], Finding]) -> Callable[[], Finding]:
+            name = f"{group}.{function.__name__.replace('_', '-')}"
+            if name in _CHECKS:
+                raise ValueError(f"two checks are called {name}")
+            _CHECKS[name] = Check(name, home, problem, seconds, function)
+            return function
+
+        return add
+
+    return check
+
+
+@cache
+def all_checks() -> dict[str, Check]:
+    """Every check by its id, in the order of the report."""
+    package = import_module("validation.checks")
+    found = [m.name for m in pkgutil.iter_modules(package.__path__) if m.name != "registry"]
+    for name in sorted(found, key=lambda n: (_ORDER.index(n) if n in _ORDER else len(_ORDER), n)):
+        import_module(f"validation.checks.{name}")
+    for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda p: p.name):
+        point.load()
+    return dict(_CHECKS)

@@ -1,0 +1,258 @@
+"""The rigid stop: exact impulse law of the continuous beam, effective masses, and an independent prototype."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.friction import Frictionless
+from oblique_impact.integrators.base import Tolerances
+from oblique_impact.marching import Run
+from oblique_impact.nodal import FullBeam
+from oblique_impact.plugins import discretization
+from oblique_impact.scenario import Scenario
+from oblique_impact.simulate import full_beam_problem, simulate
+from oblique_impact.system import LAMBDA_N
+from oblique_impact.transitions import ContactMachine, ContactProbe, EventKind, NewtonImpact, Transition
+from validation.checks.plots import impulse_law_figure
+from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.reference_values import VALUES, source
+from validation.runs import event_times, run
+
+check = checks_of("rigid-impact", "Rigid impact against the exact impulse law")
+
+Array = NDArray[np.float64]
+NODAL = (
+    "solver.scheme=generalized-alpha",
+    "discretization.method=fem",
+    "discretization.modes=0",
+    "discretization.frame=mean-axis",
+)
+BENDING, MASS, LENGTH, SPEED = 541.27, 0.86874, 1.0, 3.77
+WAVE = float(np.sqrt(BENDING / MASS))  # c (m²/s)
+#: a hinged beam that turns as a rigid one and meets a stop with its tip at t = 0
+TURNING = (
+    f"beam.density={MASS / 3.14e-4}",
+    f"beam.youngs_modulus={BENDING / 7.85e-9}",
+    "gravity=0.0",
+    "slope.origin=[0.0, 0.0]",
+    "slope.angle=0.0",
+    "initial.angle=0.0",
+    f"initial.angular_velocity={-SPEED}",
+    "contact.friction=frictionless",
+)
+
+
+class HeldTip(ContactMachine):
+    """A stop that also pulls: the tip stays where it meets it."""
+
+    def touch(self, probe: ContactProbe) -> Transition:
+        """Close the contact for good."""
+        return Transition(self._slide(0.0, 1), EventKind.IMPACT, self.impact.impulse(probe.instant, 0.0))
+
+
+def held_tip(elements: int, step: float, rho: float, end_time: float) -> tuple[Array, Array, Array]:
+    """Times (s), impulse (N s) and force (N) of a beam whose tip is held from t = 0 on."""
+    overrides = [
+        *NODAL,
+        *TURNING,
+        f"discretization.elements={elements}",
+        f"solver.free_step={step}",
+        f"solver.contact_step={step}",
+        f"solver.rho_infinity={rho}",
+        f"solver.output_interval={step}",
+        f"end_time={end_time}",
+    ]
+    scenario = Scenario.builtin("paper", overrides)
+    problem = full_beam_problem(FullBeam(scenario, discretization("fem").build_nodal(scenario)))
+    machine = HeldTip(Frictionless(), NewtonImpact(), tolerances=Tolerances(force=np.inf))
+    record = Run(replace(problem, machine=machine)).execute()
+    times = np.concatenate([s.times for s in record.segments])
+    impulse = np.concatenate([s.states[:, 2 * problem.q0.size] for s in record.segments])
+    force = np.concatenate([s.observation.scalars[:, LAMBDA_N] for s in record.segments])
+    return times, impulse + record.events[0].normal_impulse, force
+
+
+def exact_impulse(t: float) -> float:
+    """J(t) = (2 m L v0/pi²) sum (1 - cos n² w1 t)/n², w1 = pi² c/L² (N s)."""
+    n = np.arange(1, 40_001)
+    terms = (1.0 - np.cos(n**2 * np.pi**2 * WAVE / LENGTH**2 * t)) / n**2
+    return float(2.0 * MASS * LENGTH * SPEED / np.pi**2 * terms.sum())
+
+
+@check("A hinged beam whose tip is held from t = 0 on: impulse after 1 and 2 ms, by full meshes.", seconds=4.0)
+def impulse_law() -> Evidence:
+    """Steps of 0.4 h²/c; the mesh is a low-pass filter of the exact force, which is a distribution."""
+    found, curves = [], {}
+    for elements in (32, 64, 128):
+        for rho in (0.0, 0.5):
+            step = 0.4 * (LENGTH / elements) ** 2 / WAVE
+            times, impulse, _ = held_tip(elements, step, rho, 2.05e-3)
+            curves[f"{elements} elements, ρ∞ = {rho:g}"] = times, impulse
+            for t, exact in VALUES["5b"].items():
+                quantity = f"impulse at {1e3 * t:g} ms, {elements} elements, rho {rho:g}"
+                computed = float(np.interp(t, times, impulse))
+                name = f"{elements}-rho{rho:g}-{1e3 * t:g}ms"
+                found.append(within(quantity, computed, exact, "N s", 0.02, source("5b"), name))
+    series = np.linspace(1e-5, 2.05e-3, 120)
+    exact_curve = series, np.array([exact_impulse(float(t)) for t in series])
+    return Evidence(found, [impulse_law_figure({k: curves[k] for k in list(curves)[::2]}, exact_curve)])
+
+
+@check(
+    "The series of the impulse has its closed values after a quarter and half of the first period.", seconds=0.2
+)
+def series() -> list[Measurement]:
+    """J(T1/4) = m L v0/4 and J(T1/2) = m L v0/2, a check of the reference itself."""
+    period = 2.0 / np.pi * LENGTH**2 / WAVE
+    return [
+        within(
+            f"impulse after T1/{part:g}",
+            exact_impulse(period / part),
+            MASS * LENGTH * SPEED / part,
+            "N s",
+            1e-4,
+            "closed value of the series",
+            f"T1-{part:g}",
+        )
+        for part in (4.0, 2.0)
+    ]
+
+
+@check("The first impulse on a mesh is the tip's effective mass times its speed.", seconds=0.5)
+def tip_mass() -> list[Measurement]:
+    """Impulse 0.0722100668 m h v0 and energy half of that times v0."""
+    found = []
+    for elements in (16, 64, 256):
+        scenario = Scenario.builtin(
+            "paper",
+            [*NODAL, *TURNING, f"discretization.elements={elements}", "end_time=1e-9", "solver.free_step=1e-9"],
+        )
+        event = simulate(scenario).events[0]
+        exact = VALUES["5c"]["tip"] * MASS * LENGTH / elements
+        text = source("5c")
+        found += [
+            within(
+                f"first impulse over v0, {elements} elements",
+                event.normal_impulse / SPEED,
+                exact,
+                "kg",
+                1e-8,
+                text,
+                f"impulse-{elements}",
+            ),
+            within(
+                f"energy lost over v0²/2, {elements} elements",
+                2.0 * event.energy_loss / SPEED**2,
+                exact,
+                "kg",
+                1e-8,
+                text,
+                f"energy-{elements}",
+            ),
+        ]
+    return found
+
+
+_PROTOTYPE = {"modal": (), "fem": ("discretization.method=fem", "discretization.elements=64")}
+
+
+@check("The paper's case with two clamped modes: event times of the first macro-collision.", seconds=2.0)
+def prototype_events() -> list[Measurement]:
+    """Largest distance from an independent program, with and without friction, on both discretizations."""
+    found = []
+    for friction in ("frictionless", "hybrid"):
+        exact = np.array(VALUES[f"two-modes-{friction}"])
+        for name, overrides in _PROTOTYPE.items():
+            times = event_times(run("paper", f"contact.friction={friction}", *overrides))[: exact.size]
+            k = int(np.argmax(np.abs(times - exact)))
+            found.append(
+                Measurement(
+                    f"time of event {k + 1}, {friction}, {name}",
+                    times[k],
+                    exact[k],
+                    "s",
+                    1e-8,
+                    source(f"two-modes-{friction}"),
+                    f"{friction}-{name}",
+                )
+            )
+    return found
+
+
+@check("The same case: the first impulse.", seconds=1.0)
+def prototype_impulse() -> list[Measurement]:
+    """Both discretizations; 64 elements differ by h⁴."""
+    exact, text = VALUES["two-modes-impulse"], source("two-modes-impulse")
+    return [
+        within(
+            f"first impulse, {name}",
+            run("paper", "contact.friction=frictionless", *keys).events[0].normal_impulse,
+            exact,
+            "N s",
+            1e-7,
+            text,
+            name,
+        )
+        for name, keys in _PROTOTYPE.items()
+    ]
+
+
+@check(
+    "Rigid stop and 4 to 10 mean-axis modes: impulse of the first macro-collision and energy left.", seconds=6.0
+)
+def prototype_modes() -> list[Measurement]:
+    """Numbers to three decimals, which the source cuts rather than rounds."""
+    found, text = [], source("rigid-stop-modes")
+    for modes in (4, 6, 8, 10):
+        history = run(
+            "paper",
+            "contact.friction=frictionless",
+            "discretization.frame=mean-axis",
+            f"discretization.modes={modes}",
+            "end_time=0.34",
+        )
+        impulse, energy = VALUES["rigid-stop-modes"][modes]
+        computed = history.summary["macro_collisions"][0]["normal_impulse"]
+        found += [
+            Measurement(
+                f"impulse, {modes} modes", computed, impulse + 5e-4, "N s", 5.2e-4, text, f"impulse-{modes}"
+            ),
+            Measurement(
+                f"energy left, {modes} modes",
+                history.summary["energy"]["final"],
+                energy,
+                "J",
+                1e-3,
+                text,
+                f"energy-{modes}",
+            ),
+        ]
+    return found
+
+
+@check(
+    "The impulse at the onset is -(1 + e) Z'/(D M⁻¹ Dᵀ): the gap rate after it is -e times that before.",
+    seconds=1.0,
+)
+def restitution() -> list[Measurement]:
+    """Right and left gap rates of the first event, e = 0 and 0.7."""
+    found = []
+    for e in (0.0, 0.7):
+        history = run("paper", f"contact.restitution={e}", "end_time=0.32")
+        at = history["time"].values == history.events[0].time
+        before, after = history["gap_rate"].values[at][[0, -1]]
+        found.append(
+            Measurement(
+                f"gap rate after over before, e = {e}",
+                -after / before,
+                e,
+                "1",
+                1e-12,
+                "Newton's law of restitution",
+                f"e{e:g}",
+            )
+        )
+    return found

@@ -1,0 +1,270 @@
+"""Particles, belts and rods with friction, through the contact states that march the beam."""
+
+from __future__ import annotations
+
+from math import atan, ceil, cos, log, pi, radians, sin, sqrt
+
+import numpy as np
+
+from oblique_impact.contact import routh_impulse
+from oblique_impact.friction import Coulomb, Frictionless
+from oblique_impact.history import History
+from oblique_impact.integrators.base import Tolerances
+from oblique_impact.integrators.fixed_step import FixedStepScheme
+from oblique_impact.simulate import simulate_system
+from oblique_impact.transitions import Baumgarte, EventKind, NewtonImpact, RouthImpact
+from validation.checks.registry import Measurement, checks_of, within
+from validation.reference_values import VALUES, source
+from validation.small_systems import FreeRod, Particle, PinnedBar, events_of, samples_at
+
+check = checks_of("small-systems", "Particles, belts and rods with friction")
+
+_G, _SLOPE = 9.8, pi / 10
+_INCLINE = Particle(above=-_G * cos(_SLOPE), along=-_G * sin(_SLOPE))
+_BAR = PinnedBar(mass=0.86874, length=1.0, gravity=_G, slope=pi / 10, offset=0.3)
+
+
+def _slide(system: Particle, along: float, speed: float, end: float, friction: Coulomb) -> History:
+    return simulate_system(system, np.array([along, 0.0]), np.array([speed, 0.0]), end, friction=friction)
+
+
+@check("A particle rests on an incline as long as mu_s >= tan(alpha), and slides with g (sin - mu cos) otherwise.")
+def incline() -> list[Measurement]:
+    """The limit of rest from both sides, and the way in a given time."""
+    limit, text = VALUES["6a"]["tan"], source("6a")
+    found = []
+    for name, factor, rests in (("above", 1.0 + 1e-12, 1.0), ("below", 1.0 - 1e-12, 0.0)):
+        history = _slide(_INCLINE, 0.0, 0.0, 0.1, Coulomb(limit * factor, 0.2))
+        stays = float(history["q"].values[-1, 0] == 0.0)
+        found.append(Measurement(f"rests just {name} the limit of friction", stays, rests, "1", 0.0, text, name))
+    history = _slide(_INCLINE, 0.0, 0.0, VALUES["6a"]["t_05m"], Coulomb(0.2, 0.2))
+    way = -float(history["q"].values[-1, 0])
+    found.append(Measurement("way in the time for half a metre, mu = 0.2", way, 0.5, "m", 1e-11, text, "way"))
+    return found
+
+
+@check("A particle is thrown up an incline: it stops, and comes back only if friction is small.")
+def thrown_up() -> list[Measurement]:
+    """Time and place of the stop, speed of return."""
+    found, text, end = [], source("6b"), VALUES["6b"]["mu02"]["t_total"]
+    for mu, key, kind in ((0.2, "mu02", EventKind.REVERSAL), (0.4, "mu04", EventKind.STICK)):
+        expected, history = VALUES["6b"][key], _slide(_INCLINE, 0.0, 2.0, end, Coulomb(mu, mu))
+        stop = events_of(history, kind)[0]
+        place = float(samples_at(history, stop.time)[0][0])
+        speed = -float(history["qd"].values[-1, 0])
+        found += [
+            within(f"time of the stop, mu = {mu}", stop.time, expected["t_stop"], "s", 1e-11, text, f"time-{key}"),
+            within(f"way up, mu = {mu}", place, expected["d"], "m", 1e-11, text, f"way-{key}"),
+            Measurement(
+                f"speed at the time of return, mu = {mu}",
+                speed,
+                expected.get("v_return", 0.0),
+                "m/s",
+                1e-11,
+                text,
+                f"return-{key}",
+            ),
+        ]
+    return found
+
+
+@check("A mass on a spring rides a belt: it sticks and slips in a limit cycle.", seconds=0.5)
+def belt() -> list[Measurement]:
+    """Durations of slip and stick."""
+    system = Particle(above=-_G, stiffness=100.0, belt_speed=0.05)
+    history = _slide(system, 0.0, 0.05, 3.0, Coulomb(0.4, 0.3))
+    sticks = np.array([e.time for e in events_of(history, EventKind.STICK)])
+    slips = np.array([e.time for e in events_of(history, EventKind.SLIP)])
+    text, exact = source("6c"), VALUES["6c"]
+    return [
+        within("duration of slip", sticks[1] - slips[1], exact["t_slip"], "s", 1e-10, text, "slip"),
+        within("duration of stick", slips[2] - sticks[1], exact["t_stick"], "s", 1e-10, text, "stick"),
+        within("period", slips[2] - slips[1], exact["period"], "s", 1e-10, text, "period"),
+    ]
+
+
+@check("A ball bounces infinitely often in finite time and then lies still.", seconds=0.5)
+def bouncing_ball() -> list[Measurement]:
+    """Time to rest for e = 0.5 and 0.8; bounces below four gap tolerances are the end."""
+    found, text, gap = [], source("6e"), 1e-18
+    for e, key in ((0.5, "e05"), (0.8, "e08")):
+        history = simulate_system(
+            Particle(above=-_G),
+            np.array([0.0, 1.0]),
+            np.zeros(2),
+            5.0,
+            impact=NewtonImpact(e),
+            tolerances=Tolerances(gap=gap),
+        )
+        last = history.events[-1]
+        left = 2.0 * sqrt(8.0 * gap / _G) / (1.0 - e) + 1e-11
+        bounces = len(history.events) - 1
+        found += [
+            Measurement(f"time to rest, e = {e}", last.time, VALUES["6e"][key], "s", left, text, f"time-{key}"),
+            Measurement(
+                f"bounces higher than four tolerances, e = {e}",
+                float(bounces),
+                float(ceil(log(4.0 * gap) / (2.0 * log(e))) - 1),
+                "1",
+                0.0,
+                "closed form: heights fall like e^(2 n)",
+                f"bounces-{key}",
+            ),
+        ]
+    return found
+
+
+@check("A mass on a spring is stopped by dry friction (VPCS SDND100, published).")
+def dry_friction() -> list[Measurement]:
+    """Extrema at multiples of pi/100 s."""
+    history = _slide(Particle(above=-10.0, stiffness=1e4), 0.85e-3, 0.0, 0.2, Coulomb(0.1, 0.1))
+    places = [float(samples_at(history, event.time)[0][0]) for event in history.events[1:]]
+    return [
+        Measurement(f"extremum {k + 1}", place, exact, "m", 1e-13, source("6g"), f"extremum-{k + 1}")
+        for k, (place, exact) in enumerate(zip(places, VALUES["6g"], strict=True))
+    ]
+
+
+@check("A sliding rod: the forward problem has no solution inside of the Painlevé interval.")
+def painleve() -> list[Measurement]:
+    """Edges of the interval where the effective inverse mass vanishes, mu = 1.5, and runs that stop there."""
+    rod, text, found = FreeRod(gravity=_G), source("6d"), []
+
+    def effective(angle: float) -> float:
+        instant = rod.instant(rod.at(angle), rod.moving(angle, (-1.0, 0.0)))
+        return instant.a_nn + 1.5 * instant.a_nt
+
+    for k, angle in enumerate(VALUES["6d"]["interval_rad"]):
+        quantity = f"effective inverse mass at the {('lower', 'upper')[k]} edge"
+        found.append(Measurement(quantity, effective(angle), 0.0, "1/kg", 1e-11, text, ("lower", "upper")[k]))
+    deepest = Measurement(
+        "effective inverse mass at atan 2",
+        effective(atan(2.0)),
+        VALUES["6d"]["mp_at_atan2"],
+        "1/kg",
+        1e-13,
+        text,
+        "atan2",
+    )
+    stopped = 0.0
+    for degrees in (51.0, 60.0, 73.0):
+        start = rod.at(radians(degrees)), rod.moving(radians(degrees), (-1.0, 0.0))
+        history = simulate_system(rod, *start, 0.5, friction=Coulomb(1.5, 1.5))
+        stopped += float(history.summary["outcome"] == "painleve")
+    named = Measurement("runs from 51, 60 and 73 degrees stopped by name", stopped, 3.0, "1", 0.0, text, "named")
+    return [*found, deepest, named]
+
+
+@check("A free rod strikes rough ground: impulses and velocities after, slipping and slipping into stick.")
+def rod_impact() -> list[Measurement]:
+    """Routh's method with Poisson's restitution."""
+    found, names = [], ("normal impulse", "tangential impulse", "tangential velocity", "normal velocity")
+    units = ("N s", "N s", "m/s", "m/s")
+    cases = {"slip": ("45,.3,2,-1,.5 slip", 0.3, 2.0), "stick": ("45,.8,-.5,-1,.5 slip-stick", 0.8, -0.5)}
+    for name, (row, mu, slip) in cases.items():
+        rod = FreeRod()
+        instant = rod.instant(rod.at(pi / 4), rod.moving(pi / 4, (slip, -1.0)))
+        impulse = routh_impulse(instant, 0.5, mu)
+        after = (
+            slip + instant.a_nt * impulse.normal + instant.a_tt * impulse.tangential,
+            -1.0 + instant.a_nn * impulse.normal + instant.a_nt * impulse.tangential,
+        )
+        computed = (impulse.normal, impulse.tangential, *after)
+        for k in range(4):
+            found.append(
+                Measurement(
+                    f"{names[k]}, {name}",
+                    computed[k],
+                    VALUES["6f"][row][k],
+                    units[k],
+                    1e-11,
+                    source("6f"),
+                    f"{name}-{k + 1}",
+                )
+            )
+    return found
+
+
+@check(
+    "A rigid pinned bar strikes the slope in a run: time, impulse and energy lost, plastic and with restitution."
+)
+def bar_impact() -> list[Measurement]:
+    """Closed forms of the pinned bar."""
+    found, text = [], source("6i")
+    for mu, e in ((0.0, 0.0), (0.3, 0.0), (0.3, 0.5)):
+        history = simulate_system(
+            _BAR,
+            np.array([pi / 4]),
+            np.zeros(1),
+            0.318,
+            impact=RouthImpact(mu, e),
+            friction=Coulomb(mu, mu) if mu else Frictionless(),
+            tolerances=Tolerances(gap=1e-15),
+        )
+        event = history.events[0]
+        name = f"mu{mu:g}-e{e:g}"
+        if e == 0.0:
+            exact = VALUES["6i"]["mu03" if mu else "mu0"]
+            found += [
+                within(
+                    f"normal impulse, mu = {mu}",
+                    event.normal_impulse,
+                    exact,
+                    "N s",
+                    1e-11,
+                    text,
+                    f"{name}-impulse",
+                ),
+                within(
+                    f"energy lost, mu = {mu}",
+                    event.energy_loss,
+                    VALUES["6i"]["KE"],
+                    "J",
+                    1e-11,
+                    text,
+                    f"{name}-energy",
+                ),
+                within(f"time, mu = {mu}", event.time, VALUES["4"]["t"], "s", 1e-12, source("4"), f"{name}-time"),
+            ]
+        else:
+            omega = float(samples_at(history, event.time)[1][0])
+            expected = VALUES["6i"]["e05_mu03"]["omega"]
+            found.append(within("spin after, e = 0.5", omega, expected, "rad/s", 1e-11, text, f"{name}-spin"))
+    return found
+
+
+@check("Fixed steps find a contact late; Baumgarte's stabilization pushes the penetration out.", seconds=1.0)
+def baumgarte() -> list[Measurement]:
+    """A falling particle: after the impact Z'' + 2 chi Z' + beta² Z = 0 (or Z'' + chi Z' + beta Z = 0)."""
+    found = []
+    chi, beta, after = 10.0, 1000.0, 1e-3
+    for form in ("squared", "plain"):
+        terms = Baumgarte.from_parameters(chi, beta, form)
+        history = simulate_system(
+            Particle(above=-_G),
+            np.array([0.0, 0.01]),
+            np.zeros(2),
+            0.06,
+            scheme=FixedStepScheme(1e-4, 1e-5),
+            baumgarte=terms,
+            output_interval=1e-5,
+        )
+        start = history.events[0].time
+        depth = float(samples_at(history, start)[0][1])
+        time = history["time"].values
+        k = int(np.argmin(np.abs(time - start - after)))
+        half, spring = (chi, beta**2) if form == "squared" else (0.5 * chi, beta)
+        omega, t = sqrt(spring - half**2), time[k] - start
+        exact = depth * np.exp(-half * t) * (cos(omega * t) + half / omega * sin(omega * t))
+        found.append(
+            Measurement(
+                f"gap 1 ms after the impact, {form} form",
+                float(history["q"].values[k, 1]),
+                exact,
+                "m",
+                1e-12,
+                "closed form of the damped oscillation from the penetration at the impact",
+                form,
+            )
+        )
+    return found

@@ -1,0 +1,155 @@
+"""The spin-up of Simo and Vu-Quoc (J. Appl. Mech. 53, 1986, 855-863) through the equations that are marched."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from oblique_impact.history import History
+from validation.checks.plots import spin_up_figure
+from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.reference_values import VALUES, source
+from validation.runs import column, run
+
+check = checks_of("spin-up", "Spin-up: zeroth order fails, first order and full agree")
+
+_MODELS = {"modal": ("modal", 12, 32), "fem": ("fem", 12, 16)}
+Array = NDArray[np.float64]
+
+
+def _spin_up(method: str, modes: int, elements: int = 32, kinetics: str = "first-order") -> History:
+    keys = (f"method={method}", f"modes={modes}", f"elements={elements}", f"kinetics={kinetics}")
+    return run("spin-up", *(f"discretization.{key}" for key in keys))
+
+
+def _deflection(history: History) -> CubicSpline:
+    """Tip deflection between samples 0.01 s apart (a cubic misses it by less than 1e-8 m)."""
+    time, first = np.unique(column(history, "time"), return_index=True)
+    return CubicSpline(time, column(history, "deflection")[first])
+
+
+def _extrema(curve: CubicSpline) -> tuple[Array, Array]:
+    times = curve.derivative().roots(extrapolate=False)
+    return times, curve(times)
+
+
+@check("A beam of 10 m is spun up to 6 rad/s in 15 s: tip deflection at twenty times.", seconds=1.5)
+def table() -> list[Measurement]:
+    """The worst of the table for each discretization."""
+    found = []
+    times, exact = np.array(list(VALUES["3-SVQ-table"])), np.array(list(VALUES["3-SVQ-table"].values()))
+    for name, model in _MODELS.items():
+        computed = _deflection(_spin_up(*model))(times)
+        k = int(np.argmax(np.abs(computed - exact)))
+        quantity = f"tip deflection at {times[k]:g} s, {name}"
+        found.append(Measurement(quantity, computed[k], exact[k], "m", 1e-6, source("3-SVQ-table"), name))
+    return found
+
+
+@check("The same spin-up: largest deflection, its time, and the vibration that is left.", seconds=1.5)
+def extremes() -> list[Measurement]:
+    """Minimum and amplitude for t > 15 s."""
+    found = []
+    for name, model in _MODELS.items():
+        times, values = _extrema(_deflection(_spin_up(*model)))
+        low = int(np.argmin(values))
+        amplitude = float(np.abs(values[times > 15.0]).max())
+        best, text = VALUES["3-SVQ-min"], source("3-SVQ-min")
+        found += [
+            Measurement(
+                f"smallest deflection, {name}", values[low], best["w_min"], "m", 1e-6, text, f"{name}-min"
+            ),
+            # flat there: 1e-6 m allow 2 ms
+            Measurement(f"its time, {name}", times[low], best["t"], "s", 5e-6, text, f"{name}-time"),
+            within(
+                f"amplitude after 15 s, {name}",
+                amplitude,
+                VALUES["3-SVQ-amp"],
+                "m",
+                5e-4,
+                source("3-SVQ-amp"),
+                f"{name}-amplitude",
+            ),
+        ]
+    return found
+
+
+@check("The same spin-up of geometrically exact beams.", seconds=1.0)
+def exact_beam() -> list[Measurement]:
+    """First-order equations neglect terms of relative size (w/L)² = 3e-3."""
+    _, values = _extrema(_deflection(_spin_up("modal", 12)))
+    return [
+        within(
+            f"smallest deflection ({who})",
+            values.min(),
+            VALUES["3-SVQ-GE"][who][0],
+            "m",
+            3e-3,
+            source("3-SVQ-GE"),
+            who,
+        )
+        for who in ("own", "exudyn")
+    ]
+
+
+@check("The same spin-up with few modes: smallest deflection by number of modes.", seconds=1.5)
+def by_modes() -> list[Measurement]:
+    """Truncation converges from 1 to 8 modes as tabulated."""
+    found = []
+    for modes in (1, 2, 3, 4, 8):
+        _, values = _extrema(_deflection(_spin_up("modal", modes)))
+        quantity = f"smallest deflection, {modes} modes"
+        exact = VALUES["3-SVQ-min-modes"][modes]
+        found.append(
+            Measurement(quantity, values.min(), exact, "m", 0.51e-6, source("3-SVQ-min-modes"), f"{modes}-modes")
+        )
+    return found
+
+
+@check("Zeroth-order kinetics leave the foreshortening out and fail; first order and full agree.", seconds=2.5)
+def zeroth_order_fails() -> Evidence:
+    """Growth rate of the zeroth-order deflection at full speed, and the distance of first order from full."""
+    zeroth, first, full = (_spin_up("modal", 3, 32, order) for order in ("zeroth-order", "first-order", "full"))
+    time, tip = column(zeroth, "time"), column(zeroth, "deflection")
+    late = (time > 15.0) & np.isfinite(tip)
+    rate = float(np.polyfit(time[late], np.log(np.abs(tip[late])), 1)[0])
+    w1, spin = VALUES["3-SVQ-freq"]["w1"], 6.0
+    beyond = column(zeroth, "theta_dot")[np.argmax(np.abs(tip) > 10.0)]
+    times = np.linspace(0.0, 20.0, 401)
+    curves = [_deflection(history)(times) for history in (first, full)]
+    distance = float(np.abs(curves[0] - curves[1]).max())
+    return Evidence(
+        [
+            within(
+                "growth rate of the zeroth-order deflection at full speed",
+                rate,
+                np.sqrt(spin**2 - w1**2),
+                "1/s",
+                1e-3,
+                "sqrt(Omega² - omega_1²): without C the beam softens and is unstable beyond its first "
+                "frequency (Kane, Ryan and Banerjee 1987)",
+                "growth",
+            ),
+            Measurement(
+                "spin at which the zeroth-order tip leaves the length behind lies above the first frequency",
+                float(beyond > w1),
+                1.0,
+                "1",
+                0.0,
+                "as above",
+                "unstable",
+            ),
+            # cubic terms: the deflection times (w/L)² = 3e-3
+            Measurement(
+                "largest distance of first order from full kinetics",
+                distance,
+                0.0,
+                "m",
+                0.575 * 3.3e-3,
+                "neglected terms are of relative size (w/L)²",
+                "first-against-full",
+            ),
+        ],
+        [spin_up_figure(zeroth, first, full, VALUES["3-SVQ-table"])],
+    )

@@ -1,0 +1,144 @@
+"""Frequencies of spinning beams, out of the plane of rotation and in it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from oblique_impact.beam import Beam
+from oblique_impact.floating_frame import evaluate_beam
+from oblique_impact.operators import SpinningBeam, build_operators
+from oblique_impact.plugins import discretization
+from oblique_impact.system import FORCES, MASS, new_work
+from validation.beams import EPS, unit_beam
+from validation.checks.plots import campbell_figure
+from validation.checks.registry import Evidence, Measurement, checks_of
+from validation.reference_values import VALUES, source
+
+check = checks_of("spinning", "Spinning beams")
+
+_ITEMS = [item for item in VALUES if item.startswith("2-")]
+_ELEMENTS = 64
+#: relative: 48 eigenfunctions at six times the first frequency; (b h)⁴/1440 of the fourth mode of 64 elements
+_ACCURACY = {"modal": 1e-8, "fem": 1e-6}
+_NAMES = {"modal": "48 assumed modes", "fem": f"{_ELEMENTS} elements"}
+
+
+@cache
+def _beam(root: str, radius: float, method: str) -> SpinningBeam:
+    held = {"kind": "pin"} if root == "h" else {"kind": "driven", "hub_radius": radius}
+    found = discretization(method).spectrum(unit_beam(held, method=method, elements=_ELEMENTS))
+    assert isinstance(found, SpinningBeam)
+    return found
+
+
+def _row(item: str) -> tuple[str, float, float]:
+    """Root, hub radius and spin rate of a reference row."""
+    _, root, radius, eta = item.split("-")
+    return root, float(radius[1:]), float(eta[3:])
+
+
+def _worst(item: str, method: str, direction: str) -> Measurement:
+    root, radius, eta = _row(item)
+    beam = _beam(root, radius, method)
+    exact = np.array(VALUES[item][direction])
+    computed = (beam.flapwise if direction == "flap" else beam.chordwise)(eta, exact.size)
+    # squares of a dense eigenproblem are good to eps times the largest of them
+    rounding = EPS * beam.K[-1, -1] / beam.M1[-1, -1] / np.maximum(exact, 1.0)
+    allowed = _ACCURACY[method] * exact + 5e-10 * np.maximum(exact, 1.0) + rounding
+    k = int(np.argmax(np.abs(computed - exact) / allowed))
+    held = {"c": "clamped", "h": "hinged"}[root]
+    quantity = f"{direction}wise frequency {k + 1}, {held}, hub {radius:g} L, spin {eta:g}, {_NAMES[method]}"
+    unit = "sqrt(EI/(m L⁴))"
+    return Measurement(
+        quantity, computed[k], exact[k], unit, allowed[k], source(item), f"{method}-{direction}-{item[2:]}"
+    )
+
+
+@check("Flapwise frequencies of beams spinning at up to six times sqrt(EI/(m L⁴)).", seconds=0.5)
+def flapwise() -> list[Measurement]:
+    """The worst of up to four frequencies for each row and method."""
+    return [_worst(item, method, "flap") for item in _ITEMS for method in _NAMES]
+
+
+@check(
+    "Chordwise frequencies of the same beams: the centrifugal stiffness less the spin's softening.", seconds=0.5
+)
+def chordwise() -> list[Measurement]:
+    """The worst of up to four frequencies for each row and method."""
+    return [_worst(item, method, "chord") for item in _ITEMS for method in _NAMES]
+
+
+@check("Campbell diagram: the computed branches pass through the published points.", seconds=1.0)
+def campbell() -> Evidence:
+    """Largest relative distance of the table of Wright et al. (four decimals) from the branches."""
+    table = {0.0: 3.5160, 1.0: 3.6816, 2.0: 4.1373, 3.0: 4.7973, 4.0: 5.5850, 5.0: 6.4495, 6.0: 7.3604}
+    beam = _beam("c", 0.0, "modal")
+    speeds = np.array(list(table))
+    first = np.array([beam.flapwise(eta, 1)[0] for eta in speeds])
+    k = int(np.argmax(np.abs(first - np.array(list(table.values())))))
+    text = "Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (1982), 4 decimals; the Frobenius series agrees"
+    measured = Measurement(
+        f"first flapwise frequency at spin {speeds[k]:g}",
+        first[k],
+        table[speeds[k]],
+        "sqrt(EI/(m L⁴))",
+        6e-5,
+        text,
+    )
+    points = [(_row(item), VALUES[item]) for item in _ITEMS]
+    return Evidence([measured], [campbell_figure({"c": beam, "h": _beam("h", 0.0, "modal")}, points)])
+
+
+@check(
+    "A pinned beam that spins freely, by the forces that are marched: their slope at a steady spin.", seconds=0.5
+)
+def free_spin() -> list[Measurement]:
+    """Zero eigenvalue and hinged chordwise frequencies in both frames; C - M1 has the rigid rotation as a mode."""
+    found = []
+    for frame in ("tangent", "mean-axis"):
+        squares, rounding = _free_squares(frame)
+        rigid = Measurement(
+            f"square of the lowest frequency, {frame} frame",
+            squares[0],
+            0.0,
+            "EI/(m L⁴)",
+            rounding,
+            "exact: a rigid rotation x has C x = M1 x and K x = 0",
+            f"rigid-{frame}",
+        )
+        exact = VALUES["2-h-d0-eta5"]["chord"][1:]
+        elastic = [
+            Measurement(
+                f"frequency {k + 1} in the plane, {frame} frame",
+                float(np.sqrt(squares[k + 1])),
+                exact[k],
+                "sqrt(EI/(m L⁴))",
+                3e-5 * exact[k],
+                source("2.free"),
+                f"elastic-{frame}-{k + 1}",
+            )
+            for k in range(2)
+        ]
+        found += [rigid, *elastic]
+    return found
+
+
+def _free_squares(frame: str, eta: float = 5.0, modes: int = 8, step: float = 1e-4) -> tuple[np.ndarray, float]:
+    """Squares of the frequencies about a steady spin, from differences of the forces, and their rounding."""
+    scenario = unit_beam(method="modal", frame=frame, modes=modes).replace(gravity=0.0)
+    model, size = Beam(scenario, build_operators(scenario)).model, modes + 1
+    qd, work, slopes = np.zeros(size), new_work(size), np.zeros((size, size))
+    qd[0] = eta
+    for k in range(size):
+        for sign in (1.0, -1.0):
+            q = np.zeros(size)
+            q[k] = sign * step
+            evaluate_beam(model, 0.0, q, qd, work)
+            slopes[:, k] += sign * work.vectors[FORCES] / (2.0 * step)
+    evaluate_beam(model, 0.0, np.zeros(size), qd, work)
+    # the spin couples to the elastic coordinates by Coriolis forces at second order only
+    squares = np.linalg.eigvals(np.linalg.solve(work.matrices[MASS], -0.5 * (slopes + slopes.T)))
+    ordered = np.sort(squares.real)
+    return ordered, float(EPS / step * ordered[-1])

@@ -1,0 +1,162 @@
+"""Beams on elastic stops: closed form, converged finite elements, and a published test."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from oblique_impact.history import History
+from oblique_impact.scenario import Scenario
+from oblique_impact.simulate import simulate, simulate_system
+from oblique_impact.transitions import ElasticStop
+from validation.checks.plots import published_impact_figure
+from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.reference_values import VALUES, source
+from validation.runs import column, run
+from validation.small_systems import Particle
+
+check = checks_of("springs", "Impact on springs")
+published = checks_of("published-impact", "Published impact test")
+
+# the references are linear: at a thousandth of their speed rotations lie below their digits
+SCALE, SPEED = 1e-3, 3.77
+_METHODS = {
+    "modal": ("discretization.method=modal", "discretization.modes=40"),
+    "fem": ("discretization.method=fem", "discretization.elements=64", "discretization.modes=40"),
+}
+
+
+def strike(stiffness: float, end_time: float, *discretization: str) -> History:
+    """Let the straight beam turn onto a spring that its end touches at t = 0."""
+    return run(
+        "paper",
+        "gravity=0.0",
+        "initial.angle=0.0",
+        f"initial.angular_velocity={-SPEED * SCALE}",
+        "slope.angle=0.0",
+        "slope.origin=[0.0, 0.0]",
+        "contact.normal=spring",
+        f"contact.stiffness={stiffness}",
+        "contact.friction=frictionless",
+        "discretization.frame=mean-axis",
+        "solver.output_interval=1e-6",
+        f"end_time={end_time}",
+        *discretization,
+    )
+
+
+@check("A hinged beam turns onto a spring of 10⁵ and 10⁶ N/m: the first contact.", seconds=4.0)
+def first_contact() -> list[Measurement]:
+    """Peak, end, impulse and rotation after, on both discretizations."""
+    found, text = [], source("5f")
+    for key, (peak, end, impulse, rotation) in VALUES["5f"].items():
+        for name, overrides in _METHODS.items():
+            history = strike(float(key), 1.05 * end, *overrides)
+            release = next(e for e in history.events if e.kind.value == "release")
+            contact = column(history, "time") <= release.time
+            force = column(history, "lambda_n")[contact] / SCALE
+            computed = float(np.trapezoid(force, column(history, "time")[contact]))
+            turn = SPEED - computed / (0.86874 / 3.0)  # angular momentum about the pin
+            tail = f"{name}-{key}"
+            # 40 modes leave out a compliance of order 1/N³ = 1.6e-5
+            found += [
+                within(f"peak force, k = {key} N/m, {name}", force.max(), peak, "N", 1.5e-4, text, f"peak-{tail}"),
+                within(
+                    f"end of contact, k = {key} N/m, {name}", release.time, end, "s", 5e-5, text, f"end-{tail}"
+                ),
+                within(f"impulse, k = {key} N/m, {name}", computed, impulse, "N s", 5e-5, text, f"impulse-{tail}"),
+                Measurement(
+                    f"rotation after, k = {key} N/m, {name}", turn, rotation, "rad/s", 2e-4, text, f"turn-{tail}"
+                ),
+            ]
+    return found
+
+
+@check("The peak of the force before reflections return, on springs of 10⁶ and 10⁷ N/m.", seconds=4.0)
+def peak_law() -> list[Measurement]:
+    """Mittag-Leffler law of the end of a semi-infinite beam."""
+    found = []
+    bending, mass = 68.952e9 * 7.85e-9, 2766.7 * 3.14e-4
+    Z = bending**0.25 * mass**0.75 / np.sqrt(2.0)
+    for stiffness, allowed in ((1e6, 2e-4), (1e7, 2e-3)):  # the stiffer spring asks for higher modes
+        at = VALUES["5e"]["x_peak"] * (Z / stiffness) ** (2 / 3)
+        exact = VALUES["5e"]["f_peak"] * SPEED * Z ** (2 / 3) * stiffness ** (1 / 3)
+        history = strike(stiffness, 2.0 * at, "discretization.method=modal", "discretization.modes=60")
+        peak = float(column(history, "lambda_n").max()) / SCALE
+        quantity = f"peak force, k = {stiffness:.0e} N/m, 60 modes"
+        found.append(within(quantity, peak, exact, "N", allowed, source("5e"), f"peak-{stiffness:.0e}"))
+    return found
+
+
+@check("A mass bounces on a spring for half a period.")
+def mass_on_spring() -> list[Measurement]:
+    """Duration, peak and impulse in closed form."""
+    mass, stiffness, speed, height = 2.0, 5e3, 3.0, 0.3
+    history = simulate_system(
+        Particle(above=0.0, mass=mass),
+        np.array([0.0, height]),
+        np.array([0.0, -speed]),
+        0.5,
+        stop=ElasticStop(stiffness),
+        output_interval=1e-3,
+    )
+    impact, release = history.events
+    collision = history.summary["macro_collisions"][0]
+    text = "closed form: pi sqrt(m/k), v sqrt(k m), 2 m v"
+    duration, peak = np.pi * np.sqrt(mass / stiffness), speed * np.sqrt(stiffness * mass)
+    return [
+        Measurement("duration of contact", release.time - impact.time, duration, "s", 1e-10, text, "duration"),
+        within("peak force", collision["peak_force"], peak, "N", 1e-6, text, "peak"),
+        within("impulse", collision["normal_impulse"], 2.0 * mass * speed, "N s", 1e-9, text, "impulse"),
+    ]
+
+
+def _sdnl32(method: str) -> History:
+    """A 14 mm square beam turns at 3.8 rad/s onto a spring of 18000 N/m; 1 % modal damping."""
+    side = 0.014
+    return simulate(
+        Scenario.from_dict(
+            {
+                "end_time": 0.013,
+                "gravity": 0.0,
+                "beam": {
+                    "length": 0.783,
+                    "area": side**2,
+                    "second_moment": side**4 / 12.0,
+                    "density": 2400.0,
+                    "youngs_modulus": 6.7e10,
+                    "modal_damping_ratio": 0.01,
+                },
+                "initial": {"angle": 0.0, "angular_velocity": -3.8},
+                "slope": {"origin": [0.0, 0.0], "angle": 0.0},
+                "contact": {"normal": "spring", "stiffness": 18000.0, "friction": "frictionless"},
+                "discretization": {"method": method, "frame": "mean-axis", "modes": 10, "elements": 20},
+                "solver": {"output_interval": 1e-5},
+            }
+        )
+    )
+
+
+@published(
+    "VPCS SDNL32: a beam turns onto a spring; displacement of its tip at twelve published times.", seconds=1.0
+)
+def sdnl32() -> Evidence:
+    """Twelve times on both discretizations; the published digits allow 0.05 mm."""
+    times, exact = np.arange(1.0, 13.0) * 1e-3, np.array(VALUES["8-SDNL32"])
+    found, curves = [], {}
+    for method in ("modal", "fem"):
+        history = _sdnl32(method)
+        curves[method] = column(history, "time"), column(history, "tip_y")
+        tip = np.interp(times, *curves[method])
+        for k in range(12):
+            found.append(
+                Measurement(
+                    f"tip displacement at {k + 1} ms, {method}",
+                    tip[k],
+                    exact[k],
+                    "m",
+                    5e-5,
+                    source("8-SDNL32"),
+                    f"{method}-{k + 1}",
+                )
+            )
+    return Evidence(found, [published_impact_figure(curves, times, exact)])

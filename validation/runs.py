@@ -1,0 +1,37 @@
+"""Runs that several checks or studies share within one process."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.history import History
+from oblique_impact.scenario import Scenario
+from oblique_impact.simulate import simulate
+
+Array = NDArray[np.float64]
+
+
+@lru_cache(maxsize=24)
+def run(name: str, *overrides: str) -> History:
+    """Simulate a built-in scenario with overrides ``section.key=value``; the last few are remembered."""
+    return simulate(Scenario.builtin(name, list(overrides)))
+
+
+def event_times(history: History, *kinds: str) -> Array:
+    """Return the times (s) of the events, or of those of the given kinds."""
+    return np.array([e.time for e in history.events if not kinds or e.kind.value in kinds])
+
+
+def column(history: History, name: str) -> Array:
+    """Values of one variable of a history."""
+    return np.asarray(history[name].values, dtype=float)
+
+
+def total_energy(history: History) -> Array:
+    """Kinetic, elastic and potential energy of every sample (J)."""
+    return (
+        column(history, "energy_kinetic") + column(history, "energy_elastic") + column(history, "energy_gravity")
+    )

@@ -1,0 +1,211 @@
+"""Run the checks in parallel and report: results.json, results.csv and report.html."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from oblique_impact.errors import InputError
+from oblique_impact.files import prepare_folder
+from validation.checks.plots import tolerance_figure
+from validation.checks.registry import Check, Evidence, Group, all_checks
+from validation.parallel import counting_bar, map_parallel
+from validation.report.document import (
+    Cell,
+    Document,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+    number,
+    write_csv,
+    write_json,
+    write_report,
+)
+from validation.report.machine import machine, versions
+
+#: `--quick` leaves out the checks that take longer (s)
+QUICK_SECONDS = 2.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """One measurement of a check: a row of results.json."""
+
+    id: str
+    group: str
+    problem: str
+    quantity: str
+    computed: float
+    reference: float
+    unit: str
+    error: float
+    tolerance: float
+    verdict: str
+    source: str
+
+
+def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:
+    """Return the checks whose id or group is in `only` (all if empty), without the slow ones if `quick`.
+
+    Raises InputError for a name that is neither.
+    """
+    checks = list(all_checks().values())
+    groups = list(dict.fromkeys(check.group.id for check in checks))
+    for name in only:
+        if name not in groups and name not in all_checks():
+            raise InputError(
+                f"--only {name}: should be a group ({', '.join(groups)}) or a check such as {checks[0].id}"
+            )
+    chosen = [check for check in checks if not only or check.id in only or check.group.id in only]
+    return [check for check in chosen if not quick or check.seconds <= QUICK_SECONDS]
+
+
+def evidence_of(check_id: str) -> Evidence:
+    """Compute one check, in whatever process this is."""
+    return all_checks()[check_id].evidence()
+
+
+def compute(checks: Sequence[Check], workers: int | None = None) -> dict[str, Evidence]:
+    """Compute checks in parallel, the longest first; evidence by id in the order of `checks`."""
+    queue = sorted(checks, key=lambda check: -check.seconds)
+    with counting_bar("checks", len(queue)) as count:
+        found = map_parallel(evidence_of, [check.id for check in queue], workers, lambda k, _: count(queue[k].id))
+    by_id = {check.id: evidence for check, evidence in zip(queue, found, strict=True)}
+    return {check.id: by_id[check.id] for check in checks}
+
+
+def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> list[Result]:
+    """Rows of all measurements."""
+    return [
+        Result(
+            id=f"{check.id}.{m.name}" if m.name else check.id,
+            group=check.group.id,
+            problem=check.problem,
+            quantity=m.quantity,
+            computed=float(m.computed),
+            reference=float(m.reference),
+            unit=m.unit,
+            error=m.error,
+            tolerance=float(m.tolerance),
+            verdict=m.verdict,
+            source=m.source,
+        )
+        for check in checks
+        for m in evidence[check.id].measurements
+    ]
+
+
+def validate(out: Path, only: Sequence[str] = (), quick: bool = False, workers: int | None = None) -> list[Result]:
+    """Run the chosen checks and write the report into the folder `out`.
+
+    Raises InputError for an unknown name or a folder that cannot be written.
+    """
+    checks = select(only, quick)
+    folder = prepare_folder(out)
+    started = time.perf_counter()
+    evidence = compute(checks, workers)
+    wall = time.perf_counter() - started
+    results = results_of(checks, evidence)
+    rows = [asdict(result) for result in results]
+    facts = {"versions": dict(versions()), "machine": machine()}
+    write_json(folder, "results.json", {"checks": rows, **facts})
+    columns = list(Result.__dataclass_fields__)
+    write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
+    write_report(folder, _document(checks, evidence, results, wall))
+    return results
+
+
+def _document(
+    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], wall: float
+) -> Document:
+    groups = list(dict.fromkeys(check.group for check in checks))
+    by_group = {group: [r for r in results if r.group == group.id] for group in groups}
+    failed = sum(result.verdict == "fail" for result in results)
+    verdict = "all of them hold" if not failed else f"{failed} of them do not hold"
+    return Document(
+        title="Validation of oblique-impact",
+        lead=(
+            f"{len(checks)} checks with {len(results)} measurements hold the program against closed forms, "
+            f"published tests, balances and independent computations; {verdict}. "
+            "A measurement passes when the absolute difference of computed and reference value is at most its "
+            "tolerance."
+        ),
+        facts=[*versions(), ("machine", machine())],
+        times=[("wall time", f"{wall:.1f} s")],
+        overview=_overview(by_group),
+        sections=[
+            Section(
+                group.title,
+                _blocks([check for check in checks if check.group == group], evidence, by_group[group]),
+                _verdict(by_group[group]),
+            )
+            for group in groups
+        ],
+    )
+
+
+def _verdict(results: Sequence[Result]) -> str:
+    return "fail" if any(result.verdict == "fail" for result in results) else "pass"
+
+
+def _ratios(results: Sequence[Result]) -> np.ndarray[Any, Any]:
+    """Error over tolerance; an exact demand that is met is 0."""
+    pairs = [(r.error, r.tolerance) for r in results]
+    return np.array(
+        [0.0 if error == 0.0 else error / tolerance if tolerance else np.inf for error, tolerance in pairs]
+    )
+
+
+def _overview(by_group: dict[Group, list[Result]]) -> list[Paragraph | Table | Picture]:
+    rows: list[list[str | Cell]] = []
+    for group, results in by_group.items():
+        passed = sum(result.verdict == "pass" for result in results)
+        worst = float(np.max(np.nan_to_num(_ratios(results), nan=np.inf), initial=0.0))
+        verdict = _verdict(results)
+        rows.append(
+            [
+                group.title,
+                Cell(group.id, "code"),
+                Cell(str(len(results)), "number"),
+                Cell(str(passed), "number"),
+                Cell(number(worst, 2), "number"),
+                Cell(verdict, verdict),
+            ]
+        )
+    columns = ("group", "--only", "measurements", "passed", "largest error/tolerance", "verdict")
+    picture = tolerance_figure([(group.title, _ratios(results)) for group, results in by_group.items()])
+    return [Table(columns, rows, "Groups"), picture]
+
+
+def _blocks(
+    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result]
+) -> list[Paragraph | Table | Picture]:
+    blocks: list[Paragraph | Table | Picture] = []
+    for check in checks:
+        mine = [r for r in results if r.id == check.id or r.id.startswith(f"{check.id}.")]
+        sources = list(dict.fromkeys(r.source for r in mine if r.source))
+        columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
+        blocks.append(Paragraph(check.problem))
+        blocks.append(Table(columns, [_row(result) for result in mine], wide=(1,)))
+        blocks.append(Paragraph(f"Reference: {'; '.join(sources)}." if sources else "", note=True))
+        blocks += evidence[check.id].pictures
+    return blocks
+
+
+def _row(result: Result) -> list[Cell]:
+    return [
+        Cell(result.id, "code"),
+        Cell(result.quantity),
+        Cell(number(result.computed, 9), "number"),
+        Cell(number(result.reference, 9), "number"),
+        Cell(result.unit),
+        Cell(number(result.error, 2), "number"),
+        Cell(number(result.tolerance, 2), "number"),
+        Cell(result.verdict, result.verdict),
+    ]
