@@ -204,7 +204,7 @@ def _row(result: Result) -> list[Cell]:
         Cell(result.quantity),
         Cell(number(result.computed, 9), "number"),
         Cell(number(result.reference, 9), "number"),
-        Cell(result.unit),
+        Cell("–" if result.unit == "1" else result.unit),
         Cell(number(result.error, 2), "number"),
         Cell(number(result.tolerance, 2), "number"),
         Cell(result.verdict, result.verdict),

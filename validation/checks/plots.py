@@ -12,7 +12,7 @@ from oblique_impact.history import History
 from oblique_impact.operators import SpinningBeam
 from renders.style import GREY, SERIES
 from validation.report.document import Picture
-from validation.report.figures import FULL, new_figure, to_svg
+from validation.report.figures import HALF, new_figure, to_svg
 from validation.runs import column, total_energy
 
 Array = NDArray[np.float64]
@@ -22,19 +22,14 @@ _MARKERS = "osD^vPX*"
 def _slope_guide(axes: Any, x: Array, y: float, order: float, text: str) -> None:
     """Draw a dashed line of a slope through the last point."""
     axes.loglog(x, y * (x / x[-1]) ** order, color=GREY, linewidth=0.9, linestyle="--", zorder=1)
-    axes.annotate(
-        text,
-        (x[0], y * (x[0] / x[-1]) ** order),
-        xytext=(4, 4),
-        textcoords="offset points",
-        color=GREY,
-        fontsize=8,
-    )
+    middle = len(x) // 2
+    at = x[middle], y * (x[middle] / x[-1]) ** order
+    axes.annotate(text, at, xytext=(-4, -3), textcoords="offset points", color=GREY, ha="right", va="top")
 
 
 def frequency_errors_figure(meshes: Array, errors: Mapping[str, Array], roots: Mapping[str, Array]) -> Picture:
     """Relative frequency errors (meshes, modes) against b h, on one line (b h)⁴/1440."""
-    with new_figure(FULL, 3.6) as figure:
+    with new_figure(HALF, 3.6) as figure:
         axes = figure.subplots()
         for colour, (name, table) in zip(SERIES, errors.items(), strict=False):
             for k in range(table.shape[1]):
@@ -56,7 +51,7 @@ def frequency_errors_figure(meshes: Array, errors: Mapping[str, Array], roots: M
 
 def campbell_figure(beams: Mapping[str, SpinningBeam], points: Sequence[tuple[Any, Any]]) -> Picture:
     """Branches of both roots over the spin rate, with the reference points on them."""
-    with new_figure(FULL, 4.2) as figure:
+    with new_figure(HALF, 4.2) as figure:
         panels = figure.subplots(1, 2, sharex=True)
         eta = np.linspace(0.0, 6.0, 61)
         for axes, (root, beam), title in zip(panels, beams.items(), ("clamped", "hinged"), strict=True):
@@ -93,7 +88,7 @@ def campbell_figure(beams: Mapping[str, SpinningBeam], points: Sequence[tuple[An
 
 def spin_up_figure(zeroth: History, first: History, full: History, table: Mapping[float, float]) -> Picture:
     """Tip deflections of the three kinetic orders with the tabulated points."""
-    with new_figure(FULL, 3.6) as figure:
+    with new_figure(HALF, 3.6) as figure:
         axes = figure.subplots()
         for history, name, colour, dash in (
             (zeroth, "zeroth order", SERIES[4], ":"),
@@ -112,7 +107,7 @@ def spin_up_figure(zeroth: History, first: History, full: History, table: Mappin
 
 def published_impact_figure(curves: Mapping[str, tuple[Array, Array]], times: Array, exact: Array) -> Picture:
     """Tip displacement of VPCS SDNL32 with the published points."""
-    with new_figure(FULL, 3.2) as figure:
+    with new_figure(HALF, 3.2) as figure:
         axes = figure.subplots()
         for (name, (t, y)), colour, dash in zip(curves.items(), SERIES, ("-", "--"), strict=False):
             axes.plot(1e3 * t, 1e3 * y, dash, color=colour, label=f"computed, {name}")
@@ -125,7 +120,7 @@ def published_impact_figure(curves: Mapping[str, tuple[Array, Array]], times: Ar
 
 def impulse_law_figure(curves: Mapping[str, tuple[Array, Array]], exact: tuple[Array, Array]) -> Picture:
     """Impulse on a held tip against the exact series."""
-    with new_figure(FULL, 3.4) as figure:
+    with new_figure(HALF, 3.4) as figure:
         axes = figure.subplots()
         for (name, (t, y)), colour in zip(curves.items(), SERIES, strict=False):
             axes.plot(1e3 * t, y, color=colour, linewidth=1.0, label=name)
@@ -138,24 +133,24 @@ def impulse_law_figure(curves: Mapping[str, tuple[Array, Array]], exact: tuple[A
 
 def energy_figure(history: History) -> Picture:
     """Energies of the paper's case over time."""
-    with new_figure(FULL, 3.2) as figure:
+    with new_figure(HALF, 3.2) as figure:
         axes = figure.subplots()
         time = column(history, "time")
         axes.plot(time, total_energy(history), color="black", label="total")
         for kind, colour in zip(("kinetic", "gravity", "elastic"), SERIES, strict=False):
             axes.plot(time, column(history, f"energy_{kind}"), color=colour, label=kind, linewidth=1.1)
         axes.set(xlabel="time (s)", ylabel="energy (J)", xlim=(0.0, float(time[-1])))
-        axes.legend(ncols=4, loc="upper right")
+        axes.legend(ncols=4, loc="lower left", bbox_to_anchor=(-0.01, 1.0))
         svg = to_svg(figure)
     return Picture(svg, "Energies of the paper's case (hybrid, two modes): the total falls only in contacts.")
 
 
 def mesh_convergence_figure(meshes: Array, errors: Array) -> Picture:
     """Largest event-time difference over the number of elements."""
-    with new_figure(FULL, 3.2) as figure:
+    with new_figure(HALF, 3.2) as figure:
         axes = figure.subplots()
         axes.loglog(meshes, errors, "o-", color=SERIES[0], label="largest difference of a contact time")
-        _slope_guide(axes, np.asarray(meshes, dtype=float), float(errors[-1]), -4.0, "order 4")
+        _slope_guide(axes, np.asarray(meshes, dtype=float), 0.3 * float(errors[-1]), -4.0, "order 4")
         axes.set(
             xlabel="elements (–)",
             ylabel="time difference (s)",
@@ -170,7 +165,7 @@ def mesh_convergence_figure(meshes: Array, errors: Array) -> Picture:
 
 def orders_figure(curves: Mapping[str, tuple[Array, Array, float]]) -> Picture:
     """Errors over steps with the declared slopes."""
-    with new_figure(FULL, 4.0) as figure:
+    with new_figure(HALF, 4.0) as figure:
         axes = figure.subplots()
         colours = (*SERIES, "black")
         for (name, (steps, errors, order)), colour, marker in zip(curves.items(), colours, _MARKERS, strict=False):
@@ -179,7 +174,7 @@ def orders_figure(curves: Mapping[str, tuple[Array, Array, float]]) -> Picture:
                 steps, errors[-1] * (steps / steps[-1]) ** order, color=colour, linewidth=0.9, linestyle="--"
             )
         axes.set(xlabel="step (s)", ylabel="error (rad, rad/s, m)")
-        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
         svg = to_svg(figure)
     return Picture(
         svg, "Errors of each scheme (symbols) and lines of the declared order through the last of them."
@@ -188,7 +183,7 @@ def orders_figure(curves: Mapping[str, tuple[Array, Array, float]]) -> Picture:
 
 def tolerance_figure(rows: Sequence[tuple[str, Array]]) -> Picture:
     """Error over tolerance of every measurement, a line for each group."""
-    with new_figure(FULL, 0.32 * len(rows) + 0.9) as figure:
+    with new_figure(HALF, 0.32 * len(rows) + 0.9) as figure:
         axes = figure.subplots()
         for place, (_, ratios) in enumerate(rows):
             shown = np.clip(np.nan_to_num(ratios, nan=1e3), 1e-6, 1e3)
@@ -205,4 +200,8 @@ def tolerance_figure(rows: Sequence[tuple[str, Array]]) -> Picture:
         )
         axes.grid(visible=False, axis="y")
         svg = to_svg(figure)
-    return Picture(svg, "Every measurement: its error over its tolerance; right of the line it fails.")
+    return Picture(
+        svg,
+        "Every measurement: its error over its tolerance; right of the line it fails. "
+        "Ratios below 10⁻⁶ stand there.",
+    )

@@ -26,6 +26,7 @@ ENTRY_POINT_GROUP = "oblique_impact.checks"
 
 #: modules in the order of the report; others follow
 _ORDER = (
+    "equations",
     "frequencies",
     "spinning",
     "spin_up",

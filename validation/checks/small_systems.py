@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import atan, ceil, cos, log, pi, radians, sin, sqrt
 
 import numpy as np
+from scipy.optimize import brentq
 
 from oblique_impact.contact import routh_impulse
 from oblique_impact.friction import Coulomb, Frictionless
@@ -12,7 +13,7 @@ from oblique_impact.history import History
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.integrators.fixed_step import FixedStepScheme
 from oblique_impact.simulate import simulate_system
-from oblique_impact.transitions import Baumgarte, EventKind, NewtonImpact, RouthImpact
+from oblique_impact.transitions import Baumgarte, ElasticStop, EventKind, NewtonImpact, RouthImpact
 from validation.checks.registry import Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 from validation.small_systems import FreeRod, Particle, PinnedBar, events_of, samples_at
@@ -230,6 +231,30 @@ def bar_impact() -> list[Measurement]:
             omega = float(samples_at(history, event.time)[1][0])
             expected = VALUES["6i"]["e05_mu03"]["omega"]
             found.append(within("spin after, e = 0.5", omega, expected, "rad/s", 1e-11, text, f"{name}-spin"))
+    return found
+
+
+@check("A mass strikes a stop with Hunt-Crossley damping: the speed of its rebound.")
+def hunt_crossley() -> list[Measurement]:
+    """From m v dv/dd = -k d (1 + c v): v/c - ln(1 + c v)/c² is the same at both ends of the contact."""
+    found, speed = [], 3.0
+    for c in (0.05, 0.2):
+
+        def first_integral(v: float, c: float = c) -> float:
+            return v / c - log(1.0 + c * v) / c**2
+
+        exact = brentq(lambda v, f=first_integral: f(-v) - f(speed), 0.0, min(speed, 0.999 / c), xtol=1e-15)
+        history = simulate_system(
+            Particle(above=0.0, mass=2.0),
+            np.array([0.0, 0.3]),
+            np.array([0.0, -speed]),
+            0.5,
+            stop=ElasticStop(5e3, c),
+            output_interval=1e-2,
+        )
+        rebound = float(history["qd"].values[-1, 1])
+        text = "closed form (Hunt and Crossley 1975)"
+        found.append(Measurement(f"speed after, damping {c} s/m", rebound, exact, "m/s", 1e-9, text, f"c{c:g}"))
     return found
 
 

@@ -57,6 +57,11 @@ class Table:
         """Rows of `Cell`."""
         return [[cell if isinstance(cell, Cell) else Cell(cell) for cell in row] for row in self.rows]
 
+    def heading(self, column: int) -> str:
+        """Kind of a heading: numbers stand under the right end of theirs."""
+        first = self.rows[0][column] if self.rows else ""
+        return "number" if isinstance(first, Cell) and first.kind == "number" else ""
+
 
 @dataclass(frozen=True)
 class Picture:

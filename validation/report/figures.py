@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 
 from renders.style import figure_style
 
-#: half a page of an A4 column, and the whole width (inches)
-HALF, FULL = 4.6, 9.2
+#: widths (inches): legible at half a page's width, and at the whole width
+HALF, FULL = 5.6, 9.2
+
+_PIXELS_PER_INCH = 115
 
 
 @contextmanager
@@ -28,5 +30,7 @@ def to_svg(figure: Figure) -> str:
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-    # the size in points gives way to the page's; the view box keeps the proportions
-    return re.sub(r'(<svg[^>]*?) width="[^"]*"| height="[^"]*pt"', lambda m: m.group(1) or "", text, count=2)
+    # the size in points gives way to the page's, up to a size at which all figures have the same letters
+    opening = re.sub(r' (?:width|height)="[^"]*"', "", text[: text.index(">")])
+    limit = round(_PIXELS_PER_INCH * figure.get_size_inches()[0])
+    return f'{opening} style="max-width: {limit}px"{text[text.index(">") :]}'

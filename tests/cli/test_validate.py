@@ -1,0 +1,89 @@
+"""`oblique-impact validate`: files, exit codes, the same report twice."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+
+import pytest
+
+from oblique_impact.cli import main
+
+KEYS = {
+    "id",
+    "group",
+    "problem",
+    "quantity",
+    "computed",
+    "reference",
+    "unit",
+    "error",
+    "tolerance",
+    "verdict",
+    "source",
+}
+
+
+def call(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(["validate", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return stop.value.code, captured.out, captured.err
+
+
+@pytest.fixture
+def report(tmp_path, capsys):
+    code, out, err = call(capsys, "--out", tmp_path, "--only", "frequencies", "--only", "small-systems.belt")
+    assert (code, err) == (0, "")
+    assert "checks passed; report:" in out
+    return tmp_path
+
+
+def test_files_hold_the_same_rows(report):
+    assert sorted(p.name for p in report.iterdir()) == ["report.html", "results.csv", "results.json"]
+    checks = json.loads((report / "results.json").read_text(encoding="utf-8"))["checks"]
+    assert all(set(check) == KEYS for check in checks)
+    assert {check["group"] for check in checks} == {"frequencies", "small-systems"}
+    assert {check["verdict"] for check in checks} == {"pass"}
+    with (report / "results.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["id"] for row in rows] == [check["id"] for check in checks]
+    assert [float(row["computed"]) for row in rows] == [check["computed"] for check in checks]
+    page = (report / "report.html").read_text(encoding="utf-8")
+    assert all(check["id"] in page for check in checks)
+
+
+def test_two_reports_differ_in_times_only(report, tmp_path_factory, capsys):
+    other = tmp_path_factory.mktemp("again")
+    call(capsys, "--out", other, "--only", "frequencies", "--only", "small-systems.belt")
+    for name in ("results.json", "results.csv"):
+        assert (report / name).read_bytes() == (other / name).read_bytes()
+    pages = [
+        re.sub(r'<dd class="time">.*?</dd>', "", (folder / "report.html").read_text(encoding="utf-8"))
+        for folder in (report, other)
+    ]
+    assert pages[0] == pages[1]
+
+
+def test_bad_names_and_folders_are_one_line(tmp_path, capsys):
+    code, _, err = call(capsys, "--out", tmp_path / "new", "--only", "nothing")
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "--only nothing: should be a group (" in err
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "file").write_text("")
+    code, _, err = call(capsys, "--out", tmp_path / "file", "--only", "frequencies")
+    assert code == 2
+    assert err.count("\n") == 1
+
+
+def test_a_check_that_fails_ends_with_exit_code_1(tmp_path, capsys, monkeypatch):
+    from validation.checks import frequencies
+
+    monkeypatch.setitem(frequencies.VALUES, "1.1", [1.9] * 10)
+    code, out, err = call(capsys, "--out", tmp_path, "--only", "frequencies.clamped-free", "--workers", "1")
+    assert code == 1
+    assert "0 of 4 checks passed" in out
+    assert "frequencies.clamped-free.root-1: root 1 of the clamped-free beam: 1.87" in err
+    assert "fail" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -1,0 +1,274 @@
+"""The mass matrix, forces and contact rows that are marched, against Lagrange's equations of the energies.
+
+The energies are written out here from the operators of the discretization; derivatives are exact: the kinetic
+energy is quadratic in the velocities, and everything is differentiated by complex steps (Squire and Trapp 1998).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.beam import Beam
+from oblique_impact.fields import cumulative
+from oblique_impact.floating_frame import evaluate_beam
+from oblique_impact.nodal import FullBeam
+from oblique_impact.nodal_frame import evaluate_nodal, mass_product_nodal, new_nodal_work
+from oblique_impact.operators import BeamOperators, build_operators
+from oblique_impact.plugins import discretization
+from oblique_impact.scenario import Scenario
+from oblique_impact.system import (
+    FORCES,
+    GAP,
+    GAP_BIAS,
+    GAP_RATE,
+    MASS,
+    NORMAL_ROW,
+    OWN_A,
+    SLIP,
+    SLIP_BIAS,
+    SLIP_RATE,
+    TANGENT_ROW,
+    new_work,
+)
+from validation.checks.registry import Measurement, checks_of
+
+check = checks_of("equations", "Equations of motion against Lagrange's")
+
+Array = NDArray[np.float64]
+Energy = Callable[[Any, Any], Any]
+_STEP = 1e-30
+_CASES = {
+    "tangent": ("discretization.modes=3",),
+    "mean-axis": ("discretization.frame=mean-axis", "discretization.modes=4"),
+    "finite-elements": ("discretization.method=fem", "discretization.elements=6", "discretization.modes=3"),
+}
+
+
+def lagrange(lagrangian: Energy, q: Array, qd: Array) -> tuple[Array, Array]:
+    """Mass matrix and generalized forces, M q'' = Q, of a Lagrangian that is quadratic in the velocities."""
+    unit = np.eye(q.size)
+
+    def momentum(at: Any, rate: Any) -> Any:
+        return np.array([0.5 * (lagrangian(at, rate + e) - lagrangian(at, rate - e)) for e in unit])
+
+    mass = np.array([momentum(q, e) for e in unit])
+    slope = np.array([np.imag(lagrangian(q + 1j * _STEP * e, qd)) / _STEP for e in unit])
+    return mass, slope - np.imag(momentum(q + 1j * _STEP * qd, qd)) / _STEP
+
+
+def _potential(o: Any, gravity: float, theta: Any, B: Any) -> Any:
+    height = np.sin(theta) * (o.Sm - 0.5 * B @ (o.D @ B)) + np.cos(theta) * (o.P @ B)
+    return 0.5 * B @ (o.K @ B) + gravity * height
+
+
+def first_order_lagrangian(o: Any, gravity: float) -> Energy:
+    """Kinetic energy to second order in the elastic coordinates, less the potential (theory Sec. 3)."""
+
+    def lagrangian(q: Any, qd: Any) -> Any:
+        B, Bd, spin = q[1:], qd[1:], qd[0]
+        turning = o.J + B @ (o.M1 @ B) - B @ (o.C @ B)
+        kinetic = 0.5 * turning * spin**2 + spin * (o.S @ Bd) + 0.5 * Bd @ (o.M1 @ Bd)
+        return kinetic - _potential(o, gravity, q[0], B)
+
+    return lagrangian
+
+
+def full_lagrangian(o: BeamOperators, gravity: float) -> Energy:
+    """Kinetic energy with nothing dropped, by quadrature."""
+    table, mass = o.stations.quadrature, o.mass_per_length
+
+    def lagrangian(q: Any, qd: Any) -> Any:
+        B, Bd, spin = q[1:], qd[1:], qd[0]
+        slope, slope_rate = table.slopes @ B, table.slopes @ Bd
+        x, y = table.points - 0.5 * cumulative(table, slope**2), table.values @ B
+        a = -cumulative(table, slope * slope_rate) - spin * y
+        b = table.values @ Bd + spin * x
+        return 0.5 * mass * table.weights @ (a * a + b * b) - _potential(o, gravity, q[0], B)
+
+    return lagrangian
+
+
+def _state(size: int, length_scale: Array) -> tuple[Array, Array]:
+    """A state with deflections of centimetres and velocities of m/s, the same every time."""
+    rng = np.random.default_rng(20160923)
+    q, qd = rng.uniform(-1.0, 1.0, size), rng.uniform(-1.0, 1.0, size)
+    q[1:] *= 0.02 * length_scale
+    qd[1:] *= 2.0 * length_scale
+    qd[0] = -3.0
+    return q, qd
+
+
+def _relative(computed: Array, exact: Array) -> float:
+    return float(np.abs(computed - exact).max() / np.abs(exact).max())
+
+
+_LAGRANGE = "Lagrange's equations of the energies of theory Sec. 3, differentiated by complex steps"
+
+
+@check("Mass matrix and forces of the floating frame at a bent, fast state.", seconds=0.5)
+def floating_frame() -> list[Measurement]:
+    """Both kinetic orders, both frames, both discretizations."""
+    found = []
+    for name, overrides in _CASES.items():
+        for kinetics in ("first-order", "full"):
+            scenario = Scenario.builtin("paper", [*overrides, f"discretization.kinetics={kinetics}"])
+            o = build_operators(scenario)
+            q, qd = _state(o.size + 1, 1.0 / np.arange(1.0, o.size + 1) ** 2)
+            work = new_work(o.size + 1)
+            evaluate_beam(Beam(scenario, o).model, 0.0, q, qd, work)
+            energy = (full_lagrangian if kinetics == "full" else first_order_lagrangian)(o, scenario.gravity)
+            mass, force = lagrange(energy, q, qd)
+            label = f"{kinetics}-{name}"
+            found += [
+                Measurement(
+                    f"mass matrix, {kinetics}, {name}: relative distance",
+                    _relative(work.matrices[MASS], mass),
+                    0.0,
+                    "1",
+                    1e-11,
+                    _LAGRANGE,
+                    f"mass-{label}",
+                ),
+                Measurement(
+                    f"forces, {kinetics}, {name}: relative distance",
+                    _relative(work.vectors[FORCES], force),
+                    0.0,
+                    "1",
+                    1e-11,
+                    _LAGRANGE,
+                    f"forces-{label}",
+                ),
+            ]
+    return found
+
+
+@check(
+    "The full nodal model in total coordinates W = x theta + B: mass and forces, gauge terms included.",
+    seconds=0.5,
+)
+def nodal() -> list[Measurement]:
+    """Five elements; theta = S W/J, B = W - x theta."""
+    scenario = Scenario.builtin(
+        "paper",
+        [
+            "discretization.method=fem",
+            "discretization.modes=0",
+            "discretization.frame=mean-axis",
+            "discretization.elements=5",
+            "solver.scheme=generalized-alpha",
+        ],
+    )
+    full = FullBeam(scenario, discretization("fem").build_nodal(scenario))
+    o, J = full.operators, float(full.operators.S @ full.operators.rigid)
+
+    # the operators under the names of a reduced beam
+    total = SimpleNamespace(M1=o.M1, C=o.C, D=o.D, K=o.K, S=o.S, P=o.P, Sm=float(o.P @ o.rigid), J=J)
+    inner = first_order_lagrangian(total, scenario.gravity)
+
+    def lagrangian(W: Any, Wd: Any) -> Any:
+        theta, spin = o.S @ W / J, o.S @ Wd / J
+        q, qd = np.append(theta, W - o.rigid * theta), np.append(spin, Wd - o.rigid * spin)
+        return inner(q, qd)
+
+    rng = np.random.default_rng(20160923)
+    W = 0.4 * o.rigid + 0.01 * rng.uniform(-1.0, 1.0, full.size)
+    Wd = -3.0 * o.rigid + rng.uniform(-1.0, 1.0, full.size)
+    work = new_nodal_work(full.size)
+    evaluate_nodal(full.model, 0.0, W, Wd, work)
+    mass, force = lagrange(lagrangian, W, Wd)
+    columns = np.empty_like(mass)
+    for k, e in enumerate(np.eye(full.size)):
+        mass_product_nodal(full.model, work, e, OWN_A)
+        columns[:, k] = work.vectors[OWN_A]
+    return [
+        Measurement("mass: relative distance", _relative(columns, mass), 0.0, "1", 1e-12, _LAGRANGE, "mass"),
+        Measurement(
+            "forces: relative distance",
+            _relative(work.vectors[FORCES], force),
+            0.0,
+            "1",
+            1e-10,  # K W of a thousandfold size cancels
+            _LAGRANGE,
+            "forces",
+        ),
+    ]
+
+
+def _place(o: BeamOperators, scenario: Scenario, q: Any) -> tuple[Any, Any]:
+    """Gap and slip of the beam's end from the integral of its slope."""
+    table, slope = o.stations.quadrature, scenario.slope
+    along = table.slopes @ q[1:]
+    x, y = o.length - 0.5 * table.weights @ along**2, o.contact_shape @ q[1:]
+    px, py = x * np.cos(q[0]) - y * np.sin(q[0]), x * np.sin(q[0]) + y * np.cos(q[0])
+    s, c = np.sin(slope.angle), np.cos(slope.angle)
+    dx, dy = px - slope.origin[0], py - slope.origin[1]
+    return dy * c - dx * s, dx * c + dy * s
+
+
+@check("Gap and slip, their gradients and their accelerations at a bent, fast state.", seconds=0.3)
+def contact_rows() -> list[Measurement]:
+    """Positions by geometry, rows by complex steps, biases by differences of the rates along the motion."""
+    found = []
+    text = "geometry of the bent centreline; gradient by complex steps, bias by central differences"
+    for name, overrides in _CASES.items():
+        scenario = Scenario.builtin("paper", list(overrides))
+        o = build_operators(scenario)
+        q, qd = _state(o.size + 1, 1.0 / np.arange(1.0, o.size + 1) ** 2)
+        work = new_work(o.size + 1)
+        evaluate_beam(Beam(scenario, o).model, 0.0, q, qd, work)
+        unit, h = np.eye(q.size), 1e-4
+
+        def rate(at: Array, k: int, o: BeamOperators = o, s: Scenario = scenario, qd: Array = qd) -> float:
+            return float(np.imag(_place(o, s, at + 1j * _STEP * qd)[k]) / _STEP)
+
+        for k, (kind, position, row, speed, bias) in enumerate(
+            (("gap", GAP, NORMAL_ROW, GAP_RATE, GAP_BIAS), ("slip", SLIP, TANGENT_ROW, SLIP_RATE, SLIP_BIAS))
+        ):
+            gradient = np.array([np.imag(_place(o, scenario, q + 1j * _STEP * e)[k]) / _STEP for e in unit])
+            bent = (rate(q + h * qd, k) - rate(q - h * qd, k)) / (2.0 * h)
+            distance = abs(work.scalars[position] - _place(o, scenario, q)[k])
+            distance += abs(work.scalars[speed] - rate(q, k))
+            found += [
+                Measurement(
+                    f"{kind} and its rate, {name}", distance, 0.0, "m, m/s", 1e-11, text, f"{kind}-{name}"
+                ),
+                Measurement(
+                    f"gradient of the {kind}, {name}: relative distance",
+                    _relative(work.vectors[row], gradient),
+                    0.0,
+                    "1",
+                    1e-11,
+                    text,
+                    f"{kind}-gradient-{name}",
+                ),
+                # differences over 1e-4 s of motion err by h² times the third derivative
+                Measurement(
+                    f"acceleration bias of the {kind}, {name}",
+                    float(work.scalars[bias]),
+                    bent,
+                    "m/s²",
+                    1e-6 * max(1.0, abs(bent)),
+                    text,
+                    f"{kind}-bias-{name}",
+                ),
+            ]
+    return found
+
+
+@check("A beam at rest that is let go starts with the rigid bar's angular acceleration.", seconds=0.2)
+def release() -> Measurement:
+    """That is, theta'' = -3 g cos(theta)/(2 L) in the mean-axis frame, which turns like the rigid body."""
+    scenario = Scenario.builtin("paper", list(_CASES["mean-axis"]))
+    beam = Beam(scenario, build_operators(scenario))
+    q, qd = beam.initial_state()
+    work = new_work(q.size)
+    evaluate_beam(beam.model, 0.0, q, qd, work)
+    computed = float(np.linalg.solve(work.matrices[MASS], work.vectors[FORCES])[0])
+    exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
+    text = "closed form of the rigid bar"
+    return Measurement("angular acceleration at the start", computed, exact, "rad/s²", 1e-11, text)
