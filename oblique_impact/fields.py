@@ -34,6 +34,8 @@ class Fields(NamedTuple):
 
     ux: Array  # m
     uy: Array  # m
+    ux_dot: Array  # m/s, rates of these coordinates in the frame
+    uy_dot: Array  # m/s
     moment: Array  # N m
     shear: Array  # N, d(moment)/dx
     axial_force: Array  # N, along the frame's x axis, tension positive
@@ -49,6 +51,24 @@ class Motion(NamedTuple):
     qdd: Array
     normal_force: Array
     tangential_force: Array
+
+
+class _Bending(NamedTuple):
+    """At the points of the quadrature, (nq, samples): slope and its rate, axial displacement and its rate."""
+
+    slopes: Array
+    slope_rates: Array  # 1/s
+    ux: Array  # m
+    ux_dot: Array  # m/s
+
+
+class _Tip(NamedTuple):
+    """Displacements (m) of the tip and their rates (m/s), (samples,)."""
+
+    ux: Array
+    uy: Array
+    ux_dot: Array
+    uy_dot: Array
 
 
 class _Forces(NamedTuple):
@@ -127,10 +147,14 @@ def _block(beam: Beam, motion: Motion) -> Fields:
     o, stations = beam.operators, beam.operators.stations
     table, sections, cells = stations.quadrature, o.sections, stations.cells
     B = motion.q[:, 1:].T
-    slopes = table.slopes @ B
-    shortening = -0.5 * beam.foreshortening * slopes**2
+    Bd = motion.qd[:, 1:].T
+    slopes, slope_rates = table.slopes @ B, table.slopes @ Bd
+    shortening, rate = -0.5 * beam.foreshortening * slopes**2, -beam.foreshortening * slopes * slope_rates
     ux, uy = _inboard(table, shortening, cells), stations.values @ B
-    forces = _forces(beam, motion, slopes, cumulative(table, shortening), ux[-1], uy[-1])
+    ux_dot, uy_dot = _inboard(table, rate, cells), stations.values @ Bd
+    bending = _Bending(slopes, slope_rates, cumulative(table, shortening), cumulative(table, rate))
+    tip = _Tip(ux[-1], uy[-1], ux_dot[-1], uy_dot[-1])
+    forces = _forces(beam, motion, bending, tip)
     axial, transverse = _outboard(forces.axial, cells), _outboard(forces.transverse, cells)
     moment = _outboard(forces.x * forces.transverse - forces.y * forces.axial, cells)
     contact_axial, contact_transverse = _contact_force(beam, motion)
@@ -145,32 +169,31 @@ def _block(beam: Beam, motion: Motion) -> Fields:
     shear = slope * axial - (1.0 - 0.5 * beam.foreshortening * slope**2) * transverse
     x = stations.points
     modulus = sections.fibre_distance(x) / sections.second_moment(x)
-    return Fields(ux.T, uy.T, moment.T, shear.T, axial.T, modulus * moment.T)
+    return Fields(ux.T, uy.T, ux_dot.T, uy_dot.T, moment.T, shear.T, axial.T, modulus * moment.T)
 
 
-def _forces(beam: Beam, motion: Motion, slopes: Array, ux: Array, tip_ux: Array, tip_uy: Array) -> _Forces:
+def _forces(beam: Beam, motion: Motion, bending: _Bending, tip: _Tip) -> _Forces:
     """Gravity, inertia and external damping on the points of the quadrature and on the tip mass.
 
     Accelerations in the frame: a_a = x'' - theta'' y - 2 theta' y' - theta'^2 x and
     a_t = y'' + theta'' x + 2 theta' x' - theta'^2 y (primes are time derivatives).
     """
     o, s = beam.operators, beam.operators.sections
-    table, tip = o.stations.quadrature, o.stations.values[-1:]
+    table = o.stations.quadrature
     B, Bd, Bdd = (v[:, 1:].T for v in (motion.q, motion.qd, motion.qdd))
     (theta, spin, spin_rate), kept = (v[:, 0] for v in (motion.q, motion.qd, motion.qdd)), beam.foreshortening
-    slope_rates, slope_accelerations = table.slopes @ Bd, table.slopes @ Bdd
-    rate, acceleration = -kept * slopes * slope_rates, -kept * (slope_rates**2 + slopes * slope_accelerations)
+    acceleration = -kept * (bending.slope_rates**2 + bending.slopes * (table.slopes @ Bdd))
 
     def with_tip(values: Array, last: Array) -> Array:
         return np.concatenate([values, np.reshape(last, (1, -1))])
 
-    x = s.hub_radius + with_tip(table.points[:, None] + ux, s.length + tip_ux)
-    y = with_tip(table.values @ B, tip_uy)
-    x_rate = with_tip(cumulative(table, rate), table.weights @ rate)
-    y_rate = with_tip(table.values @ Bd, tip @ Bd)
+    x = s.hub_radius + with_tip(table.points[:, None] + bending.ux, s.length + tip.ux)
+    y = with_tip(table.values @ B, tip.uy)
+    x_rate = with_tip(bending.ux_dot, tip.ux_dot)
+    y_rate = with_tip(table.values @ Bd, tip.uy_dot)
     axial = with_tip(cumulative(table, acceleration), table.weights @ acceleration)
     axial += -spin_rate * y - 2.0 * spin * y_rate - spin**2 * x
-    transverse = with_tip(table.values @ Bdd, tip @ Bdd)
+    transverse = with_tip(table.values @ Bdd, o.stations.values[-1:] @ Bdd)
     transverse += spin_rate * x + 2.0 * spin * x_rate - spin**2 * y
     # damping proportional to mass is a load from outside; the other kinds act inside, as a share of the moment
     transverse += beam.scenario.beam.mass_proportional * y_rate

@@ -306,6 +306,8 @@ def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
             "shortening": labelled(ux, one, "m", "axial displacement of the contact point (foreshortening)"),
             "ux": labelled(fields.ux, along, "m", "axial displacement in the floating frame"),
             "uy": labelled(fields.uy, along, "m", "transverse displacement in the floating frame"),
+            "ux_dot": labelled(fields.ux_dot, along, "m/s", "rate of ux in the floating frame"),
+            "uy_dot": labelled(fields.uy_dot, along, "m/s", "rate of uy in the floating frame"),
             "moment": labelled(fields.moment, along, "N m", "bending moment"),
             "shear": labelled(fields.shear, along, "N", "shear force, slope of the bending moment"),
             "axial_force": labelled(fields.axial_force, along, "N", "axial force, tension positive"),

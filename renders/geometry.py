@@ -1,0 +1,243 @@
+"""The deformed beam as a centreline and a swept tube with its results, from a history alone.
+
+Between the stations of a history the displacements follow cubic splines; the stations themselves are met
+exactly.  A deformation factor magnifies the deviation of the axis from the straight line through pin and
+contact point and nothing else, so that both stay where they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from oblique_impact.errors import InputError
+from oblique_impact.history import History
+from oblique_impact.scenario import Scenario
+from oblique_impact.sections import Sections
+
+Array = NDArray[np.float64]
+Faces = NDArray[np.int64]
+
+SIDES = 24  # of the tube's polygon
+BETWEEN = 1  # rings between two stations
+CAP_RINGS = 6  # of the hemispherical tip cap
+_FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)
+_VISIBLE = 0.06  # of the length: what a deviation is magnified to
+
+#: results along the beam that the surface carries, with their units
+QUANTITIES = {
+    "displacement": "m",
+    "velocity": "m/s",
+    "slope": "rad",
+    "bending_moment": "N m",
+    "shear_force": "N",
+    "axial_force": "N",
+    "bending_stress": "Pa",
+    "axial_stress": "Pa",
+}
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Points (np, 3) of the tube at one sample and its results there."""
+
+    points: Array
+    arrays: dict[str, Array]
+
+
+class BeamGeometry:
+    """Shapes of the beam at the samples of a history.
+
+    Parameters
+    ----------
+    history : History
+        With the variables `theta`, `ux`, `uy` and the results along the stations.
+    factor : float, optional
+        Deformation factor; chosen from the largest deviation of the run if None.
+
+    Raises
+    ------
+    InputError
+        If the history has no stations (it is not one of a beam) or the factor is not positive and finite.
+    """
+
+    def __init__(self, history: History, factor: float | None = None) -> None:
+        missing = [
+            name for name in ("theta", "ux", "uy", "ux_dot", "uy_dot", "moment") if name not in history.data
+        ]
+        if missing:
+            raise InputError(
+                f"history: has no variable {missing[0]!r}: it is not one of a beam, or of another version"
+            )
+        if factor is not None and not 0.0 < factor < np.inf:
+            raise InputError(f"--deformation {factor}: should be a positive number")
+        self.history = history
+        self.scenario = Scenario.from_toml(history.scenario_toml)
+        self.sections = Sections.from_scenario(self.scenario)
+        self._given = factor
+
+    @cached_property
+    def times(self) -> Array:
+        """Times (s) of the samples; two at a jump."""
+        return self._values("time")
+
+    @cached_property
+    def stations(self) -> Array:
+        """Arc lengths (m) of the stations."""
+        return self._values("station")
+
+    @cached_property
+    def places(self) -> Array:
+        """Arc lengths (m) of the rings: the stations and `BETWEEN` places between two."""
+        parts = np.arange(BETWEEN + 1) / (BETWEEN + 1)
+        inner = self.stations[:-1, None] + parts * np.diff(self.stations)[:, None]
+        return np.append(inner.ravel(), self.stations[-1])
+
+    @cached_property
+    def factor(self) -> float:
+        """Deformation factor: as given, or the round number that shows the largest deviation of the run."""
+        if self._given is not None:
+            return float(self._given)
+        largest = float(np.max(np.linalg.norm(self._deviation(slice(None)), axis=-1), initial=0.0))
+        wanted = _VISIBLE * self.scenario.beam.length / max(largest, 1e-300)
+        return max(f for f in _FACTORS if f <= max(wanted, 1.0))
+
+    @cached_property
+    def radii(self) -> Array:
+        """Radius (m) of the drawn tube at the rings: that of the outer fibre."""
+        return np.asarray(self.sections.fibre_distance(self.places) * np.ones_like(self.places))
+
+    # Axis -----------------------------------------------------------------------------------------------------
+
+    def stations_at(self, k: int | slice) -> Array:
+        """Inertial positions (..., stations, 2) of the axis at sample(s) k, without magnification."""
+        x = self.scenario.root.hub_radius + self.stations + self._values("ux")[k]
+        return _turned(self._values("theta")[k], x, self._values("uy")[k])
+
+    def centreline(self, k: int) -> Array:
+        """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
+        true = self._axis(k)
+        drawn = self._chord(k) + self.factor * (true - self._chord(k)) if self.factor != 1.0 else true
+        return np.concatenate([drawn, np.zeros((drawn.shape[0], 1))], axis=1)
+
+    def _axis(self, k: int) -> Array:
+        """Return the true axis at the rings, (rings, 2)."""
+        ux, uy = (self._between(name, k) for name in ("ux", "uy"))
+        x = self.scenario.root.hub_radius + self.places + ux
+        return _turned(self._values("theta")[k], x, uy)
+
+    def _chord(self, k: int | slice, places: Array | None = None) -> Array:
+        """Straight line through the root and the contact point, at the rings (..., rings, 2)."""
+        at = self.places if places is None else places
+        ends = self.stations_at(k)
+        touch = int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
+        root, tip = ends[..., :1, :], ends[..., touch : touch + 1, :]
+        return np.asarray(root + (at / self.stations[touch])[:, None] * (tip - root))
+
+    def _deviation(self, k: slice) -> Array:
+        return np.asarray(self.stations_at(k) - self._chord(k, self.stations))
+
+    # Tube -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def faces(self) -> Faces:
+        """Triangles and quadrilaterals of the tube in VTK's form (3 or 4, then points), wound outward."""
+        rings = self.places.size + CAP_RINGS - 1
+        i, j = np.arange(rings - 1)[:, None], np.arange(SIDES)[None]
+        a, b = i * SIDES + j, i * SIDES + (j + 1) % SIDES
+        quads = np.stack([np.full_like(a, 4), a, a + SIDES, b + SIDES, b], axis=-1).reshape(-1)
+        last, side = (rings - 1) * SIDES, np.arange(SIDES)
+        pole, centre = rings * SIDES, rings * SIDES + 1
+        tip = np.stack([np.full(SIDES, 3), last + side, np.full(SIDES, pole), last + (side + 1) % SIDES], axis=-1)
+        root = np.stack([np.full(SIDES, 3), np.full(SIDES, centre), side, (side + 1) % SIDES], axis=-1)
+        return np.concatenate([quads, tip.reshape(-1), root.reshape(-1)])
+
+    @cached_property
+    def _template(self) -> tuple[NDArray[np.int64], Array, Array, Array]:
+        """Per point of the tube: its ring, offsets along the axis, across it, and out of the plane (m)."""
+        angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
+        across, out = np.cos(angle), np.sin(angle)
+        ring = np.repeat(np.arange(self.places.size), SIDES)
+        radius = self.radii[ring]
+        last, r = self.places.size - 1, self.radii[-1]
+        elevation = 0.5 * np.pi * np.arange(1, CAP_RINGS) / CAP_RINGS
+        along = np.concatenate([np.zeros(ring.size), np.repeat(r * np.sin(elevation), SIDES), [r, 0.0]])
+        cap = np.repeat(r * np.cos(elevation), SIDES)
+        turns = CAP_RINGS - 1
+        size = np.concatenate([radius, cap, [0.0, 0.0]])
+        side = np.concatenate([np.tile(across, self.places.size + turns), [0.0, 0.0]])
+        depth = np.concatenate([np.tile(out, self.places.size + turns), [0.0, 0.0]])
+        rings = np.concatenate([ring, np.full(turns * SIDES + 1, last), [0]])
+        return rings, along, size * side, size * depth
+
+    def surface(self, k: int) -> Surface:
+        """Tube at sample k: its points follow the drawn axis, its rings the rotated sections."""
+        rings, along, across, out = self._template
+        axis = self.centreline(k)[:, :2]
+        tangent = np.gradient(axis, self.places, axis=0, edge_order=2)
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+        plane = axis[rings] + along[:, None] * tangent[rings] + across[:, None] * normal[rings]
+        points = np.concatenate([plane, out[:, None]], axis=1)
+        return Surface(points, self._arrays(k, rings, across))
+
+    def _arrays(self, k: int, rings: NDArray[np.int64], across: Array) -> dict[str, Array]:
+        """Results at the points of the tube; stresses follow their height in the section."""
+        along = self.along(k)
+        section = self.sections
+        x = self.places
+        area = section.area(x)
+        stress = -(along["bending_moment"] / section.second_moment(x))[rings] * across
+        normal = (along["axial_force"] / area)[rings]
+        found = {name: values[rings] for name, values in along.items()}
+        return found | {"bending_stress": stress, "axial_stress": stress + normal}
+
+    def along(self, k: int) -> dict[str, Array]:
+        """Results on the axis at the rings: vectors (rings, 3) in the inertial frame, scalars (rings,)."""
+        theta, spin = self._values("theta")[k], self._values("theta_dot")[k]
+        radius = self.scenario.root.hub_radius
+        ux, uy, u_rate, v_rate = (self._between(name, k) for name in ("ux", "uy", "ux_dot", "uy_dot"))
+        arm = radius + self.places + ux
+        slope = CubicSpline(self.stations, self._values("uy")[k])(self.places, 1)
+        return {
+            "displacement": _flat(_turned(theta, ux, uy)),
+            "velocity": _flat(_turned(theta, u_rate - spin * uy, v_rate + spin * arm)),
+            "slope": np.asarray(slope),
+            "bending_moment": self._between("moment", k),
+            "shear_force": self._linear("shear", k),
+            "axial_force": self._linear("axial_force", k),
+        }
+
+    # Samples --------------------------------------------------------------------------------------------------
+
+    def _values(self, name: str) -> Array:
+        return np.asarray(self.history[name].values, dtype=float)
+
+    def _between(self, name: str, k: int) -> Array:
+        """Values of a smooth variable at the rings; the stations exactly."""
+        values = self._values(name)[k]
+        if not np.all(np.isfinite(values)):
+            return self._linear(name, k)
+        found = CubicSpline(self.stations, values)(self.places)
+        found[:: BETWEEN + 1] = values
+        return np.asarray(found)
+
+    def _linear(self, name: str, k: int) -> Array:
+        """Values of a variable that may jump at a station."""
+        return np.asarray(np.interp(self.places, self.stations, self._values(name)[k]))
+
+
+def _turned(theta: Array | float, x: Array, y: Array) -> Array:
+    """Components (..., 2) in the inertial frame of (x, y) in a frame turned by theta."""
+    c, s = np.cos(theta), np.sin(theta)
+    if np.ndim(theta):
+        c, s = np.asarray(c)[:, None], np.asarray(s)[:, None]
+    return np.stack([x * c - y * s, x * s + y * c], axis=-1)
+
+
+def _flat(plane: Array) -> Array:
+    return np.concatenate([plane, np.zeros((*plane.shape[:-1], 1))], axis=-1)

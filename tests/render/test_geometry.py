@@ -1,0 +1,156 @@
+"""The drawn beam against the history: positions, results on the surface, magnification about the chord."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from oblique_impact import InputError
+from renders.geometry import BETWEEN, SIDES, BeamGeometry
+
+FAMILIES = {
+    "paper": ("paper",),
+    "mid-span": ("mid-span",),
+    "hub": ("paper", "root.kind=hub", "root.inertia=0.1", "root.hub_radius=0.1", "contact.enabled=false"),
+    "tapered": ("tapered", "end_time=0.34"),
+}
+
+
+@pytest.fixture(params=FAMILIES)
+def history(run, request):
+    name, *overrides = FAMILIES[request.param]
+    return run(name, *overrides)
+
+
+def places(history):
+    """A few samples: the start, the largest force, the end."""
+    force = np.nan_to_num(history["lambda_n"].values)
+    return [0, int(np.argmax(force)), int(np.argmin(force)), history["time"].size - 1]
+
+
+def test_the_axis_meets_the_stations(history):
+    geometry = BeamGeometry(history, 1.0)
+    theta = history["theta"].values
+    radius = geometry.scenario.root.hub_radius
+    for k in places(history):
+        x = radius + history["station"].values + history["ux"].values[k]
+        y = history["uy"].values[k]
+        expected = np.stack(
+            [x * np.cos(theta[k]) - y * np.sin(theta[k]), x * np.sin(theta[k]) + y * np.cos(theta[k])], axis=1
+        )
+        axis = geometry.centreline(k)
+        np.testing.assert_allclose(axis[:: BETWEEN + 1, :2], expected, rtol=0.0, atol=1e-12)
+        np.testing.assert_array_equal(axis[:, 2], 0.0)
+
+
+def test_magnification_keeps_root_and_contact_point(history):
+    true, drawn = BeamGeometry(history, 1.0), BeamGeometry(history, 7.0)
+    touch = int(np.argmin(np.abs(true.places - true.scenario.contact.point)))
+    for k in places(history):
+        a, b = true.centreline(k), drawn.centreline(k)
+        np.testing.assert_allclose(b[[0, touch]], a[[0, touch]], atol=1e-12)
+        chord = a[0] + (true.places / true.places[touch])[:, None] * (a[touch] - a[0])
+        np.testing.assert_allclose(b - chord, 7.0 * (a - chord), atol=1e-12)
+
+
+def test_the_tube_is_closed_and_wound_outward(history):
+    geometry = BeamGeometry(history)
+    surface = geometry.surface(places(history)[1])
+    mesh = pv.PolyData(surface.points, geometry.faces)
+    assert mesh.is_manifold
+    assert mesh.n_open_edges == 0
+    x, r = geometry.places, geometry.radii
+    expected = np.pi * np.trapezoid(r**2, x) + 2.0 / 3.0 * np.pi * r[-1] ** 3
+    # polygons of 24 sides: sin(2 pi/24)/(2 pi/24) of the circle's area; the magnified beam is a little longer
+    assert mesh.volume == pytest.approx(expected * np.sin(np.pi / 12) / (np.pi / 12), rel=0.02)
+
+
+def test_rings_are_circles_across_the_axis(history):
+    geometry = BeamGeometry(history, 1.0)
+    k = places(history)[1]
+    points, axis = geometry.surface(k).points, geometry.centreline(k)
+    rings = points[: geometry.places.size * SIDES].reshape(-1, SIDES, 3)
+    np.testing.assert_allclose(rings.mean(axis=1), axis, atol=1e-12)
+    distance = np.linalg.norm(rings - axis[:, None], axis=2)
+    np.testing.assert_allclose(distance, np.broadcast_to(geometry.radii[:, None], distance.shape), rtol=1e-12)
+    along = np.gradient(axis, geometry.places, axis=0)
+    assert np.abs(np.einsum("rsi,ri->rs", rings - axis[:, None], along)).max() < 2e-3 * geometry.radii.max()
+
+
+def test_results_on_the_surface_are_those_of_the_history(history):
+    geometry = BeamGeometry(history)
+    for k in places(history)[:2]:
+        arrays = geometry.surface(k).arrays
+        stations = slice(None, None, BETWEEN + 1)
+
+        def side(name, j, arrays=arrays, stations=stations):
+            values = arrays[name]
+            return values[: geometry.places.size * SIDES].reshape(-1, SIDES, *values.shape[1:])[stations, j]
+
+        half = SIDES // 2  # the fibre on the side of negative y; 0 is that of positive y
+        for name, variable in (
+            ("bending_moment", "moment"),
+            ("shear_force", "shear"),
+            ("axial_force", "axial_force"),
+        ):
+            scale = np.nanmax(np.abs(history[variable].values[k])) + 1e-300
+            np.testing.assert_allclose(side(name, 3) / scale, history[variable].values[k] / scale, atol=1e-12)
+        stress = history["bending_stress"].values[k]
+        scale = np.nanmax(np.abs(stress)) + 1e-300
+        np.testing.assert_allclose(side("bending_stress", half) / scale, stress / scale, atol=1e-11)
+        np.testing.assert_allclose(side("bending_stress", 0) / scale, -stress / scale, atol=1e-11)
+        area = geometry.sections.area(history["station"].values)
+        normal = history["axial_force"].values[k] / area
+        np.testing.assert_allclose(
+            side("axial_stress", half) - side("bending_stress", half), normal, atol=1e-9 * scale
+        )
+
+
+def test_velocity_is_the_rate_of_the_position(run):
+    """Central differences between samples in flight."""
+    history = run("paper", "end_time=0.02", "solver.output_interval=1e-4")
+    geometry = BeamGeometry(history, 1.0)
+    for k in (50, 150):
+        before, after = geometry.centreline(k - 1), geometry.centreline(k + 1)
+        velocity = geometry.along(k)["velocity"]
+        np.testing.assert_allclose((after - before) / 2e-4, velocity, atol=1e-3 * np.abs(velocity).max())
+
+
+def test_slope_is_the_derivative_of_the_deflection(history):
+    geometry = BeamGeometry(history)
+    k = places(history)[1]
+    slope = geometry.along(k)["slope"]
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(geometry.places) * (slope[1:] + slope[:-1]))])
+    rise = history["uy"].values[k] - history["uy"].values[k][0]
+    np.testing.assert_allclose(integral[:: BETWEEN + 1], rise, atol=2e-3 * np.abs(rise).max() + 1e-15)
+
+
+@pytest.mark.parametrize("name", ["paper", "rigid-limit", "spin-up"])
+def test_the_factor_is_a_round_number_that_shows_the_deviation(run, name):
+    """Six per cent of the length at most, and more than a fifth of that unless the largest factor is used."""
+    geometry = BeamGeometry(run(name))
+    true = BeamGeometry(run(name), 1.0)
+    largest = 0.0
+    for k in range(0, true.times.size, 50):
+        axis, ends = true.centreline(k), true.centreline(k)[[0, -1]]
+        chord = ends[0] + (true.places / true.places[-1])[:, None] * (ends[1] - ends[0])
+        largest = max(largest, float(np.linalg.norm(axis - chord, axis=1).max()))
+    shown = geometry.factor * largest / geometry.scenario.beam.length
+    assert shown < 0.06
+    assert shown > 0.015 or geometry.factor == 100.0
+    assert geometry.factor in (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, np.inf, np.nan])
+def test_a_senseless_factor_is_one_line(run, factor):
+    with pytest.raises(InputError, match="--deformation"):
+        BeamGeometry(run("paper"), factor)
+
+
+def test_a_history_without_a_beam_is_one_line(run):
+    from dataclasses import replace
+
+    history = run("paper")
+    with pytest.raises(InputError, match="ux_dot"):
+        BeamGeometry(replace(history, data=history.data.drop_vars("ux_dot")))
