@@ -32,7 +32,7 @@ WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
 ]
 
-_LATER = ("render", "export", "sweep")
+_LATER = ("export", "sweep")
 
 
 @app.command()
@@ -143,6 +143,65 @@ def reproduce(
         typer.echo(line)
 
 
+@app.command()
+def render(
+    histories: Annotated[
+        list[Path], typer.Argument(metavar="HISTORY...", help="Run folders or history.nc files.")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="FILE.png, .mp4, .gif, .webp or .html.")] = Path(
+        "out/film.mp4"
+    ),
+    times: Annotated[
+        list[float] | None, typer.Option("--time", help="Time of a still (s); of a strip: repeatable.")
+    ] = None,
+    event: Annotated[int | None, typer.Option(help="A still at an event, by its number from 1.")] = None,
+    strip: Annotated[bool, typer.Option("--strip", help="A strip: one row for each time.")] = False,
+    size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels; of one row of a strip.")] = "",
+    fps: Annotated[int, typer.Option(help="Frames per second.")] = 30,
+    speed: Annotated[float | None, typer.Option(help="Physical over film time in flight.")] = None,
+    contact_speed: Annotated[float | None, typer.Option(help="The same in contact, e.g. 0.001.")] = None,
+    between: Annotated[str | None, typer.Option(metavar="T0,T1", help="Part of the run (s).")] = None,
+    frames: Annotated[int | None, typer.Option(help="Exactly so many frames.")] = None,
+    deformation: Annotated[float | None, typer.Option(help="Deformation factor; default: chosen.")] = None,
+    colour: Annotated[str, typer.Option(help="The result in colour.")] = "bending_stress",
+    camera: Annotated[str, typer.Option(help="oblique, front or above.")] = "oblique",
+    theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
+    layout: Annotated[str, typer.Option(help="Of several histories: side-by-side or overlay.")] = "side-by-side",
+    names: Annotated[
+        list[str] | None, typer.Option("--name", help="What a history is called; repeatable.")
+    ] = None,
+    magnify: Annotated[
+        float | None, typer.Option("--magnify-difference", help="Draw the second history so far from the first.")
+    ] = None,
+    bare: Annotated[bool, typer.Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
+) -> None:
+    """Draw a still, a strip, a film or an interactive page from histories."""
+    from renders.command import Request, parse_size
+    from renders.command import render as draw
+    from renders.frame import Style
+
+    pixels, note = parse_size(size or ("1000x250" if strip else "1280x720"))
+    if note:
+        _say(note)
+    shown = not bare
+    style = Style(
+        size=pixels,
+        theme=theme,
+        camera=camera,
+        quantity=colour,
+        deformation=deformation,
+        charts=shown,
+        inset=shown,
+        ghosts=shown,
+        trace=shown,
+        layout="overlay" if magnify is not None else layout,
+    )
+    span = _pair("--between", between)
+    chosen = tuple(times or ()), event, strip, fps, speed, contact_speed, span, frames, tuple(names or ()), magnify
+    for line in draw(histories, out, style, Request(*chosen)):
+        typer.echo(line)
+
+
 def _later(name: str) -> None:
     """Register a command that the contract names and this version does not have."""
 
@@ -175,6 +234,17 @@ def _speeds(text: str) -> list[float]:
     if not all(math.isfinite(rate) and abs(rate) <= 1e9 for rate in rates):
         raise InputError(f"--speeds {text}: should be finite numbers in rad/s, separated by commas")
     return rates
+
+
+def _pair(option: str, text: str | None) -> tuple[float, float] | None:
+    """Two numbers separated by a comma."""
+    if text is None:
+        return None
+    try:
+        first, second = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{option} {text}: should be two numbers separated by a comma") from None
+    return first, second
 
 
 def _announce_compilation(scenario: Scenario) -> None:
