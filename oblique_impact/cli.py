@@ -115,14 +115,18 @@ def refine(
     scenario: ScenarioArgument = "paper",
     elements: Annotated[str | None, typer.Option(help="Numbers of elements, separated by commas.")] = None,
     modes: Annotated[str | None, typer.Option(help="Numbers of modes, separated by commas.")] = None,
-    steps: Annotated[str | None, typer.Option(help="Steps in s, separated by commas.")] = None,
+    steps: Annotated[
+        str | None, typer.Option(help="Free steps in s; contact steps keep their ratio to them.")
+    ] = None,
     tolerances: Annotated[
         str | None, typer.Option(help="Tolerances of the event scheme, separated by commas.")
     ] = None,
     quantities: Annotated[
         list[str] | None, typer.Option("--quantity", metavar="NAME", help="A quantity of interest; repeatable.")
     ] = None,
-    study: Annotated[str | None, typer.Option(help="A shipped study instead of a scenario.")] = None,
+    study: Annotated[
+        str | None, typer.Option(help="A shipped study: elements, steps, remedies or grading.")
+    ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
     within: Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError, Scenario
+from oblique_impact.errors import Outcome
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
@@ -496,6 +498,15 @@ def test_a_run_the_physics_stops_is_a_row_and_not_the_end(stopped):
     assert later.analysis.verdict == NO_VERDICT
     assert "painleve" in later.gaps[-1]
     assert all(math.isfinite(value) for value in later.values[:-1])
+
+
+def test_an_interrupt_ends_the_study_and_not_one_run(monkeypatch, run):
+    history = run("paper", "end_time=0.2")
+    cut = dataclasses.replace(history, summary={**history.summary, "outcome": Outcome.INTERRUPTED.label})
+    monkeypatch.setattr("validation.refinement.study.simulate", lambda scenario: cut)
+    ladder = Ladder("modes", "paper", (), "modes", (1.0, 2.0, 3.0))
+    with pytest.raises(KeyboardInterrupt):
+        run_study(Study("modes", "modes", "", (ladder,)), workers=1)
 
 
 def test_data_for_machines_is_complete(stopped):

@@ -53,8 +53,8 @@ RULE = (
         this quantity. Only then is the range called asymptotic and the GCI taken as uncertainty (with p no
         higher than declared). Otherwise the uncertainty is {SAFETY} times the larger of the last two
         differences. It is never less than the noise: the change of the finest value when that run is repeated
-        with a tenth of solver.tolerance, and {ROUNDING:g} of the value for rounding. Differences below
-        {ABOVE_NOISE:g} times the noise tell no order."""
+        with a tenth of solver.tolerance, and {ROUNDING / 1e-13:g} × 10⁻¹³ of the value for rounding. Differences
+        below {ABOVE_NOISE:g} times the noise tell no order."""
     ),
     _words(
         f"""Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length

@@ -41,9 +41,10 @@ class Axis:
     rising: bool
     apply: Callable[[Scenario, float], Scenario]
 
-    def text(self, level: float) -> str:
-        """Return a level for reading."""
-        return f"{level:g}"
+    @property
+    def heading(self) -> str:
+        """Label and unit of the levels, for tables."""
+        return self.label if self.unit == "1" else f"{self.label} ({self.unit})"
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Ladder:
     text : str
         What this ladder shows, for the report.
     group : str
-        Ladders of one group and axis share the pictures of comparison.
+        Ladders of one group share a table of verdicts and pictures of comparison.
     """
 
     name: str

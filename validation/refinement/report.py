@@ -156,14 +156,14 @@ def study_document(result: StudyResult, command: str) -> Document:
         ("machine", machine()),
         ("versions", ", ".join(f"{name} {version}" for name, version in versions())),
     ]
-    matrix = [_matrix(result)] if len(result.ladders) > 1 else []
+    matrices = [_matrix(group) for group in _groups(result) if len(group) > 1]
     return Document(
         f"Refinement study: {study.title}",
         study.text,
         facts,
         [("wall time", f"{result.seconds:.1f} s")],
         overview=[
-            *matrix,
+            *matrices,
             *_comparisons(result),
             _verdicts(result),
             *(Paragraph(text, note=True) for text in RULE),
@@ -177,12 +177,9 @@ def _comparisons(result: StudyResult) -> list[Block]:
     if not result.study.compare:
         return []
     errors = result.study.compare == "errors"
-    groups: dict[str, list[LadderResult]] = {}
-    for ladder in result.ladders:
-        if ladder.axis.name in ("elements", "modes"):
-            groups.setdefault(ladder.ladder.group, []).append(ladder)
     blocks: list[Block] = []
-    for group in groups.values():
+    for together in _groups(result):
+        group = [ladder for ladder in together if ladder.axis.name in ("elements", "modes")]
         if len(group) > 1:
             blocks.append(comparison_picture(group, errors))
             blocks += [_errors(group)] if errors else []
@@ -205,11 +202,18 @@ def _verdict_cell(item: QuantityResult) -> Cell:
     return Cell(item.analysis.words, _KINDS[item.analysis.verdict])
 
 
-def _matrix(result: StudyResult) -> Table:
-    """Verdicts: quantities by ladders."""
-    names = list(dict.fromkeys(item.quantity.name for ladder in result.ladders for item in ladder.results))
-    rows: list[list[str | Cell]] = []
+def _groups(result: StudyResult) -> list[list[LadderResult]]:
+    groups: dict[str, list[LadderResult]] = {}
     for ladder in result.ladders:
+        groups.setdefault(ladder.ladder.group, []).append(ladder)
+    return list(groups.values())
+
+
+def _matrix(group: list[LadderResult]) -> Table:
+    """Verdicts: quantities by ladders."""
+    names = list(dict.fromkeys(item.quantity.name for ladder in group for item in ladder.results))
+    rows: list[list[str | Cell]] = []
+    for ladder in group:
         by_name = {item.quantity.name: _short_cell(item) for item in ladder.results}
         rows.append([ladder.ladder.name, *(by_name.get(name, Cell("", "dim")) for name in names)])
     return Table(["", *names], rows, "What converges; p is the confirmed order")
@@ -239,7 +243,7 @@ def _verdicts(result: StudyResult) -> Table:
                 ]
             )
     columns = ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"]
-    return Table(columns, rows, "Verdicts; limits are given where the order is confirmed", wide=[0, 6, 7])
+    return Table(columns, rows, "Verdicts; limits are given where the order is confirmed", wide=[0, 7])
 
 
 def _section(result: LadderResult) -> Section:
@@ -273,7 +277,7 @@ def _runs(result: LadderResult) -> Table:
         ]
         for level, size, run in zip(result.ladder.levels, result.sizes, result.runs, strict=True)
     ]
-    columns = [result.axis.label, "h", "outcome", "ended at (s)", "steps", "events", ""]
+    columns = [result.axis.heading, "h", "outcome", "ended at (s)", "steps", "events", ""]
     return Table(columns, rows, "Runs", wide=[6])
 
 
@@ -300,7 +304,7 @@ def _levels(result: LadderResult, item: QuantityResult) -> Table:
         f"GCI of the last two levels alone {number(a.pair_index, 2)} {unit}"
     )
     columns = [
-        result.axis.label,
+        result.axis.heading,
         f"value ({unit})",
         f"difference ({unit})",
         "observed order",

@@ -114,6 +114,7 @@ def _steps_ladder(motion: str, scheme: str) -> Ladder:
         names,
         declared,
         text,
+        motion,
     )
 
 
@@ -135,7 +136,7 @@ def steps() -> Study:
     )
 
 
-_REMEDY_QUANTITIES = ("impulse", "peak_force", "second_impact", "contacts", "collision_duration")
+_REMEDY_QUANTITIES = ("impulse", "peak_force", "second_impact", "contacts")
 _REMEDY_MODES = (8.0, 16.0, 24.0, 32.0)
 _REMEDY_ELEMENTS = (8.0, 16.0, 32.0, 64.0)
 _REMEDY_STEPS = (8e-5, 4e-5, 2e-5, 1e-5, 5e-6)
