@@ -418,7 +418,7 @@ def test_usual_quantities_fit_the_scenario():
     assert "second_impact" in default_quantities(Scenario.builtin("paper"))
     assert "tip_x@end" in default_quantities(Scenario.builtin("spin-up"))
     assert natural_scale("m", Scenario.builtin("spin-up"), 3.0) == 10.0
-    assert natural_scale("J", Scenario.builtin("paper"), -3.0) == 3.0
+    assert natural_scale("J", Scenario.builtin("paper"), 3.0) == 3.0
     assert natural_scale("s", Scenario.builtin("paper"), 3.0) == 0.0
 
 

@@ -57,12 +57,12 @@ RULE = (
         below {ABOVE_NOISE:g} times the noise tell no order."""
     ),
     _words(
-        f"""Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length
-        for places, to the initial energy for energies, if these are larger), and the last difference is
-        smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within the noise.
-        Converging at order p: the order is confirmed, the uncertainty still larger. Not converging: neither.
-        The finest level and the two before it must have the quantity; otherwise there is no verdict, and the
-        gap is named."""
+        f"""Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for
+        places, to the larger of initial and final energy for energies, where these are larger), and the last
+        difference is smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within
+        the noise. Converging at order p: the order is confirmed, the uncertainty still larger. Not converging:
+        neither. The finest level and the two before it must have the quantity; otherwise there is no verdict,
+        and the gap is named."""
     ),
 )
 
@@ -315,7 +315,9 @@ def _confirmed(case: _Judged) -> tuple[int, str]:
     if case.declared and abs(order - case.declared) <= AGREEMENT * case.declared:
         return level, f"observed order {order:.2f}, declared {case.declared:g}{ending}"
     known = earlier and earlier.resolved and math.isfinite(earlier.order)
-    shown = f"{earlier.order:.2f}, {order:.2f}" if earlier and known else f"{order:.2f} alone"
+    shown = (
+        f"{earlier.order:.2f}, {order:.2f}" if earlier and known else f"{order:.2f} alone, without another level"
+    )
     return 0, f"the observed order is not confirmed: {shown}{ending}"
 
 

@@ -116,7 +116,7 @@ def default_quantities(scenario: Scenario) -> tuple[str, ...]:
 
 def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:
     """Scale by which a small value of this unit is measured: the length of the beam, the energy (J) of the run."""
-    return {"m": scenario.beam.length, "J": abs(energy)}.get(unit, 0.0)
+    return {"m": scenario.beam.length, "J": energy}.get(unit, 0.0)
 
 
 def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity:

@@ -30,7 +30,7 @@ class Task:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a study keeps of a run; `gaps` says why a quantity is missing."""
+    """What a study keeps of a run; `gaps` says why a quantity is missing, `energy` (J) is the run's scale."""
 
     values: dict[str, float]
     gaps: dict[str, str]
@@ -116,7 +116,7 @@ def run_task(task: Task) -> RunResult:
         float(summary["end_time"]),
         int(summary["steps"]),
         int(summary["events"]),
-        float(summary["energy"]["initial"]),
+        max(abs(float(summary["energy"][key])) for key in ("initial", "final")),
         time.perf_counter() - started,
     )
 
