@@ -115,19 +115,32 @@ def refine(
     scenario: ScenarioArgument = "paper",
     elements: Annotated[str | None, typer.Option(help="Numbers of elements, separated by commas.")] = None,
     modes: Annotated[str | None, typer.Option(help="Numbers of modes, separated by commas.")] = None,
-    steps: Annotated[str | None, typer.Option(help="Steps in s, separated by commas.")] = None,
+    steps: Annotated[
+        str | None, typer.Option(help="Free steps in s; contact steps keep their ratio to them.")
+    ] = None,
+    tolerances: Annotated[
+        str | None, typer.Option(help="Tolerances of the event scheme, separated by commas.")
+    ] = None,
     quantities: Annotated[
         list[str] | None, typer.Option("--quantity", metavar="NAME", help="A quantity of interest; repeatable.")
     ] = None,
-    study: Annotated[str | None, typer.Option(help="A shipped study instead of a scenario.")] = None,
+    study: Annotated[
+        str | None, typer.Option(help="A shipped study: elements, steps, remedies or grading.")
+    ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
+    within: Annotated[
+        float | None, typer.Option(help="Relative uncertainty that counts as converged; default 1e-3.")
+    ] = None,
     workers: WorkersOption = None,
 ) -> None:
     """Refine elements, modes or time steps; writes report.html, results.json and results.csv."""
     from validation.refinement.command import refine_command
 
-    for line in refine_command(scenario, elements, modes, steps, quantities, study, out, changes, workers):
+    lines = refine_command(
+        scenario, elements, modes, steps, quantities, study, out, changes, workers, tolerances, within
+    )
+    for line in lines:
         typer.echo(line)
 
 
