@@ -70,7 +70,7 @@ class Beam3D:
         self.mesh = pv.PolyData(surface.points, geometry.faces)
         self.mesh.point_data["Normals"] = surface.normals
         self.mesh.point_data.active_normals_name = "Normals"
-        options: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.70, "specular": 0.20, "specular_power": 25.0}
+        options: dict[str, Any] = {"ambient": 0.38, "diffuse": 0.65, "specular": 0.06, "specular_power": 30.0}
         if look.plain:
             actor = plotter.add_mesh(self.mesh, color=colour, **options)
         else:

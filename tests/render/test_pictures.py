@@ -10,7 +10,7 @@ from oblique_impact import InputError
 from renders.difference import magnify_difference
 from renders.frame import Composer, Style
 from renders.geometry import BeamGeometry
-from renders.scene import Look, View, colour_limit, contact_force
+from renders.scene import CAMERAS, Look, View, colour_limit, contact_force
 from renders.themes import DARK, LIGHT, theme_of
 
 BARE = Look(ghosts=False, trace=False, arrow=False)
@@ -57,21 +57,21 @@ def test_the_silhouette_is_where_the_points_project_to(geometry, camera):
     view.close()
 
 
-def test_colour_tells_the_sign_of_the_stress(geometry, view):
+def test_colour_tells_the_sign_of_the_stress(geometry):
     """Red where the fibre is stretched, blue where it is compressed."""
+    view = View([geometry], (1280, 800), LIGHT, BARE, colour_limit([geometry], "bending_stress"))
     time = strongest(geometry)
-    k = geometry.index(time)
-    surface = geometry.surface(k)
+    surface = geometry.surface(geometry.index(time))
     picture = drawn(view, time)
-    stress = surface.arrays["bending_stress"]
+    stress, eye = surface.arrays["bending_stress"], CAMERAS["oblique"] / np.linalg.norm(CAMERAS["oblique"])
     for sign in (1.0, -1.0):
-        # points that face the camera and carry at least 60 % of the largest stress
-        facing = (surface.normals[:, 2] > 0.4) & (sign * stress > 0.6 * np.abs(stress).max())
+        # points that face the camera and carry at least 30 % of the largest stress
+        facing = (surface.normals @ eye > 0.5) & (sign * stress > 0.3 * np.abs(stress).max())
         x, y = view.project(surface.points[facing]).round().astype(int).T
         redder = sign * (picture[y, x, 0] - picture[y, x, 2])
         assert redder.size > 10
-        assert redder.min() >= 0  # a highlight is white
-        assert np.mean(redder > 20) > 0.9
+        assert redder.min() > 15
+    view.close()
 
 
 def test_the_contact_touches(geometry, view):
