@@ -88,31 +88,34 @@ def _finding(finding: Finding) -> Cell:
 
 def _claims(material: Material) -> list[Block]:
     rows, rules = [], []
-    for judged in material.judged:
+    for place, judged in enumerate(material.judged, start=1):
         claim = judged.claim
         found = [judged.findings[scheme] for scheme in SCHEMES]
         rows.append(
             [
+                Cell(str(place), "number"),
                 Cell(claim.statement),
                 *(_finding(finding) for finding in found),
                 _verdict(judged.verdict),
                 Cell(_counts(claim.id, material.grid), "dim"),
             ]
         )
-        rules.append([Cell(claim.id, "code"), Cell(claim.place), Cell(claim.rule)])
-    columns = ["the paper says", SCHEMES["fixed-step"], SCHEMES["event"], "verdict", "all choices"]
+        rules.append([Cell(str(place), "number"), Cell(claim.id, "code"), Cell(claim.place), Cell(claim.rule)])
+    columns = ["", "the paper says", SCHEMES["fixed-step"], SCHEMES["event"], "verdict", "all choices"]
     return [
         Table(
-            columns, rows, "What the paper says, what we get; the sign says what each scheme finds", wide=(0, 1, 2)
+            columns, rows, "What the paper says, what we get; the sign says what each scheme finds", wide=(1, 2, 3)
         ),
-        Table(["claim", "place", "rule"], rules, "The rules", wide=(2,)),
+        Table(["", "claim", "place", "rule"], rules, "The rules", wide=(3,)),
     ]
 
 
 def _counts(claim: str, grid: Sequence[Robustness]) -> str:
     if claim not in grid[0].verdicts:
         return "–"
-    return " / ".join(str(sum(point.verdicts[claim] == verdict for point in grid)) for verdict in VERDICTS)
+    return "\u00a0/\u00a0".join(
+        str(sum(point.verdicts[claim] == verdict for point in grid)) for verdict in VERDICTS
+    )
 
 
 def _figures(drawings: Drawings) -> list[Block]:
