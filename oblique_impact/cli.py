@@ -149,7 +149,7 @@ def reproduce(
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/reproduce"),
     workers: WorkersOption = None,
 ) -> None:
-    """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and results.csv."""
+    """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
     from validation.reproduction.command import reproduce_command
 
     for line in reproduce_command(out, workers):
