@@ -211,8 +211,8 @@ def march_alpha(
 ) -> tuple[Progress, int, float, int]:
     """Advance y in place; the times are start + k h as long as the step h (`last`) stays the same.
 
-    The first `gentle_steps` take the coefficients `gentle` and no initial acceleration.  Returns the progress, the number of the next
-    sample, and the new start and k.
+    The first `gentle_steps` take the coefficients `gentle` and no initial acceleration.  Returns the progress,
+    the number of the next sample, and the new start and k.
     """
     steps, count, peak = 0, 0, 0.0
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]

@@ -106,7 +106,8 @@ ORDERS = {
     "generalized-alpha, rho 1": (alpha_error(1.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
     "generalized-alpha, contact": (
         lambda h: sliding_error(GeneralizedAlphaScheme(1.0, h, 0.5)),
-        *(GeneralizedAlphaScheme.order, 2, [0.015, 0.0075, 0.00375, 0.001875], 1e-5),
+        # the first step in a rigid contact is one of backward Euler: locally h^2/2
+        *(GeneralizedAlphaScheme.order, 2, [0.015, 0.0075, 0.00375, 0.001875], 2e-5),
     ),
     "event, step": (event_scheme_error, EventScheme.order, 8, [0.3, 6 / 28, 0.15, 6 / 56, 0.075], 2e-10),
     "event, dense output": (dense_output_error, dop853.DENSE_TERMS, 7, [0.4, 0.3, 0.2, 0.15, 0.1], 2e-8),
