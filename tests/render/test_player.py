@@ -603,7 +603,7 @@ def test_it_fits_every_window(shown, width, height):
         assert wide > 180
         assert high > 90
     clipped = shown.evaluate(
-        "[...document.querySelectorAll('button, h1, h2, output, .pill, label, dd, dt, .legend span')]"
+        "[...document.querySelectorAll('button, h1, h2, output, .pill, label, dl, dd, dt, .legend span')]"
         ".filter(e => e.getClientRects().length && (e.scrollWidth > e.clientWidth + 1 && e.clientWidth))"
         ".map(e => e.id || e.textContent)"
     )
@@ -643,7 +643,8 @@ def test_it_prints_light_and_goes_back(shown):
     shown.call("Emulation.setEmulatedMedia", media="")
     shown.settle()
     assert shown.evaluate("document.documentElement.dataset.theme") == "dark"
-    assert shown.print().startswith(b"%PDF")
+    assert re.findall(rb"/Count (\d+)", shown.print()) == [b"1"]  # one sheet
+    assert "paper" not in shown.evaluate("document.documentElement.className")
 
 
 @needs_browser

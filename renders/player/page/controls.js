@@ -6,7 +6,7 @@ const moment = newMoment();
 const charts = chartSpecs();
 const strip = new Surface("strip");
 const DECIMALS = Math.min(12, Math.max(5, 6 - Math.ceil(Math.log10(END - START || 1) - 1e-9)));
-let printing_theme = null;
+let themeBefore = null;
 
 /** Ask for one new picture at the next refresh of the screen. */
 function refresh() {
@@ -292,12 +292,13 @@ function setTheme(name) {
   refresh();
 }
 
-/** On paper everything is light and finer; the picture has to be ready before this returns. */
+/** On paper everything is light, finer and in one column; the pictures have to be ready before this returns. */
 function setPrinting(now) {
   if (now === printing) return;
   printing = now;
-  if (now) printing_theme = document.documentElement.dataset.theme;
-  setTheme(now ? "light" : printing_theme);
+  if (now) themeBefore = document.documentElement.dataset.theme;
+  document.documentElement.classList.toggle("paper", now);
+  setTheme(now ? "light" : themeBefore);
   draw();
 }
 
