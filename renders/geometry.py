@@ -113,7 +113,7 @@ class BeamGeometry:
 
     # Axis -----------------------------------------------------------------------------------------------------
 
-    def stations_at(self, k: int | slice) -> Array:
+    def stations_at(self, k: int | slice | NDArray[np.int64]) -> Array:
         """Inertial positions (..., stations, 2) of the axis at sample(s) k, without magnification."""
         x = self.scenario.root.hub_radius + self.stations + self._values("ux")[k]
         return _turned(self._values("theta")[k], x, self._values("uy")[k])

@@ -27,7 +27,7 @@ def write_player(
     out: Path,
     *,
     factor: float | None = None,
-    steps: int = 600,
+    steps: int = 1800,
     theme: str = "light",
     title: str | None = None,
 ) -> Path:

@@ -16,7 +16,7 @@ from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history import History
 from oblique_impact.scenario import Scenario
-from renders.geometry import BETWEEN, BeamGeometry
+from renders.geometry import BeamGeometry
 from renders.player.film import Film, film_of
 from renders.player.selection import chart_points, frames, listed_events
 from renders.style import STATE_COLOURS
@@ -103,27 +103,25 @@ def _series(history: History, scenario: Scenario) -> dict[str, Array]:
 
 
 def _frame_arrays(true: BeamGeometry, samples: NDArray[np.int64], film: Film) -> dict[str, dict[str, Any]]:
-    """Arrays of the frames: times, axis (n, rings) and stress at the lower fibre (n, rings)."""
-    axis = np.array([true.centreline(int(k))[:, :2] for k in samples])
-    moment = np.array([true.along(int(k))["bending_moment"] for k in samples])
-    stress = moment * (true.radii / true.sections.second_moment(true.places))
-    times = true.times[samples]
+    """Arrays of the frames: times, axis (n, stations) and stress at the lower fibre (n, stations)."""
+    times, history = true.times[samples], true.history
+    axis = true.stations_at(samples)
     return {
         "frame_sample": _packed(samples, "i4"),
         "frame_time": _packed(times, "f8"),
         "frame_film": _packed(film.at(times), "f8"),
-        "frame_state": _packed(true.history["state"].values[samples], "u1"),
+        "frame_state": _packed(history["state"].values[samples], "u1"),
         "frame_x": _packed(axis[..., 0], "f4"),
         "frame_y": _packed(axis[..., 1], "f4"),
-        "frame_stress": _packed(stress, "f4"),
-        "radius": _packed(true.radii, "f4"),
-        "place": _packed(true.places, "f4"),
+        "frame_stress": _packed(history["bending_stress"].values[samples], "f4"),
+        "radius": _packed(np.asarray(true.sections.fibre_distance(true.stations)), "f4"),
+        "place": _packed(true.stations, "f4"),
     }
 
 
 def _facts(history: History, true: BeamGeometry, factor: float, samples: NDArray[np.int64]) -> dict[str, Any]:
     scenario = true.scenario
-    touch = int(np.argmin(np.abs(true.stations - scenario.contact.point))) * (BETWEEN + 1)
+    touch = int(np.argmin(np.abs(true.stations - scenario.contact.point)))
     ramp = mpl.colormaps[STRESS_MAP]
     largest, limit = _largest(history["bending_stress"].values), _stress_limit(history)
     return {

@@ -17,15 +17,15 @@ Index = NDArray[np.int64]
 
 MAX_EVENTS = 1000  # of which the page keeps both sides
 CHART_POINTS = 6000
-_BY_FILM = 0.5  # share of the frames that follow the film; the others follow the motion
+_BY_FILM = 0.3  # share of the frames that follow the film; the others follow the motion
 
 
 def frames(history: History, film: Film, steps: int) -> Index:
     """Choose the samples that become frames, ascending: about `steps`, and besides them both sides of every event.
 
-    All samples in contact are frames if they are less than half of `steps`.  Of the density of the others one
-    half follows the film, so that none of it is poor in frames; the other half follows the change of shape and
-    stress, so that the vibrations of a flight are met.
+    All samples in contact are frames if they are less than half of `steps`.  The density of the others follows
+    the film in part, so that none of it is poor in frames, and mostly the change of shape and stress, so that
+    the vibrations of a flight are met.
     """
     times = history["time"].values
     course = film.at(times)

@@ -12,8 +12,8 @@ const TOUCH_RADIUS = arrays.radius[facts.touch];
 function edges(view, axis) {
   const lower = [], upper = [];
   let last = [1, 0];
-  for (let j = 0; j < RINGS; j++) {
-    const a = Math.max(j - 1, 0), b = Math.min(j + 1, RINGS - 1);
+  for (let j = 0; j < STATIONS; j++) {
+    const a = Math.max(j - 1, 0), b = Math.min(j + 1, STATIONS - 1);
     const dx = axis.x[b] - axis.x[a], dy = axis.y[b] - axis.y[a], size = Math.hypot(dx, dy) || 1;
     last = [dx / size, dy / size];
     const r = view.thick * arrays.radius[j], nx = (-dy / size) * r, ny = (dx / size) * r;
@@ -25,7 +25,7 @@ function edges(view, axis) {
 
 /** Outline of the tube with its round tip. */
 function outline(view, axis, { lower, upper, heading }) {
-  const path = new Path2D(), end = RINGS - 1;
+  const path = new Path2D(), end = STATIONS - 1;
   path.moveTo(...lower[0]);
   for (const point of lower) path.lineTo(...point);
   path.arc(toX(view, axis.x[end]), toY(view, axis.y[end]), view.scale * view.thick * arrays.radius[end], heading + Math.PI / 2, heading - Math.PI / 2, true);
@@ -36,7 +36,7 @@ function outline(view, axis, { lower, upper, heading }) {
 
 /** The tube: bending stress from the lower fibre (that of the history) through zero to the upper one. */
 function drawTube(c, view, axis, stress) {
-  const side = edges(view, axis), path = outline(view, axis, side), end = RINGS - 1;
+  const side = edges(view, axis), path = outline(view, axis, side), end = STATIONS - 1;
   c.save();
   c.clip(path);
   for (let j = 0; j <= end; j++) {
@@ -90,7 +90,7 @@ function wedge(factor) {
   const moment = newMoment();
   for (let k = 0; k < FRAMES; k++) {
     const axis = magnified(momentAt(k, moment), factor);
-    for (let j = 0; j < RINGS; j++) {
+    for (let j = 0; j < STATIONS; j++) {
       const [along, height] = onSlope(axis.x[j], axis.y[j]);
       if (height - arrays.radius[j] + TOUCH_RADIUS > -0.2 * TOUCH_RADIUS) continue;
       if (along < low && along > start) start = Math.min(along, low - near);
@@ -110,7 +110,7 @@ function wedge(factor) {
 function contactRange() {
   let low = Infinity, high = -Infinity, closest = Infinity, there = 0;
   for (let k = 0; k < FRAMES; k++) {
-    const at = k * RINGS + facts.touch, [along, height] = onSlope(arrays.frame_x[at], arrays.frame_y[at]);
+    const at = k * STATIONS + facts.touch, [along, height] = onSlope(arrays.frame_x[at], arrays.frame_y[at]);
     if (Math.abs(height) < closest) [closest, there] = [Math.abs(height), along];
     if (height > 1e-3 * facts.length) continue;
     low = Math.min(low, along);

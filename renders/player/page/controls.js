@@ -96,7 +96,7 @@ function millimetres(metres) {
 
 function writeDeformation() {
   const { factor, thick } = scene;
-  const chord = facts.touch === RINGS - 1 ? "pin–tip chord" : "chord from the pin to the contact point";
+  const chord = facts.touch === STATIONS - 1 ? "pin–tip chord" : "chord from the pin to the contact point";
   const text = factor === 1 ? "deflection drawn true to scale" : `deflection drawn ×${short(factor)} about the ${chord}`;
   $("deformation").textContent = thick === 1 ? text : `${text}, thickness ×${thick}`;
 }
@@ -364,7 +364,7 @@ setScene(facts.factor);
 offerFactors();
 listEvents();
 connect();
-if (facts.touch === RINGS - 1) $("tip-title").textContent = "Tip, true scale";
+if (facts.touch === STATIONS - 1) $("tip-title").textContent = "Tip, true scale";
 setTheme(document.documentElement.dataset.theme);
 followFragment();
 

@@ -3,7 +3,7 @@
 const facts = JSON.parse(document.getElementById("facts").textContent);
 const arrays = unpack(JSON.parse(document.getElementById("arrays").textContent));
 const FRAMES = arrays.frame_time.length;
-const RINGS = arrays.place.length;
+const STATIONS = arrays.place.length;
 const LAST = FRAMES - 1;
 const START = arrays.frame_time[0], END = arrays.frame_time[LAST], FILM = arrays.frame_film[LAST];
 const SCALARS = ["normal", "tangential", "kinetic", "elastic", "gravity", "stop", "deflection", "gap", "slip_rate"]
@@ -53,14 +53,14 @@ function rateAt(place) {
 
 function newMoment() {
   return {
-    x: new Float64Array(RINGS), y: new Float64Array(RINGS), stress: new Float64Array(RINGS),
+    x: new Float64Array(STATIONS), y: new Float64Array(STATIONS), stress: new Float64Array(STATIONS),
     place: 0, time: 0, film: 0, state: 0,
   };
 }
 
 /** Angle that the contact point turns about the origin from frame k to the next. */
 function turnAfter(k) {
-  const a = k * RINGS + facts.touch, b = a + RINGS, { frame_x: x, frame_y: y } = arrays;
+  const a = k * STATIONS + facts.touch, b = a + STATIONS, { frame_x: x, frame_y: y } = arrays;
   return Math.atan2(x[a] * y[b] - y[a] * x[b], x[a] * x[b] + y[a] * y[b]);
 }
 
@@ -68,7 +68,7 @@ function turnAfter(k) {
 function axisBetween(k, u, moment) {
   const turn = turnAfter(k), { frame_x: x, frame_y: y } = arrays;
   const c = Math.cos(turn), s = Math.sin(turn), cu = Math.cos(u * turn), su = Math.sin(u * turn);
-  for (let j = 0, a = k * RINGS, b = a + RINGS; j < RINGS; j++, a++, b++) {
+  for (let j = 0, a = k * STATIONS, b = a + STATIONS; j < STATIONS; j++, a++, b++) {
     const p = (1 - u) * x[a] + u * (c * x[b] + s * y[b]), q = (1 - u) * y[a] + u * (c * y[b] - s * x[b]);
     moment.x[j] = cu * p - su * q;
     moment.y[j] = su * p + cu * q;
@@ -98,13 +98,13 @@ function momentAt(place, moment) {
   moment.film = mix(arrays.frame_film, k, k + 1);
   moment.state = arrays.frame_state[k];
   scalarsAt(k, u, moment);
-  const a = k * RINGS, b = a + (u === 0 ? 0 : RINGS);
-  for (let j = 0; j < RINGS; j++) moment.stress[j] = mix(arrays.frame_stress, a + j, b + j);
+  const a = k * STATIONS, b = a + (u === 0 ? 0 : STATIONS);
+  for (let j = 0; j < STATIONS; j++) moment.stress[j] = mix(arrays.frame_stress, a + j, b + j);
   if (u !== 0) {
     axisBetween(k, u, moment);
   } else {
-    moment.x.set(arrays.frame_x.subarray(a, a + RINGS));
-    moment.y.set(arrays.frame_y.subarray(a, a + RINGS));
+    moment.x.set(arrays.frame_x.subarray(a, a + STATIONS));
+    moment.y.set(arrays.frame_y.subarray(a, a + STATIONS));
   }
   return moment;
 }
@@ -113,8 +113,8 @@ function momentAt(place, moment) {
 function magnified(moment, factor) {
   const { x, y } = moment, t = facts.touch;
   const dx = (x[t] - x[0]) / arrays.place[t], dy = (y[t] - y[0]) / arrays.place[t];
-  const axis = { x: new Float64Array(RINGS), y: new Float64Array(RINGS) };
-  for (let j = 0; j < RINGS; j++) {
+  const axis = { x: new Float64Array(STATIONS), y: new Float64Array(STATIONS) };
+  for (let j = 0; j < STATIONS; j++) {
     const cx = x[0] + arrays.place[j] * dx, cy = y[0] + arrays.place[j] * dy;
     axis.x[j] = cx + factor * (x[j] - cx);
     axis.y[j] = cy + factor * (y[j] - cy);

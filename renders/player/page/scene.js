@@ -19,7 +19,7 @@ const PIN = 0.035 * facts.length;
 const travelled = (() => {
   const out = new Float64Array(FRAMES);
   for (let k = 1; k < FRAMES; k++) {
-    const a = (k - 1) * RINGS + facts.touch, b = a + RINGS;
+    const a = (k - 1) * STATIONS + facts.touch, b = a + STATIONS;
     const step = Math.hypot(arrays.frame_x[b] - arrays.frame_x[a], arrays.frame_y[b] - arrays.frame_y[a]);
     out[k] = out[k - 1] + (Number.isFinite(step) ? step : 0);
   }
@@ -42,8 +42,7 @@ function setScene(factor) {
   const moment = newMoment();
   for (let k = 0; k < FRAMES; k++) {
     const axis = magnified(momentAt(k, moment), factor);
-    for (let j = 0; j < RINGS; j += 2) include(axis.x[j], axis.y[j], 2 * arrays.radius[j]);
-    include(axis.x[RINGS - 1], axis.y[RINGS - 1], 2 * arrays.radius[RINGS - 1]);
+    for (let j = 0; j < STATIONS; j++) include(axis.x[j], axis.y[j], 2 * arrays.radius[j]);
   }
   for (const [x, y] of scene.wedge || []) include(x, y, 0);
   if (facts.hub_radius) [-1, 1].forEach((s) => include(s * facts.hub_radius, s * facts.hub_radius, 0));
@@ -96,10 +95,10 @@ function drawGhosts(c, view, moment) {
 /** Path of the contact point, in the colours of the states; its last `longest` metres. */
 function drawTrace(c, view, moment, longest) {
   const end = Math.floor(moment.place), t = facts.touch;
-  const at = (k) => [toX(view, arrays.frame_x[k * RINGS + t]), toY(view, arrays.frame_y[k * RINGS + t])];
+  const at = (k) => [toX(view, arrays.frame_x[k * STATIONS + t]), toY(view, arrays.frame_y[k * STATIONS + t])];
   const onTo = (k, x, y, part) => {
     const turn = part * turnAfter(k), pieces = Math.ceil(Math.abs(turn) / 0.02);
-    if (pieces > 1) arcTo(c, view, arrays.frame_x[k * RINGS + t], arrays.frame_y[k * RINGS + t], x, y, turn, pieces);
+    if (pieces > 1) arcTo(c, view, arrays.frame_x[k * STATIONS + t], arrays.frame_y[k * STATIONS + t], x, y, turn, pieces);
     c.lineTo(toX(view, x), toY(view, y));
   };
   let first = lastNotAbove(travelled, travelled[end] - longest);
@@ -111,7 +110,7 @@ function drawTrace(c, view, moment, longest) {
     c.beginPath();
     c.moveTo(...at(k));
     for (; k < end && arrays.frame_state[k + 1] === state; k++) {
-      onTo(k, arrays.frame_x[(k + 1) * RINGS + t], arrays.frame_y[(k + 1) * RINGS + t], 1);
+      onTo(k, arrays.frame_x[(k + 1) * STATIONS + t], arrays.frame_y[(k + 1) * STATIONS + t], 1);
     }
     if (k === end && moment.place > end) onTo(k, moment.x[t], moment.y[t], moment.place - end);
     c.strokeStyle = stateColour[state];
