@@ -13,7 +13,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from renders.player import write_player
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -24,6 +23,7 @@ from oblique_impact.progress import progress_bar
 from renders.film import write_film, write_strip
 from renders.frame import Style
 from renders.overview import overview_figure
+from renders.player import write_player
 from renders.timeline import make_timeline
 from validation.comparison import compare_events, largest_difference, markdown_table, table_rows
 

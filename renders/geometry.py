@@ -136,6 +136,11 @@ class BeamGeometry:
         x = self.scenario.root.hub_radius + self.stations + self.value("ux", k)
         return _turned(self.value("theta", k), x, self.value("uy", k))
 
+    def stations_of(self, samples: NDArray[np.int64]) -> Array:
+        """Inertial positions (samples, stations, 2) of the axis at several samples, without magnification."""
+        x = self.scenario.root.hub_radius + self.stations + self._values("ux")[samples]
+        return _turned(self._values("theta")[samples][:, None], x, self._values("uy")[samples])
+
     def contact_point(self, k: float) -> Array:
         """Inertial position (2,) of the contact point."""
         return np.asarray(self.stations_at(k)[self._touch])
