@@ -34,31 +34,50 @@ function outline(view, axis, { lower, upper, heading }) {
   return path;
 }
 
+/** Pixels of length in which the colour of the tube may change. */
+const SHADE = 4;
+
 /** The tube: bending stress from the lower fibre (that of the history) through zero to the upper one. */
 function drawTube(c, view, axis, stress) {
   const side = edges(view, axis), path = outline(view, axis, side), end = STATIONS - 1;
   c.save();
   c.clip(path);
-  for (let j = 0; j <= end; j++) {
-    const k = Math.min(j + 1, end), value = 0.5 * (stress[j] + stress[k]);
-    const [p, q, u, v] = [side.lower[j], side.lower[k], side.upper[j], side.upper[k]];
-    const fill = c.createLinearGradient((p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (u[0] + v[0]) / 2, (u[1] + v[1]) / 2);
-    for (let n = 0; n <= 6; n++) fill.addColorStop(n / 6, stressColour(value * (1 - n / 3)));
-    c.fillStyle = fill;
-    // each piece reaches a little under the next one, the last one over the cap: no seams
-    const reach = j === end ? view.scale * view.thick * arrays.radius[end] * 1.1 : 1;
-    const ex = reach * Math.cos(side.heading), ey = reach * Math.sin(side.heading);
-    c.beginPath();
-    c.moveTo(...p);
-    c.lineTo(q[0] + ex, q[1] + ey);
-    c.lineTo(v[0] + ex, v[1] + ey);
-    c.lineTo(...u);
-    c.fill();
+  const wide = c.canvas.width, high = c.canvas.height; // not less than the picture in units of length
+  for (let j = 0; j < end; j++) {
+    const [p, q, u, v] = [side.lower[j], side.lower[j + 1], side.upper[j], side.upper[j + 1]];
+    if (Math.max(p[0], q[0], u[0], v[0]) < 0 || Math.min(p[0], q[0], u[0], v[0]) > wide) continue;
+    if (Math.max(p[1], q[1], u[1], v[1]) < 0 || Math.min(p[1], q[1], u[1], v[1]) > high) continue;
+    const pieces = Math.max(1, Math.min(200, Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / SHADE)));
+    for (let n = 0; n < pieces; n++) {
+      const from = n / pieces, to = (n + 1) / pieces, middle = (from + to) / 2;
+      const value = (1 - middle) * stress[j] + middle * stress[j + 1];
+      shadePiece(c, between(p, q, from), between(p, q, to), between(u, v, from), between(u, v, to), value, side.heading, 1);
+    }
   }
+  const cap = view.scale * view.thick * arrays.radius[end] * 1.1;
+  shadePiece(c, side.lower[end], side.lower[end], side.upper[end], side.upper[end], stress[end], side.heading, cap);
   c.restore();
   c.strokeStyle = colour.edge;
   c.lineWidth = 1.1;
   c.stroke(path);
+}
+
+function between(a, b, part) {
+  return [(1 - part) * a[0] + part * b[0], (1 - part) * a[1] + part * b[1]];
+}
+
+/** One piece across the tube; it reaches a little under the next one, the last one over the cap: no seams. */
+function shadePiece(c, p, q, u, v, value, heading, reach) {
+  const fill = c.createLinearGradient((p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (u[0] + v[0]) / 2, (u[1] + v[1]) / 2);
+  for (let n = 0; n <= 6; n++) fill.addColorStop(n / 6, stressColour(value * (1 - n / 3)));
+  const ex = reach * Math.cos(heading), ey = reach * Math.sin(heading);
+  c.fillStyle = fill;
+  c.beginPath();
+  c.moveTo(...p);
+  c.lineTo(q[0] + ex, q[1] + ey);
+  c.lineTo(v[0] + ex, v[1] + ey);
+  c.lineTo(...u);
+  c.fill();
 }
 
 function drawGhost(c, view, axis, strength) {
@@ -85,16 +104,17 @@ function surfacePoint(along) {
  */
 function wedge(factor) {
   if (!facts.contact) return null;
-  const [low, high] = contactRange(), L = facts.length, near = 0.03 * L;
+  const [low, high] = contactRange(), L = facts.length, near = 0.1 * TOUCH_RADIUS;
   let start = low - 0.22 * L, stop = high + 0.12 * L;
   const moment = newMoment();
   for (let k = 0; k < FRAMES; k++) {
     const axis = magnified(momentAt(k, moment), factor);
     for (let j = 0; j < STATIONS; j++) {
-      const [along, height] = onSlope(axis.x[j], axis.y[j]);
-      if (height - arrays.radius[j] + TOUCH_RADIUS > -0.2 * TOUCH_RADIUS) continue;
-      if (along < low && along > start) start = Math.min(along, low - near);
-      if (along > high && along < stop) stop = Math.max(along, high + near);
+      const height = onSlope(axis.x[j], axis.y[j])[1];
+      if (height - arrays.radius[j] + TOUCH_RADIUS > -0.1 * TOUCH_RADIUS || j === facts.touch) continue;
+      const i = j + Math.sign(facts.touch - j), along = onSlope(axis.x[i], axis.y[i])[0]; // still clear of it
+      if (j < facts.touch) start = Math.max(start, Math.min(along, low - near));
+      else stop = Math.min(stop, Math.max(along, high + near));
     }
   }
   const a = surfacePoint(start), b = surfacePoint(stop);
