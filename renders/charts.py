@@ -36,6 +36,7 @@ class Curve:
     values: Array
     colour: str
     label: str
+    dash: str = "-"
 
 
 class Chart:
@@ -99,6 +100,7 @@ class Chart:
                 axes.plot(
                     timeline.film_time(curve.time[inside]),
                     curve.values[inside],
+                    curve.dash,
                     color=curve.colour,
                     linewidth=1.4 * scale,
                     alpha=strength,
@@ -121,7 +123,9 @@ class Chart:
         axes.set_ylabel(label, color=theme.ink, fontsize=10 * scale)
         axes.set_xlabel("time (s), stretched around contacts", color=theme.ink, fontsize=10 * scale)
         handles = [
-            axes.plot([], [], color=c.colour, linewidth=2 * scale, label=c.label)[0] for c in curves if c.label
+            axes.plot([], [], c.dash, color=c.colour, linewidth=2 * scale, label=c.label)[0]
+            for c in curves
+            if c.label
         ]
         if len(handles) > 1:
             axes.legend(
@@ -179,7 +183,7 @@ def force_curves(histories: Sequence[History], names: Sequence[str], theme: Them
             )
         )
         if alone:
-            found.append(Curve(time, np.nan_to_num(history["lambda_tau"].values), theme.series[3], "tangential"))
+            found.append(Curve(time, np.nan_to_num(history["lambda_tau"].values), theme.arrow, "tangential", "--"))
     return found
 
 
@@ -191,8 +195,7 @@ def energy_curves(histories: Sequence[History], names: Sequence[str], theme: The
         time = history["time"].values
         parts = [history[f"energy_{kind}"].values for kind in kinds]
         if len(histories) == 1:
-            colours = (theme.series[0], theme.series[2], theme.series[1])
-            found += [Curve(time, p, c, kind) for p, c, kind in zip(parts, colours, kinds, strict=True)]
+            found += [Curve(time, p, c, kind) for p, c, kind in zip(parts, theme.energies, kinds, strict=True)]
             found.append(Curve(time, np.sum(parts, axis=0), theme.ink, "total"))
         else:
             found.append(Curve(time, np.sum(parts, axis=0), colour, name))

@@ -24,7 +24,8 @@ class Theme:
     trace: str
     arrow: str
     states: tuple[str, str, str]  # free, slip, stick
-    series: tuple[str, ...]  # several histories, and the energies
+    series: tuple[str, ...]  # several histories
+    energies: tuple[str, str, str]  # kinetic, elastic, gravity
     colour_map: str  # diverging, for stress
 
 
@@ -42,6 +43,7 @@ LIGHT = Theme(
     arrow="#d9580d",
     states=(FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR),
     series=SERIES,
+    energies=("#8a4f9e", "#0f7f86", "#8d969f"),
     colour_map="RdBu_r",
 )
 DARK = Theme(
@@ -58,6 +60,7 @@ DARK = Theme(
     arrow="#ff8a3d",
     states=("#7f9cf5", "#ff8a3d", "#5fd38a"),
     series=("#6fb1d6", "#ff9d4d", "#9ccc65", "#c792ea", "#ff6b7a", "#aab4bf"),
+    energies=("#c08fd2", "#4fc0c5", "#87929d"),
     colour_map="RdBu_r",
 )
 THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
