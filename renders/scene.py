@@ -200,6 +200,8 @@ class View:
         window = [SUPERSAMPLING * n for n in size]
         self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="light kit")
         cast(Any, self.plotter).set_background(theme.background)
+        # supersampling smooths the edges; VTK's own samples besides would cost ten times as much
+        cast(Any, self.plotter.render_window).SetMultiSamples(0)
         self.beams = [
             Beam3D(self.plotter, geometry, theme, look, limit, n) for n, geometry in enumerate(geometries)
         ]
