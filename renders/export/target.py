@@ -38,6 +38,8 @@ def resolve(out: Path, format: str | None) -> tuple[Path, str]:
     if format not in SUFFIXES:
         raise InputError(f"--format {format}: should be one of {known}")
     suffix = SUFFIXES[format]
+    if not out.name:
+        raise InputError(f"--out {out}: is a folder, should be a file")
     if out.suffix and out.suffix.lower() != suffix:
         raise InputError(f"--out {out}: should end in {suffix} for --format {format}, or have no suffix")
     target = out if out.suffix else out.with_name(out.name + suffix)

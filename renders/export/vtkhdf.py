@@ -21,7 +21,7 @@ from renders.geometry import QUANTITIES, Surface
 
 Integers = NDArray[np.int64]
 
-_VERSION = (2, 3)  # of VTKHDF: the oldest that has all that is used here
+_VERSION = (2, 3)  # of VTKHDF: newer ones add nothing that is used here
 _STRING = h5py.string_dtype("ascii")  # VTK reads no other; the bytes are UTF-8 all the same
 _CELLS = ("Vertices", "Lines", "Polygons", "Strips")
 

@@ -138,7 +138,7 @@ def test_what_is_not_a_history_is_one_line(folder, tmp_path, cli):
 def test_places_that_cannot_be_written_are_one_line(folder, tmp_path, cli, format):
     (tmp_path / "file").write_text("in the way")
     (tmp_path / f"dir.{format}").mkdir()
-    for target in (tmp_path / "file" / "beam", tmp_path / "dir"):
+    for target in (tmp_path / "file" / "beam", tmp_path / "dir", ".", "/"):
         code, out, err = cli("export", folder, "--format", format, "--out", target)
         assert (code, out) == (2, "")
         assert err.count("\n") == 1
