@@ -32,7 +32,7 @@ WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
 ]
 
-_LATER = ("render", "sweep")
+_LATER = ("sweep",)
 
 
 @app.command()
@@ -115,19 +115,32 @@ def refine(
     scenario: ScenarioArgument = "paper",
     elements: Annotated[str | None, typer.Option(help="Numbers of elements, separated by commas.")] = None,
     modes: Annotated[str | None, typer.Option(help="Numbers of modes, separated by commas.")] = None,
-    steps: Annotated[str | None, typer.Option(help="Steps in s, separated by commas.")] = None,
+    steps: Annotated[
+        str | None, typer.Option(help="Free steps in s; contact steps keep their ratio to them.")
+    ] = None,
+    tolerances: Annotated[
+        str | None, typer.Option(help="Tolerances of the event scheme, separated by commas.")
+    ] = None,
     quantities: Annotated[
         list[str] | None, typer.Option("--quantity", metavar="NAME", help="A quantity of interest; repeatable.")
     ] = None,
-    study: Annotated[str | None, typer.Option(help="A shipped study instead of a scenario.")] = None,
+    study: Annotated[
+        str | None, typer.Option(help="A shipped study: elements, steps, remedies or grading.")
+    ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
+    within: Annotated[
+        float | None, typer.Option(help="Relative uncertainty that counts as converged; default 1e-3.")
+    ] = None,
     workers: WorkersOption = None,
 ) -> None:
     """Refine elements, modes or time steps; writes report.html, results.json and results.csv."""
     from validation.refinement.command import refine_command
 
-    for line in refine_command(scenario, elements, modes, steps, quantities, study, out, changes, workers):
+    lines = refine_command(
+        scenario, elements, modes, steps, quantities, study, out, changes, workers, tolerances, within
+    )
+    for line in lines:
         typer.echo(line)
 
 
@@ -136,10 +149,69 @@ def reproduce(
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/reproduce"),
     workers: WorkersOption = None,
 ) -> None:
-    """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and results.csv."""
+    """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
     from validation.reproduction.command import reproduce_command
 
     for line in reproduce_command(out, workers):
+        typer.echo(line)
+
+
+@app.command()
+def render(
+    histories: Annotated[
+        list[Path], typer.Argument(metavar="HISTORY...", help="Run folders or history.nc files.")
+    ],
+    out: Annotated[Path, typer.Option("--out", help="FILE.png, .mp4, .gif, .webp or .html.")] = Path(
+        "out/film.mp4"
+    ),
+    times: Annotated[
+        list[float] | None, typer.Option("--time", help="Time of a still (s); of a strip: repeatable.")
+    ] = None,
+    event: Annotated[int | None, typer.Option(help="A still at an event, by its number from 1.")] = None,
+    strip: Annotated[bool, typer.Option("--strip", help="A strip: one row for each time.")] = False,
+    size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels; of one row of a strip.")] = "",
+    fps: Annotated[int, typer.Option(help="Frames per second.")] = 30,
+    speed: Annotated[float | None, typer.Option(help="Physical over film time in flight.")] = None,
+    contact_speed: Annotated[float | None, typer.Option(help="The same in contact, e.g. 0.001.")] = None,
+    between: Annotated[str | None, typer.Option(metavar="T0,T1", help="Part of the run (s).")] = None,
+    frames: Annotated[int | None, typer.Option(help="Exactly so many frames.")] = None,
+    deformation: Annotated[float | None, typer.Option(help="Deformation factor; default: chosen.")] = None,
+    colour: Annotated[str, typer.Option(help="The result in colour.")] = "bending_stress",
+    camera: Annotated[str, typer.Option(help="oblique, front or above.")] = "oblique",
+    theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
+    layout: Annotated[str, typer.Option(help="Of several histories: side-by-side or overlay.")] = "side-by-side",
+    names: Annotated[
+        list[str] | None, typer.Option("--name", help="What a history is called; repeatable.")
+    ] = None,
+    magnify: Annotated[
+        float | None, typer.Option("--magnify-difference", help="Draw the second history so far from the first.")
+    ] = None,
+    bare: Annotated[bool, typer.Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
+) -> None:
+    """Draw a still, a strip, a film or an interactive page from histories."""
+    from renders.command import Request, parse_size
+    from renders.command import render as draw
+    from renders.frame import Style
+
+    pixels, note = parse_size(size or ("1000x250" if strip else "1280x720"))
+    if note:
+        _say(note)
+    shown = not bare
+    style = Style(
+        size=pixels,
+        theme=theme,
+        camera=camera,
+        quantity=colour,
+        deformation=deformation,
+        charts=shown,
+        inset=shown,
+        ghosts=shown,
+        trace=shown,
+        layout="overlay" if magnify is not None else layout,
+    )
+    span = _pair("--between", between)
+    chosen = tuple(times or ()), event, strip, fps, speed, contact_speed, span, frames, tuple(names or ()), magnify
+    for line in draw(histories, out, style, Request(*chosen)):
         typer.echo(line)
 
 
@@ -166,7 +238,8 @@ def export(
     """Write a history as a time series for ParaView: VTKHDF, PVD with .vtp files, or XDMF with an .h5 file."""
     from renders.export.command import export_command
 
-    for line in export_command(history, out, format, every, between, around_events, deformation):
+    span = _pair("--between", between)
+    for line in export_command(history, out, format, every, span, around_events, deformation):
         typer.echo(line)
 
 
@@ -202,6 +275,17 @@ def _speeds(text: str) -> list[float]:
     if not all(math.isfinite(rate) and abs(rate) <= 1e9 for rate in rates):
         raise InputError(f"--speeds {text}: should be finite numbers in rad/s, separated by commas")
     return rates
+
+
+def _pair(option: str, text: str | None) -> tuple[float, float] | None:
+    """Two numbers separated by a comma."""
+    if text is None:
+        return None
+    try:
+        first, second = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{option} {text}: should be two numbers separated by a comma") from None
+    return first, second
 
 
 def _announce_compilation(scenario: Scenario) -> None:

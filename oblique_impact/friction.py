@@ -86,14 +86,17 @@ class ModifiedCoulomb(FrictionLaw):
         return (-slope if place == 4 else slope) * self.v0, slope
 
 
-def friction_law(model: str, mu_static: float, mu_kinetic: float) -> FrictionLaw:
+def friction_law(
+    model: str, mu_static: float, mu_kinetic: float, regularization: tuple[float, float] = (1e-3, 1e-2)
+) -> FrictionLaw:
     """Build the law of a scenario's `contact.friction`.
 
-    Raises KeyError for an unknown name (the scenario has been validated before).
+    `regularization` holds the velocities v0, v1 (m/s) of the modified Coulomb law.  Raises KeyError for an
+    unknown name (the scenario has been validated before).
     """
     laws: dict[str, FrictionLaw] = {
         "frictionless": Frictionless(),
         "hybrid": Coulomb(static=mu_static, kinetic=mu_kinetic),
-        "modified-coulomb": ModifiedCoulomb(kinetic=mu_kinetic),
+        "modified-coulomb": ModifiedCoulomb(mu_kinetic, *regularization),
     }
     return laws[model]

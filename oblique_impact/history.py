@@ -86,6 +86,8 @@ class History:
         """
         file = Path(path)
         file = file / "history.nc" if file.is_dir() else file
+        if not _is_file(file):
+            raise InputError(f"{file}: no such history")
         try:
             with xr.open_dataset(file, engine="h5netcdf") as opened:
                 data = opened.load()
@@ -120,6 +122,13 @@ class History:
         }
         encoding = {name: {"zlib": True, "complevel": 1} for name in self.data.data_vars}
         self.data.assign_attrs(attributes).to_netcdf(path, engine="h5netcdf", encoding=encoding)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name too long for the file system
+        return False
 
 
 def _row(event: Event) -> tuple[Any, ...]:

@@ -174,7 +174,10 @@ def _forces(model: NodalModel, q: Array, qd: Array, work: Work) -> None:
     c, s = np.cos(theta), np.sin(theta)
     band_multiply(model.bands, SPIN_BAND, q, v, OWN_A)
     band_multiply(model.bands, GRAVITY_BAND, q, v, OWN_B)
-    band_multiply(model.bands, STIFFNESS_BAND, q, v, FORCES)
+    # K W = K B, but in W the rounding of K x would hold the beam like a spring, the stiffer the finer the mesh
+    for i in range(n):
+        v[OWN_C, i] = q[i] - theta * u[RIGID, i]
+    band_multiply(model.bands, STIFFNESS_BAND, v[OWN_C], v, FORCES)
     lag, lagging, gravity_rigid, bent, lifted = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         v[OWN_B, i] -= theta * u[GRAVITY_RIGID, i]  # D B

@@ -94,6 +94,8 @@ class ContactSection(Section):
     friction: Literal["frictionless", "hybrid", "modified-coulomb"] = "hybrid"
     mu_static: NonNegative = 0.3
     mu_kinetic: NonNegative = 0.3
+    #: m/s, slip velocities v0 < v1 between which the modified Coulomb law grows from nothing to its full force
+    regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (1e-3, 1e-2)
 
 
 class DiscretizationSection(Section):
@@ -323,6 +325,9 @@ def _check_contact(s: Scenario) -> None:
         _refuse(
             "contact.mu_static", contact.mu_static, f"should be at least contact.mu_kinetic = {contact.mu_kinetic}"
         )
+    v0, v1 = contact.regularization
+    if not v0 < v1:
+        _refuse("contact.regularization", contact.regularization, "should be [v0, v1] in m/s with v0 less than v1")
     if contact.enabled and s.initial_gap < -TOUCHING * length:
         _refuse(
             "initial.angle",

@@ -168,7 +168,7 @@ def contact_machine(scenario: Scenario, stepwise: bool, weight: float) -> Contac
     """Return the transition table of a scenario; `weight` (N) is the scale of its forces."""
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
-        friction_law(c.friction, c.mu_static, c.mu_kinetic),
+        friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
         NewtonImpact(c.restitution),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         default_tolerances(scenario.beam.length, weight)._replace(flight=v.free_step if stepwise else 0.0),

@@ -43,9 +43,10 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class Surface:
-    """Points (np, 3) of the tube at one sample and its results there."""
+    """Points and outward normals (np, 3) of the tube at one sample and its results there."""
 
     points: Array
+    normals: Array
     arrays: dict[str, Array]
 
 
@@ -102,8 +103,7 @@ class BeamGeometry:
         """Deformation factor: as given, or the round number that shows the largest deviation of the run."""
         if self._given is not None:
             return float(self._given)
-        largest = float(np.max(np.linalg.norm(self._deviation(slice(None)), axis=-1), initial=0.0))
-        wanted = _VISIBLE * self.scenario.beam.length / max(largest, 1e-300)
+        wanted = _VISIBLE * self.scenario.beam.length / max(self._largest_deviation(), 1e-300)
         return max(f for f in _FACTORS if f <= max(wanted, 1.0))
 
     @cached_property
@@ -111,35 +111,70 @@ class BeamGeometry:
         """Radius (m) of the drawn tube at the rings: that of the outer fibre."""
         return np.asarray(self.sections.fibre_distance(self.places) * np.ones_like(self.places))
 
+    def index(self, time: float) -> float:
+        """Fractional number of the sample at a time (s): between two samples everything is interpolated linearly.
+
+        At a jump it is that of the right-hand value; times outside of the run give its first or last sample.
+        """
+        times = self.times
+        k = int(np.searchsorted(times, time, side="right")) - 1
+        if k < 0 or k >= times.size - 1:
+            return float(np.clip(k, 0, times.size - 1))
+        return float(k + (time - times[k]) / (times[k + 1] - times[k]))
+
+    def value(self, name: str, k: float) -> Array:
+        """Values of a variable of the history at the fractional sample k."""
+        values, low = self._values(name), int(k)
+        if k == low:
+            return np.asarray(values[low])
+        return np.asarray(values[low] + (k - low) * (values[low + 1] - values[low]))
+
     # Axis -----------------------------------------------------------------------------------------------------
 
-    def stations_at(self, k: int | slice) -> Array:
-        """Inertial positions (..., stations, 2) of the axis at sample(s) k, without magnification."""
-        x = self.scenario.root.hub_radius + self.stations + self._values("ux")[k]
-        return _turned(self._values("theta")[k], x, self._values("uy")[k])
+    def stations_at(self, k: float) -> Array:
+        """Inertial positions (stations, 2) of the axis at sample k, without magnification."""
+        x = self.scenario.root.hub_radius + self.stations + self.value("ux", k)
+        return _turned(self.value("theta", k), x, self.value("uy", k))
 
-    def centreline(self, k: int) -> Array:
+    def stations_of(self, samples: NDArray[np.int64]) -> Array:
+        """Inertial positions (samples, stations, 2) of the axis at several samples, without magnification."""
+        x = self.scenario.root.hub_radius + self.stations + self._values("ux")[samples]
+        return _turned(self._values("theta")[samples][:, None], x, self._values("uy")[samples])
+
+    def contact_point(self, k: float) -> Array:
+        """Inertial position (2,) of the contact point."""
+        return np.asarray(self.stations_at(k)[self._touch])
+
+    def centreline(self, k: float) -> Array:
         """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
         true = self._axis(k)
         drawn = self._chord(k) + self.factor * (true - self._chord(k)) if self.factor != 1.0 else true
         return np.concatenate([drawn, np.zeros((drawn.shape[0], 1))], axis=1)
 
-    def _axis(self, k: int) -> Array:
+    @cached_property
+    def _touch(self) -> int:
+        """Number of the station at the contact point."""
+        return int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
+
+    def _axis(self, k: float) -> Array:
         """Return the true axis at the rings, (rings, 2)."""
         ux, uy = (self._between(name, k) for name in ("ux", "uy"))
         x = self.scenario.root.hub_radius + self.places + ux
-        return _turned(self._values("theta")[k], x, uy)
+        return _turned(self.value("theta", k), x, uy)
 
-    def _chord(self, k: int | slice, places: Array | None = None) -> Array:
-        """Straight line through the root and the contact point, at the rings (..., rings, 2)."""
-        at = self.places if places is None else places
+    def _chord(self, k: float) -> Array:
+        """Straight line through the root and the contact point, at the rings (rings, 2)."""
         ends = self.stations_at(k)
-        touch = int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
-        root, tip = ends[..., :1, :], ends[..., touch : touch + 1, :]
-        return np.asarray(root + (at / self.stations[touch])[:, None] * (tip - root))
+        return np.asarray(
+            ends[0] + (self.places / self.stations[self._touch])[:, None] * (ends[self._touch] - ends[0])
+        )
 
-    def _deviation(self, k: slice) -> Array:
-        return np.asarray(self.stations_at(k) - self._chord(k, self.stations))
+    def _largest_deviation(self) -> float:
+        """Largest distance (m) of the axis from that line, over all samples and stations."""
+        x, y = self.stations + self._values("ux"), self._values("uy")
+        part = self.stations / self.stations[self._touch]
+        dx, dy = (v - v[:, :1] - part * (v[:, self._touch, None] - v[:, :1]) for v in (x, y))
+        return float(np.nanmax(np.hypot(dx, dy), initial=0.0))
 
     # Tube -----------------------------------------------------------------------------------------------------
 
@@ -149,16 +184,16 @@ class BeamGeometry:
         rings = self.places.size + CAP_RINGS - 1
         i, j = np.arange(rings - 1)[:, None], np.arange(SIDES)[None]
         a, b = i * SIDES + j, i * SIDES + (j + 1) % SIDES
-        quads = np.stack([np.full_like(a, 4), a, a + SIDES, b + SIDES, b], axis=-1).reshape(-1)
+        quads = np.stack([np.full_like(a, 4), a, b, b + SIDES, a + SIDES], axis=-1).reshape(-1)
         last, side = (rings - 1) * SIDES, np.arange(SIDES)
         pole, centre = rings * SIDES, rings * SIDES + 1
-        tip = np.stack([np.full(SIDES, 3), last + side, np.full(SIDES, pole), last + (side + 1) % SIDES], axis=-1)
-        root = np.stack([np.full(SIDES, 3), np.full(SIDES, centre), side, (side + 1) % SIDES], axis=-1)
+        tip = np.stack([np.full(SIDES, 3), last + side, last + (side + 1) % SIDES, np.full(SIDES, pole)], axis=-1)
+        root = np.stack([np.full(SIDES, 3), np.full(SIDES, centre), (side + 1) % SIDES, side], axis=-1)
         return np.concatenate([quads, tip.reshape(-1), root.reshape(-1)])
 
     @cached_property
-    def _template(self) -> tuple[NDArray[np.int64], Array, Array, Array]:
-        """Per point of the tube: its ring, offsets along the axis, across it, and out of the plane (m)."""
+    def _template(self) -> tuple[NDArray[np.int64], Array]:
+        """Per point of the tube: its ring, and its offsets (m) along the axis, across it, and out of the plane."""
         angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
         across, out = np.cos(angle), np.sin(angle)
         ring = np.repeat(np.arange(self.places.size), SIDES)
@@ -172,20 +207,32 @@ class BeamGeometry:
         side = np.concatenate([np.tile(across, self.places.size + turns), [0.0, 0.0]])
         depth = np.concatenate([np.tile(out, self.places.size + turns), [0.0, 0.0]])
         rings = np.concatenate([ring, np.full(turns * SIDES + 1, last), [0]])
-        return rings, along, size * side, size * depth
+        return rings, np.stack([along, size * side, size * depth], axis=1)
 
-    def surface(self, k: int) -> Surface:
+    @cached_property
+    def _directions(self) -> Array:
+        """Outward normals of the tube at its points, along the axis, across it, and out of the plane."""
+        found = self._template[1].copy()
+        found[-2:] = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
+        return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
+
+    def surface(self, k: float) -> Surface:
         """Tube at sample k: its points follow the drawn axis, its rings the rotated sections."""
-        rings, along, across, out = self._template
+        rings, offsets = self._template
         axis = self.centreline(k)[:, :2]
         tangent = np.gradient(axis, self.places, axis=0, edge_order=2)
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        plane = axis[rings] + along[:, None] * tangent[rings] + across[:, None] * normal[rings]
-        points = np.concatenate([plane, out[:, None]], axis=1)
-        return Surface(points, self._arrays(k, rings, across))
 
-    def _arrays(self, k: int, rings: NDArray[np.int64], across: Array) -> dict[str, Array]:
+        def turned(vectors: Array) -> Array:
+            plane = vectors[:, :1] * tangent[rings] + vectors[:, 1:2] * normal[rings]
+            return np.concatenate([plane, vectors[:, 2:]], axis=1)
+
+        points = turned(offsets)
+        points[:, :2] += axis[rings]
+        return Surface(points, turned(self._directions), self._arrays(k, rings, offsets[:, 1]))
+
+    def _arrays(self, k: float, rings: NDArray[np.int64], across: Array) -> dict[str, Array]:
         """Results at the points of the tube; stresses follow their height in the section."""
         along = self.along(k)
         section = self.sections
@@ -196,13 +243,13 @@ class BeamGeometry:
         found = {name: values[rings] for name, values in along.items()}
         return found | {"bending_stress": stress, "axial_stress": stress + normal}
 
-    def along(self, k: int) -> dict[str, Array]:
+    def along(self, k: float) -> dict[str, Array]:
         """Results on the axis at the rings: vectors (rings, 3) in the inertial frame, scalars (rings,)."""
-        theta, spin = self._values("theta")[k], self._values("theta_dot")[k]
+        theta, spin = self.value("theta", k), self.value("theta_dot", k)
         radius = self.scenario.root.hub_radius
         ux, uy, u_rate, v_rate = (self._between(name, k) for name in ("ux", "uy", "ux_dot", "uy_dot"))
         arm = radius + self.places + ux
-        slope = CubicSpline(self.stations, self._values("uy")[k])(self.places, 1)
+        slope = CubicSpline(self.stations, self.value("uy", k))(self.places, 1)
         return {
             "displacement": _flat(_turned(theta, ux, uy)),
             "velocity": _flat(_turned(theta, u_rate - spin * uy, v_rate + spin * arm)),
@@ -217,25 +264,23 @@ class BeamGeometry:
     def _values(self, name: str) -> Array:
         return np.asarray(self.history[name].values, dtype=float)
 
-    def _between(self, name: str, k: int) -> Array:
+    def _between(self, name: str, k: float) -> Array:
         """Values of a smooth variable at the rings; the stations exactly."""
-        values = self._values(name)[k]
+        values = self.value(name, k)
         if not np.all(np.isfinite(values)):
             return self._linear(name, k)
         found = CubicSpline(self.stations, values)(self.places)
         found[:: BETWEEN + 1] = values
         return np.asarray(found)
 
-    def _linear(self, name: str, k: int) -> Array:
+    def _linear(self, name: str, k: float) -> Array:
         """Values of a variable that may jump at a station."""
-        return np.asarray(np.interp(self.places, self.stations, self._values(name)[k]))
+        return np.asarray(np.interp(self.places, self.stations, self.value(name, k)))
 
 
 def _turned(theta: Array | float, x: Array, y: Array) -> Array:
     """Components (..., 2) in the inertial frame of (x, y) in a frame turned by theta."""
     c, s = np.cos(theta), np.sin(theta)
-    if np.ndim(theta):
-        c, s = np.asarray(c)[:, None], np.asarray(s)[:, None]
     return np.stack([x * c - y * s, x * s + y * c], axis=-1)
 
 

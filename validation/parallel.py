@@ -78,9 +78,10 @@ def _collect(
             for future in sorted(done, key=futures.__getitem__):
                 take(futures[future], future.result())
     except BaseException:
-        # leave at once: what runs is of no use any more
+        # leave at once: what runs is of no use any more; after its shutdown a pool forgets its processes
+        processes = list((getattr(pool, "_processes", None) or {}).values())
         pool.shutdown(wait=False, cancel_futures=True)
-        for process in list(getattr(pool, "_processes", {}).values()):
+        for process in processes:
             process.terminate()
         raise
 

@@ -8,7 +8,6 @@ the step.  What is reported of a rigid contact, forces and accelerations, are th
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -49,8 +48,11 @@ from oblique_impact.system import FIRST_GUARD, GAP, GAP_RATE, GUARDS, LAMBDA_N, 
 _UNBOUNDED = 1e12
 _LOCATED = 1e-12  # s
 _LANDED = 1e-12  # m, or the unit of another guard: how far below zero it may be found
-_FIRST_LEG, _SECONDS_PER_LEG = 200, 0.1
+#: a leg begins with what is known of the convergence forgotten, so its length is part of the result in the last
+#: digits: counted, not timed, or two runs would differ
+_STEPS_PER_LEG = 2_000
 _START, _END = 0, 1
+_GENTLE_STEPS = 1
 
 
 @jitable
@@ -191,6 +193,8 @@ def march_alpha(
     system: Any,
     phase: Phase,
     c: Coefficients,
+    gentle: Coefficients,
+    gentle_steps: int,
     start: float,
     done: int,
     last: float,
@@ -207,7 +211,8 @@ def march_alpha(
 ) -> tuple[Progress, int, float, int]:
     """Advance y in place; the times are start + k h as long as the step h (`last`) stays the same.
 
-    Returns the progress, the number of the next sample, and the new start and k.
+    The first `gentle_steps` take the coefficients `gentle` and no initial acceleration.  Returns the progress,
+    the number of the next sample, and the new start and k.
     """
     steps, count, peak = 0, 0, 0.0
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]
@@ -230,22 +235,27 @@ def march_alpha(
         cut = following > t_stop - 1e-9 * h
         following = t_stop if cut else following
         length = following - t if cut else h
-        slot = ODD if cut else (FAR if flying else NEAR)
+        now = c
+        if steps < gentle_steps:
+            now = gentle
+            for m in range(4 * d + QUADRATURES, 5 * d + QUADRATURES):
+                y[m] = 0.0  # of the algorithmic acceleration: with it the step is one of backward Euler
+        slot = ODD if cut or steps < gentle_steps else (FAR if flying else NEAR)
         stale = slot == ODD or (stale_far if flying else stale_near)
-        status = take_step(system, phase, c, t, y, length, slot, stale, s)
+        status = take_step(system, phase, now, t, y, length, slot, stale, s)
         if status != 0:
             continue
         stale_far, stale_near = stale_far and slot != FAR, stale_near and slot != NEAR
-        _measure_end(phase, c, y, s)
+        _measure_end(phase, now, y, s)
         guard, whole = -1, length
         if phase.state != FREE or phase.watched:
-            guard, status, length = _fall(system, phase, c, t, y, whole, s)
+            guard, status, length = _fall(system, phase, now, t, y, whole, s)
             if status != 0:
                 continue
         if guard >= 0 and length <= _LOCATED:
             # it falls with the very first of the step: what the last step left is where the phase ends
             return Progress(AT_GUARD, guard, t, h, steps, 0, count, peak), next_sample, t, 0
-        finish_step(system, phase, c, t, y, length, s)
+        finish_step(system, phase, now, t, y, length, s)
         copy(s.y_new, y)
         steps += 1
         peak = max(peak, y[5 * d + QUADRATURES + REPORTED_N])
@@ -297,8 +307,10 @@ class GeneralizedAlphaScheme(Scheme):
     ) -> None:
         self.free_step, self.contact_step, self.near = free_step, contact_step, near
         self.coefficients = coefficients(rho_infinity, tolerance)
+        self._gentle = Coefficients(0.0, 0.0, 1.0, 1.0, tolerance)
+        self._gentle_steps = 0
+        self._rigid = False
         self._march = march
-        self._leg = _FIRST_LEG
         self._fresh = True
 
     def extra_state(self, size: int) -> int:
@@ -306,19 +318,27 @@ class GeneralizedAlphaScheme(Scheme):
         return 3 * size + EXTRAS
 
     def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
-        """Arm the guards that start clearly positive; accelerations start anew."""
+        """Arm the guards that start clearly positive; accelerations start anew.
+
+        Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
+        by omega h (Hilber and Hughes 1978), and with every impact of a rigid contact energy would be gained.  The
+        first steps of phases that begin or end at one are those of backward Euler, which has no use for them.
+        """
         arm(phase, scratch, tolerances, initial_guards)
-        self._fresh = True
+        rigid = phase.state != FREE and phase.spring == 0.0
+        self._gentle_steps = _GENTLE_STEPS if rigid or self._rigid else 0
+        self._fresh, self._rigid = True, rigid
 
     def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
-        """Advance to the next event, or for about a tenth of a second of computing."""
-        started = time.perf_counter()
+        """Advance to the next event, or for some thousand steps."""
         if self._fresh:
             course.phase_steps = 0
         progress, course.next_sample, course.phase_start, course.phase_steps = self._march(
             system,
             phase,
             self.coefficients,
+            self._gentle,
+            self._gentle_steps,
             course.phase_start,
             course.phase_steps,
             0.0 if self._fresh else course.h,
@@ -329,14 +349,12 @@ class GeneralizedAlphaScheme(Scheme):
             t_stop,
             course.output_interval,
             course.next_sample,
-            self._leg,
+            _STEPS_PER_LEG,
             self._fresh,
             scratch,
         )
         self._fresh = progress[0] == AT_GUARD
         progress = Progress(*progress)
-        if progress.steps >= self._leg:
-            pace = (time.perf_counter() - started) / progress.steps
-            self._leg = max(1, int(min(_SECONDS_PER_LEG / pace, 1e6)))
+        self._gentle_steps = max(0, self._gentle_steps - progress.steps)
         course.t, course.h = progress.t, progress.h
         return progress

@@ -34,7 +34,7 @@ def export_command(
     out: Path,
     format: str | None,
     every: int,
-    between: str | None,
+    between: tuple[float, float] | None,
     around_events: float | None,
     deformation: float,
 ) -> Iterator[str]:
@@ -42,7 +42,7 @@ def export_command(
 
     Raises InputError with one line for everything that is wrong with the options, the history or the place.
     """
-    selection = Selection(every, _span(between), around_events)
+    selection = Selection(every, between, around_events)
     history = History.load(source)
     missing = missing_variables(history)
     if missing:
@@ -63,16 +63,6 @@ def export_command(
         f"both sides of {jumps} jumps; {shapes} (deformation factor {geometry.factor:g})"
     )
     yield f"  {format}: {target}"
-
-
-def _span(text: str | None) -> tuple[float, float] | None:
-    if text is None:
-        return None
-    try:
-        start, end = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(f"--between {text}: should be two times in s, separated by a comma") from None
-    return start, end
 
 
 def _writer(format: str) -> Write:

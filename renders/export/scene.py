@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from oblique_impact.history import History
 from renders.export.selection import Frames
-from renders.geometry import QUANTITIES, BeamGeometry, Surface
+from renders.geometry import QUANTITIES, BeamGeometry
+from renders.scenery import pin, slope_wedge
 
 if TYPE_CHECKING:
     import pyvista
 
+Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 FORMAT = "oblique-impact export 1"
@@ -45,6 +47,14 @@ def _no_cells() -> Integers:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """Points (np, 3) in m and results (np,) or (np, 3) of a part at one sample."""
+
+    points: Array
+    arrays: dict[str, Array]
+
+
+@dataclass(frozen=True)
 class Part:
     """Something drawn: cells that never change, and points and results that may.
 
@@ -53,7 +63,7 @@ class Part:
     name : str
         Lower-case letters.
     shape : callable
-        Points (np, 3) in m and arrays (np,) or (np, 3) at a sample of the history.
+        The :class:`Shape` at a sample of the history.
     lines, polygons : integer array
         Cells in VTK's form: how many points, then the points.
     moves : bool
@@ -61,7 +71,7 @@ class Part:
     """
 
     name: str
-    shape: Callable[[int], Surface]
+    shape: Callable[[int], Shape]
     lines: Integers = field(default_factory=_no_cells)
     polygons: Integers = field(default_factory=_no_cells)
     moves: bool = True
@@ -77,8 +87,10 @@ class Scene:
 
     @classmethod
     def of(cls, geometry: BeamGeometry, frames: Frames) -> Scene:
-        """Return the scene of a beam: its surface and its centreline."""
-        return cls(geometry, frames, (surface_part(geometry), centreline_part(geometry)))
+        """Return the scene of a beam: its surface, its centreline, and what stands still."""
+        still = {"slope": slope_wedge(geometry), "pin": pin(geometry)}
+        parts = [static_part(name, mesh) for name, mesh in still.items() if mesh is not None]
+        return cls(geometry, frames, (surface_part(geometry), centreline_part(geometry), *parts))
 
     @property
     def fields(self) -> dict[str, list[str] | float]:
@@ -119,24 +131,29 @@ class Scene:
 
 def surface_part(geometry: BeamGeometry) -> Part:
     """Return the swept tube with all results of `BeamGeometry.surface`."""
-    return Part("surface", geometry.surface, polygons=geometry.faces)
+
+    def shape(k: int) -> Shape:
+        surface = geometry.surface(k)
+        return Shape(surface.points, surface.arrays)
+
+    return Part("surface", shape, polygons=geometry.faces)
 
 
 def centreline_part(geometry: BeamGeometry) -> Part:
     """Return the axis as one polyline with the results of `BeamGeometry.along`."""
     rings = geometry.places.size
 
-    def shape(k: int) -> Surface:
-        return Surface(geometry.centreline(k), geometry.along(k))
+    def shape(k: int) -> Shape:
+        return Shape(geometry.centreline(k), geometry.along(k))
 
     return Part("centreline", shape, lines=np.concatenate([[rings], np.arange(rings)]))
 
 
 def static_part(name: str, mesh: pyvista.PolyData) -> Part:
-    """Return a part that stands still: the points and cells of `mesh` without its arrays."""
-    shape = Surface(np.asarray(mesh.points, dtype=float), {})
-    lines, polygons = (np.asarray(cells, dtype=np.int64) for cells in (mesh.lines, mesh.faces))
-    return Part(name, lambda k: shape, lines, polygons, moves=False)
+    """Return a part that stands still: the surface of `mesh` in triangles, without its arrays."""
+    mesh = mesh.triangulate()  # XDMF has no name for a polygon of many corners
+    shape = Shape(np.asarray(mesh.points, dtype=float), {})
+    return Part(name, lambda k: shape, polygons=np.asarray(mesh.faces, dtype=np.int64), moves=False)
 
 
 def missing_variables(history: History) -> list[str]:

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renders.export.heavy import COMPRESSION, heavy_file
-from renders.export.scene import Part, Scene
+from renders.export.scene import Part, Scene, Shape
 from renders.export.target import partial, replace_all
-from renders.geometry import QUANTITIES, Surface
+from renders.geometry import QUANTITIES
 
 Integers = NDArray[np.int64]
 
@@ -77,10 +77,10 @@ class _Writer:
                 dataset[rows] = self._joined(name, shapes)
             advance()
 
-    def _shapes(self, sample: int) -> list[Surface]:
+    def _shapes(self, sample: int) -> list[Shape]:
         return [self._still.get(part.name) or part.shape(sample) for part in self._scene.parts]
 
-    def _joined(self, name: str, shapes: list[Surface]) -> NDArray[np.float64]:
+    def _joined(self, name: str, shapes: list[Shape]) -> NDArray[np.float64]:
         """Values of a result on all parts, NaN on those that do not carry it."""
         return np.concatenate(
             [

@@ -19,10 +19,13 @@ def load(name: str):
 
 
 def test_paper_demo(tmp_path, capsys):
-    load("paper_demo").main(str(tmp_path))
+    load("paper_demo").main(str(tmp_path), "4")
     printed = capsys.readouterr().out
     assert "largest difference of an event time" in printed
     assert (tmp_path / "overview.png").stat().st_size > 50_000
+    for name, least in (("paper.mp4", 20_000), ("strip.png", 20_000), ("paper.html", 100_000)):
+        assert (tmp_path / name).stat().st_size > least
+        assert name in printed.replace("\n", "")
     assert (tmp_path / "events.md").read_text().count("impact") >= 3
     modal, fem = (History.load(tmp_path / name) for name in ("modal", "fem"))
     pairs = compare_events(modal, fem)

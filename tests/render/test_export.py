@@ -18,6 +18,7 @@ from renders.export import pvd, vtkhdf, xdmf
 from renders.export.scene import Scene, static_part
 from renders.export.selection import Selection, increasing
 from renders.geometry import BETWEEN, QUANTITIES, SIDES, BeamGeometry
+from renders.scenery import pin, slope_wedge
 from tests.render.export_readers import read, read_xdmf_by_vtk
 
 WRITERS = {"pvd": pvd.write, "vtkhdf": vtkhdf.write, "xdmf": xdmf.write}
@@ -226,9 +227,8 @@ def test_vtkhdf_holds_the_topology_once_and_times_in_double_precision(scene, tmp
         root = file["VTKHDF"]
         assert root["Steps/Values"].dtype == np.float64
         np.testing.assert_array_equal(root["Steps/Values"], scene.frames.stamp)
-        polygons = scene.geometry.faces
         cells = root["Polygons/NumberOfCells"][0]
-        assert root["Polygons/Connectivity"].size == polygons.size - cells
+        assert root["Polygons/Connectivity"].size + cells == sum(part.polygons.size for part in scene.parts)
         assert root["Polygons/Offsets"].size == cells + 1
         assert root["Lines/Connectivity"].size == scene.geometry.places.size
         assert not np.any(root["Steps/CellOffsets"])
@@ -242,7 +242,7 @@ def test_pvd_frames_are_compressed_and_lie_beside(scene, tmp_path):
     path = write(scene, tmp_path / "beam.pvd")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["beam", "beam.pvd"]
     files = list((tmp_path / "beam").iterdir())
-    assert len(files) == 2 * scene.frames.sample.size
+    assert len(files) == 2 * scene.frames.sample.size + 2  # slope and pin once
     assert b"vtkZLibDataCompressor" in (tmp_path / "beam" / "surface_000000.vtp").read_bytes()
     assert 'file="beam/surface_000000.vtp"' in path.read_text()
 
@@ -281,21 +281,39 @@ def test_xdmf_through_vtk(scene, tmp_path, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_parts_that_stand_still(scene, tmp_path, format):
-    """As a slope would be: written once, present in every frame."""
-    wedge = pv.PolyData([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], faces=[3, 0, 1, 2, 3, 0, 2, 3])
-    with_wedge = replace(scene, parts=(*scene.parts, static_part("slope", wedge)))
-    path = write(with_wedge, tmp_path / f"beam.{format}")
-    for frame, k in zip(read(path), scene.frames.sample, strict=True):
-        slope = frame.parts["slope"]
-        np.testing.assert_array_equal(slope.points, wedge.points)
-        assert slope.polygons == [[0, 1, 2], [0, 2, 3]]
-        np.testing.assert_array_equal(frame.parts["surface"].points, scene.geometry.surface(k).points)
-    if format == "pvd":
-        assert len(list((tmp_path / "beam").glob("slope_*.vtp"))) == 1
-    if format == "xdmf":
-        with h5py.File(tmp_path / "beam.h5") as file:
-            assert set(file["slope"]) == {"topology", "000000"}
+def test_slope_and_pin_stand_in_every_frame(frames, scene):
+    assert set(frames[0].parts) == {"surface", "centreline", "slope", "pin"}
+    for name, mesh in (("slope", slope_wedge(scene.geometry)), ("pin", pin(scene.geometry))):
+        expected = mesh.triangulate()
+        for frame in frames:
+            np.testing.assert_array_equal(frame.parts[name].points, expected.points)
+            assert frame.parts[name].polygons == expected.regular_faces.tolist()
+            assert all(np.all(np.isnan(values)) for values in frame.parts[name].arrays.values())
+
+
+def test_what_stands_still_is_written_once(scene, tmp_path):
+    write(scene, tmp_path / "beam.pvd")
+    assert len(list((tmp_path / "beam").glob("slope_*.vtp"))) == 1
+    write(scene, tmp_path / "beam.xdmf")
+    with h5py.File(tmp_path / "beam.h5") as file:
+        assert set(file["pin"]) == {"topology", "000000"}
+        assert len(file["surface"]) == 1 + scene.frames.sample.size
+
+
+def test_a_part_more(scene, tmp_path, format):
+    mesh = pv.Disc(c_res=7)
+    more = replace(scene, parts=(*scene.parts, static_part("disc", mesh)))
+    for frame in read(write(more, tmp_path / f"beam.{format}")):
+        np.testing.assert_array_equal(frame.parts["disc"].points, mesh.points)
+        assert set(frame.parts) == {"surface", "centreline", "slope", "pin", "disc"}
+
+
+def test_without_contact_there_is_no_slope(run, tmp_path, format):
+    history = run("spin-up")
+    scene = Scene.of(BeamGeometry(history, 1.0), Selection(1000).frames(history))
+    frames = read(write(scene, tmp_path / f"beam.{format}"))
+    assert set(frames[0].parts) == {"surface", "centreline", "pin"}
+    check_against_history(frames[1], scene.frames.sample[1], scene.geometry)
 
 
 @pytest.mark.parametrize("name", ["tapered", "elastic-stop"])

@@ -78,6 +78,34 @@ def test_rings_are_circles_across_the_axis(history):
     assert np.abs(np.einsum("rsi,ri->rs", rings - axis[:, None], along)).max() < 2e-3 * geometry.radii.max()
 
 
+def test_normals_are_those_of_the_faces(history):
+    geometry = BeamGeometry(history, 1.0)
+    surface = geometry.surface(places(history)[1])
+    mesh = pv.PolyData(surface.points, geometry.faces)
+    found = mesh.compute_normals(
+        split_vertices=False, consistent_normals=False, auto_orient_normals=False
+    ).point_data["Normals"]
+    np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1.0, rtol=1e-12)
+    # the rim at the root has the face of the root beside it
+    inside = np.arange(SIDES, surface.points.shape[0] - 1)
+    assert np.einsum("ij,ij->i", found, surface.normals)[inside].min() > 0.98
+
+
+def test_between_samples_everything_is_interpolated(run):
+    history = run("paper")
+    geometry = BeamGeometry(history, 1.0)
+    k = 1000
+    assert geometry.index(geometry.times[k]) == k
+    middle = geometry.index(0.5 * (geometry.times[k] + geometry.times[k + 1]))
+    assert middle == pytest.approx(k + 0.5)
+    mean = 0.5 * (geometry.surface(k).points + geometry.surface(k + 1).points)
+    np.testing.assert_allclose(geometry.surface(middle).points, mean, atol=1e-6)
+    jump = int(np.flatnonzero(np.diff(geometry.times) == 0.0)[0])
+    assert geometry.index(geometry.times[jump]) == jump + 1  # the right-hand value
+    assert geometry.index(-1.0) == 0
+    assert geometry.index(9.0) == geometry.times.size - 1
+
+
 def test_results_on_the_surface_are_those_of_the_history(history):
     geometry = BeamGeometry(history)
     for k in places(history)[:2]:

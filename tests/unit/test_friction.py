@@ -65,7 +65,7 @@ def test_laws_are_odd_and_dissipative(law):
         assert ratio(law, v) * v <= 0.0
 
 
-@pytest.mark.parametrize("law", [Coulomb(0.5, 0.3), MODIFIED, Frictionless()])
+@pytest.mark.parametrize("law", [Coulomb(0.5, 0.3), MODIFIED, ModifiedCoulomb(0.4, 0.0, 1e-2), Frictionless()])
 def test_branches_tile_the_line(law):
     """From far below to far above, each branch begins where the last one ends."""
     branch = law.branch(-1e9, 1)
@@ -87,5 +87,20 @@ def test_friction_law_of_a_scenario():
     assert friction_law("hybrid", 0.5, 0.3) == Coulomb(static=0.5, kinetic=0.3)
     # the theory page's assumed kinks
     assert friction_law("modified-coulomb", 0.5, 0.3) == ModifiedCoulomb(kinetic=0.3, v0=1e-3, v1=1e-2)
+    assert friction_law("modified-coulomb", 0.5, 0.3, (0.0, 0.1)) == ModifiedCoulomb(kinetic=0.3, v0=0.0, v1=0.1)
     with pytest.raises(KeyError):
         friction_law("viscous", 0.5, 0.3)
+
+
+def test_regularization_vanishes_in_the_limit(run):
+    """Without stick in it, the hybrid law is the limit of the modified one for v1 -> 0, at first order."""
+    short = "end_time=0.335"
+    hybrid = run("paper", short)
+    last = []
+    for v1 in ("1e-3", "1e-4"):
+        law = ("contact.friction=modified-coulomb", f"contact.regularization=[0.0, {v1}]")
+        modified = run("paper", short, *law)
+        assert [e.kind for e in modified.events] == [e.kind for e in hybrid.events]
+        last.append(abs(modified.events[-1].time - hybrid.events[-1].time))
+    assert last[1] < 0.15 * last[0]
+    assert 0.0 < last[0] < 1e-6

@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
-from oblique_impact import MechanicalSystem, simulate_system
+from oblique_impact import MechanicalSystem, Scenario, simulate, simulate_system
 from oblique_impact.contact import Phase
 from oblique_impact.friction import ModifiedCoulomb
 from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, dop853
@@ -106,7 +106,8 @@ ORDERS = {
     "generalized-alpha, rho 1": (alpha_error(1.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
     "generalized-alpha, contact": (
         lambda h: sliding_error(GeneralizedAlphaScheme(1.0, h, 0.5)),
-        *(GeneralizedAlphaScheme.order, 2, [0.015, 0.0075, 0.00375, 0.001875], 1e-5),
+        # the first step in a rigid contact is one of backward Euler: locally h^2/2
+        *(GeneralizedAlphaScheme.order, 2, [0.015, 0.0075, 0.00375, 0.001875], 2e-5),
     ),
     "event, step": (event_scheme_error, EventScheme.order, 8, [0.3, 6 / 28, 0.15, 6 / 56, 0.075], 2e-10),
     "event, dense output": (dense_output_error, dop853.DENSE_TERMS, 7, [0.4, 0.3, 0.2, 0.15, 0.1], 2e-8),
@@ -410,3 +411,12 @@ def test_breakpoints():
         assert float(history["slip"][-1]) == pytest.approx(1.0 + (1.0 - start) ** 3 / 6.0, abs=1e-12)
         speed = 1.0 + 0.5 * np.maximum(time - start, 0.0) ** 2
         assert history["slip_rate"].values == pytest.approx(speed, abs=1e-12)
+
+
+@pytest.mark.parametrize("scheme", ["event", "fixed-step", "generalized-alpha"])
+def test_two_runs_are_the_same_to_the_last_digit(scheme):
+    """Whatever else the machine does meanwhile: no scheme may look at the clock."""
+    scenario = Scenario.builtin("paper", [f'solver.scheme="{scheme}"'])
+    first, second = simulate(scenario).data, simulate(scenario).data
+    for name in ("time", "q", "qd", "lambda_n", "lambda_tau"):
+        assert first[name].values.tobytes() == second[name].values.tobytes(), name

@@ -51,6 +51,13 @@ def test_a_page_needs_nothing_besides_itself():
     assert page.count("<svg") == 1
 
 
+def test_half_pictures_are_marked_as_such():
+    blocks = [Picture("<svg></svg>", half=half) for half in (True, True, False)]
+    page = render_html(Document("Title", "Lead.", [], sections=[Section("Part", blocks)]))
+    assert page.count('<figure class="half" role="img"') == 2
+    assert page.count("<figure role=") == 1
+
+
 def test_pages_and_pictures_are_the_same_from_run_to_run():
     assert render_html(document()) == render_html(document())
 

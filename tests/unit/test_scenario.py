@@ -37,6 +37,7 @@ PAPER = {
         "friction": "hybrid",
         "mu_static": 0.3,
         "mu_kinetic": 0.3,
+        "regularization": (1e-3, 1e-2),
     },
     "discretization": {
         "method": "modal",
@@ -130,6 +131,14 @@ BAD = {
     "static below kinetic": (
         "[contact]\nmu_static = 0.1\nmu_kinetic = 0.2",
         ["contact.mu_static", "0.1", "at least", "contact.mu_kinetic = 0.2"],
+    ),
+    "regularization of no width": (
+        "[contact]\nregularization = [0.01, 0.01]",
+        ["contact.regularization", "(0.01, 0.01)", "v0 less than v1"],
+    ),
+    "negative regularization": (
+        "[contact]\nregularization = [-0.01, 0.01]",
+        ["contact.regularization.0", "-0.01", "greater than or equal to 0"],
     ),
     "point off the beam": ("[contact]\npoint = 1.5", ["contact.point", "1.5", "at most", "beam.length = 1.0"]),
     "point on the root": ("[contact]\npoint = 1e-6", ["contact.point", "1e-06", "at least"]),

@@ -65,11 +65,15 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture as SVG text, with the alternative text for those who cannot see it."""
+    """A picture as SVG text, with the alternative text for those who cannot see it.
+
+    Two `half` pictures in a row stand side by side.
+    """
 
     svg: str
     caption: str = ""
     alternative: str = ""
+    half: bool = False
     block: str = "picture"
 
     @property

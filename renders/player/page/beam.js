@@ -1,0 +1,192 @@
+/* What both views draw: the tube, the slope, the arrow. A view maps metres to pixels: {scale, x0, y0, thick}; the tube is
+   drawn `thick` times as thick as it is, and the slope's surface lies that much lower. */
+
+const toX = (view, x) => view.x0 + view.scale * x;
+const toY = (view, y) => view.y0 - view.scale * y;
+
+const NORMAL = [-Math.sin(facts.slope.angle), Math.cos(facts.slope.angle)];
+const TANGENT = [Math.cos(facts.slope.angle), Math.sin(facts.slope.angle)];
+const TOUCH_RADIUS = arrays.radius[facts.touch];
+
+/** Lower and upper edge of the tube in pixels, with the directions of its ends. */
+function edges(view, axis) {
+  const lower = [], upper = [];
+  let last = [1, 0];
+  for (let j = 0; j < STATIONS; j++) {
+    const a = Math.max(j - 1, 0), b = Math.min(j + 1, STATIONS - 1);
+    const dx = axis.x[b] - axis.x[a], dy = axis.y[b] - axis.y[a], size = Math.hypot(dx, dy) || 1;
+    last = [dx / size, dy / size];
+    const r = view.thick * arrays.radius[j], nx = (-dy / size) * r, ny = (dx / size) * r;
+    lower.push([toX(view, axis.x[j] - nx), toY(view, axis.y[j] - ny)]);
+    upper.push([toX(view, axis.x[j] + nx), toY(view, axis.y[j] + ny)]);
+  }
+  return { lower, upper, heading: Math.atan2(-last[1], last[0]) };
+}
+
+/** Outline of the tube with its round tip. */
+function outline(view, axis, { lower, upper, heading }) {
+  const path = new Path2D(), end = STATIONS - 1;
+  path.moveTo(...lower[0]);
+  for (const point of lower) path.lineTo(...point);
+  path.arc(toX(view, axis.x[end]), toY(view, axis.y[end]), view.scale * view.thick * arrays.radius[end], heading + Math.PI / 2, heading - Math.PI / 2, true);
+  for (let j = end; j >= 0; j--) path.lineTo(...upper[j]);
+  path.closePath();
+  return path;
+}
+
+/** Pixels of length in which the colour of the tube may change. */
+const SHADE = 4;
+
+/** The tube: bending stress from the lower fibre (that of the history) through zero to the upper one. */
+function drawTube(c, view, axis, stress) {
+  const side = edges(view, axis), path = outline(view, axis, side), end = STATIONS - 1;
+  c.save();
+  c.clip(path);
+  const wide = c.canvas.width, high = c.canvas.height; // not less than the picture in units of length
+  for (let j = 0; j < end; j++) {
+    const [p, q, u, v] = [side.lower[j], side.lower[j + 1], side.upper[j], side.upper[j + 1]];
+    if (Math.max(p[0], q[0], u[0], v[0]) < 0 || Math.min(p[0], q[0], u[0], v[0]) > wide) continue;
+    if (Math.max(p[1], q[1], u[1], v[1]) < 0 || Math.min(p[1], q[1], u[1], v[1]) > high) continue;
+    const pieces = Math.max(1, Math.min(200, Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / SHADE)));
+    for (let n = 0; n < pieces; n++) {
+      const from = n / pieces, to = (n + 1) / pieces, middle = (from + to) / 2;
+      const value = (1 - middle) * stress[j] + middle * stress[j + 1];
+      shadePiece(c, between(p, q, from), between(p, q, to), between(u, v, from), between(u, v, to), value, side.heading, 1);
+    }
+  }
+  const cap = view.scale * view.thick * arrays.radius[end] * 1.1;
+  shadePiece(c, side.lower[end], side.lower[end], side.upper[end], side.upper[end], stress[end], side.heading, cap);
+  c.restore();
+  c.strokeStyle = colour.edge;
+  c.lineWidth = 1.1;
+  c.stroke(path);
+}
+
+function between(a, b, part) {
+  return [(1 - part) * a[0] + part * b[0], (1 - part) * a[1] + part * b[1]];
+}
+
+/** One piece across the tube; it reaches a little under the next one, the last one over the cap: no seams. */
+function shadePiece(c, p, q, u, v, value, heading, reach) {
+  const fill = c.createLinearGradient((p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (u[0] + v[0]) / 2, (u[1] + v[1]) / 2);
+  for (let n = 0; n <= 6; n++) fill.addColorStop(n / 6, stressColour(value * (1 - n / 3)));
+  const ex = reach * Math.cos(heading), ey = reach * Math.sin(heading);
+  c.fillStyle = fill;
+  c.beginPath();
+  c.moveTo(...p);
+  c.lineTo(q[0] + ex, q[1] + ey);
+  c.lineTo(v[0] + ex, v[1] + ey);
+  c.lineTo(...u);
+  c.fill();
+}
+
+function drawGhost(c, view, axis, strength) {
+  c.globalAlpha = strength;
+  c.fillStyle = colour.ghost;
+  c.fill(outline(view, axis, edges(view, axis)));
+  c.globalAlpha = 1;
+}
+
+/** Coordinates of a point in the frame of the slope: along it, and the height of the axis over its line. */
+function onSlope(x, y) {
+  const dx = x - facts.slope.origin[0], dy = y - facts.slope.origin[1];
+  return [dx * TANGENT[0] + dy * TANGENT[1], dx * NORMAL[0] + dy * NORMAL[1]];
+}
+
+/** Point of the slope's surface, one radius below the line that the axis touches. */
+function surfacePoint(along) {
+  return [0, 1].map((k) => facts.slope.origin[k] + along * TANGENT[k] - TOUCH_RADIUS * NORMAL[k]);
+}
+
+/**
+ * The wedge (points in m): it reaches as far to both sides of the places of contact as the beam, drawn with
+ * `factor`, stays clear of it in the whole run. Null without contact.
+ */
+function wedge(factor) {
+  if (!facts.contact) return null;
+  const [low, high] = contactRange(), L = facts.length, near = 0.1 * TOUCH_RADIUS;
+  let start = low - 0.22 * L, stop = high + 0.12 * L;
+  const moment = newMoment();
+  for (let k = 0; k < FRAMES; k++) {
+    const axis = magnified(momentAt(k, moment), factor);
+    for (let j = 0; j < STATIONS; j++) {
+      const height = onSlope(axis.x[j], axis.y[j])[1];
+      if (height - arrays.radius[j] + TOUCH_RADIUS > -0.1 * TOUCH_RADIUS || j === facts.touch) continue;
+      const i = j + Math.sign(facts.touch - j), along = onSlope(axis.x[i], axis.y[i])[0]; // still clear of it
+      if (j < facts.touch) start = Math.max(start, Math.min(along, low - near));
+      else stop = Math.min(stop, Math.max(along, high + near));
+    }
+  }
+  const a = surfacePoint(start), b = surfacePoint(stop);
+  if (TANGENT[0] < 0.5) {
+    const depth = 0.1 * L;
+    return [a, b, [b[0] - depth * NORMAL[0], b[1] - depth * NORMAL[1]], [a[0] - depth * NORMAL[0], a[1] - depth * NORMAL[1]]];
+  }
+  const floor = Math.min(a[1], b[1]) - 0.06 * L;
+  return [a, b, [b[0], floor], [a[0], floor]];
+}
+
+/** Range of the contact point along the slope while it touches; where it comes closest if it never does. */
+function contactRange() {
+  let low = Infinity, high = -Infinity, closest = Infinity, there = 0;
+  for (let k = 0; k < FRAMES; k++) {
+    const at = k * STATIONS + facts.touch, [along, height] = onSlope(arrays.frame_x[at], arrays.frame_y[at]);
+    if (Math.abs(height) < closest) [closest, there] = [Math.abs(height), along];
+    if (height > 1e-3 * facts.length) continue;
+    low = Math.min(low, along);
+    high = Math.max(high, along);
+  }
+  return low <= high ? [low, high] : [there, there];
+}
+
+/** Pixels that the surface lies lower than its true place, because the tube is drawn thicker. */
+function lower(view) {
+  return (view.thick - 1) * TOUCH_RADIUS * view.scale;
+}
+
+function drawWedge(c, view, points) {
+  const [a, b, ...rest] = points.map(([x, y]) => [toX(view, x) - lower(view) * NORMAL[0], toY(view, y) + lower(view) * NORMAL[1]]);
+  c.beginPath();
+  for (const point of [a, b, ...rest]) c.lineTo(...point);
+  c.closePath();
+  c.fillStyle = colour.ground;
+  c.fill();
+  c.beginPath();
+  c.moveTo(...a);
+  c.lineTo(...b);
+  c.strokeStyle = colour.edge;
+  c.lineWidth = 1.6;
+  c.stroke();
+}
+
+/** Resultant of the contact force on the beam (N) in the inertial frame. */
+function resultant(moment) {
+  return [0, 1].map((k) => moment.normal * NORMAL[k] + moment.tangential * TANGENT[k]);
+}
+
+/** Arrow of the contact force from the place of contact; `longest` pixels at the largest force of the run. */
+function drawForce(c, view, moment, longest) {
+  const [fx, fy] = resultant(moment), size = Math.hypot(fx, fy);
+  if (!(size > 0) || moment.state === 0) return;
+  const length = (longest * size) / facts.peak_force, ux = fx / size, uy = -fy / size;
+  const t = facts.touch;
+  const below = view.thick * TOUCH_RADIUS;
+  const x = toX(view, moment.x[t] - below * NORMAL[0]), y = toY(view, moment.y[t] - below * NORMAL[1]);
+  const head = Math.min(15, 0.6 * length), bx = x + (length - head) * ux, by = y + (length - head) * uy;
+  const path = new Path2D();
+  const shaft = Math.min(2.2, 0.18 * head), wide = 0.42 * head;
+  path.moveTo(x - shaft * uy, y + shaft * ux);
+  path.lineTo(bx - shaft * uy, by + shaft * ux);
+  path.lineTo(bx - wide * uy, by + wide * ux);
+  path.lineTo(x + length * ux, y + length * uy);
+  path.lineTo(bx + wide * uy, by - wide * ux);
+  path.lineTo(bx + shaft * uy, by - shaft * ux);
+  path.lineTo(x + shaft * uy, y - shaft * ux);
+  path.closePath();
+  c.strokeStyle = colour.halo;
+  c.lineWidth = 2.5;
+  c.stroke(path);
+  c.fillStyle = stateColour[moment.state];
+  c.fill(path);
+  return { x: x + length * ux, y: y + length * uy, ux, uy, size };
+}

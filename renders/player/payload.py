@@ -1,0 +1,217 @@
+"""What the page knows of a run: arrays as base64, and a few facts in words and numbers."""
+
+from __future__ import annotations
+
+import base64
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
+
+from oblique_impact.contact import State
+from oblique_impact.errors import InputError, Outcome
+from oblique_impact.history import History
+from oblique_impact.scenario import Scenario
+from renders.geometry import BeamGeometry
+from renders.player.film import Film, film_of
+from renders.player.selection import chart_points, frames, listed_events
+from renders.style import STATE_COLOURS
+
+Array = NDArray[np.float64]
+
+STRESS_MAP = "RdBu_r"  # diverging: compression blue, tension red
+_STOPS = 33
+
+#: variables of the history that the page carries at the points of its charts, and their names there
+SERIES = {
+    "lambda_n": "normal",
+    "lambda_tau": "tangential",
+    "energy_kinetic": "kinetic",
+    "energy_elastic": "elastic",
+    "energy_gravity": "gravity",
+    "deflection": "deflection",
+    "gap": "gap",
+    "slip_rate": "slip_rate",
+}
+_NEEDED = ("time", "station", "state", "bending_stress", *SERIES)
+
+
+@dataclass(frozen=True)
+class Payload:
+    """The two things that the page embeds.
+
+    Attributes
+    ----------
+    arrays : dict
+        Per name its `type` (f4, f8, i4, u1), `shape` and little-endian `data` as base64.
+    facts : dict
+        Everything that is not an array.
+    """
+
+    arrays: dict[str, dict[str, Any]]
+    facts: dict[str, Any]
+
+
+def payload(history: History, factor: float | None, steps: int) -> Payload:
+    """Collect what the page of `history` shows.
+
+    Raises InputError with one line if the history is not one of a beam, or has no finite sample.
+    """
+    missing = [name for name in _NEEDED if name not in history.data.variables]
+    if missing:
+        raise InputError(
+            f"history: has no variable {missing[0]!r}: it is not one of a beam, or of another version"
+        )
+    chosen, true = BeamGeometry(history, factor), BeamGeometry(history, 1.0)
+    film = film_of(history)
+    samples = frames(history, film, steps)
+    values = _series(history, true.scenario)
+    points = chart_points(list(values.values()), samples, history["state"].values)
+    arrays = _frame_arrays(true, samples, film)
+    arrays |= {f"chart_{name}": _packed(series[points], "f4") for name, series in values.items()}
+    arrays["frame_point"] = _packed(np.searchsorted(points, samples), "i4")
+    arrays["chart_time"] = _packed(true.times[points], "f8")
+    arrays["chart_state"] = _packed(history["state"].values[points], "u1")
+    return Payload(arrays, _facts(history, true, chosen.factor, samples))
+
+
+def unpacked(entry: dict[str, Any]) -> NDArray[Any]:
+    """Return an array of `Payload.arrays` as it was."""
+    raw = base64.b64decode(entry["data"])
+    return np.frombuffer(raw, dtype=f"<{entry['type']}").reshape(entry["shape"])
+
+
+def _packed(values: NDArray[Any], kind: str) -> dict[str, Any]:
+    """Pack an array; what float32 cannot hold becomes infinite, which the page does not draw."""
+    with np.errstate(over="ignore"):
+        data = np.ascontiguousarray(values, dtype=f"<{kind}")
+    return {"type": kind, "shape": list(data.shape), "data": base64.b64encode(data.tobytes()).decode("ascii")}
+
+
+def _series(history: History, scenario: Scenario) -> dict[str, Array]:
+    """Return the series of the page by name, at all samples; a spring's energy where the stop is elastic."""
+    values = {short: np.asarray(history[name].values, dtype=float) for name, short in SERIES.items()}
+    if scenario.contact.normal == "spring" and scenario.contact.enabled:
+        closed = history["state"].values != State.FREE
+        depth = np.where(closed, np.maximum(-values["gap"], 0.0), 0.0)
+        values["stop"] = 0.5 * scenario.contact.stiffness * depth**2
+    return values
+
+
+def _frame_arrays(true: BeamGeometry, samples: NDArray[np.int64], film: Film) -> dict[str, dict[str, Any]]:
+    """Arrays of the frames: times, axis (n, stations) and stress at the lower fibre (n, stations)."""
+    times, history = true.times[samples], true.history
+    axis = true.stations_of(samples)
+    return {
+        "frame_sample": _packed(samples, "i4"),
+        "frame_time": _packed(times, "f8"),
+        "frame_film": _packed(film.at(times), "f8"),
+        "frame_state": _packed(history["state"].values[samples], "u1"),
+        "frame_x": _packed(axis[..., 0], "f4"),
+        "frame_y": _packed(axis[..., 1], "f4"),
+        "frame_stress": _packed(history["bending_stress"].values[samples], "f4"),
+        "radius": _packed(np.asarray(true.sections.fibre_distance(true.stations)), "f4"),
+        "place": _packed(true.stations, "f4"),
+    }
+
+
+def _facts(history: History, true: BeamGeometry, factor: float, samples: NDArray[np.int64]) -> dict[str, Any]:
+    scenario = true.scenario
+    touch = int(np.argmin(np.abs(true.stations - scenario.contact.point)))
+    ramp = mpl.colormaps[STRESS_MAP]
+    largest, limit = _largest(history["bending_stress"].values), _stress_limit(history)
+    return {
+        "factor": factor,
+        "touch": touch,
+        "length": scenario.beam.length,
+        "hub_radius": scenario.root.hub_radius,
+        "root": scenario.root.kind,
+        "contact": scenario.contact.enabled,
+        "slope": {"origin": list(scenario.slope.origin), "angle": scenario.slope.angle},
+        "stress_limit": round_up(limit),
+        "stress_beyond": largest > round_up(limit),
+        "peak_force": _peak_force(history),
+        "events": _events(history, true.times[samples]),
+        "collisions": [[m["start"], m["end"]] for m in history.summary["macro_collisions"]],
+        "all_events": len(history.events),
+        "states": [state.name for state in State],
+        "state_colours": list(STATE_COLOURS),
+        "stress_colours": [to_hex(ramp(k / (_STOPS - 1))) for k in range(_STOPS)],
+        "outcome": "" if history.outcome is Outcome.COMPLETED else history.outcome.sentence,
+        "model": _model(scenario),
+    }
+
+
+def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
+    """Return the listed events; `frame` is the one just after, `before` the one just before."""
+    rows = []
+    for event in listed_events(history):
+        after = int(np.searchsorted(frame_times, event.time, side="right")) - 1
+        rows.append(
+            {
+                "time": event.time,
+                "kind": event.kind.value,
+                "impulse": _finite(event.normal_impulse),
+                "loss": _finite(event.energy_loss),
+                "state": int(event.state),
+                "before": int(np.searchsorted(frame_times, event.time, side="left")),
+                "frame": max(after, 0),
+            }
+        )
+    return rows
+
+
+def _model(scenario: Scenario) -> str:
+    """Say in one line what was simulated."""
+    d, c = scenario.discretization, scenario.contact
+    if d.method == "modal":
+        shapes = f"{d.modes} assumed modes"
+    elif d.modes:
+        shapes = f"{d.elements} finite elements reduced to {d.modes} modes"
+    else:
+        shapes = f"{d.elements} finite elements"
+    if not c.enabled:
+        touch = "no contact"
+    else:
+        stop = "rigid stop" if c.normal == "rigid" else f"elastic stop {c.stiffness:.3g} N/m".replace("e+0", "e")
+        friction = c.friction if c.friction == "frictionless" else f"{c.friction} friction μ = {c.mu_kinetic:g}"
+        touch = f"{stop}, {friction}"
+    return f"{shapes}, {d.frame} frame, {d.kinetics} kinetics; {touch}; {scenario.solver.scheme} scheme"
+
+
+def _peak_force(history: History) -> float:
+    """Largest resultant (N) of the contact force; 0 if there is none."""
+    return _largest(np.hypot(history["lambda_n"].values, history["lambda_tau"].values))
+
+
+def _stress_limit(history: History) -> float:
+    """Largest stress (Pa) of the run; of a run that blew up, that of 99 of 100 samples."""
+    stress = np.abs(history["bending_stress"].values)
+    if history.outcome is Outcome.COMPLETED:
+        return _largest(stress)
+    peaks = np.max(np.where(stress < np.finfo(np.float32).max, stress, 0.0), axis=1)
+    return float(np.quantile(peaks, 0.99, method="lower"))
+
+
+def _largest(values: NDArray[Any]) -> float:
+    """Largest finite magnitude that float32 can hold."""
+    magnitude = np.abs(values)
+    return float(np.max(magnitude[magnitude < np.finfo(np.float32).max], initial=0.0))
+
+
+def round_up(value: float) -> float:
+    """Return the next larger round number, for the ends of a scale; 1 for zero."""
+    if not value > 0.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(
+        next(m for m in (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if m * power >= value) * power
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,320 @@
+"""The beam in three dimensions: one off-screen window whose meshes are moved from frame to frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from PIL import Image
+
+from oblique_impact.errors import InputError
+from renders.geometry import BeamGeometry
+from renders.offscreen import prepare
+from renders.scenery import pin, slope_wedge
+from renders.themes import Theme
+
+Array = NDArray[np.float64]
+
+#: the window is drawn twice as large and reduced: smooth edges at a moderate price
+SUPERSAMPLING = 2
+GHOSTS = 3
+_GHOST_STRENGTH = (0.36, 0.25, 0.15)
+_TRACE_POINTS = 600
+
+#: where the camera looks from: direction of the eye, and the part of the height that text and colour bar need
+CAMERAS = {
+    "oblique": np.array([0.22, 0.30, 1.0]),
+    "front": np.array([0.0, 0.0, 1.0]),
+    "above": np.array([0.15, 0.9, 1.0]),
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a view shows besides beam, slope and pin."""
+
+    quantity: str = "bending_stress"
+    camera: str = "oblique"
+    ghosts: bool = True
+    trace: bool = True
+    arrow: bool = True
+    plain: bool = False  # beams in one colour each instead of a quantity
+    arrow_length: float = 0.16  # of the largest force's arrow, over the beam's length
+
+    def __post_init__(self) -> None:
+        if self.camera not in CAMERAS:
+            raise InputError(f"--camera {self.camera}: should be one of {', '.join(CAMERAS)}")
+
+
+class Beam3D:
+    """One beam in a window, with its ghosts, trace and force arrow."""
+
+    def __init__(
+        self,
+        plotter: pv.Plotter,
+        geometry: BeamGeometry,
+        theme: Theme,
+        look: Look,
+        limit: float,
+        number: int,
+    ) -> None:
+        self.geometry, self.look = geometry, look
+        colour = theme.series[number]
+        # beams in one place are not to show through each other
+        self._depth = -0.02 * number * geometry.radii.max()
+        surface = geometry.surface(0)
+        self.mesh = pv.PolyData(surface.points, geometry.faces)
+        self.mesh.point_data["Normals"] = surface.normals
+        self.mesh.point_data.active_normals_name = "Normals"
+        options: dict[str, Any] = {"ambient": 0.38, "diffuse": 0.65, "specular": 0.06, "specular_power": 30.0}
+        if look.plain:
+            actor = plotter.add_mesh(self.mesh, color=colour, **options)
+        else:
+            self.mesh.point_data["shown"] = surface.arrays[look.quantity]
+            options |= {"scalars": "shown", "cmap": theme.colour_map, "clim": (-limit, limit)}
+            actor = plotter.add_mesh(self.mesh, show_scalar_bar=False, interpolate_before_map=True, **options)
+        actor.prop.interpolation = "Phong"
+        self._ghosts = [self._ghost(plotter, theme, n) for n in range(GHOSTS)] if look.ghosts else []
+        self._trace = self._add_trace(plotter, theme, colour) if look.trace else None
+        self._arrow = self._add_arrow(plotter, theme, colour) if look.arrow else None
+        self._peak = _peak_force(geometry)
+
+    def _ghost(self, plotter: pv.Plotter, theme: Theme, n: int) -> tuple[pv.PolyData, pv.Actor]:
+        mesh = pv.PolyData(self.geometry.surface(0).points, self.geometry.faces)
+        # mixed with the background instead of transparent, which would take half of the time of a frame
+        actor = plotter.add_mesh(
+            mesh, color=mixed(theme.ghost, theme.background, _GHOST_STRENGTH[n]), lighting=False
+        )
+        return mesh, actor
+
+    def _add_trace(self, plotter: pv.Plotter, theme: Theme, colour: str) -> pv.PolyData:
+        samples = np.unique(np.linspace(0, self.geometry.times.size - 1, _TRACE_POINTS).astype(int))
+        self._trace_times = self.geometry.times[samples]
+        path = np.array([self.geometry.contact_point(k) for k in samples])
+        # in front of the beam, so that it is seen where it was
+        depth = np.full((len(path), 1), 1.2 * self.geometry.radii.max() + self._depth)
+        self._path = np.concatenate([path, depth], axis=1)
+        mesh = pv.lines_from_points(self._path)
+        plotter.add_mesh(
+            mesh, color=colour if self.look.plain else theme.trace, line_width=2 * SUPERSAMPLING, lighting=False
+        )
+        return pv.PolyData(mesh)
+
+    def _add_arrow(self, plotter: pv.Plotter, theme: Theme, colour: str) -> tuple[pv.PolyData, pv.Actor, Array]:
+        sides = 24
+        arrow = pv.Arrow(
+            tip_length=0.3, tip_radius=0.09, shaft_radius=0.035, tip_resolution=sides, shaft_resolution=sides
+        )
+        mesh = pv.PolyData(arrow)
+        template = np.array(mesh.points, dtype=float)
+        actor = plotter.add_mesh(mesh, color=theme.arrow if not self.look.plain else colour, smooth_shading=True)
+        actor.visibility = False
+        return mesh, actor, template
+
+    def move(self, time: float) -> None:
+        """Take the shapes of a physical time (s)."""
+        k = self.geometry.index(time)
+        surface = self.geometry.surface(k)
+        self.mesh.points = surface.points + np.array([0.0, 0.0, self._depth])
+        self.mesh.point_data["Normals"] = surface.normals
+        if not self.look.plain:
+            self.mesh.point_data["shown"] = np.nan_to_num(surface.arrays[self.look.quantity])
+        self._move_ghosts(time)
+        if self._trace is not None:
+            shown = self._path.copy()
+            shown[self._trace_times > time, :2] = self.geometry.contact_point(k)
+            self._trace.points = shown
+        if self._arrow is not None:
+            self._move_arrow(k)
+
+    def _move_ghosts(self, time: float) -> None:
+        """Earlier positions at fixed instants, the last few of them."""
+        times = self.geometry.times
+        step = float(times[-1] - times[0]) / 12.0
+        newest = int(np.floor((time - times[0]) / step - 0.25))
+        for n, (mesh, actor) in enumerate(self._ghosts):
+            instant = newest - n
+            actor.visibility = instant >= 0
+            if instant >= 0:
+                surface = self.geometry.surface(self.geometry.index(times[0] + instant * step))
+                # away from the camera, where it covers nothing and is seen at the same place
+                eye = CAMERAS[self.look.camera] / np.linalg.norm(CAMERAS[self.look.camera])
+                mesh.points = surface.points - 4.0 * (n + 1) * self.geometry.radii.max() * eye
+
+    def _move_arrow(self, k: float) -> None:
+        """Contact force on the beam, its length by the root of its size, its foot on the slope."""
+        assert self._arrow is not None
+        mesh, actor, template = self._arrow
+        force = contact_force(self.geometry, k)
+        size = float(np.linalg.norm(force))
+        actor.visibility = size > 1e-3 * self._peak
+        if not actor.visibility:
+            return
+        full = self.look.arrow_length * self.geometry.scenario.beam.length
+        length = full * np.sqrt(size / self._peak)
+        along = np.append(force / size, 0.0)
+        across, out = np.array([-along[1], along[0], 0.0]), np.array([0.0, 0.0, 1.0])
+        angle = self.geometry.scenario.slope.angle
+        normal = np.array([-np.sin(angle), np.cos(angle)])
+        foot = self.geometry.contact_point(k) - self.geometry.radii[-1] * normal
+        foot = np.append(foot, self.geometry.radii.max())
+        thick = min(full, 2.0 * length)
+        mesh.points = foot + template @ np.array([length * along, thick * across, thick * out])
+
+
+class View:
+    """A window with beams, slope and pin, seen by a fixed camera or one that follows the contact point.
+
+    Parameters
+    ----------
+    geometries : sequence of BeamGeometry
+        All in one picture.
+    size : tuple of int
+        Width and height (pixels) of the picture.
+    theme, look
+        Colours, and what is shown.
+    limit : float
+        Largest value of the colour map.
+    close : float, optional
+        Follow the contact point with a picture so many diameters of the beam high.
+    span : tuple, optional
+        Times (s) of the positions that have to fit; default the whole run.
+    """
+
+    def __init__(
+        self,
+        geometries: Sequence[BeamGeometry],
+        size: tuple[int, int],
+        theme: Theme,
+        look: Look,
+        limit: float,
+        close: float | None = None,
+        span: tuple[float, float] | None = None,
+    ) -> None:
+        prepare()
+        self.size, self._close = size, close
+        window = [SUPERSAMPLING * n for n in size]
+        self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="light kit")
+        cast(Any, self.plotter).set_background(theme.background)
+        self.beams = [
+            Beam3D(self.plotter, geometry, theme, look, limit, n) for n, geometry in enumerate(geometries)
+        ]
+        wedge = slope_wedge(geometries[0])
+        if wedge is not None:
+            self._add_solid(wedge, theme.slope, theme.slope_edge)
+        self._add_solid(pin(geometries[0]), theme.pin, None)
+        self._aim(geometries[0], wedge, look, span)
+
+    def _add_solid(self, mesh: pv.PolyData, colour: str, edge: str | None) -> None:
+        self.plotter.add_mesh(mesh, color=colour, ambient=0.45, diffuse=0.6, specular=0.0)
+        if edge:
+            lines = mesh.extract_feature_edges(20.0)
+            self.plotter.add_mesh(lines, color=edge, line_width=SUPERSAMPLING, lighting=False)
+
+    def _aim(
+        self, geometry: BeamGeometry, wedge: pv.PolyData | None, look: Look, span: tuple[float, float] | None
+    ) -> None:
+        """Place the camera so that everything of the run fits; text stands above, the colour bar below."""
+        eye = CAMERAS[look.camera] / np.linalg.norm(CAMERAS[look.camera])
+        right = np.cross([0.0, 1.0, 0.0], eye)
+        right /= np.linalg.norm(right)
+        up = np.cross(eye, right)
+        places = self._extent(geometry, wedge, span)
+        across, high = places @ right, places @ up
+        width, height = np.ptp(across), np.ptp(high)
+        aspect = self.size[0] / self.size[1]
+        # text takes a sixth at the top, the colour bar an eighth at the bottom
+        scale = max(height / (1.0 - 0.30), width / 0.93 / aspect)
+        middle = 0.5 * (across.max() + across.min()), 0.5 * (high.max() + high.min()) + 0.03 * scale
+        focus = middle[0] * right + middle[1] * up
+        self._eye, self._up = eye, up
+        if self._close is not None:
+            scale = self._close * 2.0 * geometry.radii[-1]
+        self._look_at(focus)
+        self.plotter.camera.parallel_projection = True
+        self.plotter.camera.parallel_scale = 0.5 * scale
+
+    def _look_at(self, focus: Array) -> None:
+        camera = self.plotter.camera
+        camera.focal_point = focus
+        camera.position = np.asarray(focus) + 10.0 * self._eye
+        camera.up = self._up
+        camera.clipping_range = (1.0, 30.0)
+
+    @staticmethod
+    def _extent(geometry: BeamGeometry, wedge: pv.PolyData | None, span: tuple[float, float] | None) -> Array:
+        """Points that have to be seen: the axis through the run, pin and slope."""
+        first, last = span or (geometry.times[0], geometry.times[-1])
+        found = [geometry.centreline(geometry.index(t))[::8] for t in np.linspace(first, last, 60)]
+        found.append(np.asarray(pin(geometry).points))
+        if wedge is not None:
+            found.append(np.asarray(wedge.points))
+        return np.concatenate(found)
+
+    def draw(self, time: float) -> Image.Image:
+        """Return the picture of a physical time (s)."""
+        for beam in self.beams:
+            beam.move(time)
+        if self._close is not None:
+            geometry = self.beams[0].geometry
+            angle = geometry.scenario.slope.angle
+            normal = np.array([-np.sin(angle), np.cos(angle)])
+            point = geometry.contact_point(geometry.index(time)) - 1.5 * geometry.radii[-1] * normal
+            self._look_at(np.append(point, 0.0))
+        self.plotter.render()
+        picture = self.plotter.screenshot(return_img=True, transparent_background=False)
+        return Image.fromarray(np.asarray(picture)[..., :3]).reduce(SUPERSAMPLING)
+
+    def project(self, points: Array) -> Array:
+        """Pixels (n, 2), from the left and from the top, at which points (n, 3) are drawn."""
+        camera = self.plotter.camera
+        right = np.cross(self._up, self._eye)
+        offset = np.asarray(points) - np.asarray(camera.focal_point)
+        unit = 0.5 * self.size[1] / camera.parallel_scale
+        return np.stack(
+            [0.5 * self.size[0] + unit * offset @ right, 0.5 * self.size[1] - unit * offset @ self._up], axis=1
+        )
+
+    def close(self) -> None:
+        """Free the window."""
+        self.plotter.close()
+
+
+def mixed(colour: str, background: str, part: float) -> str:
+    """Return a colour with so large a part of it over the background (#rrggbb)."""
+    pairs = zip(*(bytes.fromhex(c[1:]) for c in (colour, background)), strict=True)
+    return "#" + "".join(f"{round(part * a + (1.0 - part) * b):02x}" for a, b in pairs)
+
+
+def contact_force(geometry: BeamGeometry, k: float) -> Array:
+    """Force (2,) of the slope on the beam in the inertial frame (N)."""
+    angle = geometry.scenario.slope.angle
+    normal, tangential = (float(np.nan_to_num(geometry.value(name, k))) for name in ("lambda_n", "lambda_tau"))
+    s, c = np.sin(angle), np.cos(angle)
+    return np.array([-s * normal + c * tangential, c * normal + s * tangential])
+
+
+def _peak_force(geometry: BeamGeometry) -> float:
+    """Largest contact force of the run (N), 1 if there is none."""
+    normal, tangential = (np.nan_to_num(geometry.history[name].values) for name in ("lambda_n", "lambda_tau"))
+    return float(np.hypot(normal, tangential).max()) or 1.0
+
+
+def colour_limit(geometries: Sequence[BeamGeometry], quantity: str) -> float:
+    """Largest size of a quantity over the runs, rounded up to two digits: the limit of the colour map."""
+    largest = 0.0
+    for geometry in geometries:
+        times = geometry.times
+        jumps = np.flatnonzero(np.diff(times) == 0.0)
+        force = np.argsort(np.nan_to_num(geometry.history["lambda_n"].values))[-20:]
+        even = np.linspace(0, times.size - 1, 240).astype(int)
+        for k in np.unique(np.concatenate([even, jumps, jumps + 1, force])):
+            largest = max(largest, float(np.nanmax(np.abs(geometry.surface(k).arrays[quantity]), initial=0.0)))
+    if largest == 0.0:
+        return 1.0
+    unit = 10.0 ** (np.floor(np.log10(largest)) - 1.0)
+    return float(np.ceil(largest / unit) * unit)

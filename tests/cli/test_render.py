@@ -1,0 +1,89 @@
+"""`oblique-impact render`: what it writes, what it says, bad input in one line."""
+
+from __future__ import annotations
+
+import pytest
+from PIL import Image
+
+from oblique_impact.cli import main
+
+
+@pytest.fixture(scope="module")
+def folder(run, tmp_path_factory):
+    return run("paper").save(tmp_path_factory.mktemp("runs") / "paper")
+
+
+def call(capfd, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(["render", *map(str, arguments)])
+    captured = capfd.readouterr()
+    return stop.value.code, captured.out, captured.err
+
+
+def test_a_still_at_the_largest_force(folder, tmp_path, capfd):
+    code, out, err = call(capfd, folder, "--out", tmp_path / "a.png", "--size", "480x320")
+    assert (code, err) == (0, "")  # nothing from VTK either
+    assert "deformation factor 5" in out
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size == (480, 320)
+
+
+def test_stills_at_a_time_and_at_an_event(folder, tmp_path, capfd):
+    for name, option in (("a.png", ("--time", "0.1")), ("b.png", ("--event", "2"))):
+        code, _, err = call(capfd, folder / "history.nc", "--out", tmp_path / name, "--size", "480x320", *option)
+        assert (code, err) == (0, "")
+    assert (tmp_path / "a.png").read_bytes() != (tmp_path / "b.png").read_bytes()
+
+
+def test_odd_sizes_are_rounded_and_said(folder, tmp_path, capfd):
+    code, out, err = call(
+        capfd, folder, "--out", tmp_path / "a.mp4", "--size", "481x271", "--frames", "3", "--bare"
+    )
+    assert code == 0
+    assert "size 481x271 rounded to 482x272" in err
+    assert "3 frames of 482x272" in out
+
+
+def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp_path, capfd):
+    fem = run("paper", "discretization.method=fem").save(tmp_path / "fem")
+    code, _, err = call(
+        capfd, folder, fem, "--out", tmp_path / "a.png", "--magnify-difference", "1e4", "--size", "480x320"
+    )
+    assert (code, err) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--out", "a.avi"), "--out a.avi: should end with .png"),
+        (("--out", "a.png", "--size", "big"), "--size big: should be WIDTHxHEIGHT"),
+        (("--out", "a.png", "--time", "5"), "--time 5: should be from 0 to 1 s"),
+        (("--out", "a.png", "--event", "99"), "--event 99: should be from 1 to 21"),
+        (("--out", "a.mp4", "--between", "1"), "--between 1: should be two numbers"),
+        (("--out", "a.mp4", "--fps", "0"), "--fps 0: should be from 1 to 240"),
+        (("--out", "a.png", "--theme", "x"), "--theme x: should be one of light, dark"),
+        (("--out", "a.png", "--camera", "x"), "--camera x: should be one of"),
+        (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
+        (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
+        (("--out", "a.png", "--magnify-difference", "2"), "--magnify-difference: needs two histories, 1 given"),
+        (("--out", "a.png", "--name", "a", "--name", "b"), "--name: 2 given for 1 histories"),
+    ],
+)
+def test_bad_input_is_one_line(folder, tmp_path, capfd, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = call(capfd, folder, *arguments)
+    assert code == 2
+    assert err.count("\n") == 1
+    assert words in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_is_no_history_is_one_line(tmp_path, capfd):
+    (tmp_path / "history.nc").write_bytes(b"nonsense")
+    code, _, err = call(capfd, tmp_path, "--out", tmp_path / "a.png")
+    assert code == 2
+    assert "not a readable history" in err
+    code, _, err = call(capfd, tmp_path / "none", "--out", tmp_path / "a.png")
+    assert code == 2
+    assert "no such history" in err
+    assert err.count("\n") == 1

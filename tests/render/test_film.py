@@ -1,0 +1,153 @@
+"""Films, checked by decoding them: frames, size, duration; nothing half-made is left."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import textwrap
+from itertools import pairwise
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from PIL import Image
+
+from oblique_impact import InputError
+from renders.film import strip_times, write_film, write_strip
+from renders.frame import Style
+from renders.timeline import make_timeline
+
+SIZE = (480, 270)
+
+
+def decode(file):
+    """Frames of a film, and its duration (s) as the container tells it."""
+    ffmpeg = imageio_ffmpeg.get_ffmpeg_exe()
+    command = [ffmpeg, "-i", str(file), "-f", "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"]
+    done = subprocess.run(command, capture_output=True, check=True)
+    text = done.stderr.decode()
+    assert f"{SIZE[0]}x{SIZE[1]}" in text
+    hours, minutes, seconds = re.search(r"Duration: (\d+):(\d+):([\d.]+)", text).groups()
+    frames = np.frombuffer(done.stdout, np.uint8).reshape(-1, SIZE[1], SIZE[0], 3)
+    return 3600 * int(hours) + 60 * int(minutes) + float(seconds), frames
+
+
+def film(run, tmp_path, name, frames=12, **style):
+    history = run("paper")
+    timeline = make_timeline(history, between=(0.30, 0.34), frames=frames, fps=20)
+    done = []
+    out = tmp_path / name
+    options = {"size": SIZE, **style}
+    write_film([history], ["paper"], Style(**options), timeline, out, lambda n, total: done.append((n, total)))
+    assert done[-1] == (frames, frames)
+    assert sorted(p.name for p in tmp_path.iterdir()) == [name]
+    return out
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
+def test_a_film_has_its_frames_size_and_duration(run, tmp_path, name):
+    duration, frames = decode(film(run, tmp_path, name))
+    assert len(frames) == 12
+    assert duration == pytest.approx(12 / 20, abs=0.06)
+    changes = [np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)]
+    assert min(changes) > 20
+    assert all(frame.std() > 5.0 for frame in frames)
+
+
+def test_a_webp_is_animated(run, tmp_path):
+    with Image.open(film(run, tmp_path, "a.webp")) as picture:
+        assert picture.n_frames == 12
+        assert picture.size == SIZE
+
+
+def test_a_strip_has_a_row_for_each_time(run, tmp_path):
+    history = run("paper")
+    times = strip_times(history)
+    assert len(times) == 5
+    assert times == sorted(times)
+    file = write_strip([history], ["paper"], Style(size=(600, 160)), [], tmp_path / "strip.png")
+    with Image.open(file) as picture:
+        assert picture.size == (600, 5 * 160 + 4)
+        rows = np.asarray(picture).astype(int)
+    parts = [rows[n * 161 : n * 161 + 160] for n in range(5)]
+    assert all(np.abs(a - b).max() > 50 for a, b in pairwise(parts))
+    write_strip([history], ["paper"], Style(size=(600, 160)), [0.1, 0.2], tmp_path / "two.png")
+    with Image.open(tmp_path / "two.png") as picture:
+        assert picture.size == (600, 321)
+
+
+def test_an_interrupted_film_leaves_nothing(run, tmp_path):
+    history = run("paper")
+    timeline = make_timeline(history, frames=50)
+
+    def stop(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_film([history], ["paper"], Style(size=SIZE), timeline, tmp_path / "a.mp4", stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unknown_kinds_and_folders_are_one_line(run, tmp_path):
+    history, style = run("paper"), Style(size=SIZE)
+    timeline = make_timeline(history, frames=2)
+    with pytest.raises(InputError, match=r"films end with \.mp4"):
+        write_film([history], ["a"], style, timeline, tmp_path / "a.avi")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_film([history], ["a"], style, timeline, tmp_path / "file" / "a.mp4")
+
+
+def without_libraries(tmp_path, code):
+    """Run Python with no library to draw with: names that are not found stand for them."""
+    text = f"""
+        import ctypes
+        real = ctypes.CDLL
+        def missing(name, *a, **k):
+            if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
+                raise OSError(name + ": cannot open shared object file")
+            return real(name, *a, **k)
+        ctypes.CDLL = missing
+        {code}
+    """
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW")}
+    return subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(text)],
+        capture_output=True,
+        text=True,
+        env=environment,
+        cwd=tmp_path,
+        timeout=120,
+        check=False,
+    )
+
+
+def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path):
+    run("paper").save(tmp_path / "run")
+    done = without_libraries(
+        tmp_path,
+        "from oblique_impact.cli import main; main(['render', 'run', '--out', 'a.png', '--size', '320x240'])",
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "libegl1" in done.stderr
+    assert not (tmp_path / "a.png").exists()
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_over_six_hundred_frames(run, tmp_path):
+    import resource
+
+    history = run("paper")
+    peaks = []
+
+    def watch(done, total):
+        if done in (100, 600):
+            peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+    timeline = make_timeline(history, frames=600)
+    write_film([history], ["paper"], Style(size=SIZE), timeline, tmp_path / "a.mp4", watch)
+    assert peaks[1] < 1.05 * peaks[0]

@@ -1,0 +1,188 @@
+"""Pictures without baselines: silhouettes where points project to, colours by sign, frames that differ."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from oblique_impact import InputError
+from renders.difference import magnify_difference
+from renders.frame import Composer, Style
+from renders.geometry import BeamGeometry
+from renders.scene import CAMERAS, Look, View, colour_limit, contact_force
+from renders.themes import DARK, LIGHT, theme_of
+
+BARE = Look(ghosts=False, trace=False, arrow=False)
+SIZE = (480, 320)
+
+
+@pytest.fixture(scope="module")
+def geometry(run):
+    return BeamGeometry(run("paper"))
+
+
+def strongest(geometry):
+    force = np.nan_to_num(geometry.history["lambda_n"].values)
+    return float(geometry.times[int(np.argmax(force))])
+
+
+def drawn(view, time):
+    return np.asarray(view.draw(time)).astype(int)
+
+
+@pytest.fixture(scope="module")
+def view(geometry):
+    view = View([geometry], SIZE, LIGHT, BARE, colour_limit([geometry], "bending_stress"))
+    yield view
+    view.close()
+
+
+@pytest.mark.parametrize("camera", ["oblique", "front", "above"])
+def test_the_silhouette_is_where_the_points_project_to(geometry, camera):
+    view = View([geometry], SIZE, LIGHT, Look(ghosts=False, trace=False, arrow=False, camera=camera), 1e8)
+    time = 0.15  # in flight, away from pin and slope
+    picture = drawn(view, time)
+    points = geometry.surface(geometry.index(time)).points
+    pixels = view.project(points)
+    assert pixels.min() > 0.0
+    assert np.all(pixels.max(axis=0) < SIZE)
+    covered = np.abs(picture - 255).max(axis=2) > 12
+    # right of the middle there is nothing but the beam above its lowest point
+    right = pixels[:, 0].max()
+    columns = np.flatnonzero(covered[: int(pixels[:, 1].min()) + 40].any(axis=0))
+    assert abs(columns.max() - right) < 1.5
+    top = np.flatnonzero(covered.any(axis=1)).min()
+    assert abs(top - pixels[:, 1].min()) < 1.5
+    view.close()
+
+
+def test_colour_tells_the_sign_of_the_stress(geometry):
+    """Red where the fibre is stretched, blue where it is compressed."""
+    view = View([geometry], (1280, 800), LIGHT, BARE, colour_limit([geometry], "bending_stress"))
+    time = strongest(geometry)
+    surface = geometry.surface(geometry.index(time))
+    picture = drawn(view, time)
+    stress, eye = surface.arrays["bending_stress"], CAMERAS["oblique"] / np.linalg.norm(CAMERAS["oblique"])
+    for sign in (1.0, -1.0):
+        # points that face the camera and carry at least 30 % of the largest stress
+        facing = (surface.normals @ eye > 0.5) & (sign * stress > 0.3 * np.abs(stress).max())
+        x, y = view.project(surface.points[facing]).round().astype(int).T
+        redder = sign * (picture[y, x, 0] - picture[y, x, 2])
+        assert redder.size > 10
+        assert redder.min() > 15
+    view.close()
+
+
+def test_the_contact_touches(geometry, view):
+    """The lowest point of the tip lies on the drawn slope: there is no gap of background between them."""
+    time = 0.5 * sum(next((a, b) for a, b in [(0.31715, 0.3194)]))
+    picture = drawn(view, time)
+    angle = geometry.scenario.slope.angle
+    normal = np.array([-np.sin(angle), np.cos(angle)])
+    touch = geometry.contact_point(geometry.index(time)) - geometry.radii[-1] * normal
+    x, y = view.project(np.append(touch, 0.0)[None])[0].round().astype(int)
+    around = picture[y - 2 : y + 3, x - 2 : x + 3].reshape(-1, 3)
+    assert np.all(np.abs(around - 255).max(axis=1) > 12)
+
+
+def test_frames_differ_and_repeat(view):
+    first, second = drawn(view, 0.1), drawn(view, 0.2)
+    assert np.abs(first - second).max() > 50
+    np.testing.assert_array_equal(drawn(view, 0.1), first)
+
+
+def test_the_arrow_points_along_the_force(geometry):
+    time = strongest(geometry)
+    force = contact_force(geometry, geometry.index(time))
+    plain, arrow = (
+        View([geometry], SIZE, LIGHT, Look(ghosts=False, trace=False, arrow=shown), 1e8) for shown in (False, True)
+    )
+    difference = np.abs(drawn(arrow, time) - drawn(plain, time)).max(axis=2) > 30
+    rows, columns = np.nonzero(difference)
+    angle = geometry.scenario.slope.angle
+    normal = np.array([-np.sin(angle), np.cos(angle)])
+    point = geometry.contact_point(geometry.index(time))
+    foot = plain.project(np.append(point - geometry.radii[-1] * normal, 0.01)[None])[0]
+    ahead = plain.project(np.append(point + 0.1 * force / np.linalg.norm(force), 0.01)[None])[0]
+    along = (ahead - foot) / np.linalg.norm(ahead - foot)
+    offsets = np.stack([columns, rows], axis=1) - foot
+    assert (offsets @ along).max() > 10.0
+    assert np.abs(offsets @ np.array([-along[1], along[0]])).max() < 6.0
+    plain.close()
+    arrow.close()
+
+
+def test_a_frame_has_all_its_parts(run):
+    from renders.timeline import make_timeline
+
+    history = run("paper")
+    timeline = make_timeline(history, frames=10)
+    composer = Composer([history], ["paper"], Style(size=(960, 540)), timeline)
+    picture = np.asarray(composer.draw(0.3232, 0.002)).astype(int)
+    composer.close()
+    assert picture.shape == (540, 960, 3)
+    slip = np.array([int(LIGHT.states[1][k : k + 2], 16) for k in (1, 3, 5)])
+    title = picture[:40, :400].reshape(-1, 3)
+    assert (np.abs(title - slip).max(axis=1) < 8).sum() > 50  # the state in its colour
+    chart = picture[370:, :500].reshape(-1, 3)
+    assert (np.abs(chart - 255).max(axis=1) > 20).mean() > 0.01
+    assert np.abs(picture[:, 700:] - 255).max() > 50
+
+
+def test_themes_and_layouts(run, tmp_path):
+    history = run("paper")
+    dark = Composer([history], ["a"], Style(size=(480, 320), theme="dark"))
+    picture = np.asarray(dark.draw(0.1))
+    assert tuple(picture[-1, 0]) == tuple(int(DARK.background[k : k + 2], 16) for k in (1, 3, 5))
+    dark.close()
+    three = [run("paper", f"contact.friction={f}") for f in ("hybrid", "frictionless", "modified-coulomb")]
+    for layout in ("side-by-side", "overlay"):
+        composer = Composer(three, ["a", "b", "c"], Style(size=(960, 320), layout=layout))
+        assert np.asarray(composer.draw(0.69)).std() > 5.0
+        composer.close()
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [
+        ({"theme": "blue"}, "--theme blue"),
+        ({"camera": "below"}, "--camera below"),
+        ({"quantity": "taste"}, "--colour taste"),
+        ({"layout": "stack"}, "--layout stack"),
+        ({"size": (10, 10)}, "--size 10x10"),
+    ],
+)
+def test_unknown_names_are_one_line(run, options, key):
+    with pytest.raises(InputError) as error:
+        Composer([run("paper")], ["a"], Style(**options))
+    assert str(error.value).startswith(key)
+    assert "should be" in str(error.value)
+
+
+def test_a_magnified_difference(run):
+    modal, fem = run("paper"), run("paper", "discretization.method=fem")
+    same = magnify_difference(modal, modal, 1e6)
+    for name in ("theta", "ux", "uy"):
+        np.testing.assert_allclose(same[name].values, modal[name].values, atol=1e-9)
+    shown = magnify_difference(modal, fem, 1e4)
+    k = 1000
+    expected = modal["theta"].values[k] + 1e4 * (fem["theta"].values[k] - modal["theta"].values[k])
+    assert fem["time"].values[k] == modal["time"].values[k]
+    assert shown["theta"].values[k] == pytest.approx(expected, abs=1e-12)
+    with pytest.raises(InputError, match="--magnify-difference"):
+        magnify_difference(modal, fem, 0.0)
+
+
+def test_theme_of_an_unknown_name():
+    with pytest.raises(InputError, match="--theme x"):
+        theme_of("x")
+
+
+def test_a_png_is_what_was_drawn(run, tmp_path):
+    from renders.film import write_still
+
+    file = write_still([run("paper")], ["paper"], Style(size=(480, 320)), 0.1, tmp_path / "a.png")
+    with Image.open(file) as picture:
+        assert picture.size == (480, 320)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.png"]

@@ -1,0 +1,327 @@
+"""Observed order, Richardson limit, grid convergence index, and the verdict on a sequence of refined values.
+
+The formulas are those of ASME V&V 20-2009, Sec. 2-4 (Celik et al., J. Fluids Eng. 130(7), 2008, 078001) for any
+ratios of refinement.  Two things differ, both on the strict side: the sign of the observed order is kept (the
+standard takes its absolute value, in which a divergent sequence looks convergent), and an order counts only after
+it has been confirmed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+#: safety factors of the grid convergence index: three levels or more, two levels
+SAFETY, SAFETY_OF_TWO = 1.25, 3.0
+#: relative grid convergence index at which a quantity counts as converged, unless the user says otherwise
+TOLERANCE = 1e-3
+#: two orders that differ by no more than this part agree
+AGREEMENT = 0.2
+#: orders below this are no convergence that one could use
+LOWEST_ORDER = 0.3
+#: a difference tells an order if it is so many times the noise
+ABOVE_NOISE = 5.0
+#: what rounding leaves of a value after many steps
+ROUNDING = 1e-13
+#: of the tolerance: differences below it may grow, the last levels agree anyway
+NEGLIGIBLE = 0.1
+
+CONVERGED, CONVERGING, NOT_CONVERGING, NO_VERDICT = "converged", "converging", "not converging", "no verdict"
+
+
+def _words(text: str) -> str:
+    return " ".join(text.split())
+
+
+#: the rule of the verdicts, in paragraphs, for every report
+RULE = (
+    _words(
+        f"""The rule. Sizes h fall from level to level; differences are those of successive levels. The
+        observed order p of three levels solves (r₃₂ᵖ − 1)/(r₂₁ᵖ − 1) · r₂₁ᵖ = d₃₂/d₂₁, the fixed-point
+        equation of ASME V&V 20 for any ratios r of refinement; it is negative for differences that grow, and
+        does not exist where their signs alternate. The Richardson limit is f₁ + d₂₁/(r₂₁ᵖ − 1), the grid
+        convergence index GCI = {SAFETY} |d₂₁|/(r₂₁ᵖ − 1). Of two levels alone it is {SAFETY_OF_TWO:g}
+        |d₂₁|/(r₂₁ᵖ − 1) with the declared order (1 if none is declared)."""
+    ),
+    _words(
+        f"""An order is confirmed if it is at least {LOWEST_ORDER} and the orders of the two finest triplets
+        agree within {AGREEMENT:.0%}, or the finest agrees within {AGREEMENT:.0%} with the order declared for
+        this quantity. Only then is the range called asymptotic and the GCI taken as uncertainty (with p no
+        higher than declared). Otherwise the uncertainty is {SAFETY} times the larger of the last two
+        differences. It is never less than the noise: the change of the finest value when that run is repeated
+        with a tenth of solver.tolerance, and {ROUNDING / 1e-13:g} × 10⁻¹³ of the value for rounding. Differences
+        below {ABOVE_NOISE:g} times the noise tell no order."""
+    ),
+    _words(
+        f"""Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for
+        places, to the larger of initial and final energy for energies, where these are larger), and the last
+        difference is smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within
+        the noise. Converging at order p: the order is confirmed, the uncertainty still larger. Not converging:
+        neither. The finest level and the two before it must have the quantity; otherwise there is no verdict,
+        and the gap is named."""
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Triplet:
+    """What three successive levels say.
+
+    Attributes
+    ----------
+    order : float
+        Observed order p; NaN if the differences have different signs or one is zero.
+    limit : float
+        Richardson limit; NaN without a positive order.
+    index : float
+        Grid convergence index of the finest of the three, in the unit of the value; NaN without a positive order.
+    resolved : bool
+        Whether both differences are well above the noise.
+    """
+
+    order: float
+    limit: float
+    index: float
+    resolved: bool
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Differences, orders and verdict of one quantity over all levels, coarse to fine.
+
+    Attributes
+    ----------
+    differences : tuple of float
+        Value minus that of the level before; NaN for the first level and where one is missing; shape (levels,).
+    triplets : tuple of Triplet or None
+        Of each level with the two before it; shape (levels,).
+    pair_index : float
+        Grid convergence index of the last two levels alone (safety factor 3); NaN without two.
+    noise : float
+        Changes up to this mean nothing (unit of the value).
+    verdict : str
+        `CONVERGED`, `CONVERGING`, `NOT_CONVERGING` or `NO_VERDICT`.
+    order, limit, uncertainty : float
+        Confirmed order, Richardson limit at that order, uncertainty of the finest value; NaN if there is none.
+    reason : str
+        Why, in words.
+    """
+
+    differences: tuple[float, ...]
+    triplets: tuple[Triplet | None, ...]
+    pair_index: float
+    noise: float
+    verdict: str
+    order: float
+    limit: float
+    uncertainty: float
+    reason: str
+
+    @property
+    def words(self) -> str:
+        """The verdict in words, with the order if there is one."""
+        if self.verdict == CONVERGED and math.isfinite(self.order):
+            return f"converged, at order {self.order:.2f}"
+        return f"converging at order {self.order:.2f}" if self.verdict == CONVERGING else self.verdict
+
+
+def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: float) -> float:
+    """Order p at which two successive differences fall.
+
+    Parameters
+    ----------
+    coarse, fine : float
+        Differences d32 and d21 (the finer pair last), any unit.
+    coarse_ratio, fine_ratio : float
+        Ratios r32 and r21 of the sizes, greater than 1.
+
+    Returns
+    -------
+    float
+        The solution of ``(r32^p - 1)/(r21^p - 1) r21^p = d32/d21``; negative if the values run away; NaN if a
+        difference is zero or their signs differ.
+
+    Notes
+    -----
+    The fixed-point iteration of the standard does not settle where ln r32 > 2 ln r21.  The left-hand side rises
+    with p, so its one root is bracketed instead.
+    """
+    if not (np.isfinite([coarse, fine]).all() and coarse * fine > 0.0):
+        return math.nan
+    wanted, a, b = math.log(coarse / fine), math.log(coarse_ratio), math.log(fine_ratio)
+
+    def excess(p: float) -> float:
+        return _log_growth(p, a) - _log_growth(p, b) + p * b - wanted
+
+    reach = 1.0
+    while excess(-reach) > 0.0 or excess(reach) < 0.0:
+        reach *= 2.0
+        if reach > 1e4:  # a difference of another size altogether: no order one could name
+            return math.nan
+    return float(brentq(excess, -reach, reach, xtol=1e-12, rtol=1e-12))
+
+
+def _log_growth(p: float, log_ratio: float) -> float:
+    """ln((r^p - 1)/p), smooth through p = 0."""
+    x = p * log_ratio
+    if abs(x) < 1e-9:
+        return math.log(log_ratio) + 0.5 * x
+    if x > 500.0:
+        return x - math.log(p)
+    return math.log(math.expm1(x) / p)
+
+
+def richardson_limit(fine: float, difference: float, ratio: float, order: float) -> float:
+    """Limit f1 + d21/(r21^p - 1) of the finest value f1 for an order p > 0."""
+    return fine + difference / math.expm1(order * math.log(ratio))
+
+
+def grid_convergence_index(difference: float, ratio: float, order: float, safety: float = SAFETY) -> float:
+    """Grid convergence index Fs |d21|/(r21^p - 1), in the unit of the difference, for an order p > 0."""
+    return safety * abs(difference) / math.expm1(order * math.log(ratio))
+
+
+def analyse(
+    sizes: Sequence[float],
+    values: Sequence[float],
+    *,
+    tolerance: float = TOLERANCE,
+    scale: float = 0.0,
+    noise: float = 0.0,
+    declared: float | None = None,
+) -> Analysis:
+    """Judge the values of one quantity on levels of refinement, coarse to fine.
+
+    Parameters
+    ----------
+    sizes : sequence of float, shape (levels,)
+        Representative sizes h, strictly falling (step, 1/elements, 1/modes).
+    values : sequence of float, shape (levels,)
+        NaN where a level does not have the quantity.
+    tolerance : float
+        Uncertainty, relative to the value or to `scale`, at which the quantity counts as converged.
+    scale : float
+        What a small value is measured by (unit of the value); 0: by itself.
+    noise : float
+        Changes up to this mean nothing (unit of the value).
+    declared : float, optional
+        The order the method declares for this quantity.
+
+    Raises
+    ------
+    ValueError
+        If the sizes do not fall or the lengths differ.
+    """
+    h, f = np.asarray(sizes, dtype=float), np.asarray(values, dtype=float)
+    if h.shape != f.shape or h.ndim != 1 or not np.all(h > 0.0) or not np.all(np.diff(h) < 0.0):
+        raise ValueError(f"sizes {sizes} should fall, one for each of {len(values)} values")
+    known = f[np.isfinite(f)]
+    magnitude = float(np.max(np.abs(known), initial=0.0))
+    floor = max(noise, ROUNDING * magnitude)
+    differences = (math.nan, *(float(d) for d in np.diff(f)))
+    triplets = tuple(_triplet(h, f, differences, i, floor) for i in range(h.size))
+    bound = tolerance * max(abs(float(f[-1])), scale) if np.isfinite(f[-1]) else 0.0
+    judged = _Judged(h, f, differences, triplets, floor, bound, declared)
+    draft = Analysis(
+        differences, triplets, _pair_index(h, differences, declared), floor, "", math.nan, math.nan, math.nan, ""
+    )
+    return _verdict(judged, draft)
+
+
+@dataclass(frozen=True)
+class _Judged:
+    sizes: np.ndarray
+    values: np.ndarray
+    differences: tuple[float, ...]
+    triplets: tuple[Triplet | None, ...]
+    floor: float
+    bound: float
+    declared: float | None
+
+
+def _triplet(h: np.ndarray, f: np.ndarray, differences: tuple[float, ...], i: int, floor: float) -> Triplet | None:
+    if i < 2 or not np.isfinite(f[i - 2 : i + 1]).all():
+        return None
+    coarse, fine = differences[i - 1], differences[i]
+    ratio = float(h[i - 1] / h[i])
+    order = observed_order(coarse, fine, float(h[i - 2] / h[i - 1]), ratio)
+    usable = order > 0.0
+    return Triplet(
+        order,
+        richardson_limit(float(f[i]), fine, ratio, order) if usable else math.nan,
+        grid_convergence_index(fine, ratio, order) if usable else math.nan,
+        min(abs(coarse), abs(fine)) > ABOVE_NOISE * floor,
+    )
+
+
+def _pair_index(h: np.ndarray, differences: tuple[float, ...], declared: float | None) -> float:
+    if h.size < 2 or math.isnan(differences[-1]):
+        return math.nan
+    return grid_convergence_index(differences[-1], float(h[-2] / h[-1]), declared or 1.0, SAFETY_OF_TWO)
+
+
+def _verdict(case: _Judged, draft: Analysis) -> Analysis:
+    last = case.triplets[-1]
+    if last is None:
+        return replace(draft, verdict=NO_VERDICT, reason=_gap(case))
+    if not math.isfinite(case.floor):
+        return replace(
+            draft, verdict=NOT_CONVERGING, reason="a tighter tolerance of the scheme loses the quantity altogether"
+        )
+    before, now = abs(case.differences[-2]), abs(case.differences[-1])
+    level, reason = _confirmed(case)
+    order = case.triplets[level].order if level else math.nan  # type: ignore[union-attr]
+    limit, uncertainty = math.nan, SAFETY * max(before, now)
+    if level:
+        ratio = float(case.sizes[-2] / case.sizes[-1])
+        used = min(order, case.declared or order)
+        # below the noise a difference says nothing any more: its place is taken by the noise
+        uncertainty = grid_convergence_index(max(now, case.floor), ratio, used)
+        limit = case.triplets[level].limit  # type: ignore[union-attr]
+    uncertainty = max(uncertainty, case.floor)
+    calm = now < before or max(before, now) <= max(NEGLIGIBLE * case.bound, ABOVE_NOISE * case.floor)
+    verdict = CONVERGING if level else NOT_CONVERGING
+    if uncertainty <= case.bound and calm:
+        verdict = CONVERGED
+        reason = reason if level else f"the last levels agree within the tolerance; {reason}"
+    return replace(draft, verdict=verdict, order=order, limit=limit, uncertainty=uncertainty, reason=reason)
+
+
+def _confirmed(case: _Judged) -> tuple[int, str]:
+    """Level whose triplet gives the confirmed order (0: none), and why in words."""
+    level = len(case.triplets) - 1
+    at_floor = abs(case.differences[-1]) <= ABOVE_NOISE * case.floor
+    while level > 1 and abs(case.differences[level]) <= ABOVE_NOISE * case.floor:
+        level -= 1
+    triplet = case.triplets[level] if level > 1 else None
+    ending = ", until the noise is reached" if at_floor else ""
+    if triplet is None or not triplet.resolved:
+        if at_floor:
+            return 0, "the last difference is zero or within the noise"
+        return 0, "differences within the noise are followed by a larger one"
+    order = triplet.order
+    if math.isnan(order):
+        shrink = abs(case.differences[level]) < abs(case.differences[level - 1])
+        return 0, f"the differences alternate in sign and {'shrink' if shrink else 'do not shrink'}"
+    if order < LOWEST_ORDER:
+        return 0, "the differences grow" if order <= 0.0 else f"the differences hardly fall: order {order:.2f}"
+    earlier = case.triplets[level - 1] if level > 2 else None
+    if earlier and earlier.resolved and abs(order - earlier.order) <= AGREEMENT * max(order, earlier.order):
+        return level, f"the last two observed orders agree: {earlier.order:.2f}, {order:.2f}{ending}"
+    if case.declared and abs(order - case.declared) <= AGREEMENT * case.declared:
+        return level, f"observed order {order:.2f}, declared {case.declared:g}{ending}"
+    known = earlier and earlier.resolved and math.isfinite(earlier.order)
+    shown = (
+        f"{earlier.order:.2f}, {order:.2f}" if earlier and known else f"{order:.2f} alone, without another level"
+    )
+    return 0, f"the observed order is not confirmed: {shown}{ending}"
+
+
+def _gap(case: _Judged) -> str:
+    if not np.isfinite(case.values[-1]):
+        return "the finest level does not have it"
+    return "fewer than three successive levels up to the finest have it"

@@ -1,0 +1,272 @@
+"""Quantities of interest: one number of a run each, with its unit, or the reason why the run does not have it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from oblique_impact.contact import State
+from oblique_impact.errors import InputError, Outcome
+from oblique_impact.history import History
+from oblique_impact.ledger import MACRO_GAP
+from oblique_impact.scenario import Scenario
+
+
+class GapError(Exception):
+    """Raised when a run does not have a quantity; the message says why."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that every run of a study is asked for.
+
+    Attributes
+    ----------
+    name, unit, meaning : str
+        SI unit, "1" for counts.
+    measure : callable
+        Takes a History, returns the number, raises GapError.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    measure: Callable[[History], float]
+
+
+#: variables over time that `VARIABLE@TIME` knows: unit and meaning
+VARIABLES = {
+    "theta": ("rad", "angle of the floating frame"),
+    "theta_dot": ("rad/s", "angular velocity of the floating frame"),
+    "tip_x": ("m", "contact point, inertial x"),
+    "tip_y": ("m", "contact point, inertial y"),
+    "tip_vx": ("m/s", "velocity of the contact point, x"),
+    "tip_vy": ("m/s", "velocity of the contact point, y"),
+    "deflection": ("m", "transverse deflection of the contact point"),
+    "shortening": ("m", "foreshortening at the contact point"),
+    "gap": ("m", "normal gap"),
+    "slip": ("m", "tangential position on the slope"),
+    "gap_rate": ("m/s", "gap rate"),
+    "slip_rate": ("m/s", "slip velocity"),
+    "lambda_n": ("N", "normal contact force"),
+    "lambda_tau": ("N", "tangential contact force"),
+    "energy": ("J", "kinetic, elastic and gravity energy"),
+    "energy_kinetic": ("J", "kinetic energy"),
+    "energy_elastic": ("J", "elastic energy"),
+    "energy_gravity": ("J", "gravity energy"),
+}
+#: variables over time and along the beam, for `max:` and `min:` besides
+FIELDS = {
+    "moment": ("N m", "bending moment"),
+    "shear": ("N", "shear force"),
+    "axial_force": ("N", "axial force"),
+    "bending_stress": ("Pa", "bending stress"),
+}
+#: what a variable changes by: interpolation between samples takes it
+_RATES = {
+    "theta": "theta_dot",
+    "tip_x": "tip_vx",
+    "tip_y": "tip_vy",
+    "gap": "gap_rate",
+    "slip": "slip_rate",
+}
+_ENERGIES = {
+    "energy_final": ("final", "energy at the end"),
+    "lost_impact": ("lost_impact", "energy lost in impacts"),
+    "lost_friction": ("lost_friction", "energy lost in friction"),
+    "lost_damping": ("lost_damping", "energy lost in damping"),
+    "lost_scheme": ("lost_scheme", "energy the scheme takes"),
+    "unaccounted": ("unaccounted", "energy the ledger cannot explain"),
+}
+_SAME_TIME = 1e-12  # s; a multiple of the output interval in floating point
+
+
+def quantity(name: str, end_time: float = math.inf) -> Quantity:
+    """Return the quantity of a name; `end_time` (s) bounds the TIME of `VARIABLE@TIME`.
+
+    Raises InputError with one line that lists the known ones.
+    """
+    if name in _NAMED:
+        return _NAMED[name]
+    variable, at, moment = name.partition("@")
+    if at and variable in VARIABLES:
+        return _sampled(name, variable, moment, end_time)
+    extreme, colon, variable = name.partition(":")
+    known = {**VARIABLES, **FIELDS}
+    if colon and extreme in ("max", "min") and variable in known:
+        unit, meaning = known[variable]
+        words = f"{'largest' if extreme == 'max' else 'least'} {meaning} among the samples"
+        return Quantity(name, unit, words, lambda history: _extreme(history, extreme, variable))
+    raise InputError(
+        f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
+        f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}"
+    )
+
+
+def default_quantities(scenario: Scenario) -> tuple[str, ...]:
+    """Names of the quantities asked for if the user names none."""
+    if scenario.contact.enabled:
+        return ("first_impact", "collision_end", "impulse", "peak_force", "energy_final", "second_impact")
+    return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
+
+
+def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:
+    """Scale by which a small value of this unit is measured: the length of the beam, the energy (J) of the run."""
+    return {"m": scenario.beam.length, "J": energy}.get(unit, 0.0)
+
+
+def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity:
+    unit, meaning = VARIABLES[variable]
+    if moment == "end":
+        return Quantity(name, unit, f"{meaning} at the end", lambda history: _at_end(history, variable))
+    try:
+        time = float(moment)
+    except ValueError:
+        time = math.nan
+    if not 0.0 <= time <= end_time:
+        upper = f" {end_time:g}" if math.isfinite(end_time) else ""
+        raise InputError(f"--quantity {name}: the time should be from 0 to end_time{upper} (s), or end")
+    return Quantity(name, unit, f"{meaning} at {time:g} s", lambda history: _at(history, variable, time))
+
+
+def _values(history: History, variable: str) -> np.ndarray:
+    if variable == "energy":
+        parts = [history[f"energy_{part}"].values for part in ("kinetic", "elastic", "gravity")]
+        return np.asarray(sum(parts), dtype=float)
+    return np.asarray(history[variable].values, dtype=float)
+
+
+def _complete(history: History) -> bool:
+    return history.outcome is Outcome.COMPLETED
+
+
+def _at_end(history: History, variable: str) -> float:
+    if not _complete(history):
+        raise GapError(f"stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}")
+    return float(_values(history, variable)[-1])
+
+
+def _at(history: History, variable: str, time: float) -> float:
+    """Value at a time (s), after the jump if there is one; between samples by a cubic."""
+    times, values = history["time"].values, _values(history, variable)
+    if time > times[-1] + _SAME_TIME:
+        raise GapError(f"ended at {times[-1]:.4g} s: {history.outcome.label}")
+    near = np.flatnonzero(np.abs(times - time) <= _SAME_TIME)
+    if near.size:
+        return float(values[near[-1]])
+    right = int(np.searchsorted(times, time))
+    left = right - 1
+    if variable in _RATES:
+        return _hermite(times, values, _values(history, _RATES[variable]), left, time)
+    # up to two samples on either side, none of them beyond a jump
+    first = left - 1 if left > 0 and times[left - 1] < times[left] else left
+    last = right + 1 if right + 1 < times.size and times[right + 1] > times[right] else right
+    t, v = times[first : last + 1], values[first : last + 1]
+    weights = [np.prod([(time - b) / (a - b) for b in t if b != a]) for a in t]
+    return float(np.dot(weights, v))
+
+
+def _hermite(times: np.ndarray, values: np.ndarray, rates: np.ndarray, left: int, time: float) -> float:
+    h = times[left + 1] - times[left]
+    s = (time - times[left]) / h
+    a, b = values[left], values[left + 1]
+    c, d = h * rates[left], h * rates[left + 1]
+    return float(a + s * (c + s * (3.0 * (b - a) - 2.0 * c - d + s * (c + d - 2.0 * (b - a)))))
+
+
+def _extreme(history: History, which: str, variable: str) -> float:
+    values = _values(history, variable)
+    return float(np.nanmax(values) if which == "max" else np.nanmin(values))
+
+
+def _first_impact(history: History) -> float:
+    if not history.summary["macro_collisions"]:
+        raise GapError(_no_contact(history))
+    return float(history.summary["macro_collisions"][0]["start"])
+
+
+def _no_contact(history: History) -> str:
+    if _complete(history):
+        return "no contact before end_time"
+    return f"no contact before it stopped: {history.outcome.label}"
+
+
+def _collision(history: History, number: int = 0) -> dict[str, Any]:
+    """Return a macro-collision that has ended."""
+    found = history.summary["macro_collisions"]
+    if len(found) <= number:
+        if number and found:
+            raise GapError(_no_second(history))
+        raise GapError(_no_contact(history))
+    collision: dict[str, Any] = found[number]
+    if len(found) == number + 1:
+        end = history.summary["end_time"]
+        if not _complete(history) and end - collision["end"] < MACRO_GAP:
+            raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
+        if history["state"].values[-1] != State.FREE:
+            raise GapError("still in contact at end_time")
+    return collision
+
+
+def _no_second(history: History) -> str:
+    if _complete(history):
+        return "no second impact before end_time"
+    return f"stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}"
+
+
+def _second_impact(history: History) -> float:
+    found = history.summary["macro_collisions"]
+    if not found:
+        raise GapError(_no_contact(history))
+    if len(found) < 2:
+        raise GapError(_no_second(history))
+    return float(found[1]["start"])
+
+
+def _energy_after(history: History) -> float:
+    return _at(history, "energy", float(_collision(history)["end"]))
+
+
+def _of_collision(name: str, unit: str, meaning: str, key: str, number: int = 0) -> Quantity:
+    return Quantity(name, unit, meaning, lambda history: float(_collision(history, number)[key]))
+
+
+def _duration(history: History) -> float:
+    collision = _collision(history)
+    return float(collision["end"] - collision["start"])
+
+
+def _ledger(key: str) -> Callable[[History], float]:
+    def measure(history: History) -> float:
+        if not _complete(history):
+            raise GapError(f"stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}")
+        return float(history.summary["energy"][key])
+
+    return measure
+
+
+_NAMED = {
+    q.name: q
+    for q in (
+        Quantity("first_impact", "s", "first touch-down", _first_impact),
+        _of_collision("collision_end", "s", "end of the first macro-collision", "end"),
+        Quantity("collision_duration", "s", "length of the first macro-collision", _duration),
+        _of_collision("impulse", "N s", "normal impulse of the first macro-collision", "normal_impulse"),
+        _of_collision(
+            "tangential_impulse", "N s", "tangential impulse of the first macro-collision", "tangential_impulse"
+        ),
+        _of_collision("peak_force", "N", "largest normal force of the first macro-collision", "peak_force"),
+        _of_collision("contacts", "1", "contacts of the first macro-collision", "contacts"),
+        Quantity("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
+        Quantity("second_impact", "s", "start of the second macro-collision", _second_impact),
+        _of_collision(
+            "second_impulse", "N s", "normal impulse of the second macro-collision", "normal_impulse", 1
+        ),
+        *(Quantity(name, "J", meaning, _ledger(key)) for name, (key, meaning) in _ENERGIES.items()),
+        Quantity("events", "1", "transitions of the whole run", lambda history: float(history.summary["events"])),
+    )
+}

@@ -1,0 +1,216 @@
+"""What is simulated: the paper's case, the choices it leaves open, and scenarios that stick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+from oblique_impact.scenario import Scenario
+
+#: contact.friction of the three models, in the order of the paper, and their names in the report
+MODELS = {
+    "hybrid": "hybrid",
+    "frictionless": "nontangential friction (frictionless)",
+    "modified-coulomb": "modified Coulomb",
+}
+#: the two ways through the same equations, and their names in the report
+SCHEMES = {"fixed-step": "fixed-step, as printed", "event": "event-located"}
+
+#: s; contact curves of the figures are not aliased: a period of the second clamped mode is 10 ms, and the
+#: fixed-step scheme takes ten steps in between
+FINE = 1e-5
+COARSE = 1e-4
+
+#: friction coefficient at which the tip sticks on the paper's own slope (stick needs about 10 there)
+ROUGH = 12.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """One simulation: a key that names it, its scenario, and whether the sticking solution is wanted."""
+
+    key: str
+    scenario: Scenario
+    sticking: bool = False
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One value of a choice that the paper leaves open; `assumed` marks ours."""
+
+    choice: str
+    label: str
+    changes: dict[str, Any] = field(default_factory=dict)
+    assumed: bool = False
+
+
+def case_key(group: str, scheme: str, model: str) -> str:
+    """Name of a case."""
+    return f"{group}/{scheme}/{model}"
+
+
+def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, **changes: Any) -> Scenario:
+    """Return the paper's case with one of its two schemes and one of its three models."""
+    return Scenario.builtin("paper").replace(
+        **{
+            "contact__friction": model,
+            "solver__scheme": scheme,
+            "solver__output_interval": output_interval,
+            **changes,
+        }
+    )
+
+
+def main_cases() -> list[Case]:
+    """Cases behind figures 2 to 16: three models, two schemes."""
+    return [
+        Case(case_key("paper", scheme, model), paper(scheme, model, FINE), sticking=model == "hybrid")
+        for scheme, model in product(SCHEMES, MODELS)
+    ]
+
+
+def sticking_cases() -> list[Case]:
+    """Cases that stick: a steep rough slope, the paper's made very rough, the tip's shortening left out."""
+    steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE)
+    rough = paper(
+        "event",
+        contact__mu_static=ROUGH,
+        contact__mu_kinetic=ROUGH,
+        discretization__frame="mean-axis",
+        discretization__modes=3,
+    )
+    groups = {"sticking": steep, "rough": rough}
+    cases = [
+        Case(
+            case_key(group, scheme, model),
+            scenario.replace(contact__friction=model, solver__scheme=scheme),
+            sticking=model == "hybrid",
+        )
+        for group, scenario in groups.items()
+        for scheme, model in product(SCHEMES, MODELS)
+        if model != "frictionless"
+    ]
+    without = paper("fixed-step", output_interval=FINE, contact__shortening=False)
+    return [*cases, Case(case_key("no-shortening", "fixed-step", "hybrid"), without, sticking=True)]
+
+
+def variants() -> list[Variant]:
+    """Every choice the paper leaves open, with the value we assume and others that it allows."""
+    clamped = [
+        Variant("number of modes", f"{n} clamped", {"discretization__modes": n}, n == 2) for n in (1, 2, 3, 4)
+    ]
+    mean_axis = [
+        Variant(
+            "kind of modes",
+            f"{n} hinged, mean-axis frame",
+            {"discretization__frame": "mean-axis", "discretization__modes": n},
+        )
+        for n in (2, 3, 4, 8)
+    ]
+    kinds = [Variant("kind of modes", "2 clamped, tangent frame", {}, True), *mean_axis]
+    points = [
+        Variant("contact point", f"x_F = {x} m", {"contact__point": x}, x == 1.0) for x in (1.0, 0.95, 0.9, 0.8)
+    ]
+    gravity = [Variant("value of g", f"{g} m/s²", {"gravity": g}, g == 9.8) for g in (9.8, 9.80665, 9.81, 10.0)]
+    forms = [
+        Variant("Baumgarte's form", "Z'' + 2χZ' + β²Z = 0", {}, True),
+        Variant("Baumgarte's form", "Z'' + χZ' + βZ = 0", {"solver__baumgarte_form": "plain"}),
+    ]
+    shortening = [
+        Variant("foreshortening of the contact point", "in gap and slip", {}, True),
+        Variant("foreshortening of the contact point", "left out of both", {"contact__shortening": False}),
+    ]
+    return [*clamped, *kinds, *points, *gravity, *forms, *_velocities(), *shortening]
+
+
+def _velocities() -> list[Variant]:
+    return [
+        Variant(
+            "velocities of the modified Coulomb law",
+            f"v₀ = {low:g}, v₁ = {high:g} m/s",
+            {"contact__friction": "modified-coulomb", "contact__regularization": [low, high]},
+            (low, high) == (1e-3, 1e-2),
+        )
+        for low, high in ((1e-3, 1e-2), (0.0, 1e-2), (1e-5, 1e-4), (1e-2, 1e-1))
+    ]
+
+
+def integrators() -> list[Variant]:
+    """Ways to integrate: each is a scheme of its own, so they are not crossed with the two schemes."""
+    return [
+        Variant("integrator", "RK4, 0.1 ms and 1 µs", {"solver__scheme": "fixed-step"}, True),
+        Variant("integrator", "RK4, 10 µs and 1 µs", {"solver__scheme": "fixed-step", "solver__free_step": 1e-5}),
+        Variant("integrator", "RK4, 1 µs always", {"solver__scheme": "fixed-step", "solver__free_step": 1e-6}),
+        Variant("integrator", "generalized-α, ρ∞ = 0.8", {"solver__scheme": "generalized-alpha"}),
+        Variant("integrator", "order 8, event-located", {"solver__scheme": "event"}),
+    ]
+
+
+def variant_cases() -> Iterator[tuple[Variant, str, Case]]:
+    """Variant, scheme and case of the study of the choices, one choice changed at a time."""
+    for variant, scheme in product(variants(), SCHEMES):
+        yield variant, scheme, Case(_variant_key(variant, scheme), paper(scheme, **variant.changes))
+    for variant in integrators():
+        scheme = str(variant.changes["solver__scheme"])
+        yield variant, scheme, Case(_variant_key(variant, scheme), paper(**{"scheme": scheme, **_rest(variant)}))
+
+
+def _rest(variant: Variant) -> dict[str, Any]:
+    return {key: value for key, value in variant.changes.items() if key != "solver__scheme"}
+
+
+def _variant_key(variant: Variant, scheme: str) -> str:
+    return f"{variant.choice}/{variant.label}/{scheme}"
+
+
+@dataclass(frozen=True)
+class Combination:
+    """One combination of open choices: what is changed, and the scheme."""
+
+    scheme: str
+    modes: int
+    gravity: float
+    shortening: bool
+    baumgarte_form: str
+
+    @property
+    def label(self) -> str:
+        """Text for tables."""
+        kept = "with" if self.shortening else "without"
+        return (
+            f"{self.scheme}, {self.modes} modes, g = {self.gravity}, {kept} shortening, "
+            f"Baumgarte {self.baumgarte_form}"
+        )
+
+    def scenario(self, model: str) -> Scenario:
+        """Scenario of one of the three models."""
+        return paper(
+            self.scheme,
+            model,
+            gravity=self.gravity,
+            discretization__modes=self.modes,
+            contact__shortening=self.shortening,
+            solver__baumgarte_form=self.baumgarte_form,
+        )
+
+
+def combinations() -> list[Combination]:
+    """Return all combinations of modes, g, shortening and Baumgarte's form.
+
+    The form matters to the fixed-step scheme only: located contacts have nothing to stabilize.
+    """
+    grid = product(SCHEMES, (1, 2, 3, 4), (9.8, 9.81), (True, False), ("squared", "plain"))
+    return [Combination(*point) for point in grid if point[0] == "fixed-step" or point[4] == "squared"]
+
+
+def threshold_cases(ratio: float) -> list[Case]:
+    """Return the paper's case with a static coefficient just below and just above `ratio`."""
+    factors = (0.999, 1.001)
+    return [
+        Case(
+            f"threshold/{factor}", paper("event", end_time=0.335, contact__mu_static=factor * ratio), sticking=True
+        )
+        for factor in factors
+    ]

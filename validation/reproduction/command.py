@@ -1,0 +1,190 @@
+"""The command `reproduce`: run everything, judge the claims, write the report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from oblique_impact.files import cannot_write, prepare_folder, write_text
+from validation.parallel import counting_bar, map_parallel
+from validation.report.document import write_csv, write_json, write_report
+from validation.reproduction.cases import (
+    MODELS,
+    SCHEMES,
+    Case,
+    Combination,
+    case_key,
+    combinations,
+    main_cases,
+    sticking_cases,
+    threshold_cases,
+    variant_cases,
+)
+from validation.reproduction.claims import VERDICTS, judge
+from validation.reproduction.material import Drawings, Material
+from validation.reproduction.measures import Trio
+from validation.reproduction.pages import document
+from validation.reproduction.pictures import PLOTS, Plot, draw, summary
+from validation.reproduction.runs import Run, run_case, run_contact
+from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results, sensitivity_rows
+from validation.reproduction.unsaid import Robustness, all_claims, judge_combination, paper_claims, study
+
+Task = tuple[str, Any]
+
+
+def reproduce_command(out: Path, workers: int | None) -> list[str]:
+    """Write the report of the paper's figures and claims into `out`; returns the lines to print.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for report.html, results.json, claims.csv, sensitivity.csv, figures.csv and figures/.
+    workers : int, optional
+        Parallel processes; default: the number of cores.
+
+    Raises InputError if the folder cannot be written.
+    """
+    folder = prepare_folder(out)
+    prepare_folder(folder / "figures")
+    started = time.perf_counter()
+    material = collect(workers)
+    computed = time.perf_counter() - started
+    drawings = make_drawings(material)
+    times = [
+        ("simulations", f"{computed:.1f} s"),
+        ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
+    ]
+    write_all(folder, material, drawings, times)
+    counts = {verdict: sum(judged.verdict == verdict for judged in material.judged) for verdict in VERDICTS}
+    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in material.judged]
+    return [*lines, f"{len(material.judged)} claims: {verdicts}; report: {out / 'report.html'}"]
+
+
+def work(task: Task) -> Any:
+    """Do one task of the pool: a run, a run of which only the contact is kept, or a combination of choices."""
+    kind, what = task
+    tasks: dict[str, Callable[[Any], Any]] = {
+        "run": run_case,
+        "contact": run_contact,
+        "combination": judge_combination,
+    }
+    return tasks[kind](what)
+
+
+def collect(workers: int | None) -> Material:
+    """Run every simulation and judge the claims."""
+    named = [*main_cases(), *sticking_cases()]
+    varied = list(variant_cases())
+    grid = combinations()
+    tasks: list[Task] = [
+        *(("run", case) for case in named),
+        *(("combination", combination) for combination in grid),
+        *(("contact", case) for _, _, case in varied),
+    ]
+    with counting_bar("reproduce", len(tasks)) as count:
+        results = map_parallel(work, tasks, workers, lambda index, _: count(_name(tasks[index])))
+    runs: dict[str, Run] = {run.key: run for run in results[: len(named)]}
+    points: list[Robustness] = results[len(named) : len(named) + len(grid)]
+    studied = [
+        study(variant, scheme, run)
+        for (variant, scheme, _), run in zip(varied, results[len(named) + len(grid) :], strict=True)
+    ]
+    trios = {group: _trios(runs, group) for group in ("paper", "sticking", "rough")}
+    judged = judge(all_claims(), trios)
+    return Material(trios["paper"], runs, judged, studied, points, _threshold(runs["paper/event/hybrid"]))
+
+
+def _name(task: Task) -> str:
+    what: Case | Combination = task[1]
+    return what.key if isinstance(what, Case) else what.label
+
+
+def _trios(runs: dict[str, Run], group: str) -> dict[str, Trio]:
+    """Return the three models by scheme; where friction is the point there is no frictionless run."""
+    found = {}
+    for scheme in SCHEMES:
+        keys = [case_key(group, scheme, model) for model in MODELS]
+        found[scheme] = Trio(*(runs.get(key, runs[keys[0]]) for key in keys))
+    return found
+
+
+def _threshold(run: Run) -> tuple[float, list[tuple[float, str]]]:
+    """Try static coefficients around what the first reversal asks for: (ratio, (coefficient, what happened))."""
+    first = next(check for check in run.checks if check.kind == "reversal")
+    outcomes = []
+    for case in threshold_cases(first.ratio):
+        tried = run_case(case)
+        check = min(tried.checks, key=lambda c: abs(c.time - first.time))
+        outcomes.append((float(case.scenario.contact.mu_static), f"{check.kind} at {check.time:.6f} s"))
+    return first.ratio, outcomes
+
+
+def make_drawings(material: Material, plots: Sequence[Plot] = PLOTS) -> Drawings:
+    """Draw every picture."""
+    from validation.reproduction.diagrams import (
+        choice_curves,
+        choices_diagram,
+        robustness_diagram,
+        sticking_diagram,
+    )
+
+    studied, runs = material.studied, material.runs
+    choices = dict.fromkeys(item.variant.choice for item in studied)
+    return Drawings(
+        [(plot, draw(plot, material.trios)) for plot in plots],
+        choices_diagram(studied),
+        {c: choice_curves([item for item in studied if item.variant.choice == c]) for c in choices},
+        robustness_diagram(paper_claims(), material.grid),
+        {
+            name: sticking_diagram(runs[key], _windows(runs[key], name), title)
+            for name, key, title in _STICKING_DIAGRAMS
+        },
+    )
+
+
+_STICKING_DIAGRAMS = (
+    ("event", "paper/event/hybrid", "The paper's case, event-located"),
+    ("fixed-step", "paper/fixed-step/hybrid", "The paper's case, fixed-step as printed"),
+    ("no-shortening", "no-shortening/fixed-step/hybrid", "Fixed-step, shortening of the contact point left out"),
+    ("sticking", "sticking/event/hybrid", "Scenario sticking"),
+    ("rough", "rough/event/hybrid", "The paper's slope, μ = 12"),
+)
+
+
+def _windows(run: Run, name: str) -> list[tuple[float, float]]:
+    """Windows (s) that show the macro-collisions of a run; half a page has room for one."""
+    if name == "sticking":
+        return [(run.macros[0].start - 0.02, run.macros[0].start + 0.2)]
+    macros = run.macros[:1] if name == "rough" else run.macros[:2]
+    return [(macro.start - 7e-4, min(macro.end, macro.start + 0.03) + 7e-4) for macro in macros]
+
+
+def write_all(folder: Path, material: Material, drawings: Drawings, times: Sequence[tuple[str, str]]) -> None:
+    """Write the page, the tables and the pictures; each file appears whole or not at all."""
+    figures = [row for plot, _ in drawings.figures for row in summary(plot, material.trios)]
+    sensitivity = sensitivity_rows(material.studied)
+    write_report(folder, document(material, drawings, times))
+    write_json(folder, "results.json", results(material, figures))
+    write_csv(folder, "claims.csv", CLAIM_COLUMNS, claim_rows(material))
+    write_csv(folder, "sensitivity.csv", list(sensitivity[0]), [list(row.values()) for row in sensitivity])
+    write_csv(folder, "figures.csv", list(figures[0]), [list(row.values()) for row in figures])
+    pictures = {plot.name: svg for plot, svg in drawings.figures}
+    pictures |= {"choices": drawings.choices, "robustness": drawings.robustness}
+    pictures |= {f"choice-{_slug(choice)}": svg for choice, svg in drawings.curves.items()}
+    pictures |= {f"sticking-{name}": svg for name, svg in drawings.sticking.items()}
+    for name, svg in pictures.items():
+        _write_picture(folder / "figures" / f"{name}.svg", svg)
+
+
+def _slug(text: str) -> str:
+    return "-".join("".join(c if c.isalnum() else " " for c in text).split()).lower()
+
+
+def _write_picture(path: Path, svg: str) -> None:
+    try:
+        write_text(path, svg)
+    except OSError as error:
+        raise cannot_write(path, error) from None

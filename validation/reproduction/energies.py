@@ -1,0 +1,177 @@
+"""Claims about energies (paper, Figs. 4 to 7)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from validation.report.document import number
+from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Finding, graded, missing, yes
+from validation.reproduction.measures import Trio, before_contact, between, mean, smallest_share
+
+PARTS = ("kinetic", "gravity", "elastic")
+
+
+def _moments(trio: Trio) -> dict[str, float]:
+    """Return the times (s) of comparison: in flight after the first two collisions, and the end."""
+    found = {f"after collision {k}": between(trio, k) for k in (1, 2)}
+    times = {name: time for name, time in found.items() if time is not None}
+    times["end"] = min(run.end_time for run in trio)
+    return times
+
+
+def constant_before(trio: Trio) -> Finding:
+    """Judge the total energy before the first touch."""
+    run = trio.hybrid
+    energy = run["energy"][run["time"] <= before_contact(trio)]
+    drift = float(np.max(np.abs(energy / energy[0] - 1.0)))
+    text = f"{number(float(energy[0]))} J, relative drift {number(drift, 2)}"
+    return Finding(graded(drift, 1e-6, 1e-3), {"initial": float(energy[0]), "drift": drift}, text)
+
+
+def considerable_loss(trio: Trio) -> Finding:
+    """Judge what the first macro-collision takes."""
+    time = between(trio, 1)
+    if time is None:
+        return missing("no flight after the first collision")
+    run = trio.hybrid
+    loss = float(run["energy"][0] - run.at("energy", time))
+    share = loss / float(run["energy"][0])
+    text = f"{number(loss, 4)} J, {number(100.0 * share, 3)} % of the total"
+    return Finding(yes(share >= 0.1), {"loss": loss, "share": share}, text)
+
+
+def _ordering(trio: Trio, hybrid_first: bool) -> Finding:
+    numbers: dict[str, float] = {}
+    holds, parts = [], []
+    for name, time in _moments(trio).items():
+        values = [float(run.at("energy", time)) for run in trio]
+        numbers |= {f"{model} {name}": v for model, v in zip(trio._fields, values, strict=True)}
+        mine, rest = (values[0], values[1:]) if hybrid_first else (values[1], [values[0], values[2]])
+        holds.append(mine < min(rest) if hybrid_first else mine > max(rest))
+        row = " / ".join(number(value, 5) for value in values)
+        parts.append(f"{name} {row} J {'✓' if holds[-1] else '✗'}")
+    verdict = REPRODUCED if all(holds) else PARTLY if any(holds) else NOT
+    return Finding(verdict, numbers, "; ".join(parts))
+
+
+def hybrid_loses_most(trio: Trio) -> Finding:
+    """Judge whether the hybrid model has the least energy left."""
+    return _ordering(trio, hybrid_first=True)
+
+
+def frictionless_loses_least(trio: Trio) -> Finding:
+    """Judge whether the frictionless model has the most energy left."""
+    return _ordering(trio, hybrid_first=False)
+
+
+def friction_dissipates(trio: Trio) -> Finding:
+    """Judge the work of friction."""
+    work = trio.hybrid.energy["lost_friction"]
+    whole = trio.hybrid.energy["initial"] - trio.hybrid.energy["final"]
+    text = f"{number(1e3 * work, 4)} mJ, {number(100.0 * work / whole, 2)} % of what is lost in the run"
+    return Finding(yes(work > 0.0), {"friction": work, "lost": whole}, text)
+
+
+def exchange_before(trio: Trio) -> Finding:
+    """Judge the energies before the first touch."""
+    run = trio.hybrid
+    inside = run["time"] <= before_contact(trio)
+    exchanged = float(np.ptp(run["gravity"][inside]))
+    elastic = float(np.max(run["elastic"][inside]))
+    ratio = elastic / exchanged
+    text = f"{number(exchanged, 4)} J exchanged, elastic at most {number(elastic, 2)} J"
+    return Finding(graded(ratio, 1e-3, 1e-2), {"exchanged": exchanged, "elastic": elastic}, text)
+
+
+def elastic_after(trio: Trio) -> Finding:
+    """Judge the elastic energy of the first macro-collision."""
+    run = trio.hybrid
+    before = float(np.max(run["elastic"][run["time"] <= before_contact(trio)]))
+    macro = run.macros[0]
+    after = float(np.max(run["elastic"][run.inside(macro.start, macro.end)]))
+    text = f"largest {number(before, 2)} J before, {number(after, 4)} J in the first collision"
+    return Finding(yes(after >= 100.0 * before), {"before": before, "after": after}, text)
+
+
+def all_parts_smaller(trio: Trio) -> Finding:
+    """Judge whether each of the three energies of the hybrid model is the smallest after the first collision."""
+    start = max(run.macros[0].end for run in trio)
+    end = min(run.end_time for run in trio)
+    others = [trio.frictionless, trio.modified]
+    numbers: dict[str, float] = {}
+    shares, means, texts = [], [], []
+    for part in PARTS:
+        share = smallest_share(trio.hybrid, others, part, start, end)
+        values = [mean(run, part, start, end) for run in trio]
+        shares.append(share)
+        means.append(values[0] < min(values[1:]))
+        numbers |= {
+            f"{part} share": share,
+            **{f"{part} mean {n}": v for n, v in zip(trio._fields, values, strict=True)},
+        }
+        texts.append(f"{part} {number(100.0 * share, 2)} % of the time, mean {'smallest' if means[-1] else 'not'}")
+    verdict = REPRODUCED if min(shares) >= 0.95 else PARTLY if all(means) else NOT
+    return Finding(verdict, numbers, "; ".join(texts))
+
+
+CLAIMS = [
+    Claim(
+        "energy-constant-before",
+        "Sec. 7, Fig. 4",
+        "During the initial collision-free stage the total mechanical energy remains constant.",
+        "largest relative change up to the first touch; reproduced: ≤ 10⁻⁶; partly: ≤ 10⁻³",
+        constant_before,
+    ),
+    Claim(
+        "considerable-loss",
+        "Sec. 7, Fig. 4",
+        "The collision can cause considerable loss of energy.",
+        "reproduced: the first macro-collision takes at least 10 % of the total mechanical energy",
+        considerable_loss,
+    ),
+    Claim(
+        "hybrid-loses-most",
+        "Sec. 7, Fig. 4",
+        "The energy loss calculated using the hybrid model is the largest.",
+        "total energy of hybrid / frictionless / modified Coulomb in flight after collisions 1 and 2 and at the "
+        "end; reproduced: the hybrid model's is the smallest each time; partly: at least once",
+        hybrid_loses_most,
+    ),
+    Claim(
+        "frictionless-loses-least",
+        "Sec. 7, Fig. 4",
+        "The energy loss calculated using the nontangential friction model is the smallest.",
+        "as above; reproduced: the frictionless model's energy is the largest each time; partly: at least once",
+        frictionless_loses_least,
+    ),
+    Claim(
+        "friction-dissipates",
+        "Sec. 7, Fig. 4",
+        "Tangential friction can cause some energy loss to the system.",
+        "reproduced: the work taken by friction in the hybrid model is positive",
+        friction_dissipates,
+    ),
+    Claim(
+        "exchange-before",
+        "Sec. 7, Figs. 5–7",
+        "During the initial stage kinetic and gravitational energy convert mutually; elastic energy is tiny.",
+        "largest elastic energy over the change of gravitational energy; reproduced: ≤ 10⁻³; partly: ≤ 10⁻²",
+        exchange_before,
+    ),
+    Claim(
+        "elastic-after",
+        "Sec. 7, Figs. 5–7",
+        "After the collision the elastic potential energy is no longer zero.",
+        "reproduced: its largest value in the first macro-collision is at least 100 times that before",
+        elastic_after,
+    ),
+    Claim(
+        "all-parts-smaller",
+        "Sec. 7, Figs. 5–7",
+        "After the first macro-collision the kinetic, gravitational and elastic energies of the hybrid model are "
+        "all smaller than those of the other two.",
+        "from the end of the first macro-collision to the end of the run; reproduced: each is the smallest for at "
+        "least 95 % of the time; partly: the mean over time of each is the smallest",
+        all_parts_smaller,
+    ),
+]
