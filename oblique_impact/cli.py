@@ -32,7 +32,7 @@ WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
 ]
 
-_LATER = ("export", "sweep")
+_LATER = ("sweep",)
 
 
 @app.command()
@@ -212,6 +212,34 @@ def render(
     span = _pair("--between", between)
     chosen = tuple(times or ()), event, strip, fps, speed, contact_speed, span, frames, tuple(names or ()), magnify
     for line in draw(histories, out, style, Request(*chosen)):
+        typer.echo(line)
+
+
+@app.command()
+def export(
+    history: Annotated[Path, typer.Argument(help="A run folder, or the history.nc in one.")],
+    out: Annotated[Path, typer.Option("--out", help="The file; its suffix is appended if it has none.")],
+    format: Annotated[
+        str | None, typer.Option("--format", help="vtkhdf, pvd or xdmf; default: as the suffix of --out says.")
+    ] = None,
+    every: Annotated[
+        int, typer.Option("--every", metavar="N", help="Every N-th sample; all events are kept.")
+    ] = 1,
+    between: Annotated[
+        str | None, typer.Option("--between", metavar="T0,T1", help="Only this span of time (s).")
+    ] = None,
+    around_events: Annotated[
+        float | None, typer.Option("--around-events", metavar="SECONDS", help="Only so close to an event.")
+    ] = None,
+    deformation: Annotated[
+        float, typer.Option("--deformation", metavar="FACTOR", help="Magnify the bending; 1: true shapes.")
+    ] = 1.0,
+) -> None:
+    """Write a history as a time series for ParaView: VTKHDF, PVD with .vtp files, or XDMF with an .h5 file."""
+    from renders.export.command import export_command
+
+    span = _pair("--between", between)
+    for line in export_command(history, out, format, every, span, around_events, deformation):
         typer.echo(line)
 
 

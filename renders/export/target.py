@@ -1,0 +1,90 @@
+"""Where an export goes, and how it gets there whole: a `.part` beside it, put in place in one step."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from oblique_impact.errors import InputError
+from oblique_impact.files import prepare_folder
+
+#: formats and what their files end in
+SUFFIXES = {"vtkhdf": ".vtkhdf", "pvd": ".pvd", "xdmf": ".xdmf"}
+
+
+def resolve(out: Path, format: str | None) -> tuple[Path, str]:
+    """Return the file to write and its format; a missing suffix is appended, a wrong one refused.
+
+    Parameters
+    ----------
+    out : Path
+        As given by --out.
+    format : str or None
+        As given by --format; taken from the suffix of `out` if None.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown, contradicts the suffix, or the place cannot be written.
+    """
+    known = ", ".join(SUFFIXES)
+    if format is None:
+        format = out.suffix.lower().removeprefix(".")
+        if format not in SUFFIXES:
+            raise InputError(f"--format: missing, and --out {out} does not tell it; should be one of {known}")
+    if format not in SUFFIXES:
+        raise InputError(f"--format {format}: should be one of {known}")
+    suffix = SUFFIXES[format]
+    if not out.name:
+        raise InputError(f"--out {out}: is a folder, should be a file")
+    if out.suffix and out.suffix.lower() != suffix:
+        raise InputError(f"--out {out}: should end in {suffix} for --format {format}, or have no suffix")
+    target = out if out.suffix else out.with_name(out.name + suffix)
+    prepare_folder(target.parent)
+    if target.is_dir():
+        raise InputError(f"--out {target}: is a folder, should be a file")
+    return target, format
+
+
+def part_of(target: Path) -> Path:
+    """Return the name under which a file or folder is written until it is complete."""
+    return target.with_name(target.name + ".part")
+
+
+@contextmanager
+def partial(*targets: Path) -> Iterator[tuple[Path, ...]]:
+    """Yield names for unfinished files; what is left there is removed, however the block ends.
+
+    A killed process cannot clean up: what it leaves ends in `.part`, and the next export removes it.
+    """
+    parts = tuple(part_of(target) for target in targets)
+    for part in parts:
+        _remove(part)
+    try:
+        yield parts
+    finally:
+        for part in parts:
+            _remove(part)
+
+
+def replace_all(*moves: tuple[Path, Path]) -> None:
+    """Put finished files in place, the one that refers to the others last.
+
+    What refers to them goes first, so that at no instant an old one refers to a new one.
+    """
+    if len(moves) > 1:
+        moves[-1][1].unlink(missing_ok=True)
+    for part, target in moves:
+        if target.is_dir():
+            shutil.rmtree(target)
+        os.replace(part, target)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)

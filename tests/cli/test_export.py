@@ -1,0 +1,239 @@
+"""`oblique-impact export` as other programs call it."""
+
+from __future__ import annotations
+
+import os
+import pty
+import resource
+import signal
+import stat
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from oblique_impact.cli import main
+from tests.render.export_readers import read
+
+FORMATS = ("vtkhdf", "pvd", "xdmf")
+
+
+@pytest.fixture
+def cli(capfd):
+    """Call the command line in this process: (exit code, standard output, standard error)."""
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as exit_info:
+            main([str(argument) for argument in arguments])
+        captured = capfd.readouterr()
+        return int(exit_info.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def folder(run, tmp_path_factory):
+    return run("paper").save(tmp_path_factory.mktemp("paper"))
+
+
+def command(*arguments: object) -> list[str]:
+    return [sys.executable, "-m", "oblique_impact.cli", "export", *map(str, arguments)]
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_export_says_what_it_wrote_and_nothing_else(folder, tmp_path, cli, format):
+    target = tmp_path / "new" / f"beam.{format}"
+    code, out, err = cli("export", folder, "--format", format, "--out", target, "--every", 400)
+    assert code == 0
+    assert err == ""
+    frames = read(target)
+    assert out.splitlines()[0].startswith(f"{len(frames)} of 10043 samples, 0 to 1 s, both sides of 21 jumps")
+    assert "true shapes (deformation factor 1)" in out
+    assert out.splitlines()[1].strip() == f"{format}: {target}"
+    assert float(frames[0].fields["deformation_factor"]) == 1.0
+
+
+def test_a_history_file_alone_is_enough(folder, tmp_path, cli):
+    alone = tmp_path / "alone.nc"
+    alone.write_bytes((folder / "history.nc").read_bytes())
+    assert cli("export", alone, "--out", tmp_path / "beam.pvd", "--every", 5000)[0] == 0
+    assert len(read(tmp_path / "beam.pvd")) == 46
+
+
+def test_options_select(folder, tmp_path, cli):
+    with xr.open_dataset(folder / "history.nc") as data:
+        times = data["time"].values
+    arguments = ("--between", "0.31,0.33", "--around-events", "1e-3", "--deformation", "4", "--every", "3")
+    code, out, _ = cli("export", folder, "--out", tmp_path / "beam.vtkhdf", *arguments)
+    assert code == 0
+    assert "magnified shapes (deformation factor 4)" in out
+    frames = read(tmp_path / "beam.vtkhdf")
+    found = np.array([frame.fields["time"] for frame in frames])
+    assert np.all((found >= 0.31) & (found <= 0.33))
+    assert np.all(np.isin(found, times))
+    assert frames[0].fields["deformation_factor"] == 4.0
+
+
+def test_suffix_and_format(folder, tmp_path, cli):
+    """A missing suffix is appended, a wrong one refused; a missing format is read from the suffix."""
+    assert cli("export", folder, "--format", "pvd", "--out", tmp_path / "a", "--every", 5000)[0] == 0
+    assert (tmp_path / "a.pvd").is_file()
+    assert cli("export", folder, "--out", tmp_path / "b.xdmf", "--every", 5000)[0] == 0
+    assert (tmp_path / "b.h5").is_file()
+    code, _, err = cli("export", folder, "--format", "pvd", "--out", tmp_path / "c.vtkhdf")
+    assert code == 2
+    assert "should end in .pvd" in err
+    code, _, err = cli("export", folder, "--out", tmp_path / "c")
+    assert code == 2
+    assert "--format" in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "a.pvd", "b.h5", "b.xdmf"]
+
+
+BAD = {
+    ("--format", "stl"): "--format stl",
+    ("--every", "0"): "--every",
+    ("--every", "x"): "--every",
+    ("--between", "0.5,0.1"): "--between",
+    ("--between", "0.5"): "--between",
+    ("--between", "a,b"): "--between",
+    ("--between", "nan,1"): "--between",
+    ("--between", "5,6"): "covers 0 to 1 s",
+    ("--around-events", "-1"): "--around-events",
+    ("--around-events", "inf"): "--around-events",
+    ("--deformation", "0"): "--deformation",
+    ("--deformation", "nan"): "--deformation",
+    ("--nonsense",): "--nonsense",
+}
+
+
+@pytest.mark.parametrize("options", BAD, ids=" ".join)
+def test_bad_options_are_one_line_and_exit_2(folder, tmp_path, cli, options):
+    code, out, err = cli("export", folder, "--out", tmp_path / "new" / "beam", "--format", "pvd", *options)
+    assert code == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert BAD[options] in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_not_a_history_is_one_line(folder, tmp_path, cli):
+    text, cut, beamless = tmp_path / "text.nc", tmp_path / "cut.nc", tmp_path / "beamless.nc"
+    text.write_text("not a history")
+    whole = (folder / "history.nc").read_bytes()
+    cut.write_bytes(whole[: len(whole) // 2])
+    with xr.open_dataset(folder / "history.nc") as data:
+        data.load().drop_vars("shear").to_netcdf(beamless, engine="h5netcdf")
+    for source in (text, cut, beamless, tmp_path / "missing", tmp_path):
+        code, out, err = cli("export", source, "--out", tmp_path / "new" / "beam.pvd")
+        assert (code, out) == (2, "")
+        assert err.count("\n") == 1
+        assert str(source) in err
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_places_that_cannot_be_written_are_one_line(folder, tmp_path, cli, format):
+    (tmp_path / "file").write_text("in the way")
+    (tmp_path / f"dir.{format}").mkdir()
+    for target in (tmp_path / "file" / "beam", tmp_path / "dir", ".", "/"):
+        code, out, err = cli("export", folder, "--format", format, "--out", target)
+        assert (code, out) == (2, "")
+        assert err.count("\n") == 1
+        assert "--out" in err
+    if os.geteuid() != 0:
+        tmp_path.chmod(stat.S_IREAD | stat.S_IEXEC)
+        assert cli("export", folder, "--format", format, "--out", tmp_path / "new")[0] == 2
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_a_full_disk_is_one_line_and_leaves_nothing(folder, tmp_path, format):
+    """A bound on the size of files stands for the disk."""
+
+    def bound():
+        # frames of PVD are small files of their own
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000 if format == "pvd" else 1_000_000,) * 2)
+
+    arguments = command(folder, "--out", tmp_path / f"beam.{format}", "--every", 20)
+    done = subprocess.run(arguments, capture_output=True, text=True, preexec_fn=bound, timeout=120)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert "cannot be written" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_a_killed_export_leaves_no_file_and_an_earlier_one_alone(folder, tmp_path, format):
+    target = tmp_path / f"beam.{format}"
+    unfinished = {"pvd": tmp_path / "beam.part", "vtkhdf": tmp_path / "beam.vtkhdf.part"}.get(
+        format, tmp_path / "beam.h5.part"
+    )
+    for earlier in (False, True):
+        if earlier:
+            with pytest.raises(SystemExit):
+                main(["export", str(folder), "--out", str(target), "--every", "5000"])
+        process = subprocess.Popen(command(folder, "--out", target), stderr=subprocess.PIPE)
+        deadline = time.monotonic() + 60.0
+        while not _under_way(unfinished):
+            assert process.poll() is None, process.stderr.read()
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL
+        assert process.stderr.read() == b""
+        process.stderr.close()
+        if earlier:
+            assert len(read(target)) == 46
+        else:
+            assert not target.exists()
+
+
+def _under_way(unfinished):
+    if unfinished.is_dir():
+        return len(list(unfinished.iterdir())) > 40
+    return unfinished.exists() and unfinished.stat().st_size > 1_000_000
+
+
+def test_interrupted_by_hand_is_130_and_leaves_nothing(folder, tmp_path):
+    process = subprocess.Popen(
+        command(folder, "--out", tmp_path / "beam.pvd"), stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    while not _under_way(tmp_path / "beam.part"):
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_terminal_sees_a_progress_bar(folder, tmp_path):
+    ours, theirs = pty.openpty()
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
+    arguments = command(folder, "--out", tmp_path / "beam.vtkhdf", "--every", 20)
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=theirs, env=environment) as process:
+        os.close(theirs)
+        shown = b""
+        while True:
+            try:
+                piece = os.read(ours, 4096)
+            except OSError:  # the other end is closed
+                break
+            if not piece:
+                break
+            shown += piece
+        assert process.wait() == 0
+    os.close(ours)
+    assert b"export vtkhdf" in shown
+    assert b"/543" in shown or b"/544" in shown
+
+
+def test_help_names_the_options(cli):
+    code, out, _ = cli("export", "--help")
+    assert code == 0
+    for option in ("--format", "--out", "--every", "--between", "--around-events", "--deformation"):
+        assert option in out

@@ -1,0 +1,170 @@
+"""What the readers of others make of an export: one list of frames, whatever the format."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import meshio
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+
+@dataclass
+class Mesh:
+    points: np.ndarray
+    arrays: dict[str, np.ndarray]
+    lines: list[list[int]]
+    polygons: list[list[int]]
+
+
+@dataclass
+class Frame:
+    stamp: float
+    parts: dict[str, Mesh] = field(default_factory=dict)
+    fields: dict[str, Any] = field(default_factory=dict)
+
+
+def read(path: Path) -> list[Frame]:
+    return {".pvd": read_pvd, ".vtkhdf": read_vtkhdf, ".xdmf": read_xdmf}[path.suffix](path)
+
+
+def read_pvd(path: Path) -> list[Frame]:
+    reader = pv.PVDReader(str(path))
+    frames = []
+    for stamp in reader.time_values:
+        reader.set_active_time_value(stamp)
+        frame = Frame(stamp)
+        entries = reader.active_datasets
+        for entry, mesh in zip(entries, reader.read(), strict=True):
+            name = Path(entry.path).name.split("_")[0]
+            frame.parts[name] = _mesh(mesh)
+            frame.fields.update(_fields(mesh))
+        frames.append(frame)
+    return frames
+
+
+def read_vtkhdf(path: Path) -> list[Frame]:
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    frames = []
+    for stamp in _times(reader):
+        assert reader.UpdateTimeStep(stamp)
+        mesh = pv.wrap(reader.GetOutputDataObject(0))
+        frame = Frame(stamp, fields=_fields(mesh))
+        for entry in frame.fields["parts"]:
+            number, name = entry.split(" = ")
+            frame.parts[name] = _mesh(mesh, int(number))
+        frames.append(frame)
+    return frames
+
+
+def read_xdmf(path: Path) -> list[Frame]:
+    """Through meshio; of the collections of a file its reader takes the last, the others are chosen by hand."""
+    domain = ElementTree.parse(path).getroot()[0]
+    fields = {entry.get("Name"): entry.get("Value") for entry in domain.findall("Information")}
+    frames: list[Frame] = []
+    names = [grid.get("Name") for grid in domain.findall("Grid")]
+    for name in names:
+        with meshio.xdmf.TimeSeriesReader(path) as reader:
+            if name != names[-1]:
+                reader.collection = list(reader.domain.find(f"Grid[@Name='{name}']"))
+                reader.mesh_grid = reader.collection[0]
+            points, cells = reader.read_points_cells()
+            count = reader.num_steps
+            frames = frames or [Frame(np.nan) for _ in range(count)]
+            assert len(frames) == count == len(reader.collection)
+            for k, frame in enumerate(frames):
+                stamp, arrays, _ = reader.read_data(k)
+                assert np.isnan(frame.stamp) or frame.stamp == stamp
+                frame.stamp = stamp
+                place = arrays.pop("position")
+                if k == 0:
+                    np.testing.assert_array_equal(points, place)
+                blocks = {c: [list(map(int, p)) for b in cells if b.type == c for p in b.data] for c in CELLS}
+                frame.parts[name] = Mesh(place, arrays, blocks["line"], blocks["quad"] + blocks["triangle"])
+                frame.fields = fields | {
+                    entry.get("Name"): float(entry.get("Value"))
+                    for entry in reader.collection[k].findall("Information")
+                }
+    return frames
+
+
+CELLS = ("line", "quad", "triangle")
+
+
+def read_xdmf_by_vtk(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
+    """Per time the meshes by collection: two right at a jump, whose sides this reader cannot tell apart."""
+    reader = vtkXdmfReader()
+    reader.SetFileName(str(path))
+    found = []
+    for stamp in _times(reader):
+        reader.UpdateTimeStep(stamp)
+        output = reader.GetOutputDataObject(0)
+        blocks: dict[str, list[Any]] = {}
+        for k in range(output.GetNumberOfBlocks()):
+            name = output.GetMetaData(k).Get(output.NAME())
+            block = output.GetBlock(k)
+            inner = [block.GetBlock(i) for i in range(block.GetNumberOfBlocks())] if block.IsA(MULTI) else [block]
+            blocks[name] = [pv.wrap(mesh) for mesh in inner]
+        found.append((stamp, blocks))
+    return found
+
+
+MULTI = "vtkMultiBlockDataSet"
+
+
+def _times(reader: Any) -> list[float]:
+    reader.UpdateInformation()
+    information = reader.GetOutputInformation(0)
+    key = Pipeline.TIME_STEPS()
+    return [information.Get(key, k) for k in range(information.Length(key))]
+
+
+def _fields(mesh: Any) -> dict[str, Any]:
+    data = mesh.GetFieldData()
+    found: dict[str, Any] = {}
+    for k in range(data.GetNumberOfArrays()):
+        array = data.GetAbstractArray(k)
+        if array.IsA("vtkStringArray"):
+            found[array.GetName()] = [array.GetValue(i) for i in range(array.GetNumberOfValues())]
+        else:
+            found[array.GetName()] = vtk_to_numpy(array)[0].item()
+    return found
+
+
+def _mesh(mesh: Any, part: int | None = None) -> Mesh:
+    """The mesh, or the cells of one part of it with the points they use, numbered from 0."""
+    lines, polygons = _unpack(mesh.lines), _unpack(mesh.faces)
+    arrays = {name: np.array(mesh.point_data[name]) for name in mesh.point_data}
+    if part is None:
+        return Mesh(np.array(mesh.points), arrays, lines, polygons)
+    owner = np.array(mesh.cell_data["part"])
+    first_polygon = len(lines)
+    lines = [cell for cell, own in zip(lines, owner[:first_polygon], strict=True) if own == part]
+    polygons = [cell for cell, own in zip(polygons, owner[first_polygon:], strict=True) if own == part]
+    used = np.unique([p for cell in lines + polygons for p in cell])
+    first = int(used[0])
+    assert used.size == used[-1] - first + 1
+
+    def shifted(cells: list[list[int]]) -> list[list[int]]:
+        return [[p - first for p in cell] for cell in cells]
+
+    return Mesh(
+        np.array(mesh.points)[used], {n: v[used] for n, v in arrays.items()}, shifted(lines), shifted(polygons)
+    )
+
+
+def _unpack(cells: np.ndarray) -> list[list[int]]:
+    found, at = [], 0
+    while at < cells.size:
+        end = at + 1 + int(cells[at])
+        found.append([int(p) for p in cells[at + 1 : end]])
+        at = end
+    return found

@@ -1,0 +1,612 @@
+"""Exported time series, read back by the readers of others and held against the history."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import pyvista as pv
+
+from oblique_impact import InputError
+from renders.export import pvd, vtkhdf, xdmf
+from renders.export.scene import Scene, static_part
+from renders.export.selection import Selection, increasing
+from renders.geometry import BETWEEN, QUANTITIES, SIDES, BeamGeometry
+from renders.scenery import pin, slope_wedge
+from tests.render.export_readers import read, read_xdmf_by_vtk
+
+WRITERS = {"pvd": pvd.write, "vtkhdf": vtkhdf.write, "xdmf": xdmf.write}
+EVERY = 500
+
+
+@pytest.fixture(scope="module")
+def scene(run):
+    history = run("paper")
+    return Scene.of(BeamGeometry(history, 1.0), Selection(EVERY).frames(history))
+
+
+@pytest.fixture(scope="module", params=WRITERS)
+def format(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def exported(scene, format, tmp_path_factory):
+    return write(scene, tmp_path_factory.mktemp(format) / f"beam.{format}")
+
+
+@pytest.fixture(scope="module")
+def frames(exported):
+    return read(exported)
+
+
+def write(scene, target):
+    WRITERS[target.suffix[1:]](scene, target, lambda: None)
+    return target
+
+
+# Times ------------------------------------------------------------------------------------------------------
+
+
+def test_times_are_exact_and_increase(frames, scene, format):
+    stamps = np.array([frame.stamp for frame in frames])
+    time = scene.geometry.history["time"].values[scene.frames.sample]
+    assert np.all(np.diff(stamps) > 0.0)
+    right = np.concatenate([[False], np.diff(time) == 0.0])
+    assert right.sum() == len(scene.geometry.history.events) == 21
+    np.testing.assert_array_equal(stamps[~right], time[~right])
+    np.testing.assert_array_equal(stamps[right], np.nextafter(time[right], np.inf))
+
+
+def test_field_data_tell_time_and_side(frames, scene):
+    history = scene.geometry.history
+    for frame, k in zip(frames, scene.frames.sample, strict=True):
+        assert frame.fields["sample"] == k
+        assert float(frame.fields["time"]) == history["time"].values[k]
+        assert frame.fields["state"] == history["state"].values[k]
+        assert frame.fields["normal_force"] == history["lambda_n"].values[k]
+        assert frame.fields["tangential_force"] == history["lambda_tau"].values[k]
+    events = {event.time for event in history.events}
+    sides = {t: [f.fields["side"] for f in frames if f.fields["time"] == t] for t in events}
+    assert all(found == [-1, 1] for found in sides.values())
+    assert all(f.fields["side"] == 0 for f in frames if f.fields["time"] not in events)
+
+
+def test_both_sides_of_a_jump_differ(frames, scene):
+    """The velocity jumps at the first impact, the points do not."""
+    k = next(k for k, frame in enumerate(frames) if frame.fields["side"] == -1)
+    before, after = frames[k].parts["surface"], frames[k + 1].parts["surface"]
+    np.testing.assert_allclose(before.points, after.points, atol=1e-12)
+    assert np.abs(before.arrays["velocity"] - after.arrays["velocity"]).max() > 1.0
+
+
+# Values -----------------------------------------------------------------------------------------------------
+
+
+def station_values(mesh, name, geometry, side):
+    """Values at the stations on one generator of the tube."""
+    values = mesh.arrays[name][: geometry.places.size * SIDES]
+    return values.reshape(-1, SIDES, *values.shape[1:])[:: BETWEEN + 1, side]
+
+
+def check_against_history(frame, k, geometry):
+    """Results on the tube and the axis against the variables of the history, to rounding."""
+    history = geometry.history
+    tube, axis = frame.parts["surface"], frame.parts["centreline"]
+    for name, variable in (("bending_moment", "moment"), ("shear_force", "shear"), ("axial_force", "axial_force")):
+        expected = history[variable].values[k]
+        scale = np.abs(history[variable].values).max()
+        np.testing.assert_allclose(axis.arrays[name][:: BETWEEN + 1], expected, rtol=1e-12, atol=1e-14 * scale)
+        np.testing.assert_allclose(
+            station_values(tube, name, geometry, 5), expected, rtol=1e-12, atol=1e-14 * scale
+        )
+    stress = history["bending_stress"].values[k]  # at the fibre on the side of negative y
+    scale = np.abs(history["bending_stress"].values).max()
+    for side, sign in ((SIDES // 2, 1.0), (0, -1.0)):
+        found = station_values(tube, "bending_stress", geometry, side)
+        np.testing.assert_allclose(found, sign * stress, rtol=1e-11, atol=1e-13 * scale)
+    normal = history["axial_force"].values[k] / geometry.sections.area(history["station"].values)
+    found = station_values(tube, "axial_stress", geometry, SIDES // 2)
+    np.testing.assert_allclose(found, stress + normal, rtol=1e-11, atol=1e-13 * scale)
+
+
+def axis_of_history(history, k, radius):
+    theta, x = history["theta"].values[k], radius + history["station"].values + history["ux"].values[k]
+    y = history["uy"].values[k]
+    return np.stack([x * np.cos(theta) - y * np.sin(theta), x * np.sin(theta) + y * np.cos(theta), 0 * x], axis=1)
+
+
+def test_results_are_those_of_the_history(frames, scene):
+    for frame, k in zip(frames, scene.frames.sample, strict=True):
+        check_against_history(frame, k, scene.geometry)
+
+
+@pytest.mark.parametrize("name", ["bending_stress", "axial_stress", "bending_moment"])
+def test_an_error_of_a_fifth_is_found(frames, scene, name):
+    k = int(np.argmax(np.abs(scene.geometry.history["moment"].values[scene.frames.sample]).max(axis=1)))
+    frame = frames[k]
+    parts = {
+        part: replace(
+            mesh, arrays=mesh.arrays | {name: 1.2 * mesh.arrays[name]} if name in mesh.arrays else mesh.arrays
+        )
+        for part, mesh in frame.parts.items()
+    }
+    check_against_history(frame, scene.frames.sample[k], scene.geometry)
+    with pytest.raises(AssertionError):
+        check_against_history(replace(frame, parts=parts), scene.frames.sample[k], scene.geometry)
+
+
+def test_the_centreline_passes_through_the_stations(frames, scene):
+    history = scene.geometry.history
+    for frame, k in zip(frames, scene.frames.sample, strict=True):
+        points = frame.parts["centreline"].points
+        expected = axis_of_history(history, k, scene.geometry.scenario.root.hub_radius)
+        np.testing.assert_allclose(points[:: BETWEEN + 1], expected, rtol=0.0, atol=1e-12)
+
+
+def test_nothing_is_lost_on_the_way(frames, scene, format):
+    """Points and results of both parts to the last bit; NaN where VTKHDF has to fill."""
+    geometry = scene.geometry
+    for frame, k in zip(frames, scene.frames.sample, strict=True):
+        surface = geometry.surface(k)
+        found = frame.parts["surface"]
+        np.testing.assert_array_equal(found.points, surface.points)
+        assert set(found.arrays) == set(QUANTITIES)
+        for name, values in surface.arrays.items():
+            assert found.arrays[name].dtype == np.float64
+            np.testing.assert_array_equal(found.arrays[name], values)
+        axis = frame.parts["centreline"]
+        np.testing.assert_array_equal(axis.points, geometry.centreline(k))
+        expected = geometry.along(k)
+        for name, values in axis.arrays.items():
+            if name in expected:
+                np.testing.assert_array_equal(values, expected[name])
+            else:
+                assert format == "vtkhdf"
+                assert np.all(np.isnan(values))
+
+
+def test_cells(frames, scene, format):
+    rings = scene.geometry.places.size
+    chain = [[i, i + 1] for i in range(rings - 1)] if format == "xdmf" else [list(range(rings))]
+    for frame in frames:
+        assert frame.parts["centreline"].lines == chain
+        assert frame.parts["centreline"].polygons == []
+        tube = frame.parts["surface"]
+        assert tube.lines == []
+        flat = [value for cell in tube.polygons for value in (len(cell), *cell)]
+        assert flat == scene.geometry.faces.tolist()
+
+
+def test_a_factor_magnifies_the_exported_shapes(run, tmp_path, format):
+    history = run("paper")
+    geometry = BeamGeometry(history, 5.0)
+    scene = Scene.of(geometry, Selection(5000).frames(history))
+    for frame, k in zip(read(write(scene, tmp_path / f"a.{format}")), scene.frames.sample, strict=True):
+        assert float(frame.fields["deformation_factor"]) == 5.0
+        np.testing.assert_array_equal(frame.parts["surface"].points, geometry.surface(k).points)
+
+
+# Field data -------------------------------------------------------------------------------------------------
+
+
+def test_field_data_say_what_it_is(frames, scene):
+    def text(value):
+        return value if isinstance(value, str) else "\n".join(value)
+
+    history = scene.geometry.history
+    for frame in (frames[0], frames[len(frames) // 2], frames[-1]):
+        fields = frame.fields
+        assert text(fields["format"]) == "oblique-impact export 1"
+        assert text(fields["version"]).startswith("oblique-impact ")
+        assert text(fields["scenario"]) == history.scenario_toml
+        assert text(fields["events"]) == history.events_csv()
+        assert float(fields["deformation_factor"]) == 1.0
+        assert "next larger double" in text(fields["times"])
+        units = dict(line.split(" = ", 1) for line in text(fields["units"]).splitlines())
+        arrays = {name for mesh in frame.parts.values() for name in mesh.arrays}
+        assert arrays <= set(units)
+        assert units["bending_stress"] == "Pa"
+        assert units["points"] == "m"
+        assert {"time", "side", "sample", "state", "normal_force", "tangential_force"} <= set(units)
+
+
+# Formats ----------------------------------------------------------------------------------------------------
+
+
+def test_vtkhdf_holds_the_topology_once_and_times_in_double_precision(scene, tmp_path):
+    path = write(scene, tmp_path / "beam.vtkhdf")
+    count = scene.frames.sample.size
+    with h5py.File(path) as file:
+        root = file["VTKHDF"]
+        assert root["Steps/Values"].dtype == np.float64
+        np.testing.assert_array_equal(root["Steps/Values"], scene.frames.stamp)
+        cells = root["Polygons/NumberOfCells"][0]
+        assert root["Polygons/Connectivity"].size + cells == sum(part.polygons.size for part in scene.parts)
+        assert root["Polygons/Offsets"].size == cells + 1
+        assert root["Lines/Connectivity"].size == scene.geometry.places.size
+        assert not np.any(root["Steps/CellOffsets"])
+        assert not np.any(root["Steps/ConnectivityIdOffsets"])
+        size = root["NumberOfPoints"][0]
+        assert root["Points"].shape == (count * size, 3)
+        assert root["PointData/bending_stress"].attrs["units"] == "Pa"
+
+
+def test_pvd_frames_are_compressed_and_lie_beside(scene, tmp_path):
+    path = write(scene, tmp_path / "beam.pvd")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["beam", "beam.pvd"]
+    files = list((tmp_path / "beam").iterdir())
+    assert len(files) == 2 * scene.frames.sample.size + 2  # slope and pin once
+    assert b"vtkZLibDataCompressor" in (tmp_path / "beam" / "surface_000000.vtp").read_bytes()
+    assert 'file="beam/surface_000000.vtp"' in path.read_text()
+
+
+def test_xdmf_refers_to_the_file_beside_it(scene, tmp_path, monkeypatch):
+    """Also from another folder, where meshio would leave its numbers; and after a move."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / "first").mkdir()
+    monkeypatch.chdir(elsewhere)
+    path = write(scene, tmp_path / "first" / "beam.xdmf")
+    assert list(elsewhere.iterdir()) == []
+    assert sorted(p.name for p in path.parent.iterdir()) == ["beam.h5", "beam.xdmf"]
+    path.parent.rename(tmp_path / "second")
+    assert len(read(tmp_path / "second" / "beam.xdmf")) == scene.frames.sample.size
+    assert str(tmp_path) not in (tmp_path / "second" / "beam.xdmf").read_text()
+    with h5py.File(tmp_path / "second" / "beam.h5") as file:
+        assert sum("topology" in name for name in file["surface"]) == 1
+
+
+def test_xdmf_through_vtk(scene, tmp_path, capfd):
+    """VTK's reader takes times less than 1e-7 s apart for one: it returns both sides of a jump, and no warning."""
+    found = read_xdmf_by_vtk(write(scene, tmp_path / "beam.xdmf"))
+    np.testing.assert_array_equal([stamp for stamp, _ in found], scene.frames.stamp)
+    for (stamp, blocks), k in zip(found, scene.frames.sample, strict=True):
+        near = scene.frames.sample[np.abs(scene.frames.stamp - stamp) <= 1e-7]
+        assert k in near
+        for name, shape in (("surface", scene.geometry.surface), ("centreline", None)):
+            assert len(blocks[name]) == len(near)
+            for mesh, sample in zip(blocks[name], near, strict=True):
+                points = shape(sample).points if shape else scene.geometry.centreline(sample)
+                np.testing.assert_array_equal(mesh.points, points)
+        for mesh, sample in zip(blocks["surface"], near, strict=True):
+            stress = scene.geometry.surface(sample).arrays["bending_stress"]
+            np.testing.assert_array_equal(mesh.point_data["bending_stress"], stress)
+    assert capfd.readouterr().err == ""
+
+
+def test_slope_and_pin_stand_in_every_frame(frames, scene):
+    assert set(frames[0].parts) == {"surface", "centreline", "slope", "pin"}
+    for name, mesh in (("slope", slope_wedge(scene.geometry)), ("pin", pin(scene.geometry))):
+        expected = mesh.triangulate()
+        for frame in frames:
+            np.testing.assert_array_equal(frame.parts[name].points, expected.points)
+            assert frame.parts[name].polygons == expected.regular_faces.tolist()
+            assert all(np.all(np.isnan(values)) for values in frame.parts[name].arrays.values())
+
+
+def test_what_stands_still_is_written_once(scene, tmp_path):
+    write(scene, tmp_path / "beam.pvd")
+    assert len(list((tmp_path / "beam").glob("slope_*.vtp"))) == 1
+    write(scene, tmp_path / "beam.xdmf")
+    with h5py.File(tmp_path / "beam.h5") as file:
+        assert set(file["pin"]) == {"topology", "000000"}
+        assert len(file["surface"]) == 1 + scene.frames.sample.size
+
+
+def test_a_part_more(scene, tmp_path, format):
+    mesh = pv.Disc(c_res=7)
+    more = replace(scene, parts=(*scene.parts, static_part("disc", mesh)))
+    for frame in read(write(more, tmp_path / f"beam.{format}")):
+        np.testing.assert_array_equal(frame.parts["disc"].points, mesh.points)
+        assert set(frame.parts) == {"surface", "centreline", "slope", "pin", "disc"}
+
+
+def test_without_contact_there_is_no_slope(run, tmp_path, format):
+    history = run("spin-up")
+    scene = Scene.of(BeamGeometry(history, 1.0), Selection(1000).frames(history))
+    frames = read(write(scene, tmp_path / f"beam.{format}"))
+    assert set(frames[0].parts) == {"surface", "centreline", "pin"}
+    check_against_history(frames[1], scene.frames.sample[1], scene.geometry)
+
+
+@pytest.mark.parametrize("name", ["tapered", "elastic-stop"])
+def test_other_beams(run, tmp_path, format, name):
+    history = run(name, *(["end_time=0.34"] if name == "tapered" else ["end_time=0.4"]))
+    scene = Scene.of(BeamGeometry(history, 1.0), Selection(2000).frames(history))
+    frames = read(write(scene, tmp_path / f"beam.{format}"))
+    for frame, k in zip(frames, scene.frames.sample, strict=True):
+        check_against_history(frame, k, scene.geometry)
+
+
+def test_a_run_that_physics_stopped(run, tmp_path, format):
+    history = run("paper", "discretization.modes=8")
+    assert history.outcome.exit_code == 1
+    scene = Scene.of(BeamGeometry(history, 1.0), Selection(500).frames(history))
+    frames = read(write(scene, tmp_path / f"beam.{format}"))
+    assert frames[-1].fields["time"] == history["time"].values[-1]
+
+
+# Selection --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "bouncing", "sticking", "elastic-stop", "spin-up"])
+@pytest.mark.parametrize("every", [1, 7, 1000, 10**9])
+def test_every_event_is_kept_under_any_decimation(run, name, every):
+    history = run(name, *(["end_time=0.4"] if name == "elastic-stop" else []))
+    frames, time = Selection(every).frames(history), history["time"].values
+    events = [event.time for event in history.events]
+    for event in set(events):
+        kept = frames.sample[frames.time == event]
+        np.testing.assert_array_equal(kept, np.flatnonzero(time == event))
+        assert len(kept) == 2
+    wanted = {k for k in range(time.size) if k % every == 0 or time[k] in set(events)} | {time.size - 1}
+    assert set(frames.sample.tolist()) == wanted
+    assert np.all(np.diff(frames.stamp) > 0.0)
+
+
+def test_what_has_no_finite_shape_is_left_out(run, tmp_path, format):
+    """As the last sample of a run that diverged; results that are not finite do not matter."""
+    history = run("paper")
+    data = history.data.isel(time=slice(0, 8)).copy(deep=True)
+    data["uy"][7, 3] = np.nan
+    data["moment"][6] = np.nan
+    broken = replace(history, data=data)
+    scene = Scene.of(BeamGeometry(broken, 1.0), Selection().frames(broken))
+    frames = read(write(scene, tmp_path / f"beam.{format}"))
+    assert [frame.stamp for frame in frames] == list(data["time"].values[:7])
+    assert np.all(np.isnan(frames[6].parts["surface"].arrays["bending_moment"]))
+
+
+def test_two_samples_of_one_time_are_kept_without_an_event(run):
+    """As at the end of a run that the physics stops at an instant."""
+    history = run("paper")
+    stopped = replace(history, data=history.data.isel(time=[*range(10), 9]))
+    frames = Selection(10**9).frames(stopped)
+    assert frames.sample.tolist() == [0, 9, 10]
+    assert frames.side.tolist() == [0, -1, 1]
+    assert frames.stamp.tolist() == [0.0, frames.time[1], np.nextafter(frames.time[1], np.inf)]
+
+
+def test_a_single_frame(run, tmp_path, format):
+    """VTK gives no time for a single step of VTKHDF; its points and fields are there."""
+    history = run("paper")
+    scene = Scene.of(BeamGeometry(history, 1.0), Selection(between=(0.0, 1e-5)).frames(history))
+    assert scene.frames.sample.tolist() == [0]
+    path = write(scene, tmp_path / f"beam.{format}")
+    mesh = pv.HDFReader(str(path)).read() if format == "vtkhdf" else read(path)[0].parts["surface"]
+    np.testing.assert_array_equal(mesh.points[:1682], scene.geometry.surface(0).points)
+
+
+def test_between_includes_its_ends(run):
+    history = run("paper")
+    time = history["time"].values
+    frames = Selection(between=(time[100], time[200])).frames(history)
+    assert frames.sample.tolist() == list(range(100, 201))
+    impact = history.events[0].time
+    at = Selection(between=(impact, impact + 1e-4)).frames(history)
+    assert at.side[:2].tolist() == [-1, 1]
+
+
+def test_around_events(run):
+    history = run("paper")
+    time, events = history["time"].values, np.array([event.time for event in history.events])
+    frames = Selection(around_events=2e-3).frames(history)
+    near = np.abs(time[:, None] - events).min(axis=1) <= 2e-3
+    assert frames.sample.tolist() == np.flatnonzero(near).tolist()
+    assert 42 < frames.sample.size < time.size
+    exactly = Selection(around_events=0.0).frames(history)
+    assert exactly.sample.size == 2 * events.size
+    decimated = Selection(every=10, around_events=2e-3).frames(history)
+    assert set(exactly.sample) <= set(decimated.sample) <= set(frames.sample)
+
+
+def test_stamps_increase_even_where_several_samples_share_a_time():
+    times = np.array([0.0, 0.0, 0.0, 0.1, 0.1, np.nextafter(0.1, 1.0), 0.3])
+    stamps = increasing(times)
+    assert np.all(np.diff(stamps) > 0.0)
+    np.testing.assert_array_equal(stamps[[0, 3, 6]], [0.0, 0.1, 0.3])
+    assert np.all(np.abs(stamps - times) <= 2 * np.spacing(np.maximum(times, 5e-324)))
+
+
+def test_an_impact_at_the_start(run, tmp_path, format):
+    """The right side of t = 0 carries the smallest number above it; readers tell the two apart."""
+    from oblique_impact.history import History
+
+    history = run("paper")
+    first = int(np.flatnonzero(history["time"].values == history.events[0].time)[0])
+    data = history.data.isel(time=slice(first, first + 60))
+    data = data.assign_coords(time=data["time"] - history.events[0].time)
+    events = [history.events[0]._replace(time=0.0)]
+    moved = History(data, events, history.summary, history.scenario_toml)
+    scene = Scene.of(BeamGeometry(moved, 1.0), Selection(30).frames(moved))
+    frames = read(write(scene, tmp_path / f"beam.{format}"))
+    assert [frame.stamp for frame in frames[:2]] == [0.0, np.nextafter(0.0, 1.0)]
+    assert [frame.fields["side"] for frame in frames[:2]] == [-1, 1]
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"every": 0}, "--every"),
+        ({"between": (0.5, 0.5)}, "--between"),
+        ({"between": (0.5, 0.1)}, "--between"),
+        ({"between": (0.0, np.inf)}, "--between"),
+        ({"around_events": -1.0}, "--around-events"),
+        ({"around_events": np.nan}, "--around-events"),
+    ],
+)
+def test_senseless_selections_are_refused(options, word):
+    with pytest.raises(InputError, match=word):
+        Selection(**options)
+
+
+def test_selections_of_nothing_are_refused(run):
+    with pytest.raises(InputError, match="covers 0 to 1 s"):
+        Selection(between=(2.0, 3.0)).frames(run("paper"))
+    with pytest.raises(InputError, match="no events"):
+        Selection(around_events=0.1).frames(run("spin-up"))
+    with pytest.raises(InputError, match="--around-events"):
+        Selection(between=(0.0, 0.1), around_events=0.01).frames(run("paper"))
+
+
+# Interruption -----------------------------------------------------------------------------------------------
+
+
+def test_an_exception_leaves_nothing_and_what_was_there(scene, tmp_path, format):
+    target = tmp_path / f"beam.{format}"
+    count = 0
+
+    def interrupt():
+        nonlocal count
+        count += 1
+        if count == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        WRITERS[format](scene, target, interrupt)
+    assert list(tmp_path.iterdir()) == []
+    write(scene, target)
+    before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
+    count = 0
+    with pytest.raises(KeyboardInterrupt):
+        WRITERS[format](scene, target, interrupt)
+    assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == before
+
+
+#: kills itself at the n-th of all the instants at which the state of the disk changes, for n = 1, 2, ...
+KILLED = """
+import os, shutil, signal, sys
+from pathlib import Path
+from oblique_impact import History
+from renders.export.command import _writer
+from renders.export.scene import Scene
+from renders.export.selection import Selection
+from renders.geometry import BeamGeometry
+
+source, folder, format = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
+history = History.load(source)
+geometry = BeamGeometry(history, 1.0)
+write = _writer(format)
+old = Scene.of(geometry, Selection(between=(0.0, 1e-3)).frames(history))
+new = Scene.of(geometry, Selection(between=(0.0, 5e-4)).frames(history))
+
+def export(place, deadline):
+    passed = 0
+    def pass_instant():
+        nonlocal passed
+        passed += 1
+        if passed == deadline:
+            os.kill(os.getpid(), signal.SIGKILL)
+    def watched(function):
+        def call(*args, **kwargs):
+            pass_instant()
+            result = function(*args, **kwargs)
+            pass_instant()
+            return result
+        return call
+    os.replace, shutil.rmtree, Path.unlink = map(watched, (os.replace, shutil.rmtree, Path.unlink))
+    write(new, place / f"beam.{format}", pass_instant)
+
+first = folder / "000"
+first.mkdir()
+write(old, first / f"beam.{format}", lambda: None)
+for deadline in range(1, 200):
+    place = folder / f"{deadline:03d}"
+    shutil.copytree(first, place)
+    child = os.fork()
+    if not child:
+        export(place, deadline)
+        os._exit(0)
+    if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) != -signal.SIGKILL:
+        break
+"""
+
+
+def test_killed_at_any_instant_the_file_is_absent_or_complete(run, tmp_path, format):
+    """One of six frames overwrites one of eleven: the readers find one of the two, or none."""
+    source = run("paper").save(tmp_path / "run")
+    places = tmp_path / "places"
+    places.mkdir()
+    subprocess.run([sys.executable, "-c", KILLED, source, places, format], check=True, timeout=120)
+    folders = sorted(places.iterdir())
+    counts = []
+    for folder in folders:
+        target = folder / f"beam.{format}"
+        if target.exists():
+            frames = read(target)
+            counts.append(len(frames))
+            assert all(np.all(np.isfinite(f.parts["surface"].points)) for f in frames)
+            assert all(len(f.parts["surface"].points) > 1000 for f in frames)
+        else:
+            counts.append(0)
+    assert len(folders) > 10
+    assert set(counts) <= {0, 6, 11}
+    assert counts[0] == 11
+    assert counts[-1] == 6
+    assert sorted(counts, key=[11, 0, 6].index) == counts
+    assert {p.name for p in folders[-1].iterdir()} <= {"beam", "beam.h5", f"beam.{format}"}
+
+
+def test_what_a_killed_export_left_is_cleared_by_the_next(scene, tmp_path, format):
+    (tmp_path / f"beam.{format}.part").write_bytes(b"half")
+    (tmp_path / "beam.h5.part").write_bytes(b"half")
+    (tmp_path / "beam.part").mkdir()
+    (tmp_path / "beam.part" / "surface_000000.vtp").write_bytes(b"half")
+    write(scene, tmp_path / f"beam.{format}")
+    left = {p.name for p in tmp_path.iterdir() if p.name.endswith(".part")}
+    assert (
+        left == {"pvd": {"beam.h5.part"}, "xdmf": {"beam.part"}, "vtkhdf": {"beam.h5.part", "beam.part"}}[format]
+    )
+
+
+def test_files_of_others_are_not_replaced(scene, tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "history.nc").write_bytes(b"precious")
+    with pytest.raises(InputError, match=r"history\.nc"):
+        write(scene, tmp_path / "run.pvd")
+    (tmp_path / "mesh.h5").write_bytes(b"precious")
+    with pytest.raises(InputError, match=r"mesh\.h5"):
+        write(scene, tmp_path / "mesh.xdmf")
+    assert (tmp_path / "run" / "history.nc").read_bytes() == (tmp_path / "mesh.h5").read_bytes() == b"precious"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["mesh.h5", "run"]
+
+
+def test_two_exports_are_the_same_to_the_byte(scene, tmp_path, format):
+    found = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        write(scene, tmp_path / name / f"beam.{format}")
+        files = sorted(p for p in (tmp_path / name).rglob("*") if p.is_file())
+        found.append({p.relative_to(tmp_path / name): p.read_bytes() for p in files})
+    assert found[0] == found[1]
+
+
+@pytest.mark.slow
+def test_memory_stays_flat(run, tmp_path, format):
+    """Ten times the frames, the same memory: the peak of the whole process, VTK and HDF5 included."""
+    source = run("paper").save(tmp_path / "run")
+    peaks = []
+    for every in ("20", "2"):
+        arguments = ["export", source, "--out", tmp_path / f"beam.{format}", "--every", every]
+        process = subprocess.Popen(
+            [sys.executable, "-m", "oblique_impact.cli", *arguments], stdout=subprocess.DEVNULL
+        )
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        assert process.returncode == 0
+        peaks.append(usage.ru_maxrss / 1024.0)
+    assert peaks[1] < peaks[0] + 20.0  # MB; the frames of the longer one take 1000 MB
+
+
+def test_the_package_is_shipped():
+    import tomllib
+
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    assert "renders.export" in project["tool"]["setuptools"]["packages"]
