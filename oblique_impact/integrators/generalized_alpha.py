@@ -189,6 +189,13 @@ def _carry_on(s: Scratch) -> None:
 
 
 @jitable
+def _forget(y: Array, d: int) -> None:
+    """Set the algorithmic acceleration to zero: with it a gentle step is one of backward Euler."""
+    for i in range(4 * d + QUADRATURES, 5 * d + QUADRATURES):
+        y[i] = 0.0
+
+
+@jitable
 def march_alpha(
     system: Any,
     phase: Phase,
@@ -238,8 +245,7 @@ def march_alpha(
         now = c
         if steps < gentle_steps:
             now = gentle
-            for m in range(4 * d + QUADRATURES, 5 * d + QUADRATURES):
-                y[m] = 0.0  # of the algorithmic acceleration: with it the step is one of backward Euler
+            _forget(y, d)
         slot = ODD if cut or steps < gentle_steps else (FAR if flying else NEAR)
         stale = slot == ODD or (stale_far if flying else stale_near)
         status = take_step(system, phase, now, t, y, length, slot, stale, s)

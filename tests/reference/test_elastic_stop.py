@@ -8,38 +8,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oblique_impact import History, Scenario, simulate
+from oblique_impact import Scenario, simulate
 from oblique_impact.simulate import simulate_system
 from oblique_impact.transitions import ElasticStop
+from validation.checks.springs import SCALE, SPEED, sdnl32_run, strike
 from validation.small_systems import Particle
 
 MODAL = ("discretization.method=modal", "discretization.modes=40")
 FEM = ("discretization.method=fem", "discretization.elements=64", "discretization.modes=40")
-# The references are linear: at a thousandth of their speed, rotations and foreshortening (of second order in the
-# speed) lie below the references' digits
-SCALE = 1e-3
-SPEED = 3.77  # m/s
-
-
-def strike(stiffness: float, discretization: tuple[str, ...], end_time: float) -> History:
-    """Let the straight beam turn onto a spring that its end touches at t = 0."""
-    overrides = [
-        "gravity=0.0",
-        "initial.angle=0.0",
-        f"initial.angular_velocity={-SPEED * SCALE}",
-        "slope.angle=0.0",
-        "slope.origin=[0.0, 0.0]",
-        "contact.normal=spring",
-        f"contact.stiffness={stiffness}",
-        "contact.friction=frictionless",
-        "discretization.frame=mean-axis",
-        "solver.output_interval=1e-6",
-        f"end_time={end_time}",
-        *discretization,
-    ]
-    return simulate(Scenario.builtin("paper", overrides))
-
-
 # Benchmark 5f: hinged beam, EI = 541.27, rho A = 0.86874, L = 1, v0 = 3.77 m/s on a unilateral spring
 # (finite elements, exact in time, n = 128, converged digits): peak force (N), end of contact (s),
 # impulse (N s), rotation rate after (rad/s)
@@ -50,7 +26,7 @@ FIRST_CONTACT = {1e5: (317.107, 0.00599442, 1.034329, 0.19818), 1e6: (683.155, 0
 @pytest.mark.parametrize("stiffness", FIRST_CONTACT)
 def test_first_contact_on_a_spring(stiffness, discretization):
     peak, end, impulse, rotation = FIRST_CONTACT[stiffness]
-    history = strike(stiffness, discretization, 1.05 * end)
+    history = strike(stiffness, 1.05 * end, *discretization)
     release = next(e for e in history.events if e.kind.value == "release")
     contact = history["time"].values <= release.time
     force, time = history["lambda_n"].values[contact] / SCALE, history["time"].values[contact]
@@ -72,7 +48,7 @@ def test_peak_on_a_spring_before_reflections(stiffness, ceiling):
     at = 1.64522887065 * (Z / stiffness) ** (2 / 3)
     errors = []
     for modes in (30, 60):
-        history = strike(stiffness, ("discretization.method=modal", f"discretization.modes={modes}"), 2.0 * at)
+        history = strike(stiffness, 2.0 * at, "discretization.method=modal", f"discretization.modes={modes}")
         sample = int(np.argmax(history["lambda_n"].values))
         errors.append(abs(float(history["lambda_n"][sample]) / SCALE / expected - 1.0))
     assert errors[1] < 0.35 * errors[0]  # truncation falls at least like N^-1.5
@@ -87,26 +63,7 @@ SDNL32 = (-2.66, -4.33, -4.92, -4.78, -3.82, -2.87, -2.71, -3.09, -3.41, -3.36, 
 @pytest.mark.parametrize("method", ["modal", "fem"])
 def test_published_impact_on_a_spring(method):
     """A 14 mm square beam turns at 3.8 rad/s onto a spring of 18000 N/m; 1 % modal damping."""
-    side = 0.014
-    scenario = Scenario.from_dict(
-        {
-            "end_time": 0.013,
-            "gravity": 0.0,
-            "beam": {
-                "length": 0.783,
-                "area": side**2,
-                "second_moment": side**4 / 12.0,
-                "density": 2400.0,
-                "youngs_modulus": 6.7e10,
-                "modal_damping_ratio": 0.01,
-            },
-            "initial": {"angle": 0.0, "angular_velocity": -3.8},
-            "slope": {"origin": [0.0, 0.0], "angle": 0.0},
-            "contact": {"normal": "spring", "stiffness": 18000.0, "friction": "frictionless"},
-            "discretization": {"method": method, "frame": "mean-axis", "modes": 10, "elements": 20},
-        }
-    )
-    history = simulate(scenario)
+    history = sdnl32_run(method)
     tip = 1e3 * np.interp(np.arange(1, 13) * 1e-3, history["time"], history["tip_y"])
     np.testing.assert_allclose(tip, SDNL32, rtol=0.0, atol=0.05)
 
