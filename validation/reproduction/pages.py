@@ -192,12 +192,9 @@ def _robustness(material: Material, drawings: Drawings) -> list[Block]:
     inside = sum(point.second[0] <= STICK <= point.second[1] for point in grid)
     long = [point for point in grid if point.second[3] >= 1e-4]
     nearest = min(grid, key=lambda point: max(point.second[0] - STICK, STICK - point.second[1], 0.0))
-    stick = (
-        "none has a stay judged as stick of 0.1 ms or more in it"
-        if not long
-        else f"{len(long)} have a stay judged as stick of 0.1 ms or more in it, the latest from "
-        f"{moment(max(point.second[2] for point in long))}"
-    )
+    stick = f"stays judged as stick of 0.1 ms or more occur in it in {len(long)} of the combinations"
+    if long:
+        stick += f", the latest from {moment(max(point.second[2] for point in long))}"
     return [
         Paragraph(
             f"{len(grid)} combinations: 1 to 4 clamped modes, g = 9.8 and 9.81 m/s², with and without the contact "
