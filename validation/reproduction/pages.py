@@ -134,21 +134,6 @@ def _figures(drawings: Drawings) -> list[Block]:
 
 
 def _choices(material: Material, drawings: Drawings) -> list[Block]:
-    rows, last = [], ""
-    for item in material.studied:
-        row = item.row
-        rows.append(
-            [
-                Cell("" if row.choice == last else row.choice),
-                Cell(f"{row.variant} *" if row.assumed else row.variant),
-                Cell(item.scheme, "dim"),
-                *_collision_cells(row.first),
-                *_collision_cells(row.second),
-            ]
-        )
-        last = row.choice
-    each = ["from (s)", "to (s)", "impulse (N s)", "reversal (s)", "stick (µs)"]
-    columns = ["choice", "value", "scheme", *(f"{n}: {name}" for n in (1, 2) for name in each)]
     blocks: list[Block] = [
         Paragraph(
             "One choice is changed at a time; * marks what we assume elsewhere. Bars are stays in contact (the "
@@ -157,9 +142,26 @@ def _choices(material: Material, drawings: Drawings) -> list[Block]:
         Picture(drawings.choices, "The first and the second macro-collision for every value of every choice."),
     ]
     for choice, svg in drawings.curves.items():
-        blocks.append(Picture(svg, f"{choice[:1].upper()}{choice[1:]}. {_effect(material.studied, choice)}"))
-    table = Table(columns, rows, "Hybrid model (for its velocities: modified Coulomb); 1, 2: macro-collisions")
-    return [*blocks, table]
+        title = f"{choice[:1].upper()}{choice[1:]}"
+        blocks.append(Picture(svg, f"{title}. {_effect(material.studied, choice)}"))
+        blocks.append(_choice_table([item for item in material.studied if item.variant.choice == choice], title))
+    return blocks
+
+
+def _choice_table(studied: Sequence[Studied], title: str) -> Table:
+    each = ["from (s)", "to (s)", "impulse (N s)", "reversal (s)", "stick (µs)"]
+    columns = ["value", "scheme", *(f"{n}: {name}" for n in (1, 2) for name in each)]
+    rows = [
+        [
+            Cell(f"{row.variant} *" if row.assumed else row.variant),
+            Cell(item.scheme, "dim"),
+            *_collision_cells(row.first),
+            *_collision_cells(row.second),
+        ]
+        for item in studied
+        for row in (item.row,)
+    ]
+    return Table(columns, rows, f"{title}; {studied[0].row.model} model; 1, 2: macro-collisions")
 
 
 def _collision_cells(row: CollisionRow) -> list[Cell]:
@@ -190,12 +192,9 @@ def _robustness(material: Material, drawings: Drawings) -> list[Block]:
     inside = sum(point.second[0] <= STICK <= point.second[1] for point in grid)
     long = [point for point in grid if point.second[3] >= 1e-4]
     nearest = min(grid, key=lambda point: max(point.second[0] - STICK, STICK - point.second[1], 0.0))
-    stick = (
-        "none has a stay judged as stick of 0.1 ms or more in it"
-        if not long
-        else f"{len(long)} have a stay judged as stick of 0.1 ms or more in it, the latest from "
-        f"{moment(max(point.second[2] for point in long))}"
-    )
+    stick = f"stays judged as stick of 0.1 ms or more occur in it in {len(long)} of the combinations"
+    if long:
+        stick += f", the latest from {moment(max(point.second[2] for point in long))}"
     return [
         Paragraph(
             f"{len(grid)} combinations: 1 to 4 clamped modes, g = 9.8 and 9.81 m/s², with and without the contact "
