@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from typing import Any, NoReturn
+from typing import Any, NoReturn, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -40,8 +40,13 @@ def short(value: Any) -> str:
 
 def _known_keys(model: type[BaseModel], location: tuple[Any, ...]) -> str:
     for part in location[:-1]:
-        annotation = model.model_fields[str(part)].annotation
-        assert isinstance(annotation, type)
-        assert issubclass(annotation, BaseModel)
-        model = annotation
+        if isinstance(part, int):  # a place in a list of models
+            continue
+        annotation = model.model_fields[part].annotation
+        model = next(a for a in _parts(annotation) if isinstance(a, type) and issubclass(a, BaseModel))
     return ", ".join(model.model_fields)
+
+
+def _parts(annotation: Any) -> list[Any]:
+    """Return an annotation and what it is made of: `list[X] | None` holds X."""
+    return [annotation, *(part for argument in get_args(annotation) for part in _parts(argument))]
