@@ -32,7 +32,7 @@ WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
 ]
 
-_LATER = ("export", "sweep")
+_LATER = ("export",)
 
 
 @app.command()
@@ -153,6 +153,24 @@ def reproduce(
     from validation.reproduction.command import reproduce_command
 
     for line in reproduce_command(out, workers):
+        typer.echo(line)
+
+
+@app.command()
+def sweep(
+    source: Annotated[str, typer.Argument(metavar="SWEEP", help="A shipped study or a TOML file.")],
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for the results; an interrupted sweep goes on there.")
+    ] = Path("out/sweep"),
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run on the Dask cluster of this scheduler.")
+    ] = None,
+    workers: WorkersOption = None,
+) -> None:
+    """Run a scenario over axes of its keys; writes results.parquet and report.html."""
+    from validation.sweep.command import sweep_command
+
+    for line in sweep_command(source, out, scheduler, workers):
         typer.echo(line)
 
 

@@ -1,0 +1,2 @@
+"""x"""
+def write_sweep_report(folder, plan, table): pass
