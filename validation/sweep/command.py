@@ -32,9 +32,7 @@ class Executor(Protocol):
         """Leave nothing behind."""
 
 
-def sweep_command(
-    source: str, out: Path, scheduler: str | None = None, workers: int | None = None
-) -> list[str]:
+def sweep_command(source: str, out: Path, scheduler: str | None = None, workers: int | None = None) -> list[str]:
     """Run a sweep, or what is missing of it, and write its table and report into `out`.
 
     Parameters
@@ -130,7 +128,7 @@ def _lines(plan: Plan, table: pa.Table, earlier: int, seconds: float) -> list[st
         lines.append(f"  {new} runs in {seconds:.1f} s, {new / seconds:.1f} runs/s")
     for row in table.select(["run", "outcome", "message"]).to_pylist():
         if row["outcome"] not in (Outcome.COMPLETED.label, ""):
-            lines.append(f"  the first that did not complete: run {row['run']}: {row['outcome']}: {row['message']}")
+            lines.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
             break
     return lines
 
