@@ -23,6 +23,8 @@ def one_line(error: ValidationError, root: type[BaseModel]) -> str:
     if first["type"] == "extra_forbidden":
         known = _known_keys(root, first["loc"])
         return f"{key} = {short(first['input'])}: unknown key; allowed here: {known}"
+    if first["type"] == "missing":
+        return f"{key}: missing"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if first["type"] == "value_error":
         return message

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 from collections import deque
 from collections.abc import Iterable
 from contextlib import suppress
@@ -17,8 +18,15 @@ from validation.sweep.work import CRASHED, Done, Job, failed, package_version, r
 #: s of work in one task: much more than a task costs (some ms), little enough to lose
 CHUNK = 1.0
 _MOST = 256
+_ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([^\s:/\[\]]+|\[[0-9a-fA-F:]+\]):\d{1,5}")
 #: s to wait for the scheduler, and for its first worker
 _PATIENCE = 10.0
+
+
+def check_address(address: str) -> None:
+    """Raise InputError, in one line, for what is no address of a scheduler."""
+    if not _ADDRESS.fullmatch(address):
+        raise InputError(f"--scheduler {address}: should be the address of a Dask scheduler, like tcp://host:8786")
 
 
 class Cluster:
@@ -64,11 +72,12 @@ class Cluster:
         chunks = _Chunks(list(numbers))
         pending: dict[Any, list[int]] = {}
         try:
-            while chunks.left or pending:
-                threads = sum(self._client.nthreads().values())
-                while chunks.left and len(pending) < 2 * max(threads, 1):
-                    self._submit(chunks.next(2 * max(threads, 1)), pending)
-                take(self._collect(pending, chunks))
+            with self._client.as_current():
+                while chunks.left or pending:
+                    threads = sum(self._client.nthreads().values())
+                    while chunks.left and len(pending) < 2 * max(threads, 1):
+                        self._submit(chunks.next(2 * max(threads, 1)), pending)
+                    take(self._collect(pending, chunks))
         finally:
             with suppress(Exception):
                 self._client.cancel(list(pending))

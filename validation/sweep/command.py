@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from oblique_impact.errors import InputError, Outcome
 from validation.parallel import default_workers
+from validation.sweep.cluster import Cluster, check_address
 from validation.sweep.design import Design
 from validation.sweep.plan import Plan, load_plan
 from validation.sweep.pool import LocalPool, TakeRows
@@ -58,6 +59,8 @@ def sweep_command(source: str, out: Path, scheduler: str | None = None, workers:
     """
     if scheduler is not None and workers is not None:
         raise InputError(f"--workers {workers} together with --scheduler: a cluster has its own workers; give one")
+    if scheduler is not None:
+        check_address(scheduler)
     plan = load_plan(source)
     if plan.impossible:
         _say(f"{plan.impossible} of {plan.design.size} runs are not possible; the first is {plan.fault}")
@@ -98,8 +101,6 @@ def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None) -
 def _executor(scheduler: str | None, workers: int, job: Job, design: Design) -> Executor:
     if scheduler is None:
         return LocalPool(job, design, workers)
-    from validation.sweep.cluster import Cluster
-
     return Cluster(scheduler, job, design)
 
 

@@ -319,7 +319,10 @@ def _regime_map(plan: Plan, table: pa.Table, first: Direction, second: Direction
 
 def _light(name: str) -> str:
     """Return the colour of a regime's cells, lighter than that of its curves."""
-    return to_hex([0.28 + 0.72 * part for part in to_rgb(_COLOURS[name])]) if name in _COLOURS else "white"
+    if name not in _COLOURS:
+        return "white"
+    red, green, blue = (0.28 + 0.72 * part for part in to_rgb(_COLOURS[name]))
+    return to_hex((red, green, blue))
 
 
 def _regime_handle(name: str, grid: bool, marked: bool) -> Any:

@@ -146,13 +146,14 @@ def load_plan(source: str) -> Plan:
     if source in shipped_names():
         return make_plan((_studies() / f"{source}.toml").read_text(encoding="utf-8"))
     path = Path(source)
-    known = f"neither a file nor a shipped study ({', '.join(shipped_names())})"
+    if not _is_file(path):
+        raise InputError(
+            f"sweep = {short(source)}: neither a file nor a shipped study ({', '.join(shipped_names())})"
+        )
     try:
-        if not path.is_file():
-            raise InputError(f"sweep = {short(source)}: {known}")
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"sweep = {short(source)}: cannot be read: {' '.join(str(error).split())}") from None
+        raise InputError(f"sweep = {short(source)}: cannot be read: {short(str(error))}") from None
     return make_plan(text, path.parent)
 
 
@@ -205,14 +206,14 @@ def _parse(text: str) -> SweepFile:
 def _base(source: str, folder: Path) -> Scenario:
     """Load a built-in scenario, or a file beside the sweep file."""
     beside = folder / source
+    return Scenario.load(str(beside) if source.endswith(".toml") and _is_file(beside) else source)
+
+
+def _is_file(path: Path) -> bool:
     try:
-        found = source.endswith(".toml") and beside.is_file()
+        return path.is_file()
     except (OSError, ValueError):  # a name too long, or one with a null character
-        found = False
-    try:
-        return Scenario.load(str(beside) if found else source)
-    except ValueError as error:
-        raise InputError(str(error)) from None
+        return False
 
 
 def _flat(changes: dict[str, Any]) -> dict[str, Any]:
