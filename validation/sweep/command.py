@@ -92,7 +92,8 @@ def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None) -
             executor.run(missing, take, store.scratch)
     except KeyboardInterrupt:
         store.flush()
-        _say(f"{len(store.done)} of {plan.design.size} runs are kept; the same command goes on with the others")
+        kept = f"{len(store.done)} of {plan.design.size} runs are kept"
+        _say(f"interrupted: {kept}; the same command goes on with the others")
         raise
     finally:
         executor.close()
