@@ -405,7 +405,7 @@ def test_a_lost_scheduler_is_one_line_and_the_rest_is_done_here(tmp_path, cli, w
         wait_for(lambda: parts(out))
         os.killpg(scheduler.pid, signal.SIGKILL)
         _, err = process.communicate(timeout=120.0)
-    assert process.returncode == 2
+    assert process.returncode == 2, err
     assert err.count("\n") == 1
     assert "connection is lost" in err
     code, printed, _ = cli(file, "--out", out)

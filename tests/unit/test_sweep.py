@@ -17,7 +17,7 @@ from oblique_impact.errors import Outcome
 from validation.refinement.quantities import GapError, quantity
 from validation.report.document import render_html
 from validation.sweep import store as store_module
-from validation.sweep.cluster import check_address
+from validation.sweep.cluster import CHUNK, Cluster, _Chunks, check_address
 from validation.sweep.design import between, latin_hypercube, spread
 from validation.sweep.figures import sweep_pictures
 from validation.sweep.keys import UNITS, kind, known_keys, unit
@@ -589,3 +589,32 @@ def test_a_run_that_takes_its_process_down_twice_is_a_row(pool, monkeypatch):
     outcomes = {row["run"]: row["outcome"] for row, _ in found}
     assert outcomes == {0: "completed", 1: CRASHED, 2: "completed"}
     assert "SIGKILL" in next(row for row, _ in found if row["run"] == 1)["message"]
+
+
+# --- clusters
+
+
+def test_tasks_of_a_cluster_take_about_a_second_and_grow_small_at_the_end():
+    chunks = _Chunks(list(range(100)))
+    assert chunks.next(4) == [0]  # nothing is known yet
+    chunks.learn([done(0, wall_time=0.1)])
+    assert len(chunks.next(4)) == pytest.approx(CHUNK / 0.1, abs=1)
+    sizes = []
+    while chunks.left:
+        sizes.append(len(chunks.next(4)))
+    assert sum(sizes) + 11 == pytest.approx(100, abs=1)
+    assert sizes[-1] == 1
+    assert sizes == sorted(sizes, reverse=True)
+
+
+def test_a_task_that_takes_its_workers_down_is_divided_until_the_run_is_found():
+    distributed = pytest.importorskip("distributed")
+    cluster, chunks = object.__new__(Cluster), _Chunks([])
+    cluster._address = "tcp://h:1"
+    died = distributed.KilledWorker("task", None, 3)
+    assert cluster._failed(died, [4, 5], chunks) == []
+    assert (chunks.next(1), chunks.next(1)) == ([4], [5])
+    ((row, _),) = cluster._failed(died, [5], chunks)
+    assert (row["run"], row["outcome"]) == (5, CRASHED)
+    with pytest.raises(InputError, match=r"a worker cannot run: ModuleNotFoundError"):
+        cluster._failed(ModuleNotFoundError("no module"), [1], chunks)

@@ -6,8 +6,9 @@ import logging
 import math
 import re
 from collections import deque
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from oblique_impact.errors import InputError
@@ -56,7 +57,7 @@ class Cluster:
             raise InputError(
                 f"--scheduler {address}: needs Dask, which is not installed: pip install 'oblique-impact[cluster]'"
             ) from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        _be_quiet()
         try:
             self._client: Any = Client(address, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
@@ -74,10 +75,12 @@ class Cluster:
         try:
             with self._client.as_current():
                 while chunks.left or pending:
-                    threads = sum(self._client.nthreads().values())
-                    while chunks.left and len(pending) < 2 * max(threads, 1):
-                        self._submit(chunks.next(2 * max(threads, 1)), pending)
-                    take(self._collect(pending, chunks))
+                    with self._talking():
+                        wanted = 2 * max(sum(self._client.nthreads().values()), 1)
+                        while chunks.left and len(pending) < wanted:
+                            self._submit(chunks.next(wanted), pending)
+                        finished = self._collect(pending, chunks)
+                    take(finished)
         finally:
             with suppress(Exception):
                 self._client.cancel(list(pending))
@@ -138,11 +141,31 @@ class Cluster:
             return []
         return [Done(failed(runs[0], CRASHED, "its workers died, again and again"))]
 
+    @contextmanager
+    def _talking(self) -> Iterator[None]:
+        """Say in one line that the scheduler is gone, whatever the client says to that."""
+        try:
+            yield
+        except (OSError, TimeoutError, CancelledError):
+            raise self._lost() from None
+        except (RuntimeError, AttributeError):
+            # the client falls apart in several ways when its connection ends in the middle of a call
+            if self._client.status == "running":
+                raise
+            raise self._lost() from None
+
     def _lost(self) -> InputError:
         return self._fault("the connection is lost; what is done is kept: sweep again to go on")
 
     def _fault(self, what: str) -> InputError:
         return InputError(f"--scheduler {self._address}: {' '.join(what.split())[:300]}")
+
+
+def _be_quiet() -> None:
+    """Leave it to us to say what is wrong: Dask gives each of its loggers a level of its own."""
+    for name in list(logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 class _Chunks:
