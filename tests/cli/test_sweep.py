@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import re
@@ -431,9 +432,11 @@ def test_interrupts_of_a_sweep_on_a_cluster_stop_within_a_second(tmp_path, write
 
 @pytest.mark.slow
 def test_the_map_of_regimes_has_the_boundary_of_a_rigid_bar(tmp_path, cli):
-    """Painleve begins where the coefficient reaches cot of the angle between beam and slope, within a step."""
-    import math
+    """A rigid bar turns Painleve where the coefficient reaches cot of the angle between beam and slope.
 
+    The flexible one slips without reversal only below that, and is Painleve only above it, but for the angle
+    by which it is bent as it strikes again, which moves the boundary by less than 15 %.
+    """
     assert cli("regimes", "--out", tmp_path)[0] == 0
     rows = pq.read_table(tmp_path / "results.parquet").to_pylist()
     assert {row["regime"] for row in rows} == {"slip", "reversal", "stick", "painleve"}
@@ -444,7 +447,7 @@ def test_the_map_of_regimes_has_the_boundary_of_a_rigid_bar(tmp_path, cli):
             if row["slope.angle"] == angle and row["regime"] == "painleve":
                 assert mu > 0.85 * critical
             if row["slope.angle"] == angle and row["regime"] == "slip":
-                assert mu < 1.0 * critical
+                assert mu < critical
 
 
 @pytest.mark.slow
