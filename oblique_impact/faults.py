@@ -25,6 +25,9 @@ def one_line(error: ValidationError, root: type[BaseModel]) -> str:
         return f"{key} = {short(first['input'])}: unknown key; allowed here: {known}"
     if first["type"] == "missing":
         return f"{key}: missing"
+    if first["type"] in ("too_short", "too_long"):
+        allowed = first["msg"].removeprefix("List ").partition(" after validation")[0]
+        return f"{key} = {short(first['input'])}: {allowed}"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if first["type"] == "value_error":
         return message

@@ -139,7 +139,7 @@ BAD = {
     "out of bounds": (AXIS + 'key = "beam.length"\nvalues = [1.0, -1.0]', "beam.length = -1.0"),
     "not a number": (AXIS + 'key = "contact.mu_static"\nvalues = [nan]', "contact.mu_static = nan"),
     "infinite range": (AXIS + 'key = "gravity"\nrange = [0.0, inf]\ncount = 3', "axes.0.range.1 = inf"),
-    "empty list": (AXIS + 'key = "gravity"\nvalues = []', "axes.0.values"),
+    "empty list": (AXIS + 'key = "gravity"\nvalues = []', "axes.0.values = []: should have at least 1 item"),
     "no values": (AXIS + 'key = "gravity"', "axes.0"),
     "values and range": (AXIS + 'key = "gravity"\nvalues = [1]\nrange = [1, 2]\ncount = 2', "not both"),
     "values and count": (AXIS + 'key = "gravity"\nvalues = [1]\ncount = 2', "axes.0.count = 2"),
