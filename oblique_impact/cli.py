@@ -32,8 +32,6 @@ WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
 ]
 
-_LATER = ("sweep",)
-
 
 @app.command()
 def run(
@@ -157,6 +155,24 @@ def reproduce(
 
 
 @app.command()
+def sweep(
+    source: Annotated[str, typer.Argument(metavar="SWEEP", help="A shipped study or a TOML file.")],
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for the results; an interrupted sweep goes on there.")
+    ] = Path("out/sweep"),
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run on the Dask cluster of this scheduler.")
+    ] = None,
+    workers: WorkersOption = None,
+) -> None:
+    """Run a scenario over axes of its keys; writes results.parquet and report.html."""
+    from validation.sweep.command import sweep_command
+
+    for line in sweep_command(source, out, scheduler, workers):
+        typer.echo(line)
+
+
+@app.command()
 def render(
     histories: Annotated[
         list[Path], typer.Argument(metavar="HISTORY...", help="Run folders or history.nc files.")
@@ -241,22 +257,6 @@ def export(
     span = _pair("--between", between)
     for line in export_command(history, out, format, every, span, around_events, deformation):
         typer.echo(line)
-
-
-def _later(name: str) -> None:
-    """Register a command that the contract names and this version does not have."""
-
-    @app.command(
-        name,
-        help="Not yet available in this version.",
-        context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
-    )
-    def refuse(context: typer.Context) -> None:
-        raise InputError(f"{name}: not yet available in this version")
-
-
-for _name in _LATER:
-    _later(_name)
 
 
 def _load(source: str, changes: list[str] | None) -> Scenario:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from typing import Any, NoReturn
+from typing import Any, NoReturn, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -23,6 +23,11 @@ def one_line(error: ValidationError, root: type[BaseModel]) -> str:
     if first["type"] == "extra_forbidden":
         known = _known_keys(root, first["loc"])
         return f"{key} = {short(first['input'])}: unknown key; allowed here: {known}"
+    if first["type"] == "missing":
+        return f"{key}: missing"
+    if first["type"] in ("too_short", "too_long"):
+        allowed = first["msg"].removeprefix("List ").partition(" after validation")[0]
+        return f"{key} = {short(first['input'])}: {allowed}"
     message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     if first["type"] == "value_error":
         return message
@@ -40,8 +45,13 @@ def short(value: Any) -> str:
 
 def _known_keys(model: type[BaseModel], location: tuple[Any, ...]) -> str:
     for part in location[:-1]:
-        annotation = model.model_fields[str(part)].annotation
-        assert isinstance(annotation, type)
-        assert issubclass(annotation, BaseModel)
-        model = annotation
+        if isinstance(part, int):  # a place in a list of models
+            continue
+        annotation = model.model_fields[part].annotation
+        model = next(a for a in _parts(annotation) if isinstance(a, type) and issubclass(a, BaseModel))
     return ", ".join(model.model_fields)
+
+
+def _parts(annotation: Any) -> list[Any]:
+    """Return an annotation and what it is made of: `list[X] | None` holds X."""
+    return [annotation, *(part for argument in get_args(annotation) for part in _parts(argument))]

@@ -62,7 +62,7 @@ def map_parallel(
         for index, item in enumerate(items):
             take(index, function(item))
     else:
-        with _single_threaded(), ProcessPoolExecutor(count, get_context("spawn")) as pool:
+        with single_threaded(), ProcessPoolExecutor(count, get_context("spawn")) as pool:
             futures: dict[Future[Result], int] = {pool.submit(function, item): i for i, item in enumerate(items)}
             _collect(pool, futures, take)
     return [results[index] for index in range(len(items))]
@@ -87,8 +87,8 @@ def _collect(
 
 
 @contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Environment for the new processes: one thread each."""
+def single_threaded() -> Iterator[None]:
+    """Environment for processes that are started inside of the block: one thread each."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:

@@ -140,13 +140,6 @@ def test_bad_calls_are_one_line_and_exit_2(cli, arguments):
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", ["sweep"])
-def test_later_commands_say_so(cli, command):
-    code, _, err = cli(command, "--out", "x")
-    assert code == 2
-    assert "not yet" in err
-
-
 def test_unwritable_folder_is_refused_before_the_run(tmp_path, cli):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")

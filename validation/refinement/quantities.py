@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.history import History
-from oblique_impact.ledger import MACRO_GAP
 from oblique_impact.scenario import Scenario
+
+# the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
+if TYPE_CHECKING:
+    from oblique_impact.history import History
 
 
 class GapError(Exception):
@@ -197,6 +198,9 @@ def _no_contact(history: History) -> str:
 
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision that has ended."""
+    from oblique_impact.contact import State
+    from oblique_impact.ledger import MACRO_GAP
+
     found = history.summary["macro_collisions"]
     if len(found) <= number:
         if number and found:
@@ -240,6 +244,42 @@ def _duration(history: History) -> float:
     return float(collision["end"] - collision["start"])
 
 
+def _restitution(history: History) -> float:
+    collision = _collision(history)
+    times = history["time"].values
+    start, end = (np.flatnonzero(np.abs(times - collision[key]) <= _SAME_TIME) for key in ("start", "end"))
+    before, after = _mean_spin(history, int(start[0])), _mean_spin(history, int(end[-1]))
+    if not before:
+        raise GapError("the beam does not turn before the collision")
+    return -after / before
+
+
+def _mean_spin(history: History, sample: int) -> float:
+    """Angular momentum about the pin over moment of inertia (rad/s), to first order in the deflection.
+
+    That is theta' + S B'/J (theory, Sec. 2); in the mean-axis frame S B = 0.
+    """
+    from scipy.integrate import simpson
+
+    from oblique_impact.sections import Sections
+
+    scenario = Scenario.from_toml(history.scenario_toml)
+    if scenario.root.kind != "pin":
+        raise GapError("only for a beam on a pin, which carries all of its angular momentum")
+    spin = float(history["theta_dot"].values[sample])
+    if scenario.discretization.frame == "mean-axis":
+        return spin
+    sections, x = Sections.from_scenario(scenario), history["station"].values
+    rate = history["uy_dot"].values[sample]
+    moment = float(simpson(sections.mass_per_length(x) * x * rate, x=x))
+    moment += sections.tip_mass * sections.length * float(rate[-1])
+    return spin + moment / sections.inertia
+
+
+def _energy_lost(history: History) -> float:
+    return sum(_ledger(f"lost_{way}")(history) for way in ("impact", "friction", "damping", "scheme"))
+
+
 def _ledger(key: str) -> Callable[[History], float]:
     def measure(history: History) -> float:
         if not _complete(history):
@@ -262,11 +302,18 @@ _NAMED = {
         _of_collision("peak_force", "N", "largest normal force of the first macro-collision", "peak_force"),
         _of_collision("contacts", "1", "contacts of the first macro-collision", "contacts"),
         Quantity("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
+        Quantity(
+            "restitution",
+            "1",
+            "effective restitution of the first macro-collision: minus the mean spin after it over that before it",
+            _restitution,
+        ),
         Quantity("second_impact", "s", "start of the second macro-collision", _second_impact),
         _of_collision(
             "second_impulse", "N s", "normal impulse of the second macro-collision", "normal_impulse", 1
         ),
         *(Quantity(name, "J", meaning, _ledger(key)) for name, (key, meaning) in _ENERGIES.items()),
+        Quantity("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
         Quantity("events", "1", "transitions of the whole run", lambda history: float(history.summary["events"])),
     )
 }

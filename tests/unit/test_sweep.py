@@ -1,0 +1,620 @@
+"""Sweeps: designs and their order, sweep files in one line each, folders that survive, rows whatever happens."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from rich.console import Console
+
+from oblique_impact import InputError, Scenario
+from oblique_impact.errors import Outcome
+from validation.refinement.quantities import GapError, quantity
+from validation.report.document import render_html
+from validation.sweep import store as store_module
+from validation.sweep.cluster import CHUNK, Cluster, _Chunks, check_address
+from validation.sweep.design import between, latin_hypercube, spread
+from validation.sweep.figures import sweep_pictures
+from validation.sweep.keys import UNITS, kind, known_keys, unit
+from validation.sweep.plan import MAX_RUNS, Plan, load_plan, make_plan, shipped_names
+from validation.sweep.pool import LocalPool
+from validation.sweep.progress import sweep_bar
+from validation.sweep.report import sweep_document
+from validation.sweep.store import open_store
+from validation.sweep.table import make_table, read_table, write_table
+from validation.sweep.work import CRASHED, ERROR, INVALID, REGIMES, Done, failed, make_job, regime, run_one
+
+FLIGHT = """
+quantities = ["theta@end", "tip_y@0.01"]
+[changes]
+end_time = 0.02
+contact.enabled = false
+"""
+ANGLES = FLIGHT + '[[axes]]\nkey = "initial.angle"\nvalues = [0.1, 0.2, 0.3, 0.4]\n'
+
+
+def done(number: int, **changes) -> Done:
+    return Done(failed(number, "completed", "") | changes)
+
+
+def fake_rows(plan: Plan, **changes):
+    """Rows without a simulation: the first quantity counts the runs."""
+    for run in range(plan.design.size):
+        values = {q.name: float(run + place) for place, q in enumerate(plan.quantities)}
+        yield failed(run, "completed", "") | {"values": values, "stopped_at": 1.0, **changes}
+
+
+# --- keys
+
+
+def test_every_key_of_a_scenario_is_known_with_its_kind_and_unit():
+    data = Scenario.builtin("paper").model_dump()
+    flat = {f"{s}.{k}": v for s, section in data.items() if isinstance(section, dict) for k, v in section.items()}
+    flat |= {key: value for key, value in data.items() if not isinstance(value, dict)}
+    assert set(known_keys()) == set(flat)
+    assert set(UNITS) <= set(flat)
+    for key, value in flat.items():
+        assert isinstance(value, kind(key)), key
+    assert unit("slope.angle") == "rad"
+    assert unit("contact.mu_static") == "1"
+    assert unit("contact.enabled") == ""
+
+
+# --- designs
+
+
+@pytest.mark.parametrize("spacing", ["linear", "log"])
+def test_ranges_hold_both_ends_exactly_and_step_evenly(spacing):
+    values = spread(0.1, 0.7, 7, spacing)
+    assert (values[0], values[-1]) == (0.1, 0.7)
+    steps = np.diff(np.log(values) if spacing == "log" else values)
+    assert steps == pytest.approx(steps[0], rel=1e-12)
+    assert between(3.0, 1.0, 0.5, "linear") == 2.0
+
+
+def test_a_latin_hypercube_has_one_point_in_each_slice_of_each_direction():
+    points = np.array(latin_hypercube(50, 3, seed=4))
+    for column in points.T:
+        assert sorted((column * 50).astype(int)) == list(range(50))
+    assert latin_hypercube(50, 3, seed=4) == points.tolist()
+    assert latin_hypercube(50, 3, seed=5) != points.tolist()
+
+
+def test_blocks_are_combined_with_the_last_one_fastest():
+    plan = make_plan(
+        """
+        [[axes]]
+        key = "end_time"
+        values = [1, 2]
+        [table]
+        keys = ["contact.mu_static", "contact.mu_kinetic"]
+        rows = [[0.5, 0.4], [0.3, 0.2]]
+        [latin_hypercube]
+        samples = 3
+        seed = 1
+        [[latin_hypercube.axes]]
+        key = "discretization.modes"
+        range = [1, 3]
+        """
+    )
+    rows = [plan.design.values(run) for run in range(plan.design.size)]
+    assert plan.design.keys == ("end_time", "contact.mu_static", "contact.mu_kinetic", "discretization.modes")
+    assert len(rows) == 12
+    assert [row[:3] for row in rows[::3]] == [(1.0, 0.5, 0.4), (1.0, 0.3, 0.2), (2.0, 0.5, 0.4), (2.0, 0.3, 0.2)]
+    assert {row[3] for row in rows} == {1, 2, 3}
+    assert all(type(row[3]) is int for row in rows)
+
+
+def test_ranges_over_integers_give_integers_and_keys_can_go_together():
+    plan = make_plan('[[axes]]\nkeys = ["discretization.modes"]\nrange = [2, 8]\ncount = 4')
+    assert [row[0] for row in plan.design.blocks[0].rows] == [2, 4, 6, 8]
+    both = make_plan('[[axes]]\nkeys = ["contact.mu_static", "contact.mu_kinetic"]\nvalues = [0.1, 0.9]')
+    assert both.design.values(1) == (0.9, 0.9)
+    assert both.impossible == 0
+
+
+# --- sweep files
+
+AXIS = "[[axes]]\n"
+GRAVITY = AXIS + 'key = "gravity"\nvalues = [1]\n'
+BAD = {
+    "not TOML": ("axes = [", "not valid TOML"),
+    "nothing to sweep": ('scenario = "paper"', "[[axes]]"),
+    "empty axes": ("axes = []", "axes"),
+    "unknown key of the file": ('titel = "x"\n' + AXIS + 'key = "gravity"\nvalues = [1]', "title, description"),
+    "unknown key of an axis": (AXIS + 'key = "gravity"\nvaluse = [1]', "axes.0.valuse"),
+    "unknown scenario key": (AXIS + 'key = "contact.mu"\nvalues = [1]', "contact.mu_static"),
+    "unknown section": (AXIS + 'key = "floor.mu"\nvalues = [1]', "SECTION.KEY of beam"),
+    "a section is no key": (AXIS + 'key = "contact"\nvalues = [1]', "axes.0.key = 'contact'"),
+    "unknown key in changes": (
+        "[changes.contact]\nmu = 1\n" + AXIS + 'key = "gravity"\nvalues = [1]',
+        "mu_static",
+    ),
+    "wrong type": (AXIS + 'key = "contact.mu_static"\nvalues = [0.3, "high"]', "contact.mu_static = 'high'"),
+    "out of bounds": (AXIS + 'key = "beam.length"\nvalues = [1.0, -1.0]', "beam.length = -1.0"),
+    "not a number": (AXIS + 'key = "contact.mu_static"\nvalues = [nan]', "contact.mu_static = nan"),
+    "infinite range": (AXIS + 'key = "gravity"\nrange = [0.0, inf]\ncount = 3', "axes.0.range.1 = inf"),
+    "empty list": (AXIS + 'key = "gravity"\nvalues = []', "axes.0.values = []: should have at least 1 item"),
+    "no values": (AXIS + 'key = "gravity"', "axes.0"),
+    "values and range": (AXIS + 'key = "gravity"\nvalues = [1]\nrange = [1, 2]\ncount = 2', "not both"),
+    "values and count": (AXIS + 'key = "gravity"\nvalues = [1]\ncount = 2', "axes.0.count = 2"),
+    "no count": (AXIS + 'key = "gravity"\nrange = [1, 2]', "axes.0.count"),
+    "count of one": (AXIS + 'key = "gravity"\nrange = [1, 2]\ncount = 1', "axes.0.count = 1"),
+    "ends alike": (AXIS + 'key = "gravity"\nrange = [2, 2]\ncount = 3', "should differ"),
+    "log of zero": (AXIS + 'key = "gravity"\nrange = [0, 2]\ncount = 3\nspacing = "log"', "greater than 0"),
+    "unknown spacing": (
+        AXIS + 'key = "gravity"\nrange = [0, 2]\ncount = 3\nspacing = "cubic"',
+        "'linear' or 'log'",
+    ),
+    "range of words": (AXIS + 'key = "contact.friction"\nrange = [0, 2]\ncount = 3', "use values"),
+    "no whole number": (AXIS + 'key = "discretization.modes"\nrange = [1, 4]\ncount = 3', "modes = 2.5"),
+    "key and keys": (AXIS + 'key = "gravity"\nkeys = ["gravity"]\nvalues = [1]', "exactly one"),
+    "no key": (AXIS + "values = [1]", "exactly one"),
+    "a key twice": (
+        GRAVITY + GRAVITY,
+        "set twice",
+    ),
+    "changed and swept": ("[changes]\ngravity = 1\n" + AXIS + 'key = "gravity"\nvalues = [2]', "set twice"),
+    "too many runs": (
+        "".join(
+            f'{AXIS}key = "{k}"\nrange = [1, 9]\ncount = 100\n' for k in ("gravity", "end_time", "beam.density")
+        ),
+        f"at most {MAX_RUNS}",
+    ),
+    "too long an axis": (AXIS + 'key = "gravity"\nrange = [1, 9]\ncount = 1000000000', "axes.0.count"),
+    "short row": ('[table]\nkeys = ["gravity", "end_time"]\nrows = [[1.0, 1.0], [2.0]]', "table.rows.1"),
+    "no rows": ('[table]\nkeys = ["gravity"]\nrows = []', "table.rows"),
+    "unknown key of a table": ('[table]\nkeys = ["weight"]\nrows = [[1.0]]', "table.keys.0"),
+    "hypercube without seed": (
+        '[latin_hypercube]\nsamples = 3\n[[latin_hypercube.axes]]\nkey = "gravity"\nrange = [1, 2]',
+        "latin_hypercube.seed: missing",
+    ),
+    "hypercube without axes": ("[latin_hypercube]\nsamples = 3\nseed = 1\naxes = []", "latin_hypercube.axes"),
+    "hypercube with count": (
+        "[latin_hypercube]\nsamples = 3\nseed = 1\n[[latin_hypercube.axes]]"
+        '\nkey = "gravity"\nrange = [1, 2]\ncount = 2',
+        "latin_hypercube.axes.0.count",
+    ),
+    "unknown scenario": ('scenario = "papier"\n' + AXIS + 'key = "gravity"\nvalues = [1]', "papier"),
+    "unknown quantity": ('quantities = ["speed"]\n' + AXIS + 'key = "gravity"\nvalues = [1]', "first_impact"),
+    "no quantities": ("quantities = []\n" + AXIS + 'key = "gravity"\nvalues = [1]', "quantities"),
+    "time after the end": ('quantities = ["tip_y@3"]\n' + AXIS + 'key = "end_time"\nvalues = [1, 2]', "tip_y@3"),
+    "unknown discretization": (AXIS + 'key = "discretization.method"\nvalues = ["modal", "ritz"]', "fem, modal"),
+    "no run is possible": (AXIS + 'key = "contact.mu_static"\nvalues = [0.1, 0.2]', "contact.mu_static = 0.1"),
+    "histories as text": ('histories = "yes"\n' + AXIS + 'key = "gravity"\nvalues = [1]', "histories = 'yes'"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_sweep_file_is_one_line(case):
+    text, part = BAD[case]
+    with pytest.raises(InputError) as caught:
+        make_plan(text)
+    assert part in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_values_that_do_not_fit_together_are_counted_and_become_rows():
+    plan = make_plan(AXIS + 'key = "contact.mu_static"\nvalues = [0.1, 0.3, 0.5]')
+    assert plan.impossible == 1
+    assert plan.fault.startswith("run 0: contact.mu_static = 0.1")
+    row = run_one(make_job(plan), 0, plan.design.values(0)).row
+    assert row["outcome"] == INVALID
+    assert "mu_kinetic" in row["message"]
+
+
+def test_the_tip_moves_with_the_length():
+    plan = make_plan(FLIGHT + AXIS + 'key = "beam.length"\nvalues = [0.8, 1.2]')
+    row = run_one(make_job(plan), 0, (0.8,)).row
+    assert row["values"]["tip_y@0.01"] == pytest.approx(0.8 * math.sin(math.pi / 4), abs=1e-2)
+
+
+def test_a_scenario_file_lies_beside_its_sweep_file(tmp_path):
+    (tmp_path / "mine.toml").write_text("end_time = 0.125")
+    (tmp_path / "sweep.toml").write_text('scenario = "mine.toml"\n' + AXIS + 'key = "gravity"\nvalues = [1]')
+    assert load_plan(str(tmp_path / "sweep.toml")).base.end_time == 0.125
+
+
+def test_unknown_names_list_the_shipped_studies():
+    with pytest.raises(InputError, match="friction, regimes, restitution"):
+        load_plan("nonsense")
+    with pytest.raises(InputError, match="neither a file"):
+        load_plan("x" * 5000)
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_shipped_studies_are_possible_and_described(name):
+    plan = load_plan(name)
+    assert plan.impossible == 0
+    assert plan.file.title
+    assert len(plan.file.description) > 100
+    assert 10 <= plan.design.size <= 1000
+
+
+def test_the_fingerprint_is_that_of_the_rows():
+    same = make_plan(ANGLES)
+    assert make_plan('title = "other words"\n' + ANGLES).fingerprint == same.fingerprint
+    assert make_plan(ANGLES.replace("values = [0.1", "values = [0.15")).fingerprint != same.fingerprint
+    assert make_plan(ANGLES.replace("0.02", "0.03")).fingerprint != same.fingerprint
+    assert make_plan("histories = true\n" + ANGLES).fingerprint != same.fingerprint
+
+
+def test_the_resolved_sweep_file_is_the_same_sweep(tmp_path):
+    plan = make_plan(ANGLES)
+    (tmp_path / "scenario.toml").write_text(plan.base.to_toml())
+    (tmp_path / "sweep.toml").write_text(plan.to_toml())
+    assert load_plan(str(tmp_path / "sweep.toml")).fingerprint == plan.fingerprint
+
+
+@pytest.mark.parametrize("address", ["", "nonsense", "nonsense:::", "tcp://", "host", "ftp://host:1", "tcp://h:x"])
+def test_bad_addresses_are_one_line(address):
+    with pytest.raises(InputError, match="tcp://host:8786"):
+        check_address(address)
+
+
+@pytest.mark.parametrize("address", ["tcp://10.0.0.1:8786", "localhost:8786", "tls://[::1]:8786"])
+def test_good_addresses_pass(address):
+    check_address(address)
+
+
+# --- rows
+
+
+def test_an_exception_becomes_a_row(monkeypatch):
+    plan = make_plan(ANGLES)
+
+    def broken(*_):
+        raise FloatingPointError("over\nflow")
+
+    monkeypatch.setattr(sys.modules["oblique_impact.simulate"], "simulate", broken)
+    row = run_one(make_job(plan), 2, plan.design.values(2)).row
+    assert (row["outcome"], row["message"]) == (ERROR, "FloatingPointError: over flow")
+
+
+def test_what_the_physics_stops_is_a_row_with_its_name():
+    plan = make_plan(
+        """
+        quantities = ["first_impact", "impulse"]
+        [changes]
+        end_time = 0.4
+        [changes.discretization]
+        frame = "mean-axis"
+        modes = 3
+        [[axes]]
+        keys = ["contact.mu_static", "contact.mu_kinetic"]
+        values = [20.0]
+        """
+    )
+    row = run_one(make_job(plan), 0, (20.0, 20.0)).row
+    assert (row["outcome"], row["regime"]) == ("painleve", "painleve")
+    assert row["values"]["first_impact"] == pytest.approx(0.31715, abs=1e-4)
+    assert math.isnan(row["values"]["impulse"])
+    assert "painleve" in row["gaps"]["impulse"]
+
+
+def test_regimes(run):
+    mean_axis = ("discretization.frame=mean-axis", "discretization.modes=3", "end_time=0.4")
+    assert regime(run("paper", "end_time=0.3")) == "no contact"
+    assert regime(run("paper", *mean_axis)) == "slip"
+    assert regime(run("paper", "end_time=0.4")) == "reversal"  # theory, Sec. 8: at 0.3235971 s
+    assert regime(run("sticking")) == "stick"
+    steep = ("contact.mu_static=20.0", "contact.mu_kinetic=20.0")
+    assert regime(run("paper", *mean_axis, *steep)) == "painleve"
+    assert set(REGIMES) >= {"no contact", "slip", "reversal", "stick", "painleve", "stopped"}
+
+
+# --- quantities that sweeps brought
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+def test_restitution_is_the_balance_of_angular_momentum(run, frame):
+    """J (w+ - w-) is the moment of the contact impulses less that of gravity during the collision."""
+    history = run("paper", "end_time=0.4", f"discretization.frame={frame}", "contact.friction=frictionless")
+    collision = history.summary["macro_collisions"][0]
+    times = history["time"].values
+    before = np.flatnonzero(times == collision["start"])[0]
+    after = np.flatnonzero(times == collision["end"])[-1]
+    lengths = 0.3 * math.sin(math.pi / 10)  # of the foot of the perpendicular from the pin onto the slope
+    lever = math.sqrt(1.0 - lengths**2)
+    angle = math.pi / 10 - math.asin(0.3 * math.sin(math.pi / 10))
+    mass = 3.14e-4 * 2766.7
+    inertia = mass / 3.0
+    weight = 0.5 * mass * 9.8 * math.cos(angle) * (times[after] - times[before])
+    change = (lever * collision["normal_impulse"] - weight) / inertia
+    spin = -math.sqrt(3.0 * 9.8 * (math.sin(math.pi / 4) - math.sin(angle)))  # of the rigid bar that falls
+    expected = -(spin + change) / spin
+    assert quantity("restitution").measure(history) == pytest.approx(expected, abs=0.01)
+
+
+def test_restitution_needs_a_pin_and_a_collision(run):
+    with pytest.raises(GapError, match="no contact"):
+        quantity("restitution").measure(run("paper", "end_time=0.3"))
+
+
+def test_energy_lost_is_what_the_ledger_lost(run):
+    history = run("paper", "end_time=0.4")
+    energy = history.summary["energy"]
+    lost = quantity("energy_lost").measure(history)
+    assert lost == pytest.approx(energy["initial"] - energy["final"], abs=1e-9)
+
+
+# --- the folder
+
+
+def test_rows_survive_and_are_read_once(tmp_path):
+    plan = make_plan(ANGLES)
+    with open_store(tmp_path, plan) as store:
+        store.add([done(2, wall_time=0.1), done(0, stopped_at=1.0 / 3.0)])
+    with open_store(tmp_path, plan) as store:
+        assert store.missing() == [1, 3]
+        rows = {row["run"]: row for row in store.rows()}
+        assert rows[0]["stopped_at"] == 1.0 / 3.0
+        assert math.isnan(rows[2]["stopped_at"])
+
+
+def test_many_small_files_become_a_large_one(tmp_path, monkeypatch):
+    monkeypatch.setattr(store_module, "_MERGE", 4)
+    monkeypatch.setattr(store_module, "FLUSH", 0.0)
+    plan = make_plan(FLIGHT + AXIS + 'key = "gravity"\nrange = [1, 9]\ncount = 30')
+    with open_store(tmp_path, plan) as store:
+        for run in range(22):
+            store.add([done(run)])
+        assert len(list((tmp_path / "parts").iterdir())) <= 22 // 4 + 4
+    # a kill between the making of a large file and the end of its small ones leaves both
+    first = sorted((tmp_path / "parts").iterdir())[0]
+    (tmp_path / "parts" / "00009999.json").write_bytes(first.read_bytes())
+    with open_store(tmp_path, plan) as store:
+        assert store.missing() == list(range(22, 30))
+        assert sorted(row["run"] for row in store.rows()) == list(range(22))
+
+
+def test_a_folder_has_one_writer(tmp_path):
+    plan = make_plan(ANGLES)
+    with open_store(tmp_path, plan), pytest.raises(InputError, match="another sweep is writing"):
+        open_store(tmp_path, plan).__enter__()
+    with open_store(tmp_path, plan):
+        pass
+
+
+def test_another_sweep_is_not_mixed_in(tmp_path):
+    with open_store(tmp_path, make_plan(ANGLES)) as store:
+        store.add([done(0)])
+    with pytest.raises(InputError, match=r"holds another sweep.*choose another folder"):
+        open_store(tmp_path, make_plan(ANGLES.replace("0.4]", "0.5]"))).__enter__()
+    (tmp_path / "fingerprint.json").write_text("{")
+    with pytest.raises(InputError, match="fingerprint damaged"):
+        open_store(tmp_path, make_plan(ANGLES)).__enter__()
+
+
+def test_results_of_something_else_are_left_alone(tmp_path):
+    (tmp_path / "results.parquet").write_text("mine")
+    with pytest.raises(InputError, match="something else"):
+        open_store(tmp_path, make_plan(ANGLES)).__enter__()
+    assert (tmp_path / "results.parquet").read_text() == "mine"
+
+
+def test_a_damaged_part_is_named(tmp_path):
+    plan = make_plan(ANGLES)
+    with open_store(tmp_path, plan) as store:
+        store.add([done(0)])
+    part = next((tmp_path / "parts").iterdir())
+    for text in ("[{", '[{"run": 0}]', "3", "[3]"):
+        part.write_text(text)
+        with pytest.raises(InputError, match=f"{part.name} is damaged"):
+            open_store(tmp_path, plan).__enter__()
+
+
+def test_leftovers_of_a_kill_are_removed(tmp_path):
+    plan = make_plan(ANGLES)
+    with open_store(tmp_path, plan) as store:
+        store.add([done(0)])
+    (tmp_path / "parts" / ".0002.xyz.part.json").write_text("[{")
+    (tmp_path / ".scratch").mkdir()
+    with open_store(tmp_path, plan) as store:
+        assert store.missing() == [1, 2, 3]
+    assert not list(tmp_path.rglob("*.part*"))
+    assert not (tmp_path / ".scratch").exists()
+
+
+def test_histories_are_whole_folders(tmp_path):
+    with open_store(tmp_path, make_plan("histories = true\n" + ANGLES)) as store:
+        for content in (b"one", b"two"):
+            store.add([Done(failed(3, "completed", ""), {"history.nc": content})])
+    assert [p.name for p in (tmp_path / "histories").iterdir()] == ["000003"]
+    assert (tmp_path / "histories" / "000003" / "history.nc").read_bytes() == b"two"
+
+
+# --- the table
+
+
+def test_the_table_has_all_runs_in_order_with_units(tmp_path):
+    plan = make_plan(ANGLES)
+    rows = list(fake_rows(plan))
+    write_table(tmp_path / "a.parquet", make_table(plan, reversed(rows)))
+    table = read_table(tmp_path / "a.parquet")
+    assert table["run"].to_pylist() == [0, 1, 2, 3]
+    assert table["initial.angle"].to_pylist() == [0.1, 0.2, 0.3, 0.4]
+    assert table["theta@end"].to_pylist() == [0.0, 1.0, 2.0, 3.0]
+    assert table.column_names[-1] == "wall_time"
+    about = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
+    assert about["initial.angle"] == "rad"
+    assert about["tip_y@0.01"] == "m"
+    head = {key.decode(): value.decode() for key, value in table.schema.metadata.items()}
+    assert head["fingerprint"] == plan.fingerprint
+    assert json.loads(head["changes"]) == {"end_time": 0.02, "contact.enabled": False}
+    with pytest.raises(ValueError, match="1 of 4 runs are missing"):
+        make_table(plan, rows[1:])
+
+
+def test_two_tables_are_the_same_bytes(tmp_path):
+    plan = make_plan(ANGLES)
+    for name in "ab":
+        write_table(tmp_path / name, make_table(plan, fake_rows(plan)))
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_missing_values_are_nulls_and_all_kinds_of_keys_are_columns():
+    plan = make_plan(
+        """
+        quantities = ["impulse"]
+        [table]
+        keys = ["contact.enabled", "contact.friction", "discretization.elements", "slope.origin", "beam.area"]
+        rows = [
+            [true, "hybrid", 8, [0.3, 0.0], 3e-4],
+            [false, "frictionless", 16, [0.4, 0.0], [[0, 3e-4], [1, 2e-4]]],
+        ]
+        [changes.discretization]
+        method = "fem"
+        """
+    )
+    table = make_table(plan, fake_rows(plan, values={"impulse": math.nan}, gaps={"impulse": "no contact"}))
+    assert table["impulse"].null_count == 2
+    assert table["gaps"].to_pylist() == ["impulse: no contact"] * 2
+    assert table["contact.enabled"].to_pylist() == [True, False]
+    assert table["discretization.elements"].type == pa.int64()
+    assert json.loads(table["slope.origin"][1].as_py()) == [0.4, 0.0]
+    assert [json.loads(text) for text in table["beam.area"].to_pylist()] == [3e-4, [[0.0, 3e-4], [1.0, 2e-4]]]
+    assert render_html(sweep_document(plan, table)).count("<svg") == 0
+
+
+def test_a_damaged_table_is_one_line(tmp_path):
+    (tmp_path / "a.parquet").write_bytes(b"PAR1 and nothing")
+    with pytest.raises(InputError, match="not a readable table"):
+        read_table(tmp_path / "a.parquet")
+
+
+# --- pictures and report
+
+TWO_AXES = AXIS + 'key = "slope.angle"\nrange = [0.1, 0.9]\ncount = 6\n' + AXIS
+PICTURES = {
+    "one axis": (ANGLES, 1),
+    "one axis of words": (AXIS + 'key = "contact.friction"\nvalues = ["hybrid", "frictionless"]', 1),
+    "curves": (TWO_AXES + 'key = "contact.friction"\nvalues = ["hybrid", "frictionless"]', 1),
+    "few values": (TWO_AXES + 'key = "gravity"\nvalues = [1, 2, 3]', 1),
+    "map": (TWO_AXES + 'key = "gravity"\nrange = [1, 100]\ncount = 7\nspacing = "log"', 2),
+    "table": ('[table]\nkeys = ["gravity", "slope.angle"]\nrows = [[1, 0.1], [2, 0.2], [3, 0.2], [4, 0.5]]', 2),
+    "three axes": (
+        TWO_AXES + 'key = "gravity"\nvalues = [1, 2]\n' + AXIS + 'key = "end_time"\nvalues = [1, 2]',
+        0,
+    ),
+    "one run": (AXIS + 'key = "gravity"\nvalues = [1]', 0),
+}
+
+
+@pytest.mark.parametrize("case", PICTURES)
+def test_pictures_of_one_and_two_axes(case):
+    text, count = PICTURES[case]
+    plan = make_plan(text)
+    rows = [row | {"regime": REGIMES[row["run"] % len(REGIMES)]} for row in fake_rows(plan)]
+    rows[-1] |= {"outcome": "painleve", "values": {}, "message": "why & where"}
+    table = make_table(plan, rows)
+    assert len(sweep_pictures(plan, table)) == count
+    page = render_html(sweep_document(plan, table))
+    assert page == render_html(sweep_document(plan, table))
+    assert "why &amp; where" in page
+    assert re.findall(r'(?:src|href)="(?!#|data:)([^"]*)"|url\((?!#)([^)]*)\)', page) == []
+
+
+def test_every_axis_of_a_picture_has_its_unit():
+    plan = make_plan(PICTURES["map"][0])
+    rows = [row | {"regime": "slip" if row["run"] else "stick"} for row in fake_rows(plan)]
+    first, second = sweep_pictures(plan, make_table(plan, rows))
+    for picture in (first, second):
+        # matplotlib draws letters as shapes and leaves the text in a comment
+        assert "<!-- slope.angle (rad) -->" in picture.svg
+        assert "<!-- gravity (m/s²) -->" in picture.svg
+    for name, its_unit in (("impulse", "N s"), ("first impact", "s"), ("energy final", "J")):
+        assert f"<!-- {name} ({its_unit}) -->" in second.svg
+
+
+def test_the_bar_shows_rate_and_remaining_time():
+    console = Console(force_terminal=True, width=120, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
+    with console.file, sweep_bar(10, 4, console) as advance:
+        advance(3)
+    text = console.export_text()
+    assert "7/10" in text
+    assert "runs/" in text
+    assert "remaining" in text
+
+
+# --- processes
+
+
+@pytest.fixture
+def pool():
+    plan = make_plan(ANGLES)
+    made = LocalPool(make_job(plan), plan.design, 1)
+    yield made
+    made.close()
+
+
+def test_a_process_that_dies_is_replaced_and_its_run_repeated(pool):
+    found, killed = [], []
+
+    def take(finished):
+        found.extend(finished)
+        if found and not killed:
+            killed.append(pool._crew[0].process.pid)
+            pool._crew[0].process.kill()
+
+    pool.run(range(4), take)
+    assert sorted(row["run"] for row, _ in found) == [0, 1, 2, 3]
+    assert {row["outcome"] for row, _ in found} == {Outcome.COMPLETED.label}
+    assert pool._crew[0].process.pid not in killed
+
+
+def test_a_run_that_takes_its_process_down_twice_is_a_row(pool, monkeypatch):
+    found = []
+    hear = pool._hear
+
+    def deadly(worker, todo):
+        """Kill the process whenever it is at run 1."""
+        if worker.assigned and worker.assigned[0] == 1:
+            worker.process.kill()
+            worker.process.join()
+            while worker.pipe.poll():  # what it may have said is lost
+                try:
+                    worker.pipe.recv()
+                except EOFError:
+                    break
+        return hear(worker, todo)
+
+    monkeypatch.setattr(pool, "_hear", deadly)
+    pool.run(range(3), found.extend)
+    outcomes = {row["run"]: row["outcome"] for row, _ in found}
+    assert outcomes == {0: "completed", 1: CRASHED, 2: "completed"}
+    assert "SIGKILL" in next(row for row, _ in found if row["run"] == 1)["message"]
+
+
+# --- clusters
+
+
+def test_tasks_of_a_cluster_take_about_a_second_and_grow_small_at_the_end():
+    chunks = _Chunks(list(range(100)))
+    assert chunks.next(4) == [0]  # nothing is known yet
+    chunks.learn([done(0, wall_time=0.1)])
+    assert len(chunks.next(4)) == pytest.approx(CHUNK / 0.1, abs=1)
+    sizes = []
+    while chunks.left:
+        sizes.append(len(chunks.next(4)))
+    assert sum(sizes) + 11 == pytest.approx(100, abs=1)
+    assert sizes[-1] == 1
+    assert sizes == sorted(sizes, reverse=True)
+
+
+def test_a_task_that_takes_its_workers_down_is_divided_until_the_run_is_found():
+    distributed = pytest.importorskip("distributed")
+    cluster, chunks = object.__new__(Cluster), _Chunks([])
+    cluster._address = "tcp://h:1"
+    died = distributed.KilledWorker("task", None, 3)
+    assert cluster._failed(died, [4, 5], chunks) == []
+    assert (chunks.next(1), chunks.next(1)) == ([4], [5])
+    ((row, _),) = cluster._failed(died, [5], chunks)
+    assert (row["run"], row["outcome"]) == (5, CRASHED)
+    with pytest.raises(InputError, match=r"a worker cannot run: ModuleNotFoundError"):
+        cluster._failed(ModuleNotFoundError("no module"), [1], chunks)
