@@ -1,0 +1,86 @@
+"""Formulas as MathML, which every current browser shows by itself: no script, no font, no network.
+
+The directive ``equation`` is a displayed formula that must name the code that computes it.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any, ClassVar
+
+from docutils import nodes
+from docutils.parsers.rst import directives
+from latex2mathml.converter import convert
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+#: environments that number themselves or that the converter takes for text
+_ENVIRONMENTS = {"aligned": "align*", "align": "align*"}
+
+
+def to_mathml(latex: str, display: str) -> str:
+    """Convert a formula; raises ValueError for what the converter lets through unconverted."""
+    for name, instead in _ENVIRONMENTS.items():
+        for word in ("begin", "end"):
+            latex = latex.replace(f"\\{word}{{{name}}}", f"\\{word}{{{instead}}}")
+    found = str(convert(latex, display=display))
+    if "<mi>&</mi>" in found or "<mtext>\\" in found or "<mi>\\" in found:
+        raise ValueError(f"not converted: {latex}")
+    return found
+
+
+def visit_math(self: Any, node: nodes.math) -> None:
+    """Write an inline formula."""
+    self.body.append(to_mathml(node.astext(), "inline"))
+    raise nodes.SkipNode
+
+
+def visit_displayed(self: Any, node: nodes.math_block) -> None:
+    """Write a displayed formula with its number."""
+    target = node.get("ids") or []
+    anchor = f' id="{escape(target[0])}"' if target else ""
+    self.body.append(f'<div class="math"{anchor}>')
+    self.body.append(to_mathml(node.astext(), "block"))
+    if node.get("number"):
+        self.body.append(f'<span class="eqno">({node["number"]})')
+        self.add_permalink_ref(node, "Link to this equation")
+        self.body.append("</span>")
+    self.body.append("</div>\n")
+    raise nodes.SkipNode
+
+
+class Equation(SphinxDirective):
+    """A displayed formula; `code` names the functions that compute it, `label` numbers it."""
+
+    has_content = True
+    option_spec: ClassVar[dict[str, Any]] = {
+        "label": directives.unchanged_required,
+        "code": directives.unchanged_required,
+    }
+
+    def run(self) -> list[nodes.Node]:
+        """Return the formula and the line that links it to its code."""
+        for option in ("label", "code"):
+            if not self.options.get(option):
+                raise self.error(f"an equation needs :{option}:")
+        body = "\n".join(self.content)
+        names = [name.strip() for name in self.options["code"].split(",")]
+        links = ", ".join(self._link(name) for name in names)
+        formula = f"```{{math}}\n:label: {self.options['label']}\n{body}\n```\n"
+        found = self.parse_text_to_nodes(formula)
+        line = nodes.container(classes=["computed-by"])
+        line += self.parse_text_to_nodes(f"computed by {links}")
+        return [*found, line]
+
+    @staticmethod
+    def _link(name: str) -> str:
+        """Return a reference; a class or a property is marked as in ``class:modal.Eigenfunctions``."""
+        kind, _, path = name.rpartition(":")
+        return f"{{py:{kind or 'func'}}}`~{path}`"
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the renderer and the directive."""
+    app.add_html_math_renderer("mathml", (visit_math, None), (visit_displayed, None))
+    app.add_directive("equation", Equation)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
