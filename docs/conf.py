@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+
+# Sphinx listens to everybody; scikit-fem tells of every assembly
+logging.getLogger("skfem").setLevel(logging.WARNING)
 
 project = "oblique-impact"
 copyright = "the authors of oblique-impact"

@@ -12,10 +12,22 @@ from docutils import nodes
 from docutils.parsers.rst import directives
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
+from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
+
+_LOG = logging.getLogger(__name__)
 
 #: environments that number themselves or that the converter takes for text
 _ENVIRONMENTS = {"aligned": "align*", "align": "align*"}
+
+
+def _converted(node: nodes.math | nodes.math_block, display: str) -> str:
+    """Convert the formula of a node; one that cannot be converted is a warning, which ends the build."""
+    try:
+        return to_mathml(node.astext(), display)
+    except Exception as error:  # the converter has exceptions of many kinds
+        _LOG.warning("formula: %s: %s", type(error).__name__, node.astext(), location=node)
+        return f"<code>{escape(node.astext())}</code>"
 
 
 def to_mathml(latex: str, display: str) -> str:
@@ -31,7 +43,7 @@ def to_mathml(latex: str, display: str) -> str:
 
 def visit_math(self: Any, node: nodes.math) -> None:
     """Write an inline formula."""
-    self.body.append(to_mathml(node.astext(), "inline"))
+    self.body.append(_converted(node, "inline"))
     raise nodes.SkipNode
 
 
@@ -40,7 +52,7 @@ def visit_displayed(self: Any, node: nodes.math_block) -> None:
     target = node.get("ids") or []
     anchor = f' id="{escape(target[0])}"' if target else ""
     self.body.append(f'<div class="math"{anchor}>')
-    self.body.append(to_mathml(node.astext(), "block"))
+    self.body.append(_converted(node, "block"))
     if node.get("number"):
         self.body.append(f'<span class="eqno">({node["number"]})')
         self.add_permalink_ref(node, "Link to this equation")
