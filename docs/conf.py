@@ -48,7 +48,7 @@ numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 
 html_math_renderer = "mathml"
-math_number_all = False
+numfig = math_numfig = True
 html_theme = "furo"
 html_title = "oblique-impact"
 html_static_path = ["_static"]

@@ -1,11 +1,18 @@
-"""Formulas as MathML, which every current browser shows by itself: no script, no font, no network.
+"""Formulas as MathML, which every current browser shows by itself: no script and no network.
+
+Brackets grow and accents sit right only with a font that has a table for mathematics. Not every machine has one:
+STIX Two Math, which comes with ziamath, is copied into the site.
 
 The directive ``equation`` is a displayed formula that must name the code that computes it.
 """
 
 from __future__ import annotations
 
+import re
+import shutil
 from html import escape
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, ClassVar
 
 from docutils import nodes
@@ -14,8 +21,11 @@ from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
+from sphinx.util.math import get_node_equation_number
 
 _LOG = logging.getLogger(__name__)
+
+FONT = "STIXTwoMath-Regular.ttf"
 
 #: environments that number themselves or that the converter takes for text
 _ENVIRONMENTS = {"aligned": "align*", "align": "align*"}
@@ -38,7 +48,8 @@ def to_mathml(latex: str, display: str) -> str:
     found = str(convert(latex, display=display))
     if "<mi>&</mi>" in found or "<mtext>\\" in found or "<mi>\\" in found:
         raise ValueError(f"not converted: {latex}")
-    return found
+    # browsers do not know the attribute
+    return re.sub(r'<mtd columnalign="(\w+)">', r'<mtd class="\1">', found)
 
 
 def visit_math(self: Any, node: nodes.math) -> None:
@@ -54,7 +65,7 @@ def visit_displayed(self: Any, node: nodes.math_block) -> None:
     self.body.append(f'<div class="math"{anchor}>')
     self.body.append(_converted(node, "block"))
     if node.get("number"):
-        self.body.append(f'<span class="eqno">({node["number"]})')
+        self.body.append(f'<span class="eqno">({get_node_equation_number(self, node)})')
         self.add_permalink_ref(node, "Link to this equation")
         self.body.append("</span>")
     self.body.append("</div>\n")
@@ -91,8 +102,16 @@ class Equation(SphinxDirective):
         return f"{{py:{kind or 'func'}}}`~{path}`"
 
 
+def copy_font(app: Sphinx, error: Exception | None) -> None:
+    """Put the font beside the style sheet that names it."""
+    spec = find_spec("ziamath")
+    if error is None and app.builder.format == "html" and spec and spec.origin:
+        shutil.copy(Path(spec.origin).parent / "fonts" / FONT, Path(app.outdir) / "_static" / FONT)
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the renderer and the directive."""
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displayed, None))
     app.add_directive("equation", Equation)
+    app.connect("build-finished", copy_font)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

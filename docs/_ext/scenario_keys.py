@@ -25,6 +25,7 @@ from sphinx.util.docutils import SphinxDirective
 from oblique_impact import scenario
 from oblique_impact.plugins import discretization_names
 from oblique_impact.scenario import Scenario, Section
+from oblique_impact.tables import Table
 
 #: units that a key may have, as they are written in the comments and as they are shown
 UNITS = {
@@ -64,7 +65,7 @@ def sections() -> list[tuple[str, type[BaseModel]]]:
     return [("", Scenario), *inner]  # type: ignore[list-item]
 
 
-def keys() -> list[Key]:
+def every_key() -> list[Key]:
     """Return every key of the scenario file, in its order."""
     found = []
     for section, model in sections():
@@ -167,7 +168,7 @@ def _known(part: ast.expr, names: dict[str, Any]) -> Any:
 
 
 def _place(path: str) -> int:
-    return [key.path for key in keys()].index(path)
+    return [key.path for key in every_key()].index(path)
 
 
 def _is_section(field: FieldInfo) -> bool:
@@ -180,8 +181,8 @@ def _kind(field: FieldInfo) -> str:
         return "one of"
     if get_origin(annotation) is tuple:
         return "two numbers"
-    names = {float: "number", int: "whole number", bool: "switch", str: "name"}
-    return names.get(annotation, "number or table")  # type: ignore[arg-type]
+    names = {float: "number", int: "whole number", bool: "", str: "one of", float | Table: ""}
+    return names[annotation]  # type: ignore[arg-type]
 
 
 def _allowed(model: type[BaseModel], name: str, field: FieldInfo) -> str:
@@ -195,10 +196,10 @@ def _allowed(model: type[BaseModel], name: str, field: FieldInfo) -> str:
     bounds = _bounds(field.metadata)
     if get_origin(annotation) is tuple:
         bounds = _bounds([part for item in get_args(annotation) for part in get_args(item)[1:]])
-        return " and ".join(bounds) or "any"
-    if not bounds and _kind(field) == "number or table":
+        return " and ".join(bounds)
+    if annotation == float | Table:
         return _refusal(model, name)
-    return " and ".join(bounds) or "any"
+    return " and ".join(bounds)
 
 
 def _bounds(metadata: list[Any]) -> list[str]:
@@ -237,13 +238,17 @@ def _default(section: str, name: str, field: FieldInfo) -> str:
 
 
 def _number(value: float) -> str:
-    return str(value) if isinstance(value, int) else f"{value:.10g}"
+    """Return a number as a scenario file would have it; large round ones with an exponent."""
+    text = f"{value:.10g}"
+    stripped = text.rstrip("0")
+    zeros = len(text) - len(stripped)
+    return f"{stripped}e{zeros}" if zeros > 4 and "e" not in text and "." not in text else text
 
 
 def reference() -> str:
     """Return the reference as reStructuredText: a table for each section, and the rules between keys."""
     lines: list[str] = []
-    every = keys()
+    every = every_key()
     for section, model in sections():
         title = f"``[{section}]``" if section else "Without a section"
         docs = (inspect.getdoc(model) or "").split("\n")[0]
@@ -253,7 +258,7 @@ def reference() -> str:
         for key in every:
             if key.section == section:
                 name = f"``{key.name}``"
-                allowed = f"{key.kind}: {key.allowed}" if key.kind != "switch" else key.allowed
+                allowed = ": ".join(part for part in (key.kind, key.allowed) if part)
                 lines += _row([name, key.unit or "–", allowed, key.default, _plain(key.meaning)])
         lines.append("")
     lines += ["Rules between keys", "-" * 18, "", "What is refused, in the words of the fault (… is a value).", ""]
@@ -266,8 +271,8 @@ def reference() -> str:
 
 def _plain(text: str) -> str:
     """Escape what reStructuredText would take for markup; single backticks are code."""
-    escaped = re.sub(r"([*|_\\])", r"\\\1", text)
-    return re.sub(r"`([^`]*)`", lambda m: f"``{m[1]}``", escaped)
+    parts = text.split("`")
+    return "".join(f"``{p}``" if n % 2 else re.sub(r"([*|_\\])", r"\\\1", p) for n, p in enumerate(parts))
 
 
 def _row(cells: list[str]) -> list[str]:
