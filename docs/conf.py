@@ -32,6 +32,7 @@ exclude_patterns = ["_build", "_ext"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 default_role = "code"
+highlight_language = "text"  # code blocks name their language; literal blocks of docstrings are formulas
 
 # references are checked: a name that is documented here must exist, foreign ones have no pages in this site
 nitpicky = True

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from oblique_impact import InputError, Scenario
+from oblique_impact import InputError, Scenario, simulate_system
+from validation.checks import registry
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -166,6 +169,42 @@ def test_example_runs(extension, file, tmp_path):
         assert picture.parent == tmp_path
         assert picture.stat().st_size > 10_000
     assert f"```{{image}} {example.pictures[0].name}\n" in extension("gallery").page(example)
+
+
+def blocks(page: str, language: str) -> list[str]:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
+def test_scenarios_of_the_how_to_are_valid():
+    complete, tables = blocks("howto/scenario.md", "toml")
+    assert Scenario.from_toml(complete).contact.point == 0.4
+    varying = Scenario.from_toml(tables, ["discretization.method=fem"])
+    assert varying.beam.tip_mass == 0.05
+
+
+def test_friction_law_of_the_how_to_sticks_until_the_spring_is_strong_enough(extension):
+    names: dict = {}
+    exec(blocks("howto/friction-law.md", "python")[0], names)
+    law = names["ViscousCoulomb"]()
+    forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
+    assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))
+    assert backwards.intercept - backwards.slope * 0.1 == pytest.approx(0.3 + 0.05 * 0.1)
+    spec = importlib.util.spec_from_file_location("belt", ROOT / "examples" / "plot_own_system.py")
+    belt = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(belt)
+    start = np.zeros(2), np.array([belt.BELT, 0.0])
+    history = simulate_system(belt.MassOnBelt(), *start, end_time=1.0, friction=law)
+    breaks = [event.time for event in history.events if event.kind.value == "slip"]
+    assert breaks[0] == pytest.approx(0.3 * belt.MASS * belt.GRAVITY / belt.SPRING / belt.BELT, abs=1e-9)
+
+
+def test_check_of_the_how_to_passes(monkeypatch):
+    monkeypatch.setattr(registry, "_CHECKS", {})
+    names: dict = {}
+    exec(blocks("howto/check.md", "python")[0], names)
+    assert list(registry._CHECKS) == ["mine.hinged-frequency"]
+    assert names["hinged_frequency"]().verdict == "pass"
 
 
 def build(folder: Path, source: Path) -> subprocess.CompletedProcess[str]:
