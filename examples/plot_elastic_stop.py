@@ -21,7 +21,7 @@ PEAK = 924.45  # N
 
 def main(folder: str = "out/examples") -> list[Path]:
     """Run the first macro-collision on two meshes; returns the picture."""
-    base = Scenario.builtin("elastic-stop", ["end_time=0.335"])
+    base = Scenario.builtin("elastic-stop", ["end_time=0.335", "solver.output_interval=1e-5"])
     with figure_style():
         figure = Figure(figsize=(7.2, 3.2), layout="constrained")
         axes = figure.subplots()

@@ -8,12 +8,12 @@ The directive ``equation`` is a displayed formula that must name the code that c
 
 from __future__ import annotations
 
-import re
 import shutil
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar
+from xml.etree import ElementTree
 
 from docutils import nodes
 from docutils.parsers.rst import directives
@@ -24,6 +24,12 @@ from sphinx.util.docutils import SphinxDirective
 from sphinx.util.math import get_node_equation_number
 
 _LOG = logging.getLogger(__name__)
+
+_NAMESPACE = "http://www.w3.org/1998/Math/MathML"
+ElementTree.register_namespace("", _NAMESPACE)
+_PRIMES = ("\u2032", "\u2033")
+_FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "sign")
+_BESIDE = {f"{{{_NAMESPACE}}}{name}" for name in ("mi", "mn", "msub", "msup", "mfrac", "mover", "mrow", "msubsup")}
 
 FONT = "STIXTwoMath-Regular.ttf"
 
@@ -48,8 +54,45 @@ def to_mathml(latex: str, display: str) -> str:
     found = str(convert(latex, display=display))
     if "<mi>&</mi>" in found or "<mtext>\\" in found or "<mi>\\" in found:
         raise ValueError(f"not converted: {latex}")
-    # browsers do not know the attribute
-    return re.sub(r'<mtd columnalign="(\w+)">', r'<mtd class="\1">', found)
+    root = ElementTree.fromstring(found)
+    for element in list(root.iter()):
+        _arrange(element)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _arrange(element: ElementTree.Element) -> None:
+    """Say for browsers what the converter says for printers: alignment, primes, spaces around function names."""
+    if element.tag == _tag("mtd") and "columnalign" in element.attrib:
+        element.set("class", element.attrib.pop("columnalign"))
+    if element.tag in (_tag("msup"), _tag("msubsup")) and element[-1].text in _PRIMES:
+        # the sign is raised by itself
+        prime = ElementTree.Element(_tag("mo"), {"lspace": "0", "rspace": "0"})
+        prime.text = element[-1].text
+        inner = list(element)[:-1]
+        if element.tag == _tag("msubsup"):
+            base = ElementTree.Element(_tag("msub"))
+            base.extend(inner)
+            inner = [base]
+        element.clear()
+        element.tag = _tag("mrow")
+        element.extend([*inner, prime])
+    children = list(element)
+    if any(child.text in _FUNCTIONS for child in children):
+        element[:] = [part for n, child in enumerate(children) for part in _spaced(children, n, child)]
+
+
+def _spaced(row: list[ElementTree.Element], place: int, child: ElementTree.Element) -> list[ElementTree.Element]:
+    """Return a function name with thin spaces where a letter or a fraction stands beside it."""
+    if child.text not in _FUNCTIONS:
+        return [child]
+    before = place > 0 and row[place - 1].tag in _BESIDE and row[place - 1].text not in _FUNCTIONS
+    after = place + 1 < len(row) and row[place + 1].tag in _BESIDE
+    thin = [ElementTree.Element(_tag("mspace"), {"width": "0.167em"}) for _ in range(2)]
+    return [*thin[:before], child, *thin[1 : 1 + after]]
+
+
+def _tag(name: str) -> str:
+    return f"{{{_NAMESPACE}}}{name}"
 
 
 def visit_math(self: Any, node: nodes.math) -> None:

@@ -128,6 +128,15 @@ def test_formulas_become_mathml(extension, latex):
     assert "\\" not in found
 
 
+def test_primes_are_signs_and_functions_have_space(extension):
+    found = extension("mathml").to_mathml(r"s \sinh z + u_y' + {\Phi''}^\mathsf{T}", "inline")
+    assert re.search(
+        r'<mi>s</mi><mspace width="0.167em" /><mi>sinh</mi><mspace width="0.167em" /><mi>z</mi>', found
+    )
+    assert re.search(r'<msub><mi>u</mi><mi>y</mi></msub><mo lspace="0" rspace="0">\u2032</mo>', found)
+    assert "\u2033</mo>" in found
+
+
 @pytest.mark.parametrize("latex", [r"\nosuchcommand{x}", "a & b"])
 def test_formulas_that_cannot_be_converted_are_refused(extension, latex):
     with pytest.raises(ValueError, match="not converted"):
