@@ -35,7 +35,11 @@ Pair = Annotated[tuple[Finite, Finite], Field(strict=False)]
 
 
 class Section(BaseModel):
-    """Base of all sections: frozen, strict, no unknown keys, no NaN or infinity."""
+    """Base of all sections: frozen, strict, no unknown keys, no NaN or infinity.
+
+    The documentation reads the comments of the keys: "unit; meaning" behind a key, or "#: meaning" above and the
+    unit behind it. The unit of a number without one is "-"; words and switches have none.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -43,84 +47,98 @@ class Section(BaseModel):
 class BeamSection(Section):
     """The beam; `area` and `second_moment` are numbers, or tables [[x, value], ...] from x = 0 to the length."""
 
-    length: Positive = 1.0  # m
-    area: Tabulated = 3.14e-4  # m^2
-    second_moment: Tabulated = 7.85e-9  # m^4
-    density: Positive = 2766.7  # kg/m^3
-    youngs_modulus: Positive = 68.952e9  # Pa
-    kelvin_voigt: NonNegative = 0.0  # s, damping matrix = kelvin_voigt K
-    mass_proportional: NonNegative = 0.0  # 1/s, damping matrix = mass_proportional M1
-    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    tip_mass: NonNegative = 0.0  # kg, a point mass at x = length
-    outer_fibre: NonNegative = 0.0  # m, distance from the axis for the bending stress; 0: circular sections
+    length: Positive = 1.0  # m; length of the undeformed axis
+    area: Tabulated = 3.14e-4  # m^2; area of the cross-section
+    second_moment: Tabulated = 7.85e-9  # m^4; second moment of area of the cross-section
+    density: Positive = 2766.7  # kg/m^3; mass per volume
+    youngs_modulus: Positive = 68.952e9  # Pa; Young's modulus
+    kelvin_voigt: NonNegative = 0.0  # s; Kelvin-Voigt damping: the damping matrix is kelvin_voigt K
+    #: mass-proportional damping: the damping matrix is mass_proportional M1
+    mass_proportional: NonNegative = 0.0  # 1/s
+    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0  # -; damping ratio of each elastic mode
+    tip_mass: NonNegative = 0.0  # kg; point mass at x = length
+    #: distance of the outer fibre from the axis, for the bending stress; 0: circular sections
+    outer_fibre: NonNegative = 0.0  # m
 
 
 class RootSection(Section):
     """How the beam is held at x = 0."""
 
+    #: a frictionless pin, a hub with inertia and torque, or a root whose angle is prescribed
     kind: Literal["pin", "hub", "driven"] = "pin"
-    hub_radius: NonNegative = 0.0  # m
-    inertia: NonNegative = 0.0  # kg m^2 (hub)
-    torque: Finite = 0.0  # N m (hub)
-    profile: Literal["hold", "constant-speed", "spin-up"] = "hold"
-    spin_rate: Finite = 0.0  # rad/s
-    spin_up_time: NonNegative = 0.0  # s
+    hub_radius: NonNegative = 0.0  # m; distance of the root from the axis of rotation
+    inertia: NonNegative = 0.0  # kg m^2; moment of inertia of the hub
+    torque: Finite = 0.0  # N m; torque on the hub
+    profile: Literal["hold", "constant-speed", "spin-up"] = "hold"  # how a driven root turns
+    spin_rate: Finite = 0.0  # rad/s; angular velocity of a driven root, the final one of a spin-up
+    spin_up_time: NonNegative = 0.0  # s; duration of a spin-up
 
 
 class InitialSection(Section):
     """The undeformed beam at t = 0."""
 
-    angle: Angle = math.pi / 4  # rad
-    angular_velocity: Finite = 0.0  # rad/s
+    angle: Angle = math.pi / 4  # rad; angle of the beam from the horizontal
+    angular_velocity: Finite = 0.0  # rad/s; angular velocity of the beam
 
 
 class SlopeSection(Section):
     """The rigid slope: a line through `origin` inclined by `angle`; the free side is on its left."""
 
-    origin: Pair = (0.3, 0.0)  # m
-    angle: Angle = math.pi / 10  # rad
+    origin: Pair = (0.3, 0.0)  # m; a point of the slope, [x, y] from the axis of the root
+    angle: Angle = math.pi / 10  # rad; inclination of the slope from the horizontal
 
 
 class ContactSection(Section):
     """The contact between the beam's point `point` and the slope."""
 
-    enabled: bool = True
-    point: Positive = math.nan  # m along the beam; not given: the beam's length
-    normal: Literal["rigid", "spring"] = "rigid"
-    stiffness: Positive = 1e6  # N/m (spring)
-    damping: NonNegative = 0.0  # s/m (spring)
-    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
-    shortening: bool = True
-    friction: Literal["frictionless", "hybrid", "modified-coulomb"] = "hybrid"
-    mu_static: NonNegative = 0.3
-    mu_kinetic: NonNegative = 0.3
-    #: m/s, slip velocities v0 < v1 between which the modified Coulomb law grows from nothing to its full force
-    regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (1e-3, 1e-2)
+    enabled: bool = True  # whether the slope is there at all
+    point: Positive = math.nan  # m; place of the contact point along the beam; not given: the beam's length
+    normal: Literal["rigid", "spring"] = "rigid"  # a rigid stop, or an elastic one
+    stiffness: Positive = 1e6  # N/m; stiffness of an elastic stop
+    #: Hunt-Crossley damping of an elastic stop: its force is stiffness d (1 + damping d') at the depth d
+    damping: NonNegative = 0.0  # s/m
+    #: Newton's coefficient of restitution of an impact on a rigid stop
+    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # -
+    shortening: bool = True  # whether gap and slip know the foreshortening of the beam up to the contact point
+    friction: Literal["frictionless", "hybrid", "modified-coulomb"] = "hybrid"  # the tangential law
+    mu_static: NonNegative = 0.3  # -; static coefficient of friction
+    mu_kinetic: NonNegative = 0.3  # -; kinetic coefficient of friction
+    #: slip velocities v0 < v1 between which the modified Coulomb law grows from nothing to its full force
+    regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (1e-3, 1e-2)  # m/s
 
 
 class DiscretizationSection(Section):
     """How the beam becomes a finite number of coordinates."""
 
+    #: assumed modes (`modal`), Hermite finite elements (`fem`), or an installed discretization of one's own
     method: str = "modal"
+    #: the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes)
     frame: Literal["tangent", "mean-axis"] = "tangent"
+    #: order of the kinetic energy in the elastic coordinates
     kinetics: Literal["zeroth-order", "first-order", "full"] = "first-order"
-    modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 2
-    elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = 32
-    grading: Annotated[float, Field(ge=1.0, le=MAX_GRADING)] = 1.0  # largest over smallest element (fem)
+    #: number of modes; of finite elements: reduced to so many of their own modes, 0: the full nodal model
+    modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 2  # -
+    elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = 32  # -; number of finite elements
+    #: largest over smallest element of a mesh that is graded towards the contact point
+    grading: Annotated[float, Field(ge=1.0, le=MAX_GRADING)] = 1.0  # -
 
 
 class SolverSection(Section):
     """How time is marched."""
 
+    #: adaptive with located events, the paper's fixed steps, or implicit generalized-alpha
     scheme: Literal["event", "fixed-step", "generalized-alpha"] = "event"
-    tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10
-    free_step: Positive = 1e-4  # s
-    contact_step: Positive = 1e-6  # s
-    rho_infinity: Annotated[float, Field(ge=0.0, le=1.0)] = 0.8
-    baumgarte: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (10.0, 1000.0)
-    #: "squared": Z'' + 2 chi Z' + beta^2 Z = 0;  "plain": Z'' + chi Z' + beta Z = 0
+    #: relative tolerance of a step (event), of the iterations (generalized-alpha)
+    tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10  # -
+    free_step: Positive = 1e-4  # s; step in flight (fixed-step, generalized-alpha)
+    contact_step: Positive = 1e-6  # s; step in contact (fixed-step, generalized-alpha)
+    #: spectral radius of generalized-alpha at infinite frequency
+    rho_infinity: Annotated[float, Field(ge=0.0, le=1.0)] = 0.8  # -
+    #: Baumgarte's parameters [chi, beta] of the contact constraints
+    baumgarte: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (10.0, 1000.0)  # 1/s
+    #: how they are read, "squared": Z'' + 2 chi Z' + beta^2 Z = 0; "plain": Z'' + chi Z' + beta Z = 0
     baumgarte_form: Literal["squared", "plain"] = "squared"
-    output_interval: Positive = 1e-4  # s
+    output_interval: Positive = 1e-4  # s; interval of the samples; events are always kept exactly
 
 
 class Scenario(Section):
@@ -134,8 +152,8 @@ class Scenario(Section):
     1.0
     """
 
-    end_time: Positive = 1.0  # s
-    gravity: Annotated[float, Field(ge=0.0, le=1e6)] = 9.8  # m/s^2
+    end_time: Positive = 1.0  # s; duration of the run
+    gravity: Annotated[float, Field(ge=0.0, le=1e6)] = 9.8  # m/s^2; acceleration of gravity, downwards
     beam: BeamSection = BeamSection()
     root: RootSection = RootSection()
     initial: InitialSection = InitialSection()

@@ -1,0 +1,294 @@
+"""The reference of the scenario's keys, from the pydantic models and their comments: nothing is written by hand.
+
+A model tells types, ranges and defaults; its source tells units and meanings in the comments of the keys; the
+validators tell which keys exclude each other, in the words of their faults.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import io
+import math
+import re
+import tokenize
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, get_args, get_origin
+
+from docutils import nodes
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from oblique_impact import scenario
+from oblique_impact.plugins import discretization_names
+from oblique_impact.scenario import Scenario, Section
+from oblique_impact.tables import Table
+
+#: units that a key may have, as they are written in the comments and as they are shown
+UNITS = {
+    "-": "1",
+    **{u: u for u in ("m", "kg", "s", "1/s", "Pa", "rad", "rad/s", "m/s", "N/m", "s/m", "N m")},
+    "m^2": "m²",
+    "m^4": "m⁴",
+    "m/s^2": "m/s²",
+    "kg/m^3": "kg/m³",
+    "kg m^2": "kg m²",
+}
+_LARGEST = 1e30  # a bound that only keeps infinity out
+_SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key: where it stands, its type, what is allowed, its default, unit and meaning."""
+
+    section: str
+    name: str
+    kind: str
+    allowed: str
+    default: str
+    unit: str
+    meaning: str
+
+    @property
+    def path(self) -> str:
+        """`section.key`, as ``--set`` takes it."""
+        return f"{self.section}.{self.name}" if self.section else self.name
+
+
+def sections() -> list[tuple[str, type[BaseModel]]]:
+    """Return the models of the scenario file in its order; the keys without a section are called ""."""
+    inner = [(name, f.annotation) for name, f in Scenario.model_fields.items() if _is_section(f)]
+    return [("", Scenario), *inner]  # type: ignore[list-item]
+
+
+def every_key() -> list[Key]:
+    """Return every key of the scenario file, in its order."""
+    found = []
+    for section, model in sections():
+        comments = read_comments(model)
+        for name, field in model.model_fields.items():
+            if not _is_section(field):
+                unit, meaning = comments.get(name, ("", ""))
+                allowed, default = _allowed(model, name, field), _default(section, name, field)
+                found.append(Key(section, name, _kind(field), allowed, default, unit, meaning))
+    return found
+
+
+def read_comments(model: type[BaseModel]) -> dict[str, tuple[str, str]]:
+    """Return (unit, meaning) of each key from the comments in the source of a model."""
+    source = inspect.getsource(model)
+    behind, above = {}, {}
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            text = token.string.lstrip("#:").strip()
+            (above if token.line.lstrip().startswith("#:") else behind)[token.start[0]] = text
+    found = {}
+    (body,) = ast.parse(source).body
+    assert isinstance(body, ast.ClassDef)
+    for node in body.body:
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            unit, _, meaning = behind.get(node.end_lineno or 0, "").partition("; ")
+            if unit not in UNITS:
+                unit, meaning = "", behind.get(node.end_lineno or 0, "")
+            lines, line = [], node.lineno - 1
+            while line in above:
+                lines.insert(0, above[line])
+                line -= 1
+            found[node.target.id] = UNITS.get(unit, ""), " ".join([*lines, *([meaning] if meaning else [])])
+    return found
+
+
+def rules() -> list[tuple[str, str]]:
+    """Return (key, what is refused) of the checks that look at several keys, from their own messages."""
+    found = set()
+    for function in ast.walk(ast.parse(inspect.getsource(scenario))):
+        if isinstance(function, ast.FunctionDef) and function.name.startswith("_check_"):
+            texts = {n: v.value for n, v in _assigned(function) if isinstance(v, ast.Constant)}
+            for call, names in _refusals(function, texts):
+                found.add((_words(call.args[0], names), _words(call.args[2], names)))
+    return sorted(found, key=lambda row: (_place(row[0]), row[1]))
+
+
+def _assigned(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr]]:
+    """Yield names that a function gives to expressions, also several at once."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign):
+            target = node.targets[0]
+            names = target.elts if isinstance(target, ast.Tuple) else [target]
+            values = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+            if len(names) == len(values):
+                yield from ((n.id, v) for n, v in zip(names, values, strict=True) if isinstance(n, ast.Name))
+
+
+def _refusals(function: ast.FunctionDef, texts: dict[str, Any]) -> Iterator[tuple[ast.Call, dict[str, Any]]]:
+    """Yield calls of `_refuse`, each with the words that stand behind the names in it; loops are run through."""
+    tables = {n: ast.literal_eval(v) for n, v in _assigned(function) if isinstance(v, ast.Dict)}
+    looped = set()
+    for loop in (node for node in ast.walk(function) if isinstance(node, ast.For)):
+        inside = [call for call in ast.walk(loop) if _is_refusal(call)]
+        looped.update(map(id, inside))
+        for names in _turns(loop, tables):
+            yield from ((call, texts | names) for call in inside)  # type: ignore[misc]
+    yield from ((c, texts) for c in ast.walk(function) if _is_refusal(c) and id(c) not in looped)  # type: ignore[misc]
+
+
+def _turns(loop: ast.For, tables: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield values of a loop's names in each turn, over a literal tuple or over the items of a literal table."""
+    if isinstance(loop.target, ast.Name):
+        yield from ({loop.target.id: value} for value in ast.literal_eval(loop.iter))
+        return
+    assert isinstance(loop.target, ast.Tuple)
+    assert isinstance(loop.iter, ast.Call)
+    first, second = (ast.unparse(name) for name in loop.target.elts)
+    table = tables[ast.unparse(loop.iter.func).removesuffix(".items")]
+    yield from ({first: name, second: value} for name, value in table.items())
+
+
+def _is_refusal(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "_refuse"
+
+
+def _words(node: ast.expr, names: dict[str, Any]) -> str:
+    """Text of a message; what is not known before a run becomes an ellipsis."""
+    if isinstance(node, ast.Constant):
+        return str(node.value)
+    assert isinstance(node, ast.JoinedStr), ast.dump(node)
+    parts = (v.value if isinstance(v, ast.Constant) else _known(v, names) for v in node.values)
+    return "".join(str(part) for part in parts)
+
+
+def _known(part: ast.expr, names: dict[str, Any]) -> Any:
+    assert isinstance(part, ast.FormattedValue)
+    name = ast.unparse(part.value)
+    return names.get(name, getattr(scenario, name, "…"))
+
+
+def _place(path: str) -> int:
+    return [key.path for key in every_key()].index(path)
+
+
+def _is_section(field: FieldInfo) -> bool:
+    return isinstance(field.annotation, type) and issubclass(field.annotation, Section)
+
+
+def _kind(field: FieldInfo) -> str:
+    annotation = field.annotation
+    if get_origin(annotation) is Literal:
+        return "one of"
+    if get_origin(annotation) is tuple:
+        return "two numbers"
+    names = {float: "number", int: "whole number", bool: "", str: "one of", float | Table: ""}
+    return names[annotation]  # type: ignore[arg-type]
+
+
+def _allowed(model: type[BaseModel], name: str, field: FieldInfo) -> str:
+    annotation = field.annotation
+    if get_origin(annotation) is Literal:
+        return ", ".join(f'``"{value}"``' for value in get_args(annotation))
+    if annotation is bool:
+        return "``true``, ``false``"
+    if annotation is str:
+        return ", ".join(f'``"{value}"``' for value in discretization_names())
+    bounds = _bounds(field.metadata)
+    if get_origin(annotation) is tuple:
+        bounds = _bounds([part for item in get_args(annotation) for part in get_args(item)[1:]])
+        return " and ".join(bounds)
+    if annotation == float | Table:
+        return _refusal(model, name)
+    return " and ".join(bounds)
+
+
+def _bounds(metadata: list[Any]) -> list[str]:
+    """Bounds in the order of the model, without those that only keep infinity out."""
+    found = []
+    for entry in metadata:
+        parts = getattr(entry, "metadata", [entry])
+        for part in parts:
+            for sign, symbol in _SIGNS.items():
+                value = getattr(part, sign, None)
+                if value is not None and abs(value) < _LARGEST:
+                    found.append(f"{symbol} {_number(value)}")
+    return list(dict.fromkeys(found))
+
+
+def _refusal(model: type[BaseModel], name: str) -> str:
+    """Ask the model itself what it wants, by a value that nothing accepts."""
+    try:
+        model.model_validate({name: object()})
+    except ValidationError as error:
+        return error.errors()[0]["msg"].removeprefix("Input should be ")
+    raise AssertionError(f"{name} takes anything")
+
+
+def _default(section: str, name: str, field: FieldInfo) -> str:
+    value = field.default
+    if isinstance(value, float) and math.isnan(value):
+        return "not given"
+    if isinstance(value, bool):
+        return f"``{str(value).lower()}``"
+    if isinstance(value, str):
+        return f'``"{value}"``'
+    if isinstance(value, tuple):
+        return f"``[{', '.join(_number(v) for v in value)}]``"
+    return f"``{_number(value)}``"
+
+
+def _number(value: float) -> str:
+    """Return a number as a scenario file would have it; large round ones with an exponent."""
+    text = f"{value:.10g}"
+    stripped = text.rstrip("0")
+    zeros = len(text) - len(stripped)
+    return f"{stripped}e{zeros}" if zeros > 4 and "e" not in text and "." not in text else text
+
+
+def reference() -> str:
+    """Return the reference as reStructuredText: a table for each section, and the rules between keys."""
+    lines: list[str] = []
+    every = every_key()
+    for section, model in sections():
+        title = f"``[{section}]``" if section else "Without a section"
+        docs = (inspect.getdoc(model) or "").split("\n")[0]
+        lines += [title, "-" * len(title), "", _plain(docs) if section else "These stand first in the file.", ""]
+        lines += [".. list-table::", "   :header-rows: 1", "   :widths: 22 10 24 18 36", "   :class: keys", ""]
+        lines += _row(["key", "unit", "allowed", "default", "meaning"])
+        for key in every:
+            if key.section == section:
+                name = f"``{key.name}``"
+                allowed = ": ".join(part for part in (key.kind, key.allowed) if part)
+                lines += _row([name, key.unit or "–", allowed, key.default, _plain(key.meaning)])
+        lines.append("")
+    lines += ["Rules between keys", "-" * 18, "", "What is refused, in the words of the fault (… is a value).", ""]
+    lines += [".. list-table::", "   :header-rows: 1", "   :widths: 28 72", "   :class: keys", ""]
+    lines += _row(["key", "what is allowed"])
+    for path, message in rules():
+        lines += _row([f"``{path}``", _plain(message)])
+    return "\n".join(lines) + "\n"
+
+
+def _plain(text: str) -> str:
+    """Escape what reStructuredText would take for markup; single backticks are code."""
+    parts = text.split("`")
+    return "".join(f"``{p}``" if n % 2 else re.sub(r"([*|_\\])", r"\\\1", p) for n, p in enumerate(parts))
+
+
+def _row(cells: list[str]) -> list[str]:
+    return [f"   {'* -' if n == 0 else '  -'} {cell}" for n, cell in enumerate(cells)]
+
+
+class ScenarioKeys(SphinxDirective):
+    """Puts the reference into a page."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the tables."""
+        self.env.note_dependency(inspect.getsourcefile(scenario) or "")
+        return self.parse_text_to_nodes(reference(), allow_section_headings=True)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive."""
+    app.add_directive("scenario-keys", ScenarioKeys)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

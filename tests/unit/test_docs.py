@@ -1,0 +1,261 @@
+"""The documentation: complete references, examples that run, a build without a warning and without network."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from oblique_impact import InputError, Scenario, simulate_system
+from validation.checks import registry
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture
+def extension(monkeypatch):
+    """Import an extension of the documentation by name."""
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    return import_module
+
+
+def every_key() -> dict[str, type]:
+    """Keys of the models by "section.key", found without the extension, with the types of their defaults."""
+    found = {}
+    for name, field in Scenario.model_fields.items():
+        if isinstance(field.default, BaseModel):
+            for key, inner in type(field.default).model_fields.items():
+                found[f"{name}.{key}"] = type(inner.default)
+        else:
+            found[name] = type(field.default)
+    return found
+
+
+def test_reference_has_every_key_with_its_meaning_and_unit(extension):
+    keys = {key.path: key for key in extension("scenario_keys").every_key()}
+    assert keys.keys() == every_key().keys()
+    for path, kind in every_key().items():
+        assert keys[path].meaning, path
+        assert keys[path].default, path
+        assert bool(keys[path].unit) == (kind in (int, float, tuple)), f"{path}: unit {keys[path].unit!r}"
+
+
+def test_reference_page_names_every_key(extension):
+    page = extension("scenario_keys").reference()
+    for path in every_key():
+        assert f"``{path.rpartition('.')[2]}``" in page, path
+
+
+def test_bounds_in_the_reference_are_those_of_the_models(extension):
+    """What the reference excludes is refused, and the bound itself is what the sign says."""
+    checked = 0
+    for key in extension("scenario_keys").every_key():
+        for sign, text in re.findall(r"([<>≤≥]) (\S+)", key.allowed):
+            bound = float(text)
+            outside = bound + (1.0 if sign in "<≤" else -1.0) * (abs(bound) * 1e-6 + 1e-9)
+            value = bound if sign in "<>" else outside
+            if key.kind == "whole number":
+                value = int(bound) + (1 if sign in "<≤" else -1)
+            given = [value, value] if key.kind == "two numbers" else value
+            with pytest.raises(InputError, match=re.escape(key.path)):
+                Scenario.from_dict({key.section: {key.name: given}} if key.section else {key.name: given})
+            checked += 1
+    assert checked > 30
+
+
+def test_rules_between_keys_are_complete_and_about_known_keys(extension):
+    """Every refusal of the validators stands in the reference."""
+    module = extension("scenario_keys")
+    found = module.rules()
+    assert {path for path, _ in found} <= every_key().keys()
+    source = (ROOT / "oblique_impact" / "scenario.py").read_text(encoding="utf-8")
+    assert len(found) >= source.count(" _refuse(") > 20
+    with pytest.raises(InputError) as refused:
+        Scenario.from_dict({"root": {"torque": 1.0}})
+    (rule,) = (message for path, message in found if path == "root.torque")
+    assert re.search(re.escape(rule).replace("…", ".*"), str(refused.value))
+
+
+def test_comments_without_a_unit_are_meanings(extension, tmp_path, monkeypatch):
+    source = (
+        "from pydantic import BaseModel\n\n\nclass Probe(BaseModel):\n"
+        "    a: float = 0.0  # m; a length\n"
+        "    #: goes on\n    #: over two lines\n    b: float = 0.0  # 1/s\n"
+        '    c: str = ""  # words; with a semicolon\n'
+        "    d: int = 0\n"
+    )
+    (tmp_path / "probe_model.py").write_text(source, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    read = extension("scenario_keys").read_comments(import_module("probe_model").Probe)
+    assert read["a"] == ("m", "a length")
+    assert read["b"] == ("1/s", "goes on over two lines")
+    assert read["c"] == ("", "words; with a semicolon")
+    assert read["d"] == ("", "")
+
+
+def test_command_line_reference_has_every_command_and_option(extension):
+    module = extension("command_line")
+    page = module.reference()
+    help_text = subprocess.run(
+        [sys.executable, "-m", "oblique_impact.cli", "--help"], capture_output=True, text=True, check=True
+    ).stdout
+    commands = re.findall(r"^  ([a-z]+)  ", help_text.partition("Commands:")[2], re.MULTILINE)
+    assert {"run", "render", "export"} <= set(commands)
+    for command in commands:
+        _, _, section = page.partition(f".. program:: oblique-impact {command}\n")
+        section = section.partition(".. program::")[0]
+        assert section, command
+        for parameter in module.commands()[command].params:
+            for option in parameter.opts:
+                shown = option if option.startswith("-") else (parameter.metavar or option.upper())
+                assert re.search(rf"^\.\. option:: .*{re.escape(shown)}", section, re.MULTILINE), (command, option)
+            assert " ".join((parameter.help or "").split())[:20].replace("_", r"\_") in section
+
+
+@pytest.mark.parametrize("latex", [r"\begin{aligned} a &= b \\ c &= d \end{aligned}", r"M^\mathsf{T} \ddot{q}"])
+def test_formulas_become_mathml(extension, latex):
+    found = extension("mathml").to_mathml(latex, "block")
+    assert found.startswith("<math")
+    assert "&amp;" not in found
+    assert "\\" not in found
+
+
+def test_primes_are_signs_and_functions_have_space(extension):
+    found = extension("mathml").to_mathml(r"s \sinh z + u_y' + {\Phi''}^\mathsf{T}", "inline")
+    assert re.search(
+        r'<mi>s</mi><mspace width="0.167em" /><mi>sinh</mi><mspace width="0.167em" /><mi>z</mi>', found
+    )
+    assert re.search(r'<msub><mi>u</mi><mi>y</mi></msub><mo lspace="0" rspace="0">\u2032</mo>', found)
+    assert "\u2033</mo>" in found
+
+
+@pytest.mark.parametrize("latex", [r"\nosuchcommand{x}", "a & b"])
+def test_formulas_that_cannot_be_converted_are_refused(extension, latex):
+    with pytest.raises(ValueError, match="not converted"):
+        extension("mathml").to_mathml(latex, "block")
+
+
+def test_every_displayed_equation_of_the_theory_names_its_code():
+    """Displayed formulas are `equation` directives, which refuse to be without code; none stands outside."""
+    pages = sorted((DOCS / "theory").glob("*.md"))
+    texts = [page.read_text(encoding="utf-8") for page in pages]
+    assert sum(text.count("```{equation}") for text in texts) > 40
+    for page, text in zip(pages, texts, strict=True):
+        assert "$$" not in text, page
+        assert "```{math}" not in text, page
+        assert text.count("```{equation}") == len(re.findall(r"```{equation}\n:label: .+\n:code: .+\n", text)), (
+            page
+        )
+
+
+def test_docstrings_keep_their_formulas(extension):
+    lines = ["Title |x|.", "", "    |a| <= b", "", "Then `|c|` and |d|.", "", "a : int", "    text |e|"]
+    extension("docstrings").prepare(None, "function", "f", None, None, lines)
+    assert lines[:5] == [r"Title \|x\|.", "", "::", "", "    |a| <= b"]
+    assert lines[6] == r"Then `|c|` and \|d\|."
+    assert lines[-1] == r"    text \|e\|"
+
+
+def examples() -> list[Path]:
+    return sorted((ROOT / "examples").glob("plot_*.py"))
+
+
+@pytest.mark.parametrize("file", examples(), ids=lambda file: file.stem)
+def test_example_runs(extension, file, tmp_path):
+    example = extension("gallery").run_example(file, tmp_path)
+    assert example.title
+    assert len(example.text) > 40
+    assert example.pictures
+    for picture in example.pictures:
+        assert picture.parent == tmp_path
+        assert picture.stat().st_size > 10_000
+    assert f"```{{image}} {example.pictures[0].name}\n" in extension("gallery").page(example)
+
+
+def blocks(page: str, language: str) -> list[str]:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
+def test_scenarios_of_the_how_to_are_valid():
+    complete, tables = blocks("howto/scenario.md", "toml")
+    assert Scenario.from_toml(complete).contact.point == 0.4
+    varying = Scenario.from_toml(tables, ["discretization.method=fem"])
+    assert varying.beam.tip_mass == 0.05
+
+
+def test_friction_law_of_the_how_to_sticks_until_the_spring_is_strong_enough(extension):
+    names: dict = {}
+    exec(blocks("howto/friction-law.md", "python")[0], names)
+    law = names["ViscousCoulomb"]()
+    forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
+    assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))
+    assert backwards.intercept - backwards.slope * 0.1 == pytest.approx(0.3 + 0.05 * 0.1)
+    spec = importlib.util.spec_from_file_location("belt", ROOT / "examples" / "plot_own_system.py")
+    belt = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(belt)
+    start = np.zeros(2), np.array([belt.BELT, 0.0])
+    history = simulate_system(belt.MassOnBelt(), *start, end_time=1.0, friction=law)
+    breaks = [event.time for event in history.events if event.kind.value == "slip"]
+    assert breaks[0] == pytest.approx(0.3 * belt.MASS * belt.GRAVITY / belt.SPRING / belt.BELT, abs=1e-9)
+
+
+def test_check_of_the_how_to_passes(monkeypatch):
+    monkeypatch.setattr(registry, "_CHECKS", {})
+    names: dict = {}
+    exec(blocks("howto/check.md", "python")[0], names)
+    assert list(registry._CHECKS) == ["mine.hinged-frequency"]
+    assert names["hinged_frequency"]().verdict == "pass"
+
+
+def build(folder: Path, source: Path) -> subprocess.CompletedProcess[str]:
+    options = ["-b", "html", "-W", "--keep-going", "-n", "-q"]
+    return subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, str(source), str(folder)], capture_output=True, text=True
+    )
+
+
+def test_equation_with_a_wrong_name_fails_the_build(tmp_path):
+    """The names of functions beside the equations are checked, and so is that there is one."""
+    source = tmp_path / "source"
+    source.mkdir()
+    (source / "conf.py").write_text(
+        f"import sys\nsys.path.insert(0, {str(DOCS / '_ext')!r})\n"
+        'extensions = ["myst_parser", "mathml"]\nhtml_math_renderer = "mathml"\n',
+        encoding="utf-8",
+    )
+    page = "# Page\n\n```{equation}\n:label: one\n%sa = b\n```\n"
+    (source / "index.md").write_text(page % ":code: oblique_impact.nowhere.nothing\n", encoding="utf-8")
+    wrong = build(tmp_path / "wrong", source)
+    assert wrong.returncode != 0
+    assert "py:func reference target not found: oblique_impact.nowhere.nothing" in wrong.stderr
+    (source / "index.md").write_text(page % "", encoding="utf-8")
+    without = build(tmp_path / "without", source)
+    assert without.returncode != 0
+    assert "an equation needs :code:" in without.stderr
+
+
+@pytest.mark.slow
+def test_documentation_builds_without_a_warning_and_needs_no_network(tmp_path):
+    built = build(tmp_path / "html", DOCS)
+    assert built.returncode == 0, built.stderr[-3000:]
+    pages = list((tmp_path / "html").rglob("*.html"))
+    assert len(pages) > 40
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        loaded = re.findall(r"<(?:script|img|link|iframe)[^>]*?(?:src|href)=\"(?:https?:)?//[^\"]+", text)
+        assert not loaded, (page, loaded)
+    theory = (tmp_path / "html" / "theory" / "motion.html").read_text(encoding="utf-8")
+    assert theory.count("<math") > 30
+    assert 'href="../reference/api/physics.html#oblique_impact.floating_frame._first_order"' in theory
+    keys = (tmp_path / "html" / "reference" / "scenario.html").read_text(encoding="utf-8")
+    assert all(f">{path.rpartition('.')[2]}<" in keys for path in every_key())
+    assert (tmp_path / "html" / "_static" / "STIXTwoMath-Regular.ttf").stat().st_size > 1_000_000
