@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
+from oblique_impact.base_motion import BaseMotion
 from oblique_impact.fields import Fields, Motion, cumulative, fields_along
 from oblique_impact.floating_frame import (
     CONSTANT_SPEED,
@@ -21,13 +22,13 @@ from oblique_impact.floating_frame import (
     HOLD,
     HUB,
     LOAD,
+    OWN_MOTION,
     PIN,
     ROOT_SLOPE,
     SPIN_STIFFNESS,
     SPIN_UP,
     STIFFNESS,
     BeamModel,
-    drive,
 )
 from oblique_impact.operators import Array, BeamOperators
 from oblique_impact.scenario import Scenario
@@ -77,6 +78,20 @@ class Beam:
         return self.operators.size + 1
 
     @cached_property
+    def motion(self) -> BaseMotion | None:
+        """A base motion of one's own; its compiled form lives as long as this beam."""
+        motion: BaseMotion | None = self.scenario.part("profile")
+        return motion
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times (s) at which the root's motion is not smooth."""
+        if self.motion:
+            return self.motion.breakpoints
+        root = self.scenario.root
+        return (root.spin_up_time,) if root.profile == "spin-up" else ()
+
+    @cached_property
     def model(self) -> BeamModel:
         """Everything the kernels need."""
         s, o = self.scenario, self.operators
@@ -114,9 +129,11 @@ class Beam:
             root=_ROOTS[s.root.kind],
             hub_inertia=hub,
             torque=s.root.torque if s.root.kind == "hub" else 0.0,
-            profile=_PROFILES[s.root.profile],
+            profile=OWN_MOTION if self.motion else _PROFILES[s.root.profile],
             spin_rate=s.root.spin_rate,
             spin_up_time=s.root.spin_up_time,
+            motion=self.motion.pointer.address if self.motion else 0,
+            motion_data=self.motion.pointer.data if self.motion else 0,
             contact_radius=o.hub_radius + o.contact_point,
             slope_angle=angle,
             normal_offset=float(-x * np.sin(angle) + y * np.cos(angle)),
@@ -155,8 +172,7 @@ class Beam:
         """Return q and q' (n + 1,) at t = 0: the undeformed beam at its initial angle and speed."""
         q, qd = np.zeros(self.size), np.zeros(self.size)
         q[0] = self.scenario.initial.angle
-        driven = self.scenario.root.kind == "driven"
-        qd[0] = drive(self.model, 0.0)[1] if driven else self.scenario.initial.angular_velocity
+        qd[0] = self.scenario.initial_angular_velocity
         return q, qd
 
     def energies(self, q: Array, qd: Array) -> Energies:

@@ -8,8 +8,9 @@ Delassus entries A_nn = D_n M^-1 D_n^T, A_nt, A_tt:
             (A_nn + r A_nt) lambda_n = -(Z_n''free + c Z_n' + k Z_n)
     STICK   both constraints at once, a 2 x 2 system
 
-An elastic stop has no normal constraint: lambda_n = k d (1 + c d'), d = -Z_n, never negative (Hunt and
-Crossley 1975); friction and stick are the same.
+A compliant stop has no normal constraint: its force follows from the depth d = -Z_n and its rate, and never
+pulls.  The built-in one is lambda_n = k d (1 + c d') (Hunt and Crossley 1975); a law of one's own is called by
+its address.  Friction and stick are the same.
 
 The factor A_nn + r A_nt is the effective inverse normal mass of the sliding contact; where it is not
 positive the forward problem has no or several solutions (Painleve).
@@ -25,6 +26,7 @@ import numpy as np
 
 from oblique_impact.dense import row_dot, solve_mass
 from oblique_impact.jit import jitable
+from oblique_impact.pointers import call_2
 from oblique_impact.system import (
     A_NN,
     A_NT,
@@ -89,8 +91,11 @@ class Phase(NamedTuple):
     damping: float = 0.0  # 1/s, coefficient of Z' in Baumgarte's equation
     stiffness: float = 0.0  # 1/s^2, coefficient of Z
     watched: bool = True  # False: contact is switched off and the gap is not watched
-    spring: float = 0.0  # N/m, stiffness of an elastic stop; 0: a rigid one
+    compliant: bool = False  # a stop that gives way; else a rigid one
+    spring: float = 0.0  # N/m, stiffness of an elastic stop
     dashpot: float = 0.0  # s/m, its Hunt-Crossley damping
+    law: int = 0  # address of a contact law of one's own, lambda_n(d, d'); 0: the elastic stop
+    law_data: int = 0  # address of its parameters
 
 
 @jitable
@@ -108,17 +113,38 @@ def condense(system: Any, work: Work) -> bool:
 
 
 @jitable
-def spring_force(stiffness: float, damping: float, gap: float, gap_rate: float) -> float:
-    """Return the normal force (N) of an elastic stop, k d (1 + c d') with d = -gap, never negative."""
-    return max(0.0, stiffness * max(0.0, -gap) * (1.0 - damping * gap_rate))
+def stop_force(phase: Phase, gap: float, gap_rate: float) -> float:
+    """Return the normal force (N) of a compliant stop at depth -gap, never negative."""
+    depth = max(0.0, -gap)
+    if phase.law != 0:
+        return max(0.0, call_2(phase.law, phase.law_data, depth, -gap_rate))
+    return max(0.0, phase.spring * depth * (1.0 - phase.dashpot * gap_rate))
+
+
+@jitable
+def stop_tangent(phase: Phase, gap: float, gap_rate: float) -> tuple[float, float]:
+    """Slopes of the force of a compliant stop over depth (N/m) and rate of depth (N s/m); 0 if it is open."""
+    depth = max(0.0, -gap)
+    if phase.law != 0:
+        force = call_2(phase.law, phase.law_data, depth, -gap_rate)
+        if not force > 0.0:
+            return 0.0, 0.0
+        # differences are enough: only the pace of Newton's iterations depends on them
+        deeper, faster = 1e-6 * depth + 1e-12, 1e-6 * abs(gap_rate) + 1e-9
+        over_depth = (call_2(phase.law, phase.law_data, depth + deeper, -gap_rate) - force) / deeper
+        return over_depth, (call_2(phase.law, phase.law_data, depth, -gap_rate + faster) - force) / faster
+    grip = 1.0 - phase.dashpot * gap_rate
+    if not depth * grip > 0.0:
+        return 0.0, 0.0
+    return phase.spring * grip, phase.spring * depth * phase.dashpot
 
 
 @jitable
 def sliding_force(phase: Phase, k: Array) -> int:
     """Contact force of a sliding contact into the scalars `k`; NO_SLIDING_SOLUTION if Painleve."""
     ratio = phase.intercept + phase.slope * k[SLIP_RATE]
-    if phase.spring > 0.0:
-        k[LAMBDA_N] = spring_force(phase.spring, phase.dashpot, k[GAP], k[GAP_RATE])
+    if phase.compliant:
+        k[LAMBDA_N] = stop_force(phase, k[GAP], k[GAP_RATE])
         k[LAMBDA_T] = ratio * k[LAMBDA_N]
         return OK
     effective = k[A_NN] + ratio * k[A_NT]
@@ -138,10 +164,10 @@ def sticking_force(phase: Phase, reference: float, k: Array) -> int:
     """
     drift = k[SLIP] - reference
     tangential = k[SLIP_ACCELERATION] + phase.damping * k[SLIP_RATE] + phase.stiffness * drift
-    if phase.spring > 0.0:
+    if phase.compliant:
         if not k[A_TT] > 0.0:
             return NO_STICKING_SOLUTION
-        k[LAMBDA_N] = spring_force(phase.spring, phase.dashpot, k[GAP], k[GAP_RATE])
+        k[LAMBDA_N] = stop_force(phase, k[GAP], k[GAP_RATE])
         k[LAMBDA_T] = -(tangential + k[A_NT] * k[LAMBDA_N]) / k[A_TT]
         return OK
     determinant = k[A_NN] * k[A_TT] - k[A_NT] * k[A_NT]
@@ -189,13 +215,13 @@ def measure_guards(phase: Phase, k: Array) -> None:
         if phase.watched:
             k[FIRST_GUARD + GUARD_NORMAL] = k[GAP]
         return
-    k[FIRST_GUARD + GUARD_NORMAL] = -k[GAP] if phase.spring > 0.0 else k[LAMBDA_N]
+    k[FIRST_GUARD + GUARD_NORMAL] = -k[GAP] if phase.compliant else k[LAMBDA_N]
     if phase.state == SLIDING:
         if phase.lower > -np.inf:
             k[FIRST_GUARD + GUARD_LOWER] = k[SLIP_RATE] - phase.lower
         if phase.upper < np.inf:
             k[FIRST_GUARD + GUARD_UPPER] = phase.upper - k[SLIP_RATE]
-        ratio = 0.0 if phase.spring > 0.0 else phase.intercept + phase.slope * k[SLIP_RATE]
+        ratio = 0.0 if phase.compliant else phase.intercept + phase.slope * k[SLIP_RATE]
         k[FIRST_GUARD + GUARD_DEFINITE] = 1.0 + ratio * k[A_NT] / k[A_NN] - _NEARLY_PAINLEVE
     else:
         k[FIRST_GUARD + GUARD_LOWER] = phase.static * k[LAMBDA_N] - k[LAMBDA_T]

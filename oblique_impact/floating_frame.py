@@ -15,6 +15,7 @@ from numba.extending import overload
 
 from oblique_impact import system as protocol
 from oblique_impact.jit import jitable
+from oblique_impact.pointers import call_1
 from oblique_impact.system import (
     ACCELERATION,
     DAMPING_POWER,
@@ -37,7 +38,7 @@ from oblique_impact.system import (
 )
 
 PIN, HUB, DRIVEN = 0, 1, 2
-HOLD, CONSTANT_SPEED, SPIN_UP = 0, 1, 2
+HOLD, CONSTANT_SPEED, SPIN_UP, OWN_MOTION = 0, 1, 2, 3
 
 
 # BeamModel.matrices: elastic mass with the hub's share, M1 - C of the beam alone, stiffness, damping,
@@ -68,6 +69,8 @@ class BeamModel(NamedTuple):
     profile: int
     spin_rate: float
     spin_up_time: float
+    motion: int  # address of the acceleration (rad/s^2) of a base motion of one's own, a function of time
+    motion_data: int  # address of its parameters
     contact_radius: float  # r + x_F (m)
     slope_angle: float
     normal_offset: float  # c_n (m)
@@ -105,7 +108,7 @@ def project(vectors: Array, row: int, vector: Array) -> float:
 
 @jitable
 def drive(model: BeamModel, t: float) -> tuple[float, float, float]:
-    """Prescribed angle since the start, speed and acceleration of a driven root (rad, rad/s, rad/s^2).
+    """Angle since the start, speed and acceleration of a built-in base motion (rad, rad/s, rad/s^2).
 
     Spin-up: speed (w/T) (t - T/(2 pi) sin(2 pi t/T)) up to T (Simo and Vu-Quoc 1986), then w.
     """
@@ -120,6 +123,14 @@ def drive(model: BeamModel, t: float) -> tuple[float, float, float]:
     lag = period / (2.0 * np.pi)
     angle = w / period * (0.5 * t * t + lag * lag * (np.cos(phase) - 1.0))
     return angle, w / period * (t - lag * np.sin(phase)), w / period * (1.0 - np.cos(phase))
+
+
+@jitable
+def drive_acceleration(model: BeamModel, t: float) -> float:
+    """Acceleration (rad/s^2) of a driven root."""
+    if model.profile == OWN_MOTION:
+        return float(call_1(model.motion, model.motion_data, t))
+    return drive(model, t)[2]
 
 
 @jitable
@@ -228,7 +239,7 @@ def _contact(model: BeamModel, q: Array, qd: Array, work: Work) -> None:
 @jitable
 def _prescribe(model: BeamModel, t: float, work: Work) -> None:
     """Replace the row of theta by the prescribed acceleration and keep it for the driver's power."""
-    acceleration = drive(model, t)[2]
+    acceleration = drive_acceleration(model, t)
     M, v, k = work.matrices, work.vectors, work.scalars
     k[DRIVEN_FORCE] = v[FORCES, 0]
     v[FORCES, 0] = acceleration

@@ -10,8 +10,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 from typing import NamedTuple
+
+from oblique_impact.errors import InputError
+
+_MOST_BRANCHES = 10_000
+_FAR = 10.0  # m/s beyond the last kink, where a law is still looked at
 
 
 class Branch(NamedTuple):
@@ -28,6 +33,35 @@ class FrictionLaw(ABC):
 
     #: static coefficient of a law with a stick state, None for a law that always slips
     static: float | None = None
+
+    def check(self, end_time: float) -> None:
+        """Raise InputError if the branches do not fit together; called before a run of a law of one's own.
+
+        They have to follow each other without gaps, must not push along the slip, and must begin inside of the
+        static cone of a law that has one.
+        """
+        for direction in (1, -1):
+            start = self.branch(0.0, direction)
+            if self.static is not None and abs(start.intercept) > self.static * (1.0 + 1e-12):
+                words = f"static = {self.static:g}, should be at least the {abs(start.intercept):g} of slow slip"
+                raise InputError(f"{type(self).__name__}: {words}")
+            self._check_side(start, direction)
+
+    def _check_side(self, branch: Branch, direction: int) -> None:
+        for _ in range(_MOST_BRANCHES):
+            inner, outer = (branch.lower, branch.upper)[::direction]
+            if not branch.lower < branch.upper:
+                raise InputError(f"{type(self).__name__}: the branch at {inner:g} m/s is empty")
+            ends = (inner if isfinite(inner) else 0.0, outer if isfinite(outer) else inner + direction * _FAR)
+            for v in ends:
+                if isfinite(v) and v * (branch.intercept + branch.slope * v) > 1e-9 * abs(v * branch.intercept):
+                    raise InputError(f"{type(self).__name__}: pushes along the slip at {v:g} m/s")
+            if not isfinite(outer):
+                return
+            branch = self.branch(outer, direction)
+            if (branch.lower, branch.upper)[::direction][0] != outer:
+                raise InputError(f"{type(self).__name__}: no branch begins at {outer:g} m/s, where another ends")
+        raise InputError(f"{type(self).__name__}: has more than {_MOST_BRANCHES} branches")
 
     @abstractmethod
     def branch(self, slip_rate: float, direction: int) -> Branch:

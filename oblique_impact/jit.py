@@ -30,7 +30,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"reassoc", "contract"}}
 
 _PACKAGE = Path(__file__).parent
-_NUMERIC_MODULES = ["jit", "system", "dense", "implicit", "contact", "floating_frame", "banded", "nodal_frame"]
+_CONTACT = ["jit", "pointers", "system", "dense", "implicit", "contact"]
+_NUMERIC_MODULES = [*_CONTACT, "floating_frame", "banded", "nodal_frame"]
 _NUMERIC_SOURCE = (*(f"{name}.py" for name in _NUMERIC_MODULES), "integrators")
 
 

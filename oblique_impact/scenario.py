@@ -13,19 +13,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line
-from oblique_impact.faults import refuse as _refuse
-from oblique_impact.plugins import discretization_names
+from oblique_impact.parameters import Parameters
+from oblique_impact.plugins import Choice, build
+from oblique_impact.rules import MAX_MODES, PARTS, RULES
 from oblique_impact.tables import Tabulated
 
-MAX_MODES = 100
 MAX_ELEMENTS = 4096
-MAX_EXPLICIT_NODAL_ELEMENTS = 32
 MAX_GRADING = 1e4
-MAX_SAMPLES = 5_000_000
-MAX_STEPS = 1_000_000_000
-
-#: a start this close to the slope (relative to the beam's length) touches it
-TOUCHING = 1e-12
 
 Positive = Annotated[float, Field(gt=0.0, le=1e30)]
 NonNegative = Annotated[float, Field(ge=0.0, le=1e30)]
@@ -69,7 +63,8 @@ class RootSection(Section):
     hub_radius: NonNegative = 0.0  # m; distance of the root from the axis of rotation
     inertia: NonNegative = 0.0  # kg m^2; moment of inertia of the hub
     torque: Finite = 0.0  # N m; torque on the hub
-    profile: Literal["hold", "constant-speed", "spin-up"] = "hold"  # how a driven root turns
+    #: how a driven root turns; or an installed base motion of one's own
+    profile: Annotated[str, Choice("base_motions", ("hold", "constant-speed", "spin-up"))] = "hold"
     spin_rate: Finite = 0.0  # rad/s; angular velocity of a driven root, the final one of a spin-up
     spin_up_time: NonNegative = 0.0  # s; duration of a spin-up
 
@@ -93,14 +88,18 @@ class ContactSection(Section):
 
     enabled: bool = True  # whether the slope is there at all
     point: Positive = math.nan  # m; place of the contact point along the beam; not given: the beam's length
-    normal: Literal["rigid", "spring"] = "rigid"  # a rigid stop, or an elastic one
+    #: a rigid stop, an elastic one, or an installed contact law of one's own
+    normal: Annotated[str, Choice("contact_laws", ("rigid", "spring"))] = "rigid"
     stiffness: Positive = 1e6  # N/m; stiffness of an elastic stop
     #: Hunt-Crossley damping of an elastic stop: its force is stiffness d (1 + damping d') at the depth d
     damping: NonNegative = 0.0  # s/m
-    #: Newton's coefficient of restitution of an impact on a rigid stop
+    #: impact on a rigid stop: without friction (Newton), with friction mu_kinetic (Routh), or an installed law
+    impact: Annotated[str, Choice("impact_laws", ("newton", "routh"))] = "newton"
+    #: coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's
     restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # -
     shortening: bool = True  # whether gap and slip know the foreshortening of the beam up to the contact point
-    friction: Literal["frictionless", "hybrid", "modified-coulomb"] = "hybrid"  # the tangential law
+    #: the tangential law, or an installed friction law of one's own
+    friction: Annotated[str, Choice("friction_laws", ("frictionless", "hybrid", "modified-coulomb"))] = "hybrid"
     mu_static: NonNegative = 0.3  # -; static coefficient of friction
     mu_kinetic: NonNegative = 0.3  # -; kinetic coefficient of friction
     #: slip velocities v0 < v1 between which the modified Coulomb law grows from nothing to its full force
@@ -111,7 +110,7 @@ class DiscretizationSection(Section):
     """How the beam becomes a finite number of coordinates."""
 
     #: assumed modes (`modal`), Hermite finite elements (`fem`), or an installed discretization of one's own
-    method: str = "modal"
+    method: Annotated[str, Choice("discretizations")] = "modal"
     #: the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes)
     frame: Literal["tangent", "mean-axis"] = "tangent"
     #: order of the kinetic energy in the elastic coordinates
@@ -126,8 +125,8 @@ class DiscretizationSection(Section):
 class SolverSection(Section):
     """How time is marched."""
 
-    #: adaptive with located events, the paper's fixed steps, or implicit generalized-alpha
-    scheme: Literal["event", "fixed-step", "generalized-alpha"] = "event"
+    #: adaptive with located events, the paper's fixed steps, implicit generalized-alpha, or one of one's own
+    scheme: Annotated[str, Choice("integrators", ("event", "fixed-step", "generalized-alpha"))] = "event"
     #: relative tolerance of a step (event), of the iterations (generalized-alpha)
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10  # -
     free_step: Positive = 1e-4  # s; step in flight (fixed-step, generalized-alpha)
@@ -139,6 +138,16 @@ class SolverSection(Section):
     #: how they are read, "squared": Z'' + 2 chi Z' + beta^2 Z = 0; "plain": Z'' + chi Z' + beta Z = 0
     baumgarte_form: Literal["squared", "plain"] = "squared"
     output_interval: Positive = 1e-4  # s; interval of the samples; events are always kept exactly
+
+
+class ParametersSection(Section):
+    """Numbers of installed or registered parts of one's own; built-in ones have keys of their own."""
+
+    friction: Parameters = ()  # of the friction law that contact.friction names
+    normal: Parameters = ()  # of the contact law that contact.normal names
+    impact: Parameters = ()  # of the impact law that contact.impact names
+    profile: Parameters = ()  # of the base motion that root.profile names
+    scheme: Parameters = ()  # of the integrator that solver.scheme names
 
 
 class Scenario(Section):
@@ -161,21 +170,15 @@ class Scenario(Section):
     contact: ContactSection = ContactSection()
     discretization: DiscretizationSection = DiscretizationSection()
     solver: SolverSection = SolverSection()
+    parameters: ParametersSection = ParametersSection()
 
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:
         if math.isnan(self.contact.point):
             resolved = self.contact.model_copy(update={"point": self.beam.length})
             object.__setattr__(self, "contact", resolved)
-        for check in (
-            _check_root,
-            _check_beam,
-            _check_contact,
-            _check_discretization,
-            _check_nodal,
-            _check_solver,
-        ):
-            check(self)
+        for rule in RULES:
+            rule(self)
         return self
 
     @property
@@ -189,8 +192,25 @@ class Scenario(Section):
     def initial_angular_velocity(self) -> float:
         """Angular velocity of the root at t = 0 (rad/s)."""
         if self.root.kind == "driven":
+            own = self.part("profile")
+            if own is not None:
+                return float(own.at(0.0).speed)
             return self.root.spin_rate if self.root.profile == "constant-speed" else 0.0
         return self.initial.angular_velocity
+
+    def part(self, key: str) -> Any:
+        """Build the part of one's own that `friction`, `normal`, `impact`, `profile` or `scheme` names.
+
+        Returns None for a built-in one.  Raises InputError if it does not take its numbers.
+        """
+        section = getattr(self, next(section for section, name in PARTS if name == key))
+        field = type(section).model_fields[key]
+        choice = next(entry for entry in field.metadata if isinstance(entry, Choice))
+        name = getattr(section, key)
+        if name in choice.built_in:
+            return None
+        before = (self.solver,) if key == "scheme" else ()
+        return build(choice.kind, name, dict(getattr(self.parameters, key)), *before)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Scenario:
@@ -245,16 +265,18 @@ class Scenario(Section):
         if at_tip and "beam__length" in values and "contact__point" not in values:
             del data["contact"]["point"]  # the tip moves with the length
         for name, value in values.items():
-            *section, key = name.split("__")
+            *sections, key = name.split("__")
             target = data
-            for part in section:
-                target = target[part]
+            for section in sections:
+                target = target[section]
             target[key] = value
         return Scenario.from_dict(data)
 
     def to_toml(self) -> str:
         """Return the fully resolved scenario file."""
-        return tomli_w.dumps(self.model_dump(mode="json"))
+        data = self.model_dump(mode="json")
+        given = {key: numbers for key, numbers in data.pop("parameters").items() if numbers}
+        return tomli_w.dumps(data | ({"parameters": given} if given else {}))
 
 
 def builtin_names() -> list[str]:
@@ -275,10 +297,10 @@ def _builtin_folder() -> Any:
 
 
 def _apply_override(data: dict[str, Any], item: str) -> None:
-    """Apply "section.key=value"; the value is TOML, or a bare word taken as a string."""
+    """Apply "section.key=value" or "parameters.part.name=value"; it is TOML, or a bare word taken as a string."""
     path, separator, text = item.partition("=")
     keys = [part.strip() for part in path.split(".")]
-    if not separator or not all(keys) or len(keys) > 2:
+    if not separator or not all(keys) or len(keys) > (3 if keys[0] == "parameters" else 2):
         raise InputError(f"--set {item}: expected section.key=value")
     try:
         parsed = tomllib.loads(f"value = {text}")
@@ -291,123 +313,3 @@ def _apply_override(data: dict[str, Any], item: str) -> None:
         if not isinstance(target, dict):
             raise InputError(f"--set {item}: {key} is not a section")
     target[keys[-1]] = value
-
-
-def _check_root(s: Scenario) -> None:
-    root, kind = s.root, s.root.kind
-    only = {"inertia": "hub", "torque": "hub", "spin_rate": "driven", "spin_up_time": "driven"}
-    for key, needed in only.items():
-        if getattr(root, key) != 0.0 and kind != needed:
-            _refuse(f"root.{key}", getattr(root, key), f'only with root.kind = "{needed}" (it is "{kind}")')
-    if root.profile != "hold" and kind != "driven":
-        _refuse("root.profile", root.profile, f'only with root.kind = "driven" (it is "{kind}")')
-    if root.hub_radius > 0.0 and kind == "pin":
-        _refuse("root.hub_radius", root.hub_radius, 'a pin has radius 0; use root.kind = "hub" or "driven"')
-    if root.profile == "spin-up" and not root.spin_up_time > 0.0:
-        _refuse("root.spin_up_time", root.spin_up_time, "should be greater than 0 for a spin-up")
-    speed = s.initial.angular_velocity
-    if kind == "driven" and speed not in (0.0, s.initial_angular_velocity):
-        _refuse("initial.angular_velocity", speed, "a driven root prescribes its own speed; leave it 0")
-
-
-def _check_beam(s: Scenario) -> None:
-    beam, modal = s.beam, s.discretization.method == "modal"
-    uniform = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
-    for key in ("area", "second_moment"):
-        table = getattr(beam, key)
-        if not isinstance(table, tuple):
-            continue
-        if table[-1][0] != beam.length:
-            _refuse(f"beam.{key}", table, f"should end at x = beam.length = {beam.length}, not at {table[-1][0]}")
-        if modal:
-            _refuse(f"beam.{key}", table, f"{uniform} tables")
-    if modal and beam.tip_mass > 0.0:
-        _refuse("beam.tip_mass", beam.tip_mass, f"{uniform} a tip mass")
-    if modal and s.discretization.grading != 1.0:
-        _refuse(
-            "discretization.grading",
-            s.discretization.grading,
-            'the modal method has no mesh; use 1.0, or discretization.method = "fem"',
-        )
-
-
-def _check_contact(s: Scenario) -> None:
-    contact, length = s.contact, s.beam.length
-    if contact.normal == "spring" and contact.restitution > 0.0:
-        _refuse("contact.restitution", contact.restitution, "only with a rigid stop; a spring has contact.damping")
-    if contact.point > length:
-        _refuse("contact.point", contact.point, f"should be on the beam, at most beam.length = {length}")
-    if contact.point < 1e-3 * length:
-        _refuse("contact.point", contact.point, f"should be at least 0.001 beam.length = {1e-3 * length}")
-    if contact.mu_static < contact.mu_kinetic:
-        _refuse(
-            "contact.mu_static", contact.mu_static, f"should be at least contact.mu_kinetic = {contact.mu_kinetic}"
-        )
-    v0, v1 = contact.regularization
-    if not v0 < v1:
-        _refuse("contact.regularization", contact.regularization, "should be [v0, v1] in m/s with v0 less than v1")
-    if contact.enabled and s.initial_gap < -TOUCHING * length:
-        _refuse(
-            "initial.angle",
-            s.initial.angle,
-            f"the contact point starts {-s.initial_gap:.6g} m below the slope; the gap should be at least 0",
-        )
-
-
-def _check_discretization(s: Scenario) -> None:
-    d, root = s.discretization, s.root
-    if d.method not in discretization_names():
-        known = ", ".join(discretization_names()) or "none (run: make install)"
-        _refuse("discretization.method", d.method, f"installed discretizations are {known}")
-    if d.frame == "mean-axis" and (root.kind == "driven" or root.hub_radius > 0.0):
-        _refuse(
-            "discretization.frame",
-            d.frame,
-            'the mean-axis frame is for a pin or a hub of radius 0; use "tangent" for this root',
-        )
-    if d.method == "modal" and d.modes < 1:
-        _refuse("discretization.modes", d.modes, f"should be 1 to {MAX_MODES} for the modal method")
-    if d.method == "fem":
-        if s.contact.point < s.beam.length and d.elements < 2:
-            _refuse(
-                "discretization.elements", d.elements, "should be at least 2 with a contact point inside the span"
-            )
-        if d.modes > 2 * d.elements:
-            _refuse("discretization.modes", d.modes, f"should be at most the {2 * d.elements} modes of the mesh")
-        if d.modes == 0 and s.solver.scheme != "generalized-alpha" and d.elements > MAX_EXPLICIT_NODAL_ELEMENTS:
-            _refuse(
-                "discretization.modes",
-                d.modes,
-                f"the explicit scheme {s.solver.scheme!r} takes nodal models up to {MAX_EXPLICIT_NODAL_ELEMENTS} "
-                "elements; reduce the model to its first modes",
-            )
-
-
-def _check_nodal(s: Scenario) -> None:
-    """Refuse what the full nodal model, marched by generalized-alpha, does not take."""
-    d = s.discretization
-    if d.method != "fem" or d.modes > 0 or s.solver.scheme != "generalized-alpha":
-        return
-    instead = "or keep modes: discretization.modes >= 1"
-    if d.frame != "mean-axis":
-        _refuse(
-            "discretization.frame", d.frame, f'the full nodal model is marched in the "mean-axis" frame; {instead}'
-        )
-    if d.kinetics != "first-order":
-        _refuse("discretization.kinetics", d.kinetics, f'the full nodal model is "first-order"; {instead}')
-    if s.beam.modal_damping_ratio > 0.0:
-        _refuse(
-            "beam.modal_damping_ratio",
-            s.beam.modal_damping_ratio,
-            f"the full nodal model has no modes to damp; use beam.kelvin_voigt, {instead}",
-        )
-
-
-def _check_solver(s: Scenario) -> None:
-    v = s.solver
-    if s.end_time / v.output_interval > MAX_SAMPLES:
-        _refuse("solver.output_interval", v.output_interval, f"gives more than {MAX_SAMPLES} samples")
-    if v.scheme != "event":
-        for key in ("free_step", "contact_step"):
-            if s.end_time / getattr(v, key) > MAX_STEPS:
-                _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")

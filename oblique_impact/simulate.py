@@ -28,6 +28,7 @@ from oblique_impact.nodal_frame import definiteness, new_nodal_work, supplied_po
 from oblique_impact.operators import build_operators
 from oblique_impact.plugins import discretization
 from oblique_impact.scenario import Scenario
+from oblique_impact.stops import ElasticStop, Stop
 from oblique_impact.system import (
     GAP,
     GAP_RATE,
@@ -38,7 +39,7 @@ from oblique_impact.system import (
     Array,
     MechanicalSystem,
 )
-from oblique_impact.transitions import Baumgarte, ContactMachine, ElasticStop, ImpactLaw, NewtonImpact
+from oblique_impact.transitions import Baumgarte, ContactMachine, ImpactLaw, NewtonImpact, RouthImpact
 
 #: flights closer to the slope than this part of the length take generalized-alpha's contact step
 NEAR = 0.01
@@ -94,7 +95,7 @@ def simulate_system(
     output_interval: float = 1e-2,
     baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
     tolerances: Tolerances = Tolerances(),
-    stop: ElasticStop | None = None,
+    stop: Stop | None = None,
     breakpoints: tuple[float, ...] = (),
     on_progress: ProgressCallback | None = None,
 ) -> History:
@@ -168,13 +169,21 @@ def contact_machine(scenario: Scenario, stepwise: bool, weight: float) -> Contac
     """Return the transition table of a scenario; `weight` (N) is the scale of its forces."""
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
-        friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
-        NewtonImpact(c.restitution),
+        scenario.part("friction") or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
+        scenario.part("impact") or _impact_law(scenario),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         default_tolerances(scenario.beam.length, weight)._replace(flight=v.free_step if stepwise else 0.0),
         stepwise,
-        ElasticStop(c.stiffness, c.damping) if c.normal == "spring" else None,
+        scenario.part("normal") or (ElasticStop(c.stiffness, c.damping) if c.normal == "spring" else None),
     )
+
+
+def _impact_law(scenario: Scenario) -> ImpactLaw:
+    """Return the built-in impact law of a scenario."""
+    c = scenario.contact
+    if c.impact == "newton":
+        return NewtonImpact(c.restitution)
+    return RouthImpact(0.0 if c.friction == "frictionless" else c.mu_kinetic, c.restitution)
 
 
 def full_beam_problem(full: FullBeam) -> Problem:
@@ -210,7 +219,10 @@ def beam_problem(beam: Beam) -> Problem:
     v = s.solver
     scheme: Scheme
     weight = beam.operators.mass_per_length * s.beam.length * max(s.gravity, 1.0)
-    if v.scheme == "fixed-step":
+    own = s.part("scheme")
+    if own is not None:
+        scheme = own
+    elif v.scheme == "fixed-step":
         scheme = FixedStepScheme(v.free_step, v.contact_step, kernels.march_fixed)
     elif v.scheme == "generalized-alpha":
         scheme = alpha_scheme(s, weight)
@@ -218,7 +230,6 @@ def beam_problem(beam: Beam) -> Problem:
         scheme = EventScheme(v.tolerance, kernels.march_event)
     machine = contact_machine(s, scheme.stepwise, weight)
     q0, qd0 = beam.initial_state()
-    ends = (s.root.spin_up_time,) if s.root.profile == "spin-up" else ()
     return Problem(
         beam.model,
         q0,
@@ -228,7 +239,7 @@ def beam_problem(beam: Beam) -> Problem:
         s.end_time,
         v.output_interval,
         contact=s.contact.enabled,
-        breakpoints=ends,
+        breakpoints=beam.breakpoints,
         observer=kernels.observe_kept_into if v.scheme == "generalized-alpha" else kernels.observe_into,
         condenser=kernels.condense_at,
         supply=supplied_power_beam,
@@ -318,7 +329,7 @@ def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
 
 
 def _summary(
-    record: Record, samples: _Samples, energies: Energies, wall: float, stop: ElasticStop | None
+    record: Record, samples: _Samples, energies: Energies, wall: float, stop: Stop | None
 ) -> dict[str, Any]:
     parts = [float(e[-1]) for e in energies]
     stored = stop.energy(float(samples.scalars[-1, GAP])) if stop and samples.state[-1] != State.FREE else 0.0

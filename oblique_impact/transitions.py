@@ -22,12 +22,12 @@ from oblique_impact.contact import (
     State,
     newton_impulse,
     routh_impulse,
-    spring_force,
 )
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.friction import FrictionLaw
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.integrators.fixed_step import GUARD_JUDGED
+from oblique_impact.stops import Stop
 
 
 class EventKind(Enum):
@@ -69,6 +69,9 @@ class ImpactLaw(ABC):
 
     restitution: float
 
+    def check(self, end_time: float) -> None:  # noqa: B027  most laws have nothing to check
+        """Raise InputError if this is no law; called before a run of a law of one's own."""
+
     @abstractmethod
     def impulse(self, instant: Instant, restitution: float) -> Impulse:
         """Impulse for the approach velocities at `instant` with the given restitution."""
@@ -98,21 +101,6 @@ class RouthImpact(ImpactLaw):
             raise PhysicsStop(Outcome.PAINLEVE) from None
 
 
-class ElasticStop(NamedTuple):
-    """A stop that gives way: lambda_n = stiffness d (1 + damping d'), d = -Z_n (Hunt and Crossley 1975)."""
-
-    stiffness: float  # N/m
-    damping: float = 0.0  # s/m
-
-    def force(self, instant: Instant) -> float:
-        """Return the normal force (N) at an instant."""
-        return spring_force(self.stiffness, self.damping, instant.gap, instant.gap_rate)
-
-    def energy(self, gap: float) -> float:
-        """Energy (J) stored at a gap (m)."""
-        return 0.5 * self.stiffness * max(0.0, -gap) ** 2
-
-
 class Baumgarte(NamedTuple):
     """Coefficients of Z'' + damping Z' + stiffness Z = 0 (1/s, 1/s^2)."""
 
@@ -138,8 +126,8 @@ class ContactMachine:
         What counts as zero.
     stepwise : bool
         Judge stick and slip as a fixed-step scheme does, without asking for a vanishing slip velocity.
-    stop : ElasticStop, optional
-        An elastic stop; then contact begins and ends without an impulse. Default: a rigid one.
+    stop : Stop, optional
+        A stop that gives way; then contact begins and ends without an impulse. Default: a rigid one.
     """
 
     def __init__(
@@ -149,17 +137,15 @@ class ContactMachine:
         baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
         tolerances: Tolerances = Tolerances(),
         stepwise: bool = False,
-        stop: ElasticStop | None = None,
+        stop: Stop | None = None,
     ) -> None:
         self.friction, self.impact = friction, impact
         self.tolerances = tolerances
         self._stepwise, self.stop = stepwise, stop
-        self._closed_phase = Phase(
+        self._closed_phase = (stop.phase if stop else Phase())._replace(
             static=-1.0 if friction.static is None else friction.static,
             damping=baumgarte.damping,
             stiffness=baumgarte.stiffness,
-            spring=stop.stiffness if stop else 0.0,
-            dashpot=stop.damping if stop else 0.0,
         )
 
     def free(self) -> Phase:

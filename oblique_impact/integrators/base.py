@@ -87,7 +87,7 @@ def arm(phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: 
         thresholds[:] = tolerances.gap
     else:
         thresholds[:] = tolerances.force
-        if phase.spring > 0.0:
+        if phase.compliant:
             thresholds[GUARD_NORMAL] = tolerances.gap
         if phase.state == SLIDING:
             thresholds[GUARD_LOWER] = thresholds[GUARD_UPPER] = tolerances.velocity
@@ -135,6 +135,9 @@ class Scheme(ABC):
     order: int
     #: whether transitions are judged once per step (the paper's way) or located as roots
     stepwise: bool
+
+    def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
+        """Raise InputError if this cannot march; called before a run of an integrator of one's own."""
 
     def extra_state(self, size: int) -> int:
         """Entries of the state vector behind the quadratures, of a system of `size`; NaN as a phase starts."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact import FREE, GUARD_NORMAL, Phase, measure_guards, spring_force
+from oblique_impact.contact import FREE, GUARD_NORMAL, Phase, measure_guards, stop_force
 from oblique_impact.implicit import residual
 from oblique_impact.integrators.alpha_step import (
     CONTACT_N,
@@ -69,8 +69,8 @@ def _measure_end(phase: Phase, c: Coefficients, y: Array, s: Scratch) -> None:
     """Guards at the end of a step from y, with the contact forces to report; those of the end go into s.y_new."""
     k, extras = s.work.scalars, 5 * s.work.vectors.shape[1] + QUADRATURES
     s.y_new[extras + CONTACT_N], s.y_new[extras + CONTACT_T] = k[LAMBDA_N], k[LAMBDA_T]
-    if phase.state != FREE and phase.spring > 0.0:
-        k[LAMBDA_N] = spring_force(phase.spring, phase.dashpot, k[GAP], k[GAP_RATE])  # its law to the last digit
+    if phase.state != FREE and phase.compliant:
+        k[LAMBDA_N] = stop_force(phase, k[GAP], k[GAP_RATE])  # its law to the last digit
     elif phase.state != FREE:
         k[LAMBDA_N] += c.alpha_f * (y[extras + CONTACT_N] - k[LAMBDA_N])
         k[LAMBDA_T] += c.alpha_f * (y[extras + CONTACT_T] - k[LAMBDA_T])
@@ -331,7 +331,7 @@ class GeneralizedAlphaScheme(Scheme):
         first steps of phases that begin or end at one are those of backward Euler, which has no use for them.
         """
         arm(phase, scratch, tolerances, initial_guards)
-        rigid = phase.state != FREE and phase.spring == 0.0
+        rigid = phase.state != FREE and not phase.compliant
         self._gentle_steps = _GENTLE_STEPS if rigid or self._rigid else 0
         self._fresh, self._rigid = True, rigid
 

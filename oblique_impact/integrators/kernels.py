@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from oblique_impact import floating_frame, nodal_frame  # noqa: F401  register the beams' compiled functions
-from oblique_impact.integrators import event, fixed_step, generalized_alpha, observe
+from oblique_impact.integrators import event, fixed_step, generalized_alpha, motion, observe
 from oblique_impact.jit import kernel
 
 march_event = kernel(event.march_event)
@@ -11,4 +11,5 @@ march_fixed = kernel(fixed_step.march_fixed)
 march_alpha = kernel(generalized_alpha.march_alpha)
 observe_into = kernel(observe.observe_into)
 observe_kept_into = kernel(observe.observe_kept_into)
+derivative = kernel(motion.derivative)
 condense_at = kernel(observe.condense_at)

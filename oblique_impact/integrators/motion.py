@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from oblique_impact.contact import FREE, Phase, accelerate
+from oblique_impact.contact import FREE, Phase, accelerate, stop_force
 from oblique_impact.jit import jitable
 from oblique_impact.system import (
     ACCELERATION,
@@ -55,9 +55,9 @@ def quadrature_rates(system: Any, phase: Phase, t: float, q: Array, qd: Array, w
     rates[FRICTION_LOSS] = -tangential * k[SLIP_RATE]
     rates[DAMPING_LOSS] = k[DAMPING_POWER]
     rates[STABILIZATION_LOSS] = 0.0
-    if phase.spring > 0.0:
-        # what the elastic stop does not give back: all but the change of k d^2 / 2
-        rates[DAMPING_LOSS] += (normal - phase.spring * max(0.0, -k[GAP])) * -k[GAP_RATE]
+    if phase.compliant:
+        # what the stop does not give back: all but the work of its force at rest
+        rates[DAMPING_LOSS] += (normal - stop_force(phase, k[GAP], 0.0)) * -k[GAP_RATE]
     else:
         rates[STABILIZATION_LOSS] = -normal * k[GAP_RATE]
     rates[SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary

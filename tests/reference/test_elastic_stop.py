@@ -10,7 +10,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.simulate import simulate_system
-from oblique_impact.transitions import ElasticStop
+from oblique_impact.stops import ElasticStop
 from validation.checks.springs import SCALE, SPEED, sdnl32_run, strike
 from validation.small_systems import Particle
 

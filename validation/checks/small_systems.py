@@ -13,7 +13,8 @@ from oblique_impact.history import History
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.integrators.fixed_step import FixedStepScheme
 from oblique_impact.simulate import simulate_system
-from oblique_impact.transitions import Baumgarte, ElasticStop, EventKind, NewtonImpact, RouthImpact
+from oblique_impact.stops import ElasticStop
+from oblique_impact.transitions import Baumgarte, EventKind, NewtonImpact, RouthImpact
 from validation.checks.registry import Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 from validation.small_systems import FreeRod, Particle, PinnedBar, events_of, samples_at

@@ -7,7 +7,7 @@ import numpy as np
 from oblique_impact.history import History
 from oblique_impact.scenario import Scenario
 from oblique_impact.simulate import simulate, simulate_system
-from oblique_impact.transitions import ElasticStop
+from oblique_impact.stops import ElasticStop
 from validation.checks.plots import published_impact_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source
