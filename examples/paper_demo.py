@@ -36,7 +36,7 @@ def run_both(console: Console) -> dict[str, History]:
         "modal": Scenario.builtin("paper"),
         "fem": Scenario.builtin("paper").replace(discretization__method="fem", discretization__elements=ELEMENTS),
     }
-    if not is_compiled("march_event"):
+    if not is_compiled("event"):
         console.print("first run on this machine: compiling the numerical kernels, about 20 s, once")
     histories = {}
     for name, scenario in scenarios.items():

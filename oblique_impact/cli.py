@@ -291,7 +291,7 @@ def _pair(option: str, text: str | None) -> tuple[float, float] | None:
 def _announce_compilation(scenario: Scenario) -> None:
     from oblique_impact.jit import is_compiled
 
-    if not is_compiled("march_fixed" if scenario.solver.scheme == "fixed-step" else "march_event"):
+    if not is_compiled(scenario.solver.scheme):
         _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
 
 

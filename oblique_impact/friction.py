@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf, isfinite
 from typing import NamedTuple
 
@@ -52,9 +53,9 @@ class FrictionLaw(ABC):
             inner, outer = (branch.lower, branch.upper)[::direction]
             if not branch.lower < branch.upper:
                 raise InputError(f"{type(self).__name__}: the branch at {inner:g} m/s is empty")
-            ends = (inner if isfinite(inner) else 0.0, outer if isfinite(outer) else inner + direction * _FAR)
-            for v in ends:
-                if isfinite(v) and v * (branch.intercept + branch.slope * v) > 1e-9 * abs(v * branch.intercept):
+            near = inner if isfinite(inner) else 0.0
+            for v in (near, outer if isfinite(outer) else near + direction * _FAR):
+                if v * (branch.intercept + branch.slope * v) > 1e-9 * abs(v * branch.intercept):
                     raise InputError(f"{type(self).__name__}: pushes along the slip at {v:g} m/s")
             if not isfinite(outer):
                 return
@@ -118,6 +119,47 @@ class ModifiedCoulomb(FrictionLaw):
             return 0.0, 0.0
         slope = -self.kinetic / (self.v1 - self.v0)
         return (-slope if place == 4 else slope) * self.v0, slope
+
+
+@dataclass(frozen=True)
+class FrictionCurve(FrictionLaw):
+    """Friction coefficient over slip speed, linear between points: lambda_tau = -mu(|v|) sign(v) lambda_n.
+
+    Attributes
+    ----------
+    points : tuple of (float, float)
+        Speeds (m/s), from 0 upwards, and coefficients; beyond the last point the coefficient stays.
+    static : float, optional
+        Static coefficient of a law with a stick state.
+
+    Raises
+    ------
+    InputError
+        If the speeds do not begin at 0 and ascend, or a coefficient is negative.
+    """
+
+    points: tuple[tuple[float, float], ...]
+    static: float | None = None
+
+    def __post_init__(self) -> None:
+        speeds = [v for v, _ in self.points]
+        if not speeds or speeds[0] != 0.0 or any(b <= a for a, b in pairwise(speeds)):
+            raise InputError("points: the speeds should begin at 0 m/s and ascend")
+        if not all(isfinite(v) and 0.0 <= mu < inf for v, mu in self.points):
+            raise InputError("points: speeds and coefficients should be finite, coefficients not negative")
+
+    def branch(self, slip_rate: float, direction: int) -> Branch:  # noqa: D102
+        side = direction if slip_rate == 0.0 else (1 if slip_rate > 0.0 else -1)
+        outwards = side * direction > 0
+        speeds = [v for v, _ in self.points]
+        place = (bisect_right if outwards else bisect_left)(speeds, abs(slip_rate)) - 1
+        place = max(place, 0)
+        v0, mu0 = self.points[place]
+        v1, mu1 = self.points[place + 1] if place + 1 < len(self.points) else (inf, mu0)
+        steepness = (mu1 - mu0) / (v1 - v0)
+        # lambda_tau = -s (mu0 + steepness (s v - v0)) lambda_n on the side s of zero slip
+        edges = (v0, v1) if side > 0 else (-v1, -v0)
+        return Branch(-side * (mu0 - steepness * v0), -steepness, *edges)
 
 
 def friction_law(

@@ -34,6 +34,9 @@ _CONTACT = ["jit", "pointers", "system", "dense", "implicit", "contact"]
 _NUMERIC_MODULES = [*_CONTACT, "floating_frame", "banded", "nodal_frame"]
 _NUMERIC_SOURCE = (*(f"{name}.py" for name in _NUMERIC_MODULES), "integrators")
 
+#: kernel that marches a built-in scheme; integrators of one's own call the derivative
+_MARCHES = {"event": "march_event", "fixed-step": "march_fixed", "generalized-alpha": "march_alpha"}
+
 
 def jitable(function: F) -> F:
     """Mark `function` as numeric source: interpreted from Python, compiled from a kernel."""
@@ -62,10 +65,10 @@ def cache_folder() -> Path | None:
     return folder
 
 
-def is_compiled(name: str) -> bool:
-    """Whether the kernel `name` of this very source was compiled on this machine before."""
+def is_compiled(scheme: str) -> bool:
+    """Whether the kernel that marches a scheme, of this very source, was compiled on this machine before."""
     folder = cache_folder()
-    return folder is not None and any(folder.rglob(f"*.{name}-*.nbi"))
+    return folder is not None and any(folder.rglob(f"*.{_MARCHES.get(scheme, 'derivative')}-*.nbi"))
 
 
 def kernel(function: F) -> F:

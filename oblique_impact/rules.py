@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from oblique_impact.errors import InputError
 from oblique_impact.faults import refuse as _refuse
+from oblique_impact.faults import short
 
 if TYPE_CHECKING:
     from oblique_impact.scenario import Scenario
@@ -146,7 +147,7 @@ def _check_solver(s: Scenario) -> None:
                 _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")
 
 
-def _check_parts(s: Scenario) -> None:
+def _build_parts(s: Scenario) -> None:
     """Build the parts of one's own: what they do not take is refused before anything runs."""
     for section, key in PARTS:
         name, numbers = getattr(getattr(s, section), key), dict(getattr(s.parameters, key))
@@ -157,7 +158,8 @@ def _check_parts(s: Scenario) -> None:
         except InputError as error:
             raise ValueError(f"{section}.{key}: {error}") from None
         if part is None and numbers:
-            _refuse(f"parameters.{key}", numbers, f'only with a {section}.{key} of one\'s own (it is "{name}")')
+            words = f'only with a {section}.{key} of one\'s own (it is "{name}")'
+            raise ValueError(f"parameters.{key} = {short(numbers)}: {words}")
 
 
 #: keys that may name a part of one's own, each with its section; `parameters` calls the numbers by the key
@@ -170,7 +172,7 @@ PARTS = (
 )
 
 RULES: tuple[Callable[[Scenario], None], ...] = (
-    _check_parts,
+    _build_parts,
     _check_root,
     _check_beam,
     _check_contact,

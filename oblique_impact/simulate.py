@@ -28,7 +28,7 @@ from oblique_impact.nodal_frame import definiteness, new_nodal_work, supplied_po
 from oblique_impact.operators import build_operators
 from oblique_impact.plugins import discretization
 from oblique_impact.scenario import Scenario
-from oblique_impact.stops import ElasticStop, Stop
+from oblique_impact.stops import Stop, stop_of
 from oblique_impact.system import (
     GAP,
     GAP_RATE,
@@ -174,7 +174,7 @@ def contact_machine(scenario: Scenario, stepwise: bool, weight: float) -> Contac
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         default_tolerances(scenario.beam.length, weight)._replace(flight=v.free_step if stepwise else 0.0),
         stepwise,
-        scenario.part("normal") or (ElasticStop(c.stiffness, c.damping) if c.normal == "spring" else None),
+        stop_of(scenario),
     )
 
 

@@ -2,6 +2,7 @@
 
 `ElasticStop`  the built-in one, a spring with Hunt and Crossley's damping
 `ContactLaw`   the contract for laws of one's own
+`stop_of`      the stop of a scenario
 """
 
 from __future__ import annotations
@@ -9,13 +10,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import astuple, dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from scipy.integrate import quad
 
 from oblique_impact.contact import Instant, Phase, stop_force
 from oblique_impact.errors import InputError
 from oblique_impact.pointers import Pointer
+
+if TYPE_CHECKING:
+    from oblique_impact.scenario import Scenario
 
 _DEPTHS = (1e-9, 1e-6, 1e-3)  # m; where a law is tried before a run
 
@@ -112,9 +116,20 @@ class ContactLaw(Stop):
         """Energy (J) stored at a gap (m): the work of the force at rest."""
         if gap >= 0.0:
             return 0.0
-        stored = quad(lambda d: max(0.0, self.normal_force(d, 0.0, *self._numbers)), 0.0, -gap, epsrel=1e-13)
+        stored = quad(
+            lambda d: max(0.0, self.normal_force(d, 0.0, *self._numbers)), 0.0, -gap, epsabs=0.0, epsrel=1e-12
+        )
         return float(stored[0])
 
     @property
     def _numbers(self) -> tuple[float, ...]:
         return astuple(self)
+
+
+def stop_of(scenario: Scenario) -> Stop | None:
+    """Return the stop of a scenario that gives way, None for a rigid one."""
+    c = scenario.contact
+    if c.normal == "spring":
+        return ElasticStop(c.stiffness, c.damping)
+    own: Stop | None = scenario.part("normal")
+    return own

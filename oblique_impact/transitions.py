@@ -172,7 +172,8 @@ class ContactMachine:
             return self._leave_stick(guard, instant)
         if guard == GUARD_JUDGED:
             return Transition(self._stick(instant), EventKind.STICK)
-        if self.friction.static is None or self._stepwise:
+        kink = phase.upper if guard == GUARD_UPPER else phase.lower
+        if self.friction.static is None or self._stepwise or kink != 0.0:
             return self._next_branch(phase, guard, instant)
         return self._at_zero_slip(instant)
 

@@ -22,8 +22,10 @@ from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+from oblique_impact import rules as rules_of_keys
 from oblique_impact import scenario
-from oblique_impact.plugins import discretization_names
+from oblique_impact.parameters import Pairs
+from oblique_impact.plugins import Choice
 from oblique_impact.scenario import Scenario, Section
 from oblique_impact.tables import Table
 
@@ -105,7 +107,7 @@ def read_comments(model: type[BaseModel]) -> dict[str, tuple[str, str]]:
 def rules() -> list[tuple[str, str]]:
     """Return (key, what is refused) of the checks that look at several keys, from their own messages."""
     found = set()
-    for function in ast.walk(ast.parse(inspect.getsource(scenario))):
+    for function in ast.walk(ast.parse(inspect.getsource(rules_of_keys))):
         if isinstance(function, ast.FunctionDef) and function.name.startswith("_check_"):
             texts = {n: v.value for n, v in _assigned(function) if isinstance(v, ast.Constant)}
             for call, names in _refusals(function, texts):
@@ -164,7 +166,7 @@ def _words(node: ast.expr, names: dict[str, Any]) -> str:
 def _known(part: ast.expr, names: dict[str, Any]) -> Any:
     assert isinstance(part, ast.FormattedValue)
     name = ast.unparse(part.value)
-    return names.get(name, getattr(scenario, name, "…"))
+    return names.get(name, getattr(rules_of_keys, name, "…"))
 
 
 def _place(path: str) -> int:
@@ -177,6 +179,8 @@ def _is_section(field: FieldInfo) -> bool:
 
 def _kind(field: FieldInfo) -> str:
     annotation = field.annotation
+    if annotation == Pairs:
+        return ""
     if get_origin(annotation) is Literal:
         return "one of"
     if get_origin(annotation) is tuple:
@@ -191,8 +195,11 @@ def _allowed(model: type[BaseModel], name: str, field: FieldInfo) -> str:
         return ", ".join(f'``"{value}"``' for value in get_args(annotation))
     if annotation is bool:
         return "``true``, ``false``"
-    if annotation is str:
-        return ", ".join(f'``"{value}"``' for value in discretization_names())
+    choice = next((entry for entry in field.metadata if isinstance(entry, Choice)), None)
+    if choice is not None:
+        return ", ".join(f'``"{value}"``' for value in choice.known)
+    if annotation == Pairs:
+        return "a table of numbers by name"
     bounds = _bounds(field.metadata)
     if get_origin(annotation) is tuple:
         bounds = _bounds([part for item in get_args(annotation) for part in get_args(item)[1:]])
@@ -232,6 +239,8 @@ def _default(section: str, name: str, field: FieldInfo) -> str:
         return f"``{str(value).lower()}``"
     if isinstance(value, str):
         return f'``"{value}"``'
+    if value == ():
+        return "``{}``"
     if isinstance(value, tuple):
         return f"``[{', '.join(_number(v) for v in value)}]``"
     return f"``{_number(value)}``"
@@ -284,7 +293,8 @@ class ScenarioKeys(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the tables."""
-        self.env.note_dependency(inspect.getsourcefile(scenario) or "")
+        for module in (scenario, rules_of_keys):
+            self.env.note_dependency(inspect.getsourcefile(module) or "")
         return self.parse_text_to_nodes(reference(), allow_section_headings=True)
 
 

@@ -16,6 +16,7 @@ from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history import History
 from oblique_impact.scenario import Scenario
+from oblique_impact.stops import stop_of
 from renders.geometry import BeamGeometry
 from renders.player.film import Film, film_of
 from renders.player.selection import chart_points, frames, listed_events
@@ -95,10 +96,11 @@ def _packed(values: NDArray[Any], kind: str) -> dict[str, Any]:
 def _series(history: History, scenario: Scenario) -> dict[str, Array]:
     """Return the series of the page by name, at all samples; a spring's energy where the stop is elastic."""
     values = {short: np.asarray(history[name].values, dtype=float) for name, short in SERIES.items()}
-    if scenario.contact.normal == "spring" and scenario.contact.enabled:
+    stop = stop_of(scenario)
+    if stop is not None and scenario.contact.enabled:
         closed = history["state"].values != State.FREE
-        depth = np.where(closed, np.maximum(-values["gap"], 0.0), 0.0)
-        values["stop"] = 0.5 * scenario.contact.stiffness * depth**2
+        gaps = np.where(closed, values["gap"], 0.0)
+        values["stop"] = np.array([stop.energy(gap) for gap in gaps])
     return values
 
 
@@ -177,8 +179,12 @@ def _model(scenario: Scenario) -> str:
     if not c.enabled:
         touch = "no contact"
     else:
-        stop = "rigid stop" if c.normal == "rigid" else f"elastic stop {c.stiffness:.3g} N/m".replace("e+0", "e")
-        friction = c.friction if c.friction == "frictionless" else f"{c.friction} friction μ = {c.mu_kinetic:g}"
+        stops = {"rigid": "rigid stop", "spring": f"elastic stop {c.stiffness:.3g} N/m".replace("e+0", "e")}
+        stop = stops.get(c.normal, f"{c.normal} stop")
+        words = {"frictionless": "frictionless"} | {
+            law: f"{law} friction μ = {c.mu_kinetic:g}" for law in ("hybrid", "modified-coulomb")
+        }
+        friction = words.get(c.friction, f"{c.friction} friction")
         touch = f"{stop}, {friction}"
     return f"{shapes}, {d.frame} frame, {d.kinetics} kinetics; {touch}; {scenario.solver.scheme} scheme"
 

@@ -6,6 +6,7 @@ import importlib.util
 import re
 import subprocess
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from oblique_impact import InputError, Scenario, simulate_system
+from oblique_impact import InputError, Scenario, simulate, simulate_system
 from validation.checks import registry
 
 ROOT = Path(__file__).parents[2]
@@ -45,7 +46,8 @@ def test_reference_has_every_key_with_its_meaning_and_unit(extension):
     for path, kind in every_key().items():
         assert keys[path].meaning, path
         assert keys[path].default, path
-        assert bool(keys[path].unit) == (kind in (int, float, tuple)), f"{path}: unit {keys[path].unit!r}"
+        if not path.startswith("parameters."):  # tables of numbers that the parts know
+            assert bool(keys[path].unit) == (kind in (int, float, tuple)), f"{path}: unit {keys[path].unit!r}"
 
 
 def test_reference_page_names_every_key(extension):
@@ -76,7 +78,7 @@ def test_rules_between_keys_are_complete_and_about_known_keys(extension):
     module = extension("scenario_keys")
     found = module.rules()
     assert {path for path, _ in found} <= every_key().keys()
-    source = (ROOT / "oblique_impact" / "scenario.py").read_text(encoding="utf-8")
+    source = (ROOT / "oblique_impact" / "rules.py").read_text(encoding="utf-8")
     assert len(found) >= source.count(" _refuse(") > 20
     with pytest.raises(InputError) as refused:
         Scenario.from_dict({"root": {"torque": 1.0}})
@@ -192,9 +194,19 @@ def test_scenarios_of_the_how_to_are_valid():
     assert varying.beam.tip_mass == 0.05
 
 
-def test_friction_law_of_the_how_to_sticks_until_the_spring_is_strong_enough(extension):
+def test_parts_of_the_how_to_run_and_the_friction_law_sticks_until_the_spring_is_strong_enough(extension):
     names: dict = {}
-    exec(blocks("howto/friction-law.md", "python")[0], names)
+    contact_law, friction, on_belt, integrator = blocks("howto/own-parts.md", "python")
+    assert "simulate_system" in on_belt
+    for block in (contact_law, friction, integrator):
+        exec(block, names)
+    assert names["history"].summary["energy"]["lost_damping"] > 0.1
+    base = Scenario.builtin("paper").replace(end_time=0.01)
+    exact = float(simulate(base)["theta"][-1])
+    assert float(simulate(base.replace(solver__scheme="heun"))["theta"][-1]) == pytest.approx(exact, abs=1e-5)
+    entry_point, scenario = map(tomllib.loads, blocks("howto/own-parts.md", "toml"))
+    assert "oblique_impact.contact_laws" in entry_point["project"]["entry-points"]
+    assert Scenario.from_dict(scenario).part("normal") == names["Hertz"](1e8, 0.2)
     law = names["ViscousCoulomb"]()
     forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
     assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))

@@ -138,7 +138,7 @@ def _lines(plan: Plan, table: pa.Table, earlier: int, seconds: float) -> list[st
 def _announce_compilation(plan: Plan) -> None:
     from oblique_impact.jit import is_compiled
 
-    if not is_compiled("march_fixed" if plan.base.solver.scheme == "fixed-step" else "march_event"):
+    if not is_compiled(plan.base.solver.scheme):
         _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
 
 

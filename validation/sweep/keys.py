@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from typing import Annotated, Any
 
@@ -9,8 +10,7 @@ from pydantic import BaseModel, ValidationError, create_model
 
 from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line, short
-from oblique_impact.plugins import discretization_names
-from oblique_impact.scenario import Scenario, Section
+from oblique_impact.scenario import ParametersSection, Scenario, Section
 
 #: SI units of the scenario's keys that have one; the others are numbers without a unit, words or switches
 UNITS = {
@@ -53,6 +53,8 @@ def _sections() -> dict[str, type[BaseModel]]:
     single: dict[str, Any] = {}
     for name, field in Scenario.model_fields.items():
         annotation = field.annotation
+        if annotation is ParametersSection:
+            continue  # its keys are those of the parts
         if isinstance(annotation, type) and issubclass(annotation, Section):
             sections[name] = annotation
         else:
@@ -71,9 +73,20 @@ def known_keys() -> tuple[str, ...]:
     )
 
 
+def _of_own_part(key: str) -> bool:
+    """Whether this is a number of a part of one's own, parameters.PART.NAME."""
+    home, *rest = key.split(".")
+    return (
+        home == "parameters"
+        and len(rest) == 2
+        and rest[0] in ParametersSection.model_fields
+        and rest[1].isidentifier()
+    )
+
+
 def check_key(key: str, where: str) -> None:
     """Raise InputError, in one line that begins with `where`, if a scenario has no such key."""
-    if key in known_keys():
+    if key in known_keys() or _of_own_part(key):
         return
     section, dot, _ = key.rpartition(".")
     inside = [k for k in known_keys() if dot and k.startswith(f"{section}.")]
@@ -90,6 +103,10 @@ def coerce(key: str, value: Any, where: str) -> Any:
     InputError
         If no scenario could have this value, whatever its other keys are.
     """
+    if _of_own_part(key):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise InputError(f"{where}: {key} = {short(value)}: should be a finite number")
+        return float(value)
     section, _, name = key.rpartition(".")
     model = _sections()[section]
     try:
@@ -97,14 +114,13 @@ def coerce(key: str, value: Any, where: str) -> Any:
     except ValidationError as error:
         line = one_line(error, model)
         raise InputError(f"{where}: {f'{section}.{line}' if section else line}") from None
-    if key == "discretization.method" and found not in discretization_names():
-        known = ", ".join(discretization_names())
-        raise InputError(f"{where}: {key} = {short(found)}: installed discretizations are {known}")
     return found
 
 
 def kind(key: str) -> type:
     """Return the type of a key's values: float, int, bool or str; tuple if it takes nothing but lists."""
+    if _of_own_part(key):
+        return float
     section, _, name = key.rpartition(".")
     annotation = _sections()[section].model_fields[name].annotation
     if annotation in (int, bool, float):
@@ -116,4 +132,6 @@ def kind(key: str) -> type:
 
 def unit(key: str) -> str:
     """Return the SI unit of a key, "1" for numbers without one, "" for words and switches."""
+    if _of_own_part(key):
+        return ""  # the part knows
     return UNITS.get(key, "1" if kind(key) in (int, float) else "")
