@@ -3,6 +3,7 @@
 import numpy as np
 
 from oblique_impact import MechanicalSystem
+from oblique_impact.integrators import ExplicitScheme
 from oblique_impact.system import ContactRows
 
 
@@ -94,3 +95,15 @@ class Oscillator(MechanicalSystem):
         c, s = np.cos(frequencies * t), np.sin(frequencies * t)
         a, b = modes @ q0, (modes @ qd0) / frequencies
         return modes @ (a * c + b * s), modes @ (frequencies * (b * c - a * s))
+
+
+class RungeKutta(ExplicitScheme):
+    """The classical rule as an integrator of a user's own."""
+
+    name, order = "test-rk4", 4
+
+    def step(self, rates, t, y, h):
+        k1 = rates(t, y)
+        k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
+        k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
+        return y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + rates(t + h, y + h * k3))

@@ -11,12 +11,20 @@ from scipy.special import ellipj, ellipk, ellipkinc
 from oblique_impact import MechanicalSystem, Scenario, simulate, simulate_system
 from oblique_impact.contact import Phase
 from oblique_impact.friction import ModifiedCoulomb
-from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, dop853
+from oblique_impact.integrators import (
+    EventScheme,
+    ExplicitScheme,
+    FixedStepScheme,
+    GeneralizedAlphaScheme,
+    Scheme,
+    dop853,
+)
 from oblique_impact.integrators.base import new_scratch
 from oblique_impact.integrators.motion import derivative
+from oblique_impact.scenario import SolverSection
 from oblique_impact.system import ContactRows, new_work
 from oblique_impact.transitions import NewtonImpact
-from tests.unit.systems import Block, Oscillator, Prescribed, incline
+from tests.unit.systems import Block, Oscillator, Prescribed, RungeKutta, incline
 
 OSCILLATOR = Oscillator()
 Q0, QD0 = np.array([1.0, 0.3]), np.array([0.2, -1.0])
@@ -101,6 +109,13 @@ ORDERS = {
         [0.015, 0.0075, 0.00375, 0.001875],
         1e-11,
     ),
+    "explicit of one's own, contact": (
+        lambda h: sliding_error(RungeKutta(SolverSection(free_step=1.0, contact_step=h))),
+        RungeKutta.order,
+        4,
+        [0.015, 0.0075, 0.00375, 0.001875],
+        1e-11,
+    ),
     "generalized-alpha, rho 0": (alpha_error(0.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 3e-3),
     "generalized-alpha, rho 0.8": (alpha_error(0.8), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
     "generalized-alpha, rho 1": (alpha_error(1.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
@@ -125,7 +140,12 @@ def test_every_scheme_holds_its_declared_order(name):
 
 
 def test_no_scheme_escapes_the_test_of_orders():
-    assert set(Scheme.__subclasses__()) == {FixedStepScheme, EventScheme, GeneralizedAlphaScheme}
+    assert set(Scheme.__subclasses__()) == {
+        FixedStepScheme,
+        EventScheme,
+        GeneralizedAlphaScheme,
+        ExplicitScheme,
+    }
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])

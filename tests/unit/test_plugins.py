@@ -11,11 +11,10 @@ from oblique_impact import InputError, Scenario, simulate, simulate_system
 from oblique_impact.base_motion import BaseMotion
 from oblique_impact.contact import newton_impulse
 from oblique_impact.friction import Branch, FrictionCurve, FrictionLaw
-from oblique_impact.integrators import ExplicitScheme
 from oblique_impact.plugins import names, register
 from oblique_impact.stops import ContactLaw, ElasticStop
 from oblique_impact.transitions import ImpactLaw
-from tests.unit.systems import Block
+from tests.unit.systems import Block, RungeKutta
 
 
 @register("contact_laws", "test-linear")
@@ -59,15 +58,7 @@ class SpinUp(BaseMotion):
         return (self.period,)
 
 
-@register("integrators", "test-rk4")
-class RungeKutta(ExplicitScheme):
-    name, order = "test-rk4", 4
-
-    def step(self, rates, t, y, h):
-        k1 = rates(t, y)
-        k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
-        k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
-        return y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + rates(t + h, y + h * k3))
+register("integrators", "test-rk4")(RungeKutta)
 
 
 @register("impact_laws", "test-newton")
