@@ -29,7 +29,8 @@ _LOG = logging.getLogger(__name__)
 _NAMESPACE = "http://www.w3.org/1998/Math/MathML"
 ElementTree.register_namespace("", _NAMESPACE)
 _PRIMES = ("\u2032", "\u2033")
-_DOTS = ("\u02d9", "\u00a8")
+_DOTS = ("\u02d9", "\u00a8", "\u00af")
+_BARS = ("|", "\u2016")
 _FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "sign")
 _BESIDE = {f"{{{_NAMESPACE}}}{name}" for name in ("mi", "mn", "msub", "msup", "mfrac", "mover", "mrow", "msubsup")}
 
@@ -53,7 +54,7 @@ def to_mathml(latex: str, display: str) -> str:
     for name, instead in _ENVIRONMENTS.items():
         for word in ("begin", "end"):
             latex = latex.replace(f"\\{word}{{{name}}}", f"\\{word}{{{instead}}}")
-    found = str(convert(latex, display=display))
+    found = str(convert(latex.replace(r"\mathrm{d}", r"\text{d}"), display=display))  # an upright d of one letter
     if "<mi>&</mi>" in found or "<mtext>\\" in found or "<mi>\\" in found:
         raise ValueError(f"not converted: {latex}")
     root = ElementTree.fromstring(found)
@@ -95,9 +96,8 @@ def _space_operator(child: ElementTree.Element, before: ElementTree.Element | No
         return
     if child.text in _FUNCTIONS:
         child.tag = _tag("mi")
-    elif child.text == "|":
-        child.set("lspace", "0")
-        child.set("rspace", "0")
+    elif child.text in _BARS:
+        child.attrib.update(lspace="0", rspace="0", stretchy=child.get("fence", "false"))
     elif child.text == "\u2212" and (before is None or (before.tag == _tag("mo") and before.text not in ")]|")):
         child.set("form", "prefix")
 
