@@ -117,8 +117,27 @@ def test_what_a_command_reads_was_written_by_one_before(page):
             written.add(str(understood["out"]))
 
 
+@pytest.mark.parametrize("page", [ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda p: p.stem)
+def test_links_lead_to_files(page):
+    """Those of the pages are checked by the build."""
+    for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
+        assert target.startswith("https://") or (page.parent / target).is_file(), target
+
+
+def test_first_run_prints_what_its_page_shows(run, capsys):
+    """The same lines; numbers as far as they are the same on every machine."""
+    from oblique_impact.cli import _print_summary
+
+    _print_summary(run("paper"), Path("out/paper"))
+    printed = capsys.readouterr().out.splitlines()
+    shown = blocks(DOCS / "first-run.md", "text")[0].splitlines()
+    assert printed[:4] == shown[:4]
+    assert printed[4].partition(", scheme")[0] == shown[4].partition(", scheme")[0]
+    assert printed[6] == shown[6]
+
+
 def test_wrong_commands_would_be_noticed():
     with pytest.raises(Exception, match="No such option"):
         parse(["oblique-impact", "run", "paper", "--nosuch", "1"])
-    with pytest.raises(Exception, match="contact.mu_static"):
+    with pytest.raises(Exception, match=r"contact\.mu_static"):
         check_values(parse(["oblique-impact", "run", "paper", "--set", "contact.mu_static=-1"]), {})
