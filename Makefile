@@ -35,4 +35,4 @@ bench: install
 	$(BIN)/python benchmarks/nodal.py
 
 clean:
-	rm -rf $(VENV) out build docs/_build docs/gallery *.egg-info
+	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png *.egg-info

@@ -26,7 +26,7 @@ extensions = [
     "scenario_keys",
     "command_line",
     "history_variables",
-    "gallery",
+    "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "_ext"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
@@ -47,6 +47,28 @@ autodoc_typehints = "none"
 autodoc_default_options = {"members": True}
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
+
+# examples run on every build, even unchanged: their pictures are those of the present program
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "gallery",
+    "ignore_pattern": "paper_demo",
+    "run_stale_examples": True,
+    "abort_on_example_error": True,
+    "within_subsection_order": "pictures.place",
+    "image_scrapers": ("pictures.scrape",),
+    "capture_repr": (),
+    "reset_modules": (),
+    "notebook_extensions": set(),
+    "download_all_examples": False,
+    "write_computation_times": False,
+    "min_reported_time": 1000,
+    "show_signature": False,
+    "thumbnail_size": (540, 360),
+    "prefer_full_module": {r"oblique_impact\.simulate\.simulate"},  # the module has the name of its function
+    # names in the code of an example lead to their documentation
+    "doc_module": ("oblique_impact", "modal", "fem_beam", "validation", "renders"),
+}
 
 html_math_renderer = "mathml"
 numfig = math_numfig = True

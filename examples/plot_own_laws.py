@@ -18,8 +18,8 @@ from oblique_impact.stops import ContactLaw
 from renders.style import SERIES, figure_style
 
 # %%
-# A contact law is one function of depth and rate of depth. It is compiled for the run, and what it does not give back
-# is booked as damping.
+# A contact law is one function of depth and rate of depth. It is compiled for the run, and what it does not give
+# back is booked as damping.
 
 
 @register("contact_laws", "hertz")

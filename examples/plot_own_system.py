@@ -1,14 +1,10 @@
-"""A system of your own: a mass on a belt.
+"""
+A system of your own: a mass on a belt
+======================================
 
 A mass on a spring rides on a belt that moves at a constant speed, pressed down by its weight. It sticks to the
-belt until the spring is strong enough, slips back and is caught again. Four methods describe it; contact
-states, friction law and scheme are those of the beam.
+belt until the spring is strong enough, slips back and is caught again.
 """
-
-from __future__ import annotations
-
-import sys
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,11 +13,13 @@ from oblique_impact import MechanicalSystem, simulate_system
 from oblique_impact.contact import State
 from oblique_impact.friction import Coulomb
 from oblique_impact.system import ContactRows
-from renders.files import save_figure
 from renders.style import GREY, STATE_COLOURS, figure_style
 
 MASS, SPRING, GRAVITY, BELT = 1.0, 40.0, 9.81, 0.2  # kg, N/m, m/s^2, m/s
 STATIC, KINETIC = 0.4, 0.25
+
+# %%
+# Four methods describe the system; contact states, friction law and scheme are those of the beam.
 
 
 class MassOnBelt(MechanicalSystem):
@@ -47,26 +45,27 @@ class MassOnBelt(MechanicalSystem):
         return 0.5 * MASS * float(qd @ qd), 0.5 * SPRING * q[0] ** 2, MASS * GRAVITY * q[1]
 
 
-def main(folder: str = "out/examples") -> list[Path]:
-    """March the mass for five seconds; returns the picture."""
-    start = np.array([0.0, 0.0]), np.array([BELT, 0.0])
-    law = Coulomb(static=STATIC, kinetic=KINETIC)
-    history = simulate_system(MassOnBelt(), *start, end_time=5.0, friction=law, output_interval=5e-3)
-    breaks = [event.time for event in history.events if event.kind.value == "slip"]
-    exact = STATIC * MASS * GRAVITY / SPRING / BELT
-    print(f"breaks away first at {breaks[0]:.9f} s; mu_s m g / (k v) = {exact:.9f} s")
-    with figure_style():
-        figure = Figure(figsize=(7.2, 3.2), layout="constrained")
-        axes = figure.subplots()
-        for member in (State.SLIP, State.STICK):
-            there = np.where(history["state"] == member, 1e3 * history["q"][:, 0], np.nan)
-            axes.plot(history["time"], there, color=STATE_COLOURS[member], label=member.name.lower())
-        for coefficient in (STATIC, KINETIC):
-            axes.axhline(1e3 * coefficient * MASS * GRAVITY / SPRING, color=GREY, linestyle="--", linewidth=0.9)
-        axes.set(xlabel="time (s)", ylabel="position of the mass (mm)", xlim=(0.0, 5.0))
-        axes.legend(ncols=2, loc="lower right")
-        return [save_figure(figure, Path(folder) / "own_system.png", "")]
+# %%
+# It starts with the belt, and must break away when the spring pulls with :math:`\mu_s m g`:
 
+start = np.array([0.0, 0.0]), np.array([BELT, 0.0])
+law = Coulomb(static=STATIC, kinetic=KINETIC)
+history = simulate_system(MassOnBelt(), *start, end_time=5.0, friction=law, output_interval=5e-3)
+breaks = [event.time for event in history.events if event.kind.value == "slip"]
+exact = STATIC * MASS * GRAVITY / SPRING / BELT
+print(f"breaks away first at {breaks[0]:.9f} s; mu_s m g / (k v) = {exact:.9f} s")
 
-if __name__ == "__main__":
-    main(*sys.argv[1:2])
+# %%
+# The dashed lines are the positions where static and kinetic friction balance the spring.
+
+with figure_style():
+    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+    axes = figure.subplots()
+    for member in (State.SLIP, State.STICK):
+        there = np.where(history["state"] == member, 1e3 * history["q"][:, 0], np.nan)
+        axes.plot(history["time"], there, color=STATE_COLOURS[member], label=member.name.lower())
+    for coefficient in (STATIC, KINETIC):
+        axes.axhline(1e3 * coefficient * MASS * GRAVITY / SPRING, color=GREY, linestyle="--", linewidth=0.9)
+    axes.set(xlabel="time (s)", ylabel="position of the mass (mm)", xlim=(0.0, 5.0))
+    axes.legend(ncols=2, loc="lower right")
+    figure.savefig("own_system.png")

@@ -8,6 +8,7 @@ The directive ``equation`` is a displayed formula that must name the code that c
 
 from __future__ import annotations
 
+import copy
 import shutil
 from html import escape
 from importlib.util import find_spec
@@ -28,6 +29,8 @@ _LOG = logging.getLogger(__name__)
 _NAMESPACE = "http://www.w3.org/1998/Math/MathML"
 ElementTree.register_namespace("", _NAMESPACE)
 _PRIMES = ("\u2032", "\u2033")
+_DOTS = ("\u02d9", "\u00a8", "\u00af")
+_BARS = ("|", "\u2016")
 _FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "sign")
 _BESIDE = {f"{{{_NAMESPACE}}}{name}" for name in ("mi", "mn", "msub", "msup", "mfrac", "mover", "mrow", "msubsup")}
 
@@ -51,7 +54,7 @@ def to_mathml(latex: str, display: str) -> str:
     for name, instead in _ENVIRONMENTS.items():
         for word in ("begin", "end"):
             latex = latex.replace(f"\\{word}{{{name}}}", f"\\{word}{{{instead}}}")
-    found = str(convert(latex, display=display))
+    found = str(convert(latex.replace(r"\mathrm{d}", r"\text{d}"), display=display))  # an upright d of one letter
     if "<mi>&</mi>" in found or "<mtext>\\" in found or "<mi>\\" in found:
         raise ValueError(f"not converted: {latex}")
     root = ElementTree.fromstring(found)
@@ -61,7 +64,11 @@ def to_mathml(latex: str, display: str) -> str:
 
 
 def _arrange(element: ElementTree.Element) -> None:
-    """Say for browsers what the converter says for printers: alignment, primes, spaces around function names."""
+    """Say for browsers what the converter says for printers: alignment, dots, primes, spaces around functions."""
+    if element.tag == _tag("mover") and element[-1].text in _DOTS:
+        element.set("accent", "true")
+    if element.tag in (_tag("msup"), _tag("msubsup")) and element[0].tag == _tag("mover"):
+        _lower(element)
     if element.tag == _tag("mtd") and "columnalign" in element.attrib:
         element.set("class", element.attrib.pop("columnalign"))
     if element.tag in (_tag("msup"), _tag("msubsup")) and element[-1].text in _PRIMES:
@@ -77,8 +84,34 @@ def _arrange(element: ElementTree.Element) -> None:
         element.tag = _tag("mrow")
         element.extend([*inner, prime])
     children = list(element)
+    for before, child in zip([None, *children], children, strict=False):
+        _space_operator(child, before)
     if any(child.text in _FUNCTIONS for child in children):
         element[:] = [part for n, child in enumerate(children) for part in _spaced(children, n, child)]
+
+
+def _space_operator(child: ElementTree.Element, before: ElementTree.Element | None) -> None:
+    """Take a sign after another operator for a prefix, bars for brackets, and a function name for a name."""
+    if child.tag != _tag("mo"):
+        return
+    if child.text in _FUNCTIONS:
+        child.tag = _tag("mi")
+    elif child.text in _BARS:
+        child.attrib.update(lspace="0", rspace="0", stretchy=child.get("fence", "false"))
+    elif child.text == "\u2212" and (before is None or (before.tag == _tag("mo") and before.text not in ")]|")):
+        child.set("form", "prefix")
+
+
+def _lower(element: ElementTree.Element) -> None:
+    """Put a superscript at the height that it has without the dots below it: an invisible base without width."""
+    dotted, *scripts = list(element)
+    holder = ElementTree.Element(_tag("mpadded"), {"width": "0"})
+    ElementTree.SubElement(holder, _tag("mphantom")).append(copy.deepcopy(dotted[0]))
+    inner = ElementTree.Element(element.tag)
+    inner.extend([holder, *scripts])
+    element.clear()
+    element.tag = _tag("mrow")
+    element.extend([dotted, inner])
 
 
 def _spaced(row: list[ElementTree.Element], place: int, child: ElementTree.Element) -> list[ElementTree.Element]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
+import ast
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -139,6 +141,15 @@ def test_primes_are_signs_and_functions_have_space(extension):
     assert "\u2033</mo>" in found
 
 
+def test_signs_and_dots_are_set_as_in_print(extension):
+    """A superscript of a dotted letter stands as high as without the dot; a sign after "=" is a prefix."""
+    found = extension("mathml").to_mathml(r"\dot{q}^+ = -2 \operatorname{sign} v", "inline")
+    assert '<mover accent="true">' in found
+    assert '<msup><mpadded width="0"><mphantom>' in found
+    assert '<mo form="prefix">\u2212</mo>' in found
+    assert "<mi>sign</mi>" in found
+
+
 @pytest.mark.parametrize("latex", [r"\nosuchcommand{x}", "a & b"])
 def test_formulas_that_cannot_be_converted_are_refused(extension, latex):
     with pytest.raises(ValueError, match="not converted"):
@@ -149,7 +160,7 @@ def test_every_displayed_equation_of_the_theory_names_its_code():
     """Displayed formulas are `equation` directives, which refuse to be without code; none stands outside."""
     pages = sorted((DOCS / "theory").glob("*.md"))
     texts = [page.read_text(encoding="utf-8") for page in pages]
-    assert sum(text.count("```{equation}") for text in texts) > 40
+    assert sum(text.count("```{equation}") for text in texts) > 70
     for page, text in zip(pages, texts, strict=True):
         assert "$$" not in text, page
         assert "```{math}" not in text, page
@@ -171,15 +182,38 @@ def examples() -> list[Path]:
 
 
 @pytest.mark.parametrize("file", examples(), ids=lambda file: file.stem)
-def test_example_runs(extension, file, tmp_path):
-    example = extension("gallery").run_example(file, tmp_path)
-    assert example.title
-    assert len(example.text) > 40
-    assert example.pictures
-    for picture in example.pictures:
-        assert picture.parent == tmp_path
+def test_example_runs(file, tmp_path, monkeypatch):
+    """An example is a script: started in a folder it leaves its pictures there, and nothing else."""
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(file), run_name="__main__")
+    written = list(tmp_path.iterdir())
+    assert written
+    for picture in written:
+        assert picture.suffix == ".png"
         assert picture.stat().st_size > 10_000
-    assert f"```{{image}} {example.pictures[0].name}\n" in extension("gallery").page(example)
+
+
+def test_gallery_takes_every_example_in_the_order_of_reading(extension):
+    """Each has a title and a text; the order names none that is missing and misses none."""
+    for file in examples():
+        docstring = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+        title, rule, _, text, *_ = docstring.split("\n")
+        assert rule == "=" * len(title), file
+        assert len(text) > 40, file
+    pictures = extension("pictures")
+    names = sorted(examples(), key=lambda file: pictures.place(file.name))
+    assert tuple(file.stem.removeprefix("plot_") for file in names) == pictures.ORDER
+
+
+def test_gallery_moves_the_pictures_of_a_block(extension, tmp_path):
+    (tmp_path / "examples").mkdir()
+    (tmp_path / "examples" / "one.png").write_bytes(b"picture")
+    targets = iter([tmp_path / "gallery_001.png"])
+    block_vars = {"src_file": tmp_path / "examples" / "plot_one.py", "image_path_iterator": targets}
+    markup = extension("pictures").scrape(None, block_vars, {"src_dir": str(tmp_path)})
+    assert "gallery_001.png" in markup
+    assert (tmp_path / "gallery_001.png").read_bytes() == b"picture"
+    assert not list((tmp_path / "examples").glob("*.png"))
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -194,7 +228,7 @@ def test_scenarios_of_the_how_to_are_valid():
     assert varying.beam.tip_mass == 0.05
 
 
-def test_parts_of_the_how_to_run_and_the_friction_law_sticks_until_the_spring_is_strong_enough(extension):
+def test_parts_of_the_how_to_run_and_the_law_sticks_until_the_spring_is_strong_enough(tmp_path, monkeypatch):
     names: dict = {}
     contact_law, friction, on_belt, integrator = blocks("howto/own-parts.md", "python")
     assert "simulate_system" in on_belt
@@ -211,9 +245,8 @@ def test_parts_of_the_how_to_run_and_the_friction_law_sticks_until_the_spring_is
     forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
     assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))
     assert backwards.intercept - backwards.slope * 0.1 == pytest.approx(0.3 + 0.05 * 0.1)
-    spec = importlib.util.spec_from_file_location("belt", ROOT / "examples" / "plot_own_system.py")
-    belt = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(belt)
+    monkeypatch.chdir(tmp_path)
+    belt = SimpleNamespace(**runpy.run_path(str(ROOT / "examples" / "plot_own_system.py")))
     start = np.zeros(2), np.array([belt.BELT, 0.0])
     history = simulate_system(belt.MassOnBelt(), *start, end_time=1.0, friction=law)
     breaks = [event.time for event in history.events if event.kind.value == "slip"]
