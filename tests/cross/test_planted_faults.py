@@ -117,8 +117,8 @@ FAULTS = {
     ),
     "Hunt-Crossley damping with the wrong sign": Fault(
         "oblique_impact/contact.py",
-        "(1.0 - damping * gap_rate)",
-        "(1.0 + damping * gap_rate)",
+        "(1.0 - phase.dashpot * gap_rate)",
+        "(1.0 + phase.dashpot * gap_rate)",
         ("small-systems",),
         ("small-systems",),
     ),
