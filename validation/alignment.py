@@ -212,7 +212,10 @@ def deviation(
     if starts.ndim == 1:
         starts, ends = starts[:, None], ends[:, None]
     share = np.full(starts.shape[1], 1.0 / starts.shape[1]) if weights is None else weights
-    squares = (starts**2 + starts * ends + ends**2) @ share / 3.0
+    with np.errstate(invalid="ignore"):
+        inside = starts**2 + starts * ends + ends**2
+    # infinite at one end alone
+    squares = np.where(np.isnan(inside), np.inf, inside) @ share / 3.0
     rms = float(np.sqrt(np.diff(grid) @ squares / (grid[-1] - grid[0])))
     both = np.concatenate([starts, ends])
     row, column = np.unravel_index(int(np.argmax(np.abs(both))), both.shape)
