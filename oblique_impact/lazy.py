@@ -22,7 +22,9 @@ def lazy_names(package: str, home: Mapping[str, str]) -> None:
     Notes
     -----
     A name may be that of a submodule, as in ``validation.sweep``: Python binds an imported submodule to its
-    package, and a property of the package's class is the one thing that this cannot overwrite.
+    package, and a property of the package's class is the one thing that this cannot overwrite.  Names of such a
+    submodule are imported by ``from validation.sweep.plan import ...``; ``import validation.sweep.plan as plan``
+    goes through the attribute, which is the function.
     """
 
     class Package(ModuleType):

@@ -157,6 +157,13 @@ def test_joining_in_steps_is_joining_at_once(swings):
     assert steps.summary["energy"] == pytest.approx(at_once.summary["energy"], abs=1e-14)
 
 
+def test_spans_may_be_computed_differently(swings, run):
+    coarse = run("paper", "end_time=0.1", "solver.output_interval=1e-3", "solver.tolerance=1e-8")
+    joined = concatenate(swings[0], coarse, shift=True)
+    assert joined["time"].size == swings[0]["time"].size + coarse["time"].size
+    assert Scenario.from_toml(joined.scenario_toml).solver.output_interval == 1e-4
+
+
 def test_one_history_is_itself(swings):
     xr.testing.assert_identical(concatenate(swings[0]).data, swings[0].data)
 
