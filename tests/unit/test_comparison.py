@@ -61,6 +61,16 @@ def test_a_late_jump_is_large_at_equal_times_and_nothing_on_the_common_clock():
     assert found.state_disagreement == 0.0
 
 
+def test_the_distance_of_curves_is_relative_to_span_and_scale():
+    """A unit jump, and the same one 0.3 higher: values reach from 0 to 1.3."""
+    low, high = step(1.0), step(1.0)
+    high.data["v"] += 0.3
+    v = compare(low, high)["v"]
+    assert v.scale == pytest.approx(1.3)
+    assert v.plain.rms == v.aligned.rms == pytest.approx(0.3)
+    assert v.hausdorff == pytest.approx(0.3 / 1.3, rel=2e-4)
+
+
 def test_states_disagree_where_events_are_not_shared():
     """Contact from 1 s on, and from 1.5 s on with an event of another kind: a quarter of the time."""
     late = step(1.5)
