@@ -1,61 +1,58 @@
 """A flexible beam strikes a rigid slope: floating frame, hybrid contact, marching schemes.
 
-`Scenario`          what to simulate (`Scenario.builtin`, `Scenario.load`)
-`simulate`          run it: returns a `History`
-`History`           labelled samples, event log, summary; `save` and `load`
-`simulate_system`   run a small system of one's own through the same contact states
+`Scenario`             what to simulate (`Scenario.builtin`, `Scenario.load`)
+`simulate`             run it: returns a `History`
+`natural_frequencies`  of the spinning beam: returns `Frequencies`
+`History`              labelled samples, event log, summary; `save` and `load`
+`concatenate`          histories of consecutive spans joined to one
+`simulate_system`      run a small system of one's own through the same contact states
+
+Checks, comparisons and studies are in `validation`, pictures and exports in `renders`.
 """
 
 from __future__ import annotations
 
-import sys
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-__all__ = ["History", "InputError", "MechanicalSystem", "Outcome", "Scenario", "simulate", "simulate_system"]
+from oblique_impact.lazy import lazy_names
+
+__all__ = [
+    "Frequencies",
+    "History",
+    "InputError",
+    "MechanicalSystem",
+    "Outcome",
+    "Progress",
+    "Scenario",
+    "concatenate",
+    "natural_frequencies",
+    "simulate",
+    "simulate_system",
+]
 
 if TYPE_CHECKING:
     from oblique_impact.errors import InputError, Outcome
     from oblique_impact.history import History
+    from oblique_impact.joining import concatenate
+    from oblique_impact.progress import Progress
     from oblique_impact.scenario import Scenario
     from oblique_impact.simulate import simulate, simulate_system
+    from oblique_impact.spectrum import Frequencies, natural_frequencies
     from oblique_impact.system import MechanicalSystem
 
-_HOME = {
-    "History": "history",
-    "InputError": "errors",
-    "MechanicalSystem": "system",
-    "Outcome": "errors",
-    "Scenario": "scenario",
-    "simulate_system": "simulate",
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Import the public names on first use, so that `oblique-impact --help` stays quick."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-
-
-class _Package(ModuleType):
-    """The package itself: `simulate` names its function, not the module of that name.
-
-    Python binds an imported submodule to its package; a property is the one thing it cannot overwrite.
-    """
-
-    @property
-    def simulate(self) -> Any:
-        """The function :func:`oblique_impact.simulate.simulate`."""
-        from oblique_impact.simulate import simulate
-
-        return simulate
-
-    @simulate.setter
-    def simulate(self, module: ModuleType) -> None:
-        """Ignore the binding of the submodule."""
-
-
-sys.modules[__name__].__class__ = _Package
+lazy_names(
+    __name__,
+    {
+        "Frequencies": "spectrum",
+        "History": "history",
+        "InputError": "errors",
+        "MechanicalSystem": "system",
+        "Outcome": "errors",
+        "Progress": "progress",
+        "Scenario": "scenario",
+        "concatenate": "joining",
+        "natural_frequencies": "spectrum",
+        "simulate": "simulate",
+        "simulate_system": "simulate",
+    },
+)

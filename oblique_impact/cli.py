@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -14,6 +14,7 @@ from oblique_impact.errors import InputError
 if TYPE_CHECKING:
     from oblique_impact.history import History
     from oblique_impact.scenario import Scenario
+    from oblique_impact.spectrum import Frequencies
 
 app = typer.Typer(
     name="oblique-impact",
@@ -68,23 +69,17 @@ def modes(
     """Natural frequencies (rad/s) of the spinning beam, flapwise and chordwise."""
     chosen = _load(scenario, changes)
     rates = _speeds(speeds)
-    from oblique_impact.plugins import discretization
+    from oblique_impact.spectrum import natural_frequencies
 
-    beam = discretization(chosen.discretization.method).spectrum(chosen)
-    wanted = count or max(4, chosen.discretization.modes)
-    table = {
-        "speeds": rates,
-        "flapwise": [beam.flapwise(rate, wanted).tolist() for rate in rates],
-        "chordwise": [beam.chordwise(rate, wanted).tolist() for rate in rates],
-    }
+    found = natural_frequencies(chosen, rates, count)
     if as_json:
-        typer.echo(json.dumps(table))
+        typer.echo(json.dumps(found.to_dict()))
     else:
-        _print_modes(table)
+        _print_modes(found)
     if out is not None:
         from renders.campbell import campbell_diagram
 
-        _say(f"Campbell diagram: {campbell_diagram(beam, rates, wanted, out)}")
+        _say(f"Campbell diagram: {campbell_diagram(chosen, rates, found.flapwise.shape[1], out)}")
 
 
 @app.command()
@@ -97,9 +92,11 @@ def validate(
     workers: WorkersOption = None,
 ) -> None:
     """Check everything against something outside it; writes report.html, results.json and results.csv."""
+    from oblique_impact.progress import counting_bar
     from validation.suite import validate
 
-    results = validate(out, only or [], quick, workers)
+    with counting_bar("checks") as show:
+        results = validate(out, only or [], quick, workers, show)
     failed = [result for result in results if result.verdict == "fail"]
     for result in failed:
         _say(f"{result.id}: {result.quantity}: {result.computed} against {result.reference} {result.unit}")
@@ -205,8 +202,7 @@ def render(
     bare: Annotated[bool, typer.Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
 ) -> None:
     """Draw a still, a strip, a film or an interactive page from histories."""
-    from renders.command import Request, parse_size
-    from renders.command import render as draw
+    from renders.command import parse_size, render_command
     from renders.frame import Style
 
     pixels, note = parse_size(size or ("1000x250" if strip else "1280x720"))
@@ -215,19 +211,31 @@ def render(
     shown = not bare
     style = Style(
         size=pixels,
-        theme=theme,
-        camera=camera,
-        quantity=colour,
+        theme=cast(Any, theme),
+        camera=cast(Any, camera),
+        quantity=cast(Any, colour),
         deformation=deformation,
         charts=shown,
         inset=shown,
         ghosts=shown,
         trace=shown,
-        layout="overlay" if magnify is not None else layout,
+        layout="overlay" if magnify is not None else cast(Any, layout),
     )
-    span = _pair("--between", between)
-    chosen = tuple(times or ()), event, strip, fps, speed, contact_speed, span, frames, tuple(names or ()), magnify
-    for line in draw(histories, out, style, Request(*chosen)):
+    for line in render_command(
+        histories,
+        out,
+        style,
+        times=times or (),
+        event=event,
+        strip=strip,
+        fps=fps,
+        speed=speed,
+        contact_speed=contact_speed,
+        between=_pair("--between", between),
+        frames=frames,
+        names=names or (),
+        magnify_difference=magnify,
+    ):
         typer.echo(line)
 
 
@@ -325,10 +333,10 @@ def _print_summary(history: History, folder: Path) -> None:
     typer.echo(f"  results: {folder}")
 
 
-def _print_modes(table: dict[str, Any]) -> None:
-    for direction in ("flapwise", "chordwise"):
+def _print_modes(found: Frequencies) -> None:
+    for direction, table in (("flapwise", found.flapwise), ("chordwise", found.chordwise)):
         typer.echo(f"{direction} (rad/s)")
-        for rate, row in zip(table["speeds"], table[direction], strict=True):
+        for rate, row in zip(found.speeds, table, strict=True):
             typer.echo(f"  at {rate:10.4g} rad/s: " + " ".join(f"{value:14.6f}" for value in row))
 
 

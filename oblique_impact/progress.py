@@ -1,16 +1,60 @@
-"""A progress bar for long runs: simulated time, contact state, number of events."""
+"""How far a long call is: what it tells, and bars on a terminal.  Calls from Python show nothing by themselves."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from oblique_impact.marching import Status
+
+
+class Progress(NamedTuple):
+    """What a call that does many things tells its `on_progress`: first 0 of the total, then each as it is done."""
+
+    done: int
+    total: int
+    last: str = ""  # name of what was done last
+
+
+OnProgress = Callable[[Progress], None]
+
+
+def silent(progress: Progress) -> None:
+    """Show nothing: the default of every call from Python."""
+
+
+@contextmanager
+def counting_bar(title: str, console: Console | None = None) -> Iterator[OnProgress]:
+    """Show a bar while the block runs, on standard error or on `console`; yields an `on_progress`.
+
+    Nothing is drawn where that is not a terminal.
+    """
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+    from rich.progress import Progress as Bar
+
+    console = console or Console(stderr=True)
+    columns = (
+        TextColumn(title),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[last]}"),
+    )
+    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title, total=None, last="")
+        yield lambda p: bar.update(task, completed=p.done, total=p.total, last=p.last)
 
 
 @contextmanager
@@ -19,13 +63,16 @@ def progress_bar(console: Console) -> Iterator[Callable[[Status], None]]:
 
     Nothing is drawn where `console` is not a terminal.
     """
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
     columns = (
         TextColumn("{task.fields[state]:>5}"),
         BarColumn(),
         TextColumn("t = {task.completed:.4f} of {task.total:g} s, {task.fields[events]} events"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("run", total=None, state="", events=0)
 
         def show(status: Status) -> None:

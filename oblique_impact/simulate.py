@@ -61,6 +61,11 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.Status` several times per run.
 
+    Returns
+    -------
+    History
+        Samples, events and summary; `outcome` says how the run ended, which is no error.
+
     Examples
     --------
     >>> from oblique_impact import Scenario, simulate

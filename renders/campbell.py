@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -9,6 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from oblique_impact.plugins import discretization
+from oblique_impact.scenario import Scenario
 from renders.files import save_figure
 from renders.style import GREY, SERIES, figure_style
 
@@ -27,11 +31,41 @@ class Spectrum(Protocol):
         """In the plane of rotation."""
 
 
-def campbell_diagram(beam: Spectrum, speeds: list[float], count: int, out: Path) -> Path:
-    """Draw `count` flapwise and chordwise frequencies from rest to the largest of `speeds`.
+def campbell_diagram(
+    beam: Scenario | Spectrum, speeds: Sequence[float], count: int, out: str | os.PathLike[str]
+) -> Path:
+    """Draw the Campbell diagram of a beam, from rest to the largest of `speeds`.
 
-    `out` is a picture file, or a folder that gets ``campbell.png``.  The given speeds are marked.
+    Parameters
+    ----------
+    beam : Scenario or Spectrum
+        A scenario, or what gives frequencies (rad/s) at a spin rate (rad/s).
+    speeds : sequence of float
+        Spin rates (rad/s) that are marked.
+    count : int
+        Flapwise and chordwise frequencies per speed.
+    out : path
+        A picture file, or a folder that gets ``campbell.png``.
+
+    Returns
+    -------
+    Path
+        The picture.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+
+    Examples
+    --------
+    >>> from oblique_impact import Scenario
+    >>> from renders import campbell_diagram
+    >>> campbell_diagram(Scenario.builtin("spin-up"), [0.0, 6.0], 3, "campbell.png")  # doctest: +SKIP
     """
+    if isinstance(beam, Scenario):
+        beam = discretization(beam.discretization.method).spectrum(beam)
+    assert not isinstance(beam, Scenario)
     top = max(abs(speed) for speed in speeds) or 1.0
     rates = np.linspace(0.0, top, _POINTS)
     flapwise = np.array([beam.flapwise(rate, count) for rate in rates])
@@ -56,4 +90,4 @@ def campbell_diagram(beam: Spectrum, speeds: list[float], count: int, out: Path)
             xlim=(0.0, top),
         )
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
-        return save_figure(figure, out, "campbell.png")
+        return save_figure(figure, Path(out), "campbell.png")

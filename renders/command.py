@@ -1,47 +1,175 @@
-"""What `oblique-impact render` does: read histories, choose the kind of picture by the suffix, draw, tell."""
+"""Pictures as a call, `render`, and as the command `oblique-impact render`: the suffix chooses the kind."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from oblique_impact.errors import InputError
 from oblique_impact.history import History
-from renders.difference import magnify_difference
+from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
+from renders.difference import magnify_difference as magnified
 from renders.film import FILMS, write_film, write_still, write_strip
 from renders.frame import Style
 from renders.geometry import BeamGeometry
-from renders.timeline import FPS, make_timeline
+from renders.timeline import FPS, Timeline, make_timeline
 
 _SUFFIXES = (".png", *FILMS, ".html")
+#: of one row of a strip
+STRIP = Style(size=(1000, 250))
 
 
 @dataclass(frozen=True)
-class Request:
-    """Options of the command that are not of the style."""
+class Rendered:
+    """A picture, a film or a page.
 
-    times: tuple[float, ...] = ()
-    event: int | None = None
-    strip: bool = False
-    fps: int = FPS
-    speed: float | None = None
-    contact_speed: float | None = None
-    between: tuple[float, float] | None = None
-    frames: int | None = None
-    names: tuple[str, ...] = ()
-    magnify: float | None = None
+    Attributes
+    ----------
+    file : Path
+        What was written.
+    factor : float
+        By which the bending is magnified.
+    size : tuple of int
+        Width and height (pixels) of a still, of a row of a strip, or of a frame.
+    timeline : Timeline or None
+        When the frames of a film are.
+    """
+
+    file: Path
+    factor: float
+    size: tuple[int, int]
+    timeline: Timeline | None = None
+
+
+def render(
+    histories: History | Sequence[History],
+    out: str | os.PathLike[str],
+    style: Style | None = None,
+    *,
+    times: Sequence[float] = (),
+    event: int | None = None,
+    strip: bool = False,
+    fps: int = FPS,
+    speed: float | None = None,
+    contact_speed: float | None = None,
+    between: tuple[float, float] | None = None,
+    frames: int | None = None,
+    names: Sequence[str] = (),
+    magnify_difference: float | None = None,
+    on_progress: OnProgress = silent,
+) -> Rendered:
+    """Draw a still, a strip, a film or an interactive page.
+
+    Parameters
+    ----------
+    histories : History or sequence of History
+        One to three, of beams.
+    out : path
+        The suffix decides: .png a still or a strip; .mp4, .gif or .webp a film; .html a page (of one history).
+    style : Style, optional
+        Size, theme, camera, colour, deformation factor, what is shown; default: 1280 x 720, a row of a strip
+        1000 x 250.  A page takes its theme and deformation factor.
+    times : sequence of float
+        Physical times (s) of the rows of a strip (default: before, through and after the first macro-collision),
+        or the one of a still (default: that of the largest contact force).
+    event : int, optional
+        A still at an event, by its number from 1.
+    strip : bool
+        A strip: one row for each time.
+    fps : int
+        Frames per second of a film.
+    speed, contact_speed : float, optional
+        Physical over film time in flight and in contact; default: so that a film lasts about 20 s.
+    between : tuple of float, optional
+        First and last physical time (s) of a film.
+    frames : int, optional
+        Exactly so many frames.
+    names : sequence of str
+        What the histories are called.
+    magnify_difference : float, optional
+        Draw the second of two histories so many times as far from the first one as it is.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.progress.Progress` after each frame of a film.
+
+    Returns
+    -------
+    Rendered
+        The file, the deformation factor, and the timeline of a film.
+
+    Raises
+    ------
+    InputError
+        In one line, for values out of range, histories without a beam, a file that cannot be written, or a system
+        without libEGL and libOSMesa.
+
+    Examples
+    --------
+    >>> from oblique_impact import Scenario, simulate
+    >>> from renders import Style, render
+    >>> history = simulate(Scenario.builtin("paper"))
+    >>> render(history, "impact.png", Style(size=(960, 540)), event=1).file  # doctest: +SKIP
+    """
+    file = Path(out)
+    suffix = file.suffix.lower()
+    if suffix not in _SUFFIXES:
+        raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
+    several = [histories] if isinstance(histories, History) else list(histories)
+    if not several:
+        raise InputError("HISTORY: none given: should be one, two or three")
+    if names and len(names) != len(several):
+        raise InputError(f"--name: {len(names)} given for {len(several)} histories")
+    called = list(names) or [f"history {number}" for number in range(1, len(several) + 1)]
+    if magnify_difference is not None:
+        several, called = _magnified(several, called, magnify_difference)
+    style = style or (STRIP if strip else Style())
+    factor = min(BeamGeometry(history, style.deformation).factor for history in several)
+    timeline = None
+    if suffix == ".html":
+        if len(several) > 1:
+            raise InputError(f"HISTORY: {len(several)} given: a page shows one")
+        from renders.player import write_player
+
+        write_player(several[0], file, factor=style.deformation, theme=style.theme)
+    elif suffix == ".png" and strip:
+        write_strip(several, called, style, times, file)
+    elif suffix == ".png":
+        write_still(several, called, style, _instant(several[0], times, event), file)
+    else:
+        if style.size[0] % 2 or style.size[1] % 2:
+            raise InputError(f"--size {style.size[0]}x{style.size[1]}: films need even numbers")
+        timeline = make_timeline(several[0], fps, speed, contact_speed, between, frames)
+        on_progress(Progress(0, timeline.times.size))
+        write_film(several, called, style, timeline, file, lambda done, of: on_progress(Progress(done, of)))
+    return Rendered(file, factor, style.size, timeline)
+
+
+def render_command(
+    paths: Sequence[Path], out: Path, style: Style, names: Sequence[str] = (), **options: Any
+) -> list[str]:
+    """Read histories, call `render` with a progress bar; returns the lines to print.  Raises InputError."""
+    if out.suffix.lower() not in _SUFFIXES:
+        raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
+    histories = [History.load(path) for path in paths]
+    called = names or [(path if path.is_dir() else path.parent).resolve().name for path in paths]
+    with counting_bar("frames") as show:
+        result = render(histories, out, style, names=called, on_progress=show, **options)
+    lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
+    if result.timeline is not None:
+        lines.append(_rates(result.timeline, result.size))
+    return [*lines, f"picture: {out}" if out.suffix.lower() == ".png" else f"written: {out}"]
+
+
+def _rates(timeline: Timeline, size: tuple[int, int]) -> str:
+    fastest, slowest = timeline.rates.max(), timeline.rates.min()
+    return (
+        f"{timeline.times.size} frames of {size[0]}x{size[1]}, {timeline.duration:.1f} s at "
+        f"{timeline.fps} per second; time runs at {fastest:.3g} to {slowest:.3g} of real time"
+    )
 
 
 def parse_size(text: str) -> tuple[tuple[int, int], str]:
@@ -60,80 +188,22 @@ def parse_size(text: str) -> tuple[tuple[int, int], str]:
     return even, note
 
 
-def render(paths: Sequence[Path], out: Path, style: Style, request: Request) -> list[str]:
-    """Draw what `out` asks for by its suffix; returns the lines to print.
-
-    Raises InputError with one line for bad input.
-    """
-    suffix = out.suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
-    histories = [History.load(path) for path in paths]
-    names = _names(paths, histories, request.names)
-    if request.magnify is not None:
-        histories, names = _magnified(histories, names, request.magnify)
-    lines = [_factor(histories, style)]
-    if suffix == ".html":
-        if len(histories) > 1:
-            raise InputError(f"HISTORY: {len(histories)} given: a page shows one")
-        from renders.player import write_player
-
-        write_player(histories[0], out, factor=style.deformation, theme=style.theme)
-    elif suffix == ".png" and request.strip:
-        write_strip(histories, names, style, request.times, out)
-    elif suffix == ".png":
-        write_still(histories, names, style, _instant(histories[0], request), out)
-    else:
-        lines.append(_film(histories, names, style, request, out))
-    return [*lines, f"picture: {out}" if suffix == ".png" else f"written: {out}"]
-
-
-def _names(paths: Sequence[Path], histories: Sequence[History], given: Sequence[str]) -> list[str]:
-    """Names of the histories: as given, or of their folders."""
-    if given and len(given) != len(histories):
-        raise InputError(f"--name: {len(given)} given for {len(histories)} histories")
-    return list(given) or [(path if path.is_dir() else path.parent).resolve().name for path in paths]
-
-
 def _magnified(histories: list[History], names: list[str], factor: float) -> tuple[list[History], list[str]]:
     if len(histories) != 2:
         raise InputError(f"--magnify-difference: needs two histories, {len(histories)} given")
-    second = magnify_difference(histories[0], histories[1], factor)
+    second = magnified(histories[0], histories[1], factor)
     return [histories[0], second], [names[0], f"{names[1]}, difference ×{factor:g}"]
 
 
-def _factor(histories: Sequence[History], style: Style) -> str:
-    factor = min(BeamGeometry(history, style.deformation).factor for history in histories)
-    return f"deformation factor {factor:g}, about the line from pin to contact point"
-
-
-def _instant(history: History, request: Request) -> float:
+def _instant(history: History, times: Sequence[float], event: int | None) -> float:
     """Time of a still: as given, that of an event, or that of the largest force."""
-    if request.event is not None:
-        if not 1 <= request.event <= len(history.events):
-            raise InputError(f"--event {request.event}: should be from 1 to {len(history.events)}")
-        return history.events[request.event - 1].time
-    if len(request.times) > 1:
-        raise InputError(f"--time: {len(request.times)} given: a still shows one (or choose --strip)")
-    if request.times:
-        return request.times[0]
+    if event is not None:
+        if not 1 <= event <= len(history.events):
+            raise InputError(f"--event {event}: should be from 1 to {len(history.events)}")
+        return history.events[event - 1].time
+    if len(times) > 1:
+        raise InputError(f"--time: {len(times)} given: a still shows one (or choose --strip)")
+    if len(times):
+        return float(times[0])
     force = np.nan_to_num(history["lambda_n"].values)
     return float(history["time"].values[int(np.argmax(force))])
-
-
-def _film(histories: Sequence[History], names: Sequence[str], style: Style, request: Request, out: Path) -> str:
-    timeline = make_timeline(
-        histories[0], request.fps, request.speed, request.contact_speed, request.between, request.frames
-    )
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("frames"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("frames", total=timeline.times.size)
-        write_film(histories, names, style, timeline, out, lambda done, _: bar.update(task, completed=done))
-    fastest, slowest = timeline.rates.max(), timeline.rates.min()
-    return (
-        f"{timeline.times.size} frames of {style.size[0]}x{style.size[1]}, {timeline.duration:.1f} s at "
-        f"{timeline.fps} per second; time runs at {fastest:.3g} to {slowest:.3g} of real time"
-    )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal, get_args
 
 import matplotlib as mpl
 import numpy as np
@@ -23,8 +24,12 @@ from renders.timeline import Timeline
 
 Box = tuple[int, int, int, int]  # left, top, width, height (pixels)
 
-_LAYOUTS = ("side-by-side", "overlay")
-_SHOWN = [name for name, unit in QUANTITIES.items() if name not in ("displacement", "velocity")]
+ThemeName = Literal["light", "dark", "auto"]
+CameraName = Literal["oblique", "front", "above"]
+Layout = Literal["side-by-side", "overlay"]
+Colour = Literal["bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "slope"]
+
+_LAYOUTS, _SHOWN = get_args(Layout), get_args(Colour)
 _UNITS = {"Pa": (1e-6, "MPa")}
 _NAMES = {
     "bending_stress": "bending stress",
@@ -44,14 +49,19 @@ class Style:
     ----------
     size : tuple of int
         Width and height (pixels), even.
-    theme, camera, quantity : str
-        Names of a theme, a camera preset, and of the result in colour.
+    theme : {"light", "dark", "auto"}
+        Colours of paper and ink; "auto", as the reader's system is set, is for pages.
+    camera : {"oblique", "front", "above"}
+        Where the eye is.
+    quantity : str
+        The result in colour: "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force" or
+        "slope".
     deformation : float or None
         Factor; None chooses it.
     charts, inset, ghosts, trace, arrow : bool
         What is shown.
-    layout : str
-        Of several histories: "side-by-side" or "overlay".
+    layout : {"side-by-side", "overlay"}
+        Of several histories.
     letters : float or None
         Size of letters, 1 for those of a film of 1280 x 720; None follows the size.
     caption : bool
@@ -59,16 +69,16 @@ class Style:
     """
 
     size: tuple[int, int] = (1280, 720)
-    theme: str = "light"
-    camera: str = "oblique"
-    quantity: str = "bending_stress"
+    theme: ThemeName = "light"
+    camera: CameraName = "oblique"
+    quantity: Colour = "bending_stress"
     deformation: float | None = None
     charts: bool = True
     inset: bool = True
     ghosts: bool = True
     trace: bool = True
     arrow: bool = True
-    layout: str = "side-by-side"
+    layout: Layout = "side-by-side"
     letters: float | None = None
     caption: bool = True
 

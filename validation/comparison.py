@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.history import History
 from oblique_impact.marching import Event
+from validation.alignment import align
 
 Array = NDArray[np.float64]
+
+#: digits of the distance of two graphs
+GRAPH_DIGITS = 1e-4
 
 
 @dataclass(frozen=True)
@@ -25,20 +28,41 @@ class EventPair:
     @property
     def time_difference(self) -> float | None:
         """Right minus left (s); None for an event that only one history has."""
-        return self.right.time - self.left.time if self.left and self.right else None
+        return self._difference(lambda event: event.time)
+
+    @property
+    def impulse_difference(self) -> float | None:
+        """Normal impulse, right minus left (N s)."""
+        return self._difference(lambda event: event.normal_impulse)
+
+    @property
+    def normal_velocity_difference(self) -> float | None:
+        """Gap rate just before the event, right minus left (m/s)."""
+        return self._difference(lambda event: event.normal_velocity)
+
+    @property
+    def tangential_velocity_difference(self) -> float | None:
+        """Slip velocity just after the event, right minus left (m/s)."""
+        return self._difference(lambda event: event.tangential_velocity)
+
+    def _difference(self, value: Callable[[Event], float]) -> float | None:
+        return value(self.right) - value(self.left) if self.left and self.right else None
 
 
-def compare_events(left: History, right: History) -> list[EventPair]:
-    """Align two event logs by the longest common sequence of kinds and states."""
-    a, b = left.events, right.events
-    kinds_a, kinds_b = ([f"{e.kind.value} {e.state.name}" for e in events] for events in (a, b))
-    pairs: list[EventPair] = []
-    for tag, i1, i2, j1, j2 in SequenceMatcher(None, kinds_a, kinds_b, autojunk=False).get_opcodes():
-        if tag == "equal":
-            pairs += [EventPair(x, y) for x, y in zip(a[i1:i2], b[j1:j2], strict=True)]
-        else:
-            pairs += [EventPair(x, None) for x in a[i1:i2]] + [EventPair(None, y) for y in b[j1:j2]]
-    return pairs
+def compare_events(left: History, right: History, max_shift: float = np.inf) -> list[EventPair]:
+    """Align the event logs of two histories; see `pair_events`."""
+    return pair_events(left.events, right.events, max_shift)
+
+
+def pair_events(left: Sequence[Event], right: Sequence[Event], max_shift: float = np.inf) -> list[EventPair]:
+    """Align two event logs: the longest common sequence of kinds and states that is closest in time.
+
+    Events further apart than `max_shift` (s) are not a pair.
+    """
+    times = [[event.time for event in events] for events in (left, right)]
+    kinds = [[(event.kind, event.state) for event in events] for events in (left, right)]
+    places = align(times[0], times[1], kinds[0], kinds[1], max_shift)
+    return [EventPair(None if i is None else left[i], None if j is None else right[j]) for i, j in places]
 
 
 def largest_difference(pairs: list[EventPair]) -> float:
@@ -125,3 +149,39 @@ def _directed(points: Array, line: Array, block: int = 256) -> float:
         gap = offset - part[..., None] * along
         largest = max(largest, float(np.sqrt(np.einsum("pij,pij->pi", gap, gap).min(axis=1).max())))
     return largest
+
+
+def graph_distance(a: Array, b: Array) -> float:
+    """Hausdorff distance of two graphs, (points, 2) each with abscissas that do not descend.
+
+    The same as `hausdorff_distance` but for `GRAPH_DIGITS` of itself, and much sooner: the distance along the
+    ordinate, and those of other points, bound how far a point can be, so that few are searched, each near to it.
+    """
+    return max(_directed_graph(a, b), _directed_graph(b, a))
+
+
+def _directed_graph(points: Array, line: Array) -> float:
+    x = line[:, 0]
+    bound = _distance_at(points, line)
+    largest = 0.0
+    while True:
+        k = int(np.argmax(bound))
+        if bound[k] <= largest * (1.0 + GRAPH_DIGITS):
+            return largest
+        start = max(int(np.searchsorted(x, points[k, 0] - bound[k], side="left")) - 1, 0)
+        stop = int(np.searchsorted(x, points[k, 0] + bound[k], side="right")) + 1
+        start = min(start, len(line) - 2)
+        found = min(float(bound[k]), _directed(points[k : k + 1], line[start : max(stop, start + 2)]))
+        largest = max(largest, found)
+        # no point is further from the line than this one and the way to it together
+        bound = np.minimum(bound, found + np.hypot(*(points - points[k]).T))
+
+
+def _distance_at(points: Array, line: Array) -> Array:
+    """Distance of each point from the line at its own abscissa, or from the end of the line next to it."""
+    x, y = line[:, 0], line[:, 1]
+    at = np.clip(points[:, 0], x[0], x[-1])
+    last = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(line) - 2)
+    width = x[last + 1] - x[last]
+    part = np.divide(at - x[last], width, out=np.zeros(len(at)), where=width > 0.0)
+    return np.asarray(np.hypot(points[:, 0] - at, points[:, 1] - (y[last] + part * (y[last + 1] - y[last]))))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -9,15 +10,7 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import TypeVar
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -101,21 +94,11 @@ def single_threaded() -> Iterator[None]:
                 os.environ[name] = value
 
 
-@contextmanager
-def counting_bar(title: str, total: int) -> Iterator[Callable[[str], None]]:
-    """Progress bar on standard error over `total` items; yields a callback that counts one and shows its name.
+def told(on_progress: OnProgress, names: Sequence[str]) -> Callable[[int, object], None]:
+    """Return an `on_done` for `map_parallel` over items of these names; it tells `on_progress`.
 
-    Nothing is drawn where standard error is not a terminal.
+    That nothing is done yet is told at once.  Items may be finished in any order.
     """
-    console = Console(stderr=True)
-    columns = (
-        TextColumn(title),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[last]}"),
-    )
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title, total=total, last="")
-        yield lambda name: bar.update(task, advance=1, last=name)
+    count = itertools.count(1)
+    on_progress(Progress(0, len(names)))
+    return lambda index, result: on_progress(Progress(next(count), len(names), names[index]))

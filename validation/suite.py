@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
+from oblique_impact.progress import OnProgress, silent
 from validation.checks.plots import tolerance_figure
 from validation.checks.registry import Check, Evidence, Group, all_checks
-from validation.parallel import counting_bar, map_parallel
+from validation.parallel import map_parallel, told
 from validation.report.document import (
     Cell,
     Document,
@@ -71,13 +72,13 @@ def evidence_of(check_id: str) -> Evidence:
     return all_checks()[check_id].evidence()
 
 
-def compute(checks: Sequence[Check], workers: int | None = None) -> dict[str, Evidence]:
+def compute(
+    checks: Sequence[Check], workers: int | None = None, on_progress: OnProgress = silent
+) -> dict[str, Evidence]:
     """Compute checks in parallel, the longest first; evidence by id in the order of `checks`."""
-    queue = sorted(checks, key=lambda check: -check.seconds)
-    with counting_bar("checks", len(queue)) as count:
-        found = map_parallel(evidence_of, [check.id for check in queue], workers, lambda k, _: count(queue[k].id))
-    by_id = {check.id: evidence for check, evidence in zip(queue, found, strict=True)}
-    return {check.id: by_id[check.id] for check in checks}
+    names = [check.id for check in sorted(checks, key=lambda check: -check.seconds)]
+    found = dict(zip(names, map_parallel(evidence_of, names, workers, told(on_progress, names)), strict=True))
+    return {check.id: found[check.id] for check in checks}
 
 
 def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> list[Result]:
@@ -101,23 +102,58 @@ def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> list[R
     ]
 
 
-def validate(out: Path, only: Sequence[str] = (), quick: bool = False, workers: int | None = None) -> list[Result]:
-    """Run the chosen checks and write the report into the folder `out`.
+def validate(
+    out: str | os.PathLike[str] | None = None,
+    only: Sequence[str] = (),
+    quick: bool = False,
+    workers: int | None = None,
+    on_progress: OnProgress = silent,
+) -> list[Result]:
+    """Run the chosen checks, and write report.html, results.json and results.csv.
 
-    Raises InputError for an unknown name or a folder that cannot be written.
+    Parameters
+    ----------
+    out : path, optional
+        Folder for the report; without it nothing is written.
+    only : sequence of str
+        Ids of checks or groups; empty: all.
+    quick : bool
+        Leave out the checks that take more than `QUICK_SECONDS`.
+    workers : int, optional
+        Parallel processes; default: the cores.  With one, everything runs in this process.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each check.
+
+    Returns
+    -------
+    list of Result
+        A row for each measurement; ``verdict`` is "pass" or "fail".
+
+    Raises
+    ------
+    InputError
+        In one line, for an unknown name or a folder that cannot be written.
+
+    Examples
+    --------
+    >>> from validation import validate
+    >>> results = validate(only=["rigid-impact"], quick=True, workers=1)
+    >>> [result.id for result in results if result.verdict == "fail"]
+    []
     """
     checks = select(only, quick)
-    folder = prepare_folder(out)
+    folder = None if out is None else prepare_folder(out)
     started = time.perf_counter()
-    evidence = compute(checks, workers)
+    evidence = compute(checks, workers, on_progress)
     wall = time.perf_counter() - started
     results = results_of(checks, evidence)
-    rows = [asdict(result) for result in results]
-    facts = {"versions": dict(versions()), "machine": machine()}
-    write_json(folder, "results.json", {"checks": rows, **facts})
-    columns = list(Result.__dataclass_fields__)
-    write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
-    write_report(folder, _document(checks, evidence, results, wall))
+    if folder is not None:
+        rows = [asdict(result) for result in results]
+        facts = {"versions": dict(versions()), "machine": machine()}
+        write_json(folder, "results.json", {"checks": rows, **facts})
+        columns = list(Result.__dataclass_fields__)
+        write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
+        write_report(folder, _document(checks, evidence, results, wall))
     return results
 
 

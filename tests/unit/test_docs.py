@@ -261,6 +261,26 @@ def test_check_of_the_how_to_passes(monkeypatch):
     assert names["hinged_frequency"]().verdict == "pass"
 
 
+def test_the_how_to_of_the_library_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    for block in blocks("howto/library.md", "python"):
+        exec(block, names)
+    assert names["found"].largest_shift < 1e-6
+    assert not names["found"].only_left
+    assert names["both"].summary["joints"] == [0.1]
+    assert names["study"].report == tmp_path.relative_to(tmp_path) / "out/refine/report.html"
+    assert names["result"].outcomes == {"completed": 3}
+    assert all(result.verdict == "pass" for result in names["results"])
+    shown = capsys.readouterr().out
+    assert "modes and elements, 0 to 0.34 s" in shown
+    assert "3 of 3" in shown
+    assert "t = 0.340 s" in shown
+    written = {path.relative_to(tmp_path).as_posix() for path in (tmp_path / "out").iterdir()}
+    pictures = {"out/page.html", "out/impact.png", "out/beam.vtkhdf", "out/film.gif"}
+    assert written == {"out/paper", "out/both", "out/refine", "out/friction", *pictures}
+
+
 def build(folder: Path, source: Path) -> subprocess.CompletedProcess[str]:
     options = ["-b", "html", "-W", "--keep-going", "-n", "-q"]
     return subprocess.run(

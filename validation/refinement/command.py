@@ -1,22 +1,128 @@
-"""`oblique-impact refine`: from the command line's words to a study and its report."""
+"""Refinement as a call, `refine`, and as the command `oblique-impact refine`: words in, lines out."""
 
 from __future__ import annotations
 
 import math
+import os
 import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal, cast
+
+import tomli_w
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
+from oblique_impact.progress import OnProgress, counting_bar, silent
 from oblique_impact.scenario import Scenario
-from validation.refinement.ladders import AXES, Ladder, Study, declared_orders, parse_levels
+from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, parse_levels
 from validation.refinement.quantities import default_quantities
 from validation.refinement.report import write_study
 from validation.refinement.shipped import STUDIES, shipped_study
 from validation.refinement.study import LadderResult, StudyResult, run_study
 from validation.report.document import number
 
+ShippedStudy = Literal["elements", "steps", "remedies", "grading"]
+
 _DEFAULT_SCENARIO = "paper"
+
+
+def refine(
+    scenario: Scenario | None = None,
+    *,
+    elements: Sequence[int] | None = None,
+    modes: Sequence[int] | None = None,
+    steps: Sequence[float] | None = None,
+    tolerances: Sequence[float] | None = None,
+    quantities: Sequence[str] = (),
+    study: ShippedStudy | Study | None = None,
+    changes: Mapping[str, object] | Sequence[str] = (),
+    within: float | None = None,
+    out: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    name: str = "scenario",
+    command: str | None = None,
+    on_progress: OnProgress = silent,
+) -> StudyResult:
+    """Refine elements, modes, steps or tolerances, and judge what converges.
+
+    Parameters
+    ----------
+    scenario : Scenario, optional
+        What is refined; a study brings its own.
+    elements, modes : sequence of int, optional
+        Levels, ascending; of these and the next two exactly one is given, with at least three levels.
+    steps : sequence of float, optional
+        Free steps (s), descending; contact steps keep their ratio to them.
+    tolerances : sequence of float, optional
+        Tolerances of the event scheme, descending.
+    quantities : sequence of str
+        Names as in :mod:`validation.refinement.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the usual ones.
+    study : str or Study, optional
+        A shipped study by name, or one of your own, in place of a scenario and levels.
+    changes : mapping or sequence of str
+        For every ladder of a shipped study: {"section.key": value}, or "section.key=value" as on the command line.
+    within : float, optional
+        Relative uncertainty at which a quantity counts as converged, between 0 and 1; default: 1e-3, or the
+        study's own.
+    out : path, optional
+        Folder for report.html, results.json and results.csv; without it nothing is written.
+    workers : int, optional
+        Parallel processes; default: the cores.  With one, everything runs in this process.
+    name : str
+        What the scenario is called in the report.
+    command : str, optional
+        How to repeat the study, for the report; default: this call.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
+
+    Returns
+    -------
+    StudyResult
+        Values, observed orders, limits and verdicts; `quantity` finds those of one quantity.
+
+    Raises
+    ------
+    InputError
+        In one line, before anything runs, if levels, quantities, changes or the folder are not possible.
+
+    Examples
+    --------
+    >>> from oblique_impact import Scenario
+    >>> from validation import refine
+    >>> swing = Scenario.builtin("paper").replace(end_time=0.1, discretization__frame="mean-axis")
+    >>> result = refine(swing, elements=[4, 8, 16], quantities=["theta@end"], workers=1)
+    >>> result.quantity("theta@end").analysis.verdict
+    'converged'
+    """
+    given: dict[str, Sequence[float] | None] = {
+        "elements": elements,
+        "modes": modes,
+        "steps": steps,
+        "tolerances": tolerances,
+    }
+    chosen = {axis: tuple(map(float, levels)) for axis, levels in given.items() if levels is not None}
+    if within is not None and not (math.isfinite(within) and 0.0 < within < 1.0):
+        raise InputError(f"--within {within}: should be between 0 and 1, relative to the value")
+    if study is None:
+        described = _own(scenario, name, chosen, quantities)
+        if changes:
+            raise InputError("changes: are for a shipped study; scenario.replace changes a scenario")
+    else:
+        described = _shipped(study, scenario, chosen)
+    repeat = command or _call(name, chosen, quantities, described.name if study else None, changes, within)
+    result = run_study(
+        described,
+        _words(changes),
+        quantities,
+        within,
+        workers,
+        # everything that can be refused is refused before a folder appears
+        before_running=lambda: None if out is None else prepare_folder(out),
+        on_progress=on_progress,
+    )
+    return result if out is None else replace(result, report=write_study(Path(out), result, repeat))
 
 
 def refine_command(
@@ -32,81 +138,101 @@ def refine_command(
     tolerances: str | None = None,
     within: float | None = None,
 ) -> list[str]:
-    """Run a refinement study and write its report into `out`.
-
-    Parameters
-    ----------
-    scenario : str
-        A built-in scenario or a file.
-    elements, modes, steps, tolerances : str, optional
-        Levels, separated by commas, of one of these.
-    quantities : list of str, optional
-        Names of quantities of interest.
-    study : str, optional
-        A shipped study in place of a scenario and levels.
-    out : Path
-        Folder.
-    changes : list of str, optional
-        "section.key=value".
-    workers : int, optional
-        Parallel processes.
-    within : float, optional
-        Relative uncertainty at which a quantity counts as converged.
-
-    Returns
-    -------
-    list of str
-        Lines to print.
-
-    Raises
-    ------
-    InputError
-        In one line, before anything runs.
-    """
+    """Read the command line's words, call `refine`, return the lines to print.  Raises InputError."""
     given = {"elements": elements, "modes": modes, "steps": steps, "tolerances": tolerances}
-    chosen = {axis: text for axis, text in given.items() if text is not None}
+    texts = {axis: text for axis, text in given.items() if text is not None}
     changes, quantities = changes or [], quantities or []
-    if within is not None and not (math.isfinite(within) and 0.0 < within < 1.0):
-        raise InputError(f"--within {within}: should be between 0 and 1, relative to the value")
-    described = (
-        _shipped(study, scenario, chosen) if study is not None else _own(scenario, chosen, changes, quantities)
-    )
-    command = _command(scenario, chosen, quantities, study, changes, within)
-    # everything that can be refused is refused before a folder appears
-    result = run_study(described, changes, quantities, within, workers, before_running=lambda: prepare_folder(out))
-    page = write_study(out, result, command)
-    return [*_lines(result), f"report: {page}"]
+    levels = {axis: parse_levels(axis, text) for axis, text in texts.items()}
+    if study is not None and scenario != _DEFAULT_SCENARIO:
+        raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
+    with counting_bar(study or "refine") as show:
+        result = refine(
+            Scenario.load(scenario, changes) if study is None else None,
+            elements=_whole(levels.get("elements")),
+            modes=_whole(levels.get("modes")),
+            steps=levels.get("steps"),
+            tolerances=levels.get("tolerances"),
+            quantities=quantities,
+            study=cast(ShippedStudy | None, study),
+            changes=changes if study is not None else (),
+            within=within,
+            out=out,
+            workers=workers,
+            name=Path(scenario).name,
+            command=_command(scenario, texts, quantities, study, changes, within),
+            on_progress=show,
+        )
+    return [*_lines(result), f"report: {result.report}"]
 
 
-def _shipped(name: str, scenario: str, chosen: dict[str, str]) -> Study:
+def _whole(levels: Sequence[float] | None) -> list[int] | None:
+    return None if levels is None else [int(level) for level in levels]
+
+
+def _words(changes: Mapping[str, object] | Sequence[str]) -> list[str]:
+    """Return changes as "section.key=value"."""
+    if not isinstance(changes, Mapping):
+        return list(changes)
+    try:
+        values = {key: tomli_w.dumps({"value": value}).partition("=")[2].strip() for key, value in changes.items()}
+    except TypeError as error:
+        raise InputError(f"changes: {error}") from None
+    return [f"{key}={value}" for key, value in values.items()]
+
+
+def _shipped(study: str | Study, scenario: Scenario | None, chosen: Mapping[str, Sequence[float]]) -> Study:
+    name = study if isinstance(study, str) else study.name
     for axis in chosen:
         raise InputError(f"--{axis} together with --study {name}: a shipped study has its own levels")
-    if scenario != _DEFAULT_SCENARIO:
-        raise InputError(f"scenario = {scenario!r} together with --study {name}: a shipped study has its own")
-    return shipped_study(name)
+    if scenario is not None:
+        raise InputError(f"scenario together with --study {name}: a shipped study has its own")
+    return shipped_study(study) if isinstance(study, str) else study
 
 
-def _own(scenario: str, chosen: dict[str, str], changes: list[str], quantities: list[str]) -> Study:
+def _own(
+    scenario: Scenario | None, name: str, chosen: Mapping[str, tuple[float, ...]], quantities: Sequence[str]
+) -> Study:
     """Describe the user's own ladder."""
     options = ", ".join(f"--{axis}" for axis in AXES)
     if not chosen:
         raise InputError(f"refine: give one of {options} with levels, or --study with one of {', '.join(STUDIES)}")
     if len(chosen) > 1:
         raise InputError(f"--{' together with --'.join(chosen)}: refine one at a time, the others with --set")
-    ((axis, text),) = chosen.items()
-    levels = parse_levels(axis, text)
-    loaded = Scenario.load(scenario, changes)
-    names = tuple(quantities) or default_quantities(loaded)
-    title = f"{axis} of {Path(scenario).name}"
-    declared = declared_orders(axis, AXES[axis].apply(loaded, levels[-1]), names)
-    # the changes are the study's: they are added when it runs
-    ladder = Ladder(title, scenario, (), axis, levels, names, declared)
+    if scenario is None:
+        raise InputError("refine: a scenario is needed besides levels")
+    ((axis, levels),) = chosen.items()
+    check_levels(axis, levels, _levels(levels))
+    names = tuple(quantities) or default_quantities(scenario)
+    title = f"{axis} of {name}"
+    declared = declared_orders(axis, AXES[axis].apply(scenario, levels[-1]), names)
+    ladder = Ladder(title, name, (), axis, levels, names, declared, base=scenario)
     return Study(
         title.replace(" ", "-"),
         title,
         f"The scenario over {AXES[axis].label}, from coarse to fine; everything else stays as it is.",
         (ladder,),
     )
+
+
+def _levels(levels: Sequence[float]) -> str:
+    return ",".join(f"{level:g}" for level in levels)
+
+
+def _call(
+    name: str,
+    chosen: Mapping[str, Sequence[float]],
+    quantities: Sequence[str],
+    study: str | None,
+    changes: Mapping[str, object] | Sequence[str],
+    within: float | None,
+) -> str:
+    """Return the call that repeats the study."""
+    words = [name] if study is None else [f"study={study!r}"]
+    words += [f"{axis}=[{_levels(levels).replace(',', ', ')}]" for axis, levels in chosen.items()]
+    words += [f"quantities={list(quantities)!r}"] if quantities else []
+    words += [f"changes={changes!r}"] if changes else []
+    words += [] if within is None else [f"within={within:g}"]
+    return f"validation.refine({', '.join(words)})"
 
 
 def _command(

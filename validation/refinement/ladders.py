@@ -71,6 +71,8 @@ class Ladder:
         What this ladder shows, for the report.
     group : str
         Ladders of one group share a table of verdicts and pictures of comparison.
+    base : Scenario, optional
+        The scenario itself; `scenario` is then what it is called.
     """
 
     name: str
@@ -82,6 +84,7 @@ class Ladder:
     declared: Mapping[str, float] = field(default_factory=dict)
     text: str = ""
     group: str = ""
+    base: Scenario | None = None
 
 
 @dataclass(frozen=True)
@@ -149,19 +152,22 @@ def parse_levels(axis: str, text: str) -> tuple[float, ...]:
     Raises InputError with one line about the first fault.
     """
     whole = AXES[axis].rising
-    kind = "whole numbers" if whole else "numbers above 0"
     try:
         levels = tuple(float(int(part)) if whole else float(part) for part in text.split(","))
     except ValueError:
         levels = (math.nan,)
-    if not all(math.isfinite(level) and level >= 0.0 for level in levels) or (not whole and 0.0 in levels):
-        raise InputError(f"--{axis} {text}: should be {kind} separated by commas")
     check_levels(axis, levels, text)
     return levels
 
 
 def check_levels(axis: str, levels: Sequence[float], text: str) -> None:
     """Raise InputError unless there are enough levels, each finer than the one before."""
+    whole = AXES[axis].rising
+    kind = "whole numbers" if whole else "numbers above 0"
+    if not all(math.isfinite(level) and level >= 0.0 for level in levels) or (not whole and 0.0 in levels):
+        raise InputError(f"--{axis} {text}: should be {kind} separated by commas")
+    if whole and any(level != int(level) for level in levels):
+        raise InputError(f"--{axis} {text}: should be {kind} separated by commas")
     if 0.0 in levels:
         raise InputError(f"--{axis} {text}: should be at least 1")
     if not FEWEST <= len(levels) <= MOST:

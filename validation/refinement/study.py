@@ -6,11 +6,13 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from oblique_impact.errors import Outcome
+from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario import Scenario
 from oblique_impact.simulate import simulate
-from validation.parallel import counting_bar, map_parallel
+from validation.parallel import map_parallel, told
 from validation.refinement.convergence import Analysis, analyse
 from validation.refinement.ladders import AXES, Axis, Ladder, Study, sizes
 from validation.refinement.quantities import GapError, Quantity, default_quantities, natural_scale, quantity
@@ -87,12 +89,31 @@ class LadderResult:
 
 @dataclass(frozen=True)
 class StudyResult:
-    """A study with everything it found; `seconds` is the only number that changes from run to run."""
+    """A study with everything it found.
+
+    Attributes
+    ----------
+    study : Study
+        What was refined.
+    tolerance : float
+        Relative uncertainty at which a quantity counts as converged.
+    ladders : tuple of LadderResult
+        With runs and verdicts.
+    seconds : float
+        Wall time (s): the only number that changes from run to run.
+    report : Path or None
+        The page, if one was written.
+    """
 
     study: Study
     tolerance: float
     ladders: tuple[LadderResult, ...]
     seconds: float
+    report: Path | None = None
+
+    def quantity(self, name: str, ladder: int = 0) -> QuantityResult:
+        """Return the result of a quantity on a ladder (by number from 0); raises KeyError."""
+        return self.ladders[ladder].quantity(name)
 
 
 def run_task(task: Task) -> RunResult:
@@ -136,6 +157,7 @@ def run_study(
     tolerance: float | None = None,
     workers: int | None = None,
     before_running: Callable[[], object] = lambda: None,
+    on_progress: OnProgress = silent,
 ) -> StudyResult:
     """Run all levels of all ladders and judge them.
 
@@ -153,6 +175,8 @@ def run_study(
         Parallel processes.
     before_running : callable
         Called once when nothing is left to refuse.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
 
     Raises
     ------
@@ -171,10 +195,8 @@ def run_study(
             tasks.append((number, level, Task(scenario, names, plan.ladder.name)))
     # the finest levels take longest: first the noise runs and the last levels
     tasks.sort(key=lambda task: len(plans[task[0]].scenarios) - task[1])
-    with counting_bar(study.name, len(tasks)) as count:
-        found = map_parallel(
-            run_task, [task for *_, task in tasks], workers, lambda i, _: count(tasks[i][2].label)
-        )
+    inner = [task for *_, task in tasks]
+    found = map_parallel(run_task, inner, workers, told(on_progress, [task.label for task in inner]))
     by_place = {(number, level): result for (number, level, _), result in zip(tasks, found, strict=True)}
     ladders = []
     for number, plan in enumerate(plans):
@@ -184,7 +206,7 @@ def run_study(
 
 
 def _plan(ladder: Ladder, changes: Sequence[str], quantities: Sequence[str]) -> _Plan:
-    scenario = Scenario.load(ladder.scenario, [*ladder.changes, *changes])
+    scenario = ladder.base or Scenario.load(ladder.scenario, [*ladder.changes, *changes])
     names = tuple(dict.fromkeys(quantities or ladder.quantities or default_quantities(scenario)))
     chosen = tuple(quantity(name, scenario.end_time) for name in names)
     axis = AXES[ladder.axis]

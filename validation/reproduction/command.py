@@ -1,14 +1,17 @@
-"""The command `reproduce`: run everything, judge the claims, write the report."""
+"""The paper's figures and claims as a call, `reproduce`, and as the command `oblique-impact reproduce`."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from oblique_impact.files import cannot_write, prepare_folder, write_text
-from validation.parallel import counting_bar, map_parallel
+from oblique_impact.progress import OnProgress, counting_bar, silent
+from validation.parallel import map_parallel, told
 from validation.report.document import write_csv, write_json, write_report
 from validation.reproduction.cases import (
     MODELS,
@@ -22,7 +25,7 @@ from validation.reproduction.cases import (
     threshold_cases,
     variant_cases,
 )
-from validation.reproduction.claims import VERDICTS, judge
+from validation.reproduction.claims import VERDICTS, Judged, judge
 from validation.reproduction.material import Drawings, Material
 from validation.reproduction.measures import Trio
 from validation.reproduction.pages import document
@@ -34,33 +37,91 @@ from validation.reproduction.unsaid import Robustness, all_claims, judge_combina
 Task = tuple[str, Any]
 
 
-def reproduce_command(out: Path, workers: int | None) -> list[str]:
-    """Write the report of the paper's figures and claims into `out`; returns the lines to print.
+@dataclass(frozen=True)
+class Reproduction:
+    """What came of the paper's claims and figures.
+
+    Attributes
+    ----------
+    material : Material
+        All runs, verdicts, variants and combinations of choices.
+    seconds : float
+        Wall time (s) of the simulations.
+    report : Path or None
+        The page, if one was written.
+    """
+
+    material: Material
+    seconds: float
+    report: Path | None = None
+
+    @property
+    def claims(self) -> Sequence[Judged]:
+        """The paper's claims, each with what either scheme found and a verdict."""
+        return self.material.judged
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """How many claims have which verdict: "reproduced", "partly", "not reproduced"."""
+        return {verdict: sum(judged.verdict == verdict for judged in self.claims) for verdict in VERDICTS}
+
+
+def reproduce(
+    out: str | os.PathLike[str] | None = None, workers: int | None = None, on_progress: OnProgress = silent
+) -> Reproduction:
+    """Run the paper's cases and judge its claims.
 
     Parameters
     ----------
-    out : Path
-        Folder for report.html, results.json, claims.csv, sensitivity.csv, figures.csv and figures/.
+    out : path, optional
+        Folder for report.html, results.json, claims.csv, sensitivity.csv, figures.csv and, in figures/, the
+        pictures of figures 2 to 16; without it nothing is drawn or written.
     workers : int, optional
-        Parallel processes; default: the number of cores.
+        Parallel processes; default: the cores.  With one, everything runs in this process.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
 
-    Raises InputError if the folder cannot be written.
+    Returns
+    -------
+    Reproduction
+        Claims with their verdicts, and the runs that they are judged by.
+
+    Raises
+    ------
+    InputError
+        In one line, before anything runs, if the folder cannot be written.
+
+    Examples
+    --------
+    >>> from validation import reproduce
+    >>> result = reproduce(out="out/reproduce")  # doctest: +SKIP
+    >>> result.verdicts  # doctest: +SKIP
+    {'reproduced': 19, 'partly': 9, 'not reproduced': 3}
     """
-    folder = prepare_folder(out)
-    prepare_folder(folder / "figures")
+    folder = None if out is None else prepare_folder(out)
+    if folder is not None:
+        prepare_folder(folder / "figures")
     started = time.perf_counter()
-    material = collect(workers)
+    material = collect(workers, on_progress)
     computed = time.perf_counter() - started
+    if folder is None:
+        return Reproduction(material, computed)
     drawings = make_drawings(material)
     times = [
         ("simulations", f"{computed:.1f} s"),
         ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
     ]
     write_all(folder, material, drawings, times)
-    counts = {verdict: sum(judged.verdict == verdict for judged in material.judged) for verdict in VERDICTS}
-    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
-    lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in material.judged]
-    return [*lines, f"{len(material.judged)} claims: {verdicts}; report: {out / 'report.html'}"]
+    return Reproduction(material, computed, folder / "report.html")
+
+
+def reproduce_command(out: Path, workers: int | None) -> list[str]:
+    """Call `reproduce` with a progress bar; returns the lines to print.  Raises InputError."""
+    with counting_bar("reproduce") as show:
+        result = reproduce(out, workers, show)
+    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
+    lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
+    return [*lines, f"{len(result.claims)} claims: {verdicts}; report: {result.report}"]
 
 
 def work(task: Task) -> Any:
@@ -74,7 +135,7 @@ def work(task: Task) -> Any:
     return tasks[kind](what)
 
 
-def collect(workers: int | None) -> Material:
+def collect(workers: int | None, on_progress: OnProgress = silent) -> Material:
     """Run every simulation and judge the claims."""
     named = [*main_cases(), *sticking_cases()]
     varied = list(variant_cases())
@@ -84,8 +145,7 @@ def collect(workers: int | None) -> Material:
         *(("combination", combination) for combination in grid),
         *(("contact", case) for _, _, case in varied),
     ]
-    with counting_bar("reproduce", len(tasks)) as count:
-        results = map_parallel(work, tasks, workers, lambda index, _: count(_name(tasks[index])))
+    results = map_parallel(work, tasks, workers, told(on_progress, [_name(task) for task in tasks]))
     runs: dict[str, Run] = {run.key: run for run in results[: len(named)]}
     points: list[Robustness] = results[len(named) : len(named) + len(grid)]
     studied = [

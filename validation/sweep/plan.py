@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -80,6 +81,14 @@ class SweepFile(Section):
     table: TableSection | None = None
     latin_hypercube: HypercubeSection | None = None
 
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> SweepFile:
+        """Validate plain data; raises InputError with one line about the first fault."""
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise InputError(one_line(error, cls)) from None
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -135,16 +144,17 @@ def shipped_names() -> list[str]:
     return sorted(p.name[:-5] for p in _studies().iterdir() if p.name.endswith(".toml"))
 
 
-def load_plan(source: str) -> Plan:
-    """Read a shipped study by name, or a sweep file by path.
+def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> Plan:
+    """Read a shipped study by name, or a sweep file by path; `base` takes the place of its scenario.
 
     Raises
     ------
     InputError
         In one line that names the key, its value and what is allowed.
     """
+    source = os.fspath(source)
     if source in shipped_names():
-        return make_plan((_studies() / f"{source}.toml").read_text(encoding="utf-8"))
+        return plan_of(_parse((_studies() / f"{source}.toml").read_text(encoding="utf-8")), base=base)
     path = Path(source)
     if not _is_file(path):
         raise InputError(
@@ -154,7 +164,7 @@ def load_plan(source: str) -> Plan:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"sweep = {short(source)}: cannot be read: {short(str(error))}") from None
-    return make_plan(text, path.parent)
+    return plan_of(_parse(text), path.parent, base)
 
 
 def make_plan(text: str, folder: Path = Path()) -> Plan:
@@ -162,8 +172,17 @@ def make_plan(text: str, folder: Path = Path()) -> Plan:
 
     Raises InputError.
     """
-    file = _parse(text)
-    base = _base(file.scenario, folder)
+    return plan_of(_parse(text), folder)
+
+
+def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None) -> Plan:
+    """Check a sweep; `base` takes the place of the scenario that it names.
+
+    Raises InputError.
+    """
+    if not (file.axes or file.table or file.latin_hypercube):
+        raise InputError("sweep file: nothing to sweep over; give [[axes]], [table] or [latin_hypercube]")
+    base = base or _base(file.scenario, folder)
     changes = _flat(file.changes)
     for key, value in changes.items():
         check_key(key, "changes")
@@ -194,13 +213,7 @@ def _parse(text: str) -> SweepFile:
         raise InputError("sweep file: nested too deeply") from None
     except ValueError as error:  # integers of thousands of digits
         raise InputError(f"sweep file: {error}") from None
-    try:
-        file = SweepFile.model_validate(data)
-    except ValidationError as error:
-        raise InputError(one_line(error, SweepFile)) from None
-    if not (file.axes or file.table or file.latin_hypercube):
-        raise InputError("sweep file: nothing to sweep over; give [[axes]], [table] or [latin_hypercube]")
-    return file
+    return SweepFile.from_dict(data)
 
 
 def _base(source: str, folder: Path) -> Scenario:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -18,6 +18,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from oblique_impact.progress import OnProgress
+
 
 class RateColumn(ProgressColumn):
     """Runs per second, or per minute if there are few."""
@@ -31,8 +33,8 @@ class RateColumn(ProgressColumn):
 
 
 @contextmanager
-def sweep_bar(total: int, done: int, console: Console | None = None) -> Iterator[Callable[[int], None]]:
-    """Show a bar over `total` runs of which `done` are done; yields a callback that takes the number of new ones.
+def sweep_bar(console: Console | None = None) -> Iterator[OnProgress]:
+    """Show a bar with the rate of the new runs; yields an `on_progress`.
 
     Nothing is drawn where standard error is not a terminal.
     """
@@ -47,5 +49,6 @@ def sweep_bar(total: int, done: int, console: Console | None = None) -> Iterator
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("sweep", total=total, completed=done)
-        yield lambda count: bar.update(task, advance=count)
+        task = bar.add_task("sweep", total=None)
+        # runs that were there before are no part of the rate
+        yield lambda p: bar.update(task, total=p.total, completed=p.done)

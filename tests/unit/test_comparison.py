@@ -1,0 +1,331 @@
+"""Two histories compared: known answers, alignment of events, the properties of a difference."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from oblique_impact import History, InputError
+from oblique_impact.contact import State
+from oblique_impact.history import labelled
+from oblique_impact.marching import Event
+from oblique_impact.transitions import EventKind
+from validation import compare
+from validation.alignment import align, clock
+from validation.comparison import compare_events, graph_distance, hausdorff_distance
+
+END = 2.0
+
+
+def event(time, kind=EventKind.IMPACT, impulse=1.0):
+    state = State.FREE if kind is EventKind.RELEASE else State.SLIP
+    return Event(time, kind, impulse, 0.0, -1.0, 0.1, 0.0, state)
+
+
+def made(times, values, events=(), state=None, **others):
+    """A history of one variable `v`, linear between the given samples."""
+    data = xr.Dataset(
+        {
+            "v": labelled(np.asarray(values, dtype=float), ("time",), "m", "a variable"),
+            "state": labelled(np.zeros(len(times), np.int8) if state is None else state, ("time",), "1", "state"),
+            **others,
+        },
+        coords={"time": labelled(np.asarray(times, dtype=float), ("time",), "s", "time")},
+    )
+    return History(data, list(events), {"outcome": "completed", "macro_collisions": [], "energy": {}})
+
+
+def step(at, samples=21):
+    """A variable that is 0 up to an impact and 1 after it."""
+    before, after = np.linspace(0.0, at, samples), np.linspace(at, END, samples)
+    state = np.repeat(np.array([0, 1], np.int8), samples)
+    return made(np.concatenate([before, after]), np.repeat([0.0, 1.0], samples), [event(at)], state)
+
+
+def test_a_late_jump_is_large_at_equal_times_and_nothing_on_the_common_clock():
+    """Unit jumps at 1.0 and 1.1 s in 2 s, sampled differently: 1 over 0.1 s, a twentieth of the span apart."""
+    found = compare(step(1.0), step(1.1, samples=7))
+    v = found["v"]
+    assert v.scale == 1.0
+    assert v.plain.rms == pytest.approx(math.sqrt(0.1 / END), rel=1e-12)
+    assert (v.plain.largest, v.plain.at) == (-1.0, 1.0)
+    assert v.aligned.rms == v.aligned.largest == 0.0
+    assert v.hausdorff == pytest.approx(0.1 / END, rel=2e-4)
+    assert found.events[0].time_difference == pytest.approx(0.1)
+    assert found.state_disagreement == 0.0
+
+
+def test_the_distance_of_curves_is_relative_to_span_and_scale():
+    """A unit jump, and the same one 0.3 higher: values reach from 0 to 1.3."""
+    low, high = step(1.0), step(1.0)
+    high.data["v"] += 0.3
+    v = compare(low, high)["v"]
+    assert v.scale == pytest.approx(1.3)
+    assert v.plain.rms == v.aligned.rms == pytest.approx(0.3)
+    assert v.hausdorff == pytest.approx(0.3 / 1.3, rel=2e-4)
+
+
+def test_states_disagree_where_events_are_not_shared():
+    """Contact from 1 s on, and from 1.5 s on with an event of another kind: a quarter of the time."""
+    late = step(1.5)
+    late.events[0] = event(1.5, EventKind.REBOUND)
+    found = compare(step(1.0), late)
+    assert found.state_disagreement == pytest.approx(0.25)
+    assert (len(found.only_left), len(found.only_right)) == (1, 1)
+    assert found.largest_shift == 0.0
+
+
+def test_rms_of_linear_courses_is_exact():
+    """0 against t over 2 s: the root of 4/3."""
+    flat, rising = made([0.0, 0.7, END], [0.0, 0.0, 0.0]), made([0.0, END], [0.0, END])
+    v = compare(flat, rising)["v"]
+    assert v.plain.rms == pytest.approx(math.sqrt(4.0 / 3.0), rel=1e-15)
+    assert (v.plain.largest, v.plain.at) == (2.0, 2.0)
+    assert v.hausdorff is None
+
+
+def test_a_history_is_equal_to_itself(run):
+    history = run("paper")
+    found = compare(history, history)
+    assert len(found.shared) == len(found.events) == len(history.events)
+    assert found.largest_shift == found.state_disagreement == 0.0
+    for v in found.variables.values():
+        assert v.plain[:2] == v.aligned[:2] == (0.0, 0.0), v.name
+        assert not v.hausdorff, v.name
+    assert {m.difference for m in found.measures} == {0.0}
+    assert set(found.skipped) == {"state"}
+
+
+def shifted(history, by):
+    data = history.data.assign_coords(time=("time", history["time"].values + by, history["time"].attrs))
+    return History(data, [e._replace(time=e.time + by) for e in history.events], history.summary)
+
+
+def test_a_shifted_history_is_late_everywhere_and_the_same_on_the_common_clock(run):
+    history, by = run("paper"), 1e-3
+    found = compare(history, shifted(history, by), ["theta", "theta_dot", "uy"])
+    assert found.span == pytest.approx((by, 1.0))
+    assert [pair.time_difference for pair in found.shared] == pytest.approx([by] * len(history.events), rel=1e-9)
+    for v in found.variables.values():
+        assert v.relative(v.aligned.rms) < 1e-12, v.name
+        assert abs(v.relative(v.aligned.largest)) < 1e-9, v.name
+        assert v.relative(v.plain.rms) > 1e-4, v.name
+    # velocities jump a millisecond later: large at equal times; their curves are nearly the same
+    v = found["theta_dot"]
+    assert 0.0 < v.hausdorff < 0.02 < 0.2 < abs(v.relative(v.plain.largest))
+
+
+def test_a_discretization_against_the_other_in_the_paper_case(run):
+    """Elements and modes share all 21 events, and after 0.66 s all that the first collision left."""
+    modal, fem = run("paper"), run("paper", "discretization.method=fem")
+    found = compare(modal, fem, names=("modal", "fem"))
+    assert len(found.shared) == len(found.events) == 21
+    assert found.largest_shift < 1e-4
+    assert found.events[0].time_difference == pytest.approx(0.0, abs=1e-8)
+    assert found.skipped.keys() == {"q", "qd", "state"}
+    assert found["theta"].relative(found["theta"].plain.rms) < 1e-4
+    # an impact that comes 1e-5 s later: velocities differ by nearly a jump for 1e-5 s, their curves hardly
+    v = found["gap_rate"]
+    assert abs(v.relative(v.plain.largest)) > 0.3
+    assert abs(v.relative(v.aligned.largest)) < 5e-3
+    assert v.hausdorff < 5e-3
+    assert v.plain.rms < 1e-2 * v.scale
+    impulse = next(m for m in found.measures if m.name == "collision 1: normal impulse")
+    assert impulse.left == modal.summary["macro_collisions"][0]["normal_impulse"]
+    assert abs(impulse.difference) < 1e-6
+
+
+def test_fixed_steps_against_events(run):
+    """The paper's scheme notices the first impact within one free step, and sees many events more."""
+    event_located, fixed = run("paper", "end_time=0.36"), run("paper", "end_time=0.36", "solver.scheme=fixed-step")
+    found = compare(event_located, fixed, ["theta", "tip_y"])
+    first = found.events[0]
+    assert first.left.kind is first.right.kind is EventKind.IMPACT
+    assert 0.0 < first.time_difference < 1e-4
+    assert len(fixed.events) - len(event_located.events) == len(found.only_right) - len(found.only_left) > 0
+    assert 0.0 < found.state_disagreement < 0.05
+    assert 1e-6 < found["theta"].relative(found["theta"].aligned.rms) < 1e-2
+
+
+def test_other_intervals_and_other_ends(run):
+    """A run that is sampled ten times less often and ends earlier: what both cover is the same."""
+    long, short = run("paper"), run("paper", "end_time=0.6", "solver.output_interval=1e-3")
+    found = compare(long, short, ["theta"])
+    assert found.span == (0.0, 0.6)
+    assert not found.only_left
+    assert not found.only_right
+    assert found.largest_shift < 1e-9
+    # what chords of the coarse samples leave out of the vibration
+    assert found["theta"].relative(found["theta"].plain.rms) < 2e-3
+    assert {m.name.partition(":")[0] for m in found.measures} == {"collision 1"}
+    assert max(abs(m.difference) for m in found.measures) < 1e-6
+
+
+def test_results_along_the_beam_are_taken_at_common_stations():
+    """A field that is linear along the beam is the same on any stations; another one differs by its own mean."""
+
+    def field(points, slope):
+        stations = np.linspace(0.0, 1.0, points)
+        values = np.outer([1.0, 1.0], slope * stations)
+        history = made([0.0, END], [0.0, 0.0], u=labelled(values, ("time", "station"), "m", "a field"))
+        station = labelled(stations, ("station",), "m", "arc length")
+        return History(history.data.assign_coords(station=station), [], history.summary)
+
+    assert abs(compare(field(5, 1.0), field(8, 1.0))["u"].plain.largest) < 1e-15
+    u = compare(field(5, 1.0), field(8, 3.0))["u"]
+    assert u.plain.largest == 2.0
+    # the mean of (2 x)^2 by the trapezoidal rule on the 12 common stations
+    common = np.union1d(np.linspace(0.0, 1.0, 5), np.linspace(0.0, 1.0, 8))
+    assert u.plain.rms == pytest.approx(math.sqrt(np.trapezoid(4.0 * common**2, common)), rel=1e-12)
+
+
+def test_an_event_more_is_found_where_it_is():
+    """Of equal pairs of events, those closest in time are the same: the extra ones are the first two."""
+    kinds = (EventKind.IMPACT, EventKind.RELEASE)
+    times = [0.5, 0.6, 1.0, 1.1, 1.5, 1.6]
+    right = [event(t, kinds[n % 2]) for n, t in enumerate(times)]
+    left = [event(t + 1e-4, kinds[n % 2]) for n, t in enumerate(times[2:])]
+    line = ([0.0, END], [0.0, 1.0])
+    found = compare(made(*line, left), made(*line, right))
+    assert [pair.right.time for pair in found.only_right] == [0.5, 0.6]
+    assert [pair.time_difference for pair in found.shared] == pytest.approx([-1e-4] * 4)
+    assert not found.only_left
+    assert "only in right: impact -> slip at 0.500000 s" in str(found)
+
+
+def test_events_far_apart_are_not_the_same():
+    line = ([0.0, END], [0.0, 1.0])
+    pair = made(*line, [event(0.5)]), made(*line, [event(0.9)])
+    assert not compare(*pair).shared
+    assert len(compare(*pair, max_shift=0.5).shared) == 1
+    assert len(compare_events(*pair)) == 1
+
+
+def test_differences_of_events_have_their_signs():
+    line = ([0.0, END], [0.0, 1.0])
+    found = compare(made(*line, [event(0.5, impulse=1.0)]), made(*line, [event(0.6, impulse=3.0)]))
+    (pair,) = found.shared
+    assert pair.time_difference == pytest.approx(0.1)
+    assert (pair.impulse_difference, pair.normal_velocity_difference) == (2.0, 0.0)
+    assert pair.tangential_velocity_difference == 0.0
+
+
+def best(left, right, kinds_left, kinds_right, limit):
+    """The best alignment by trying all: most pairs, then the least sum of time differences."""
+    ways = [(0, 0.0)]
+    for size in range(1, min(len(left), len(right)) + 1):
+        for i in itertools.combinations(range(len(left)), size):
+            for j in itertools.combinations(range(len(right)), size):
+                apart = [abs(left[a] - right[b]) for a, b in zip(i, j, strict=True)]
+                same = all(kinds_left[a] == kinds_right[b] for a, b in zip(i, j, strict=True))
+                if same and max(apart) <= limit:
+                    ways.append((-size, sum(apart)))
+    return min(ways)
+
+
+logs = st.lists(st.tuples(st.integers(0, 40), st.sampled_from("abc")), max_size=6).map(sorted)
+
+
+@settings(max_examples=150, deadline=None)
+@given(logs, logs, st.sampled_from([3.0, 10.0, math.inf]))
+def test_alignment_is_the_best_there_is(a, b, limit):
+    left, right = [float(t) for t, _ in a], [float(t) for t, _ in b]
+    kinds = [k for _, k in a], [k for _, k in b]
+    places = align(left, right, *kinds, max_shift=limit)
+    pairs = [(i, j) for i, j in places if i is not None and j is not None]
+    assert [i for i, _ in places if i is not None] == list(range(len(a)))
+    assert [j for _, j in places if j is not None] == list(range(len(b)))
+    size, apart = best(left, right, *kinds, limit)
+    assert len(pairs) == -size
+    assert sum(abs(left[i] - right[j]) for i, j in pairs) == pytest.approx(apart, abs=1e-9)
+
+
+values = st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=8)
+
+
+@settings(max_examples=60, deadline=None)
+@given(values, values, st.floats(0.8, 1.2), st.floats(0.8, 1.2))
+def test_swapping_the_two_changes_signs_and_nothing_else(a, b, jump_a, jump_b):
+    def jumping(course, at):
+        half = len(course) // 2
+        times = np.concatenate([np.linspace(0.0, at, half), np.linspace(at, END, len(course) - half)])
+        return made(times, course, [event(at)])
+
+    one, other = jumping(a, jump_a), jumping(b, jump_b)
+    there, back = compare(one, other), compare(other, one)
+    v, w = there["v"], back["v"]
+    assert (v.scale, v.hausdorff) == (w.scale, w.hausdorff)
+    for mine, theirs in ((v.plain, w.plain), (v.aligned, w.aligned)):
+        assert mine.rms == pytest.approx(theirs.rms, rel=1e-12, abs=1e-15)
+        assert abs(mine.largest) == pytest.approx(abs(theirs.largest), rel=1e-12)
+        assert mine.rms <= abs(mine.largest) * (1.0 + 1e-12)
+    assert [p.time_difference for p in there.shared] == [-p.time_difference for p in back.shared]
+    if v.hausdorff is not None:
+        # a curve is no further than the largest difference at one time
+        assert v.hausdorff <= abs(v.relative(v.plain.largest)) * (1.0 + 1e-9)
+
+
+def test_the_quick_distance_of_graphs_is_that_of_the_definition():
+    generator = np.random.default_rng(3)
+    for _ in range(30):
+        graphs = []
+        for _ in range(2):
+            x = np.concatenate([[0.0], np.sort(generator.random(38)), [1.0]])
+            x[10], x[20] = x[11], x[21]  # jumps
+            graphs.append(np.stack([x, np.cumsum(generator.normal(0.0, 0.2, 40))], axis=1))
+        assert graph_distance(*graphs) == pytest.approx(hausdorff_distance(*graphs), rel=2e-4)
+
+
+def test_the_clock_keeps_the_last_difference_and_skips_what_does_not_ascend():
+    made_clock = clock([(0.0, 0.0), (1.0, 1.2), (1.0, 1.3), (0.9, 1.4)], END)
+    assert made_clock.left.tolist() == [0.0, 1.0]
+    assert made_clock.of_left(np.array([0.5, 1.0, 1.5])) == pytest.approx([0.55, 1.1, 1.6])
+    assert made_clock.of_right(np.array([0.6, 1.2, 1.7])) == pytest.approx([0.55, 1.1, 1.6])
+
+
+def test_what_is_not_finite_differs_by_infinity_unless_both_are_so():
+    good, bad = made([0.0, 1.0, END], [0.0, 1.0, 2.0]), made([0.0, 1.0, END], [0.0, 1.0, math.nan])
+    assert compare(good, bad)["v"].plain.largest == math.inf
+    assert compare(bad, bad)["v"].plain.largest == 0.0
+
+
+def test_tables_say_what_the_numbers_say(run):
+    modal, fem = run("paper", "end_time=0.33"), run("paper", "end_time=0.33", "discretization.method=fem")
+    found = compare(modal, fem, ["theta", "gap_rate"], names=("modal", "fem"))
+    frame = found.to_dataframe()
+    assert list(frame.index) == ["theta", "gap_rate"]
+    assert frame.loc["gap_rate", "plain_largest"] == found["gap_rate"].plain.largest
+    assert frame.loc["gap_rate", "unit"] == "m/s"
+    assert math.isnan(frame.loc["theta", "hausdorff"])
+    assert found.table().count("\n") == 2 + 2
+    assert "| theta |" in found.table()
+    assert found.events_table().count("\n") == 2 + len(found.events)
+    text = str(found)
+    assert text.startswith("modal and fem, 0 to 0.33 s\noutcome: completed\nevents: ")
+    assert found.measures_table() in text + "\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"variables": ["nonsense"]}, "variables: 'nonsense': should be among v, state"),
+        ({"variables": ["state"]}, "variables: 'state': contact states are compared as state_disagreement"),
+        ({"max_shift": -1.0}, "max_shift = -1.0: should be a time in s, 0 or more"),
+        ({"max_shift": math.nan}, "max_shift = nan"),
+    ],
+)
+def test_bad_input_is_one_line(arguments, words):
+    with pytest.raises(InputError) as refused:
+        compare(step(1.0), step(1.1), **arguments)
+    assert words in str(refused.value)
+
+
+def test_histories_without_common_time_are_refused():
+    with pytest.raises(InputError, match="no time in common: 0 to 2 s and 5 to 6 s"):
+        compare(step(1.0), made([5.0, 6.0], [0.0, 0.0]))
