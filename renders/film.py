@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, write_whole
+from oblique_impact.files import cannot_write, only_writer, unfinished, write_whole
 from oblique_impact.history import History
 from renders.frame import Composer, Style
 from renders.themes import theme_of
@@ -125,7 +125,8 @@ def write_film(
     composer = Composer(histories, names, style, timeline)
     try:
         frames = _frames(composer, timeline, on_frame)
-        write_whole(_writable(out), lambda part: _encode(frames, style.size, timeline, part, composer))
+        with only_writer(_writable(out)):
+            write_whole(out, lambda part: _encode(frames, style.size, timeline, part, composer))
     except OSError as error:
         raise cannot_write(out, error) from None
     finally:
@@ -144,7 +145,7 @@ def _encode(
     frames: Iterable[Image.Image], size: tuple[int, int], timeline: Timeline, part: Path, composer: Composer
 ) -> None:
     """Send raw frames to ffmpeg; they are never all in memory."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, unfinished(Path(folder)):
         extra = _palette_options(composer, timeline, Path(folder)) if part.suffix.lower() == ".gif" else []
         command = [
             imageio_ffmpeg.get_ffmpeg_exe(),

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder
+from oblique_impact.files import writing
 from validation.checks.plots import tolerance_figure
 from validation.checks.registry import Check, Evidence, Group, all_checks
 from validation.parallel import counting_bar, map_parallel
@@ -107,17 +107,17 @@ def validate(out: Path, only: Sequence[str] = (), quick: bool = False, workers: 
     Raises InputError for an unknown name or a folder that cannot be written.
     """
     checks = select(only, quick)
-    folder = prepare_folder(out)
-    started = time.perf_counter()
-    evidence = compute(checks, workers)
-    wall = time.perf_counter() - started
-    results = results_of(checks, evidence)
-    rows = [asdict(result) for result in results]
-    facts = {"versions": dict(versions()), "machine": machine()}
-    write_json(folder, "results.json", {"checks": rows, **facts})
-    columns = list(Result.__dataclass_fields__)
-    write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
-    write_report(folder, _document(checks, evidence, results, wall))
+    with writing(out) as folder:
+        started = time.perf_counter()
+        evidence = compute(checks, workers)
+        wall = time.perf_counter() - started
+        results = results_of(checks, evidence)
+        rows = [asdict(result) for result in results]
+        facts = {"versions": dict(versions()), "machine": machine()}
+        write_json(folder, "results.json", {"checks": rows, **facts})
+        columns = list(Result.__dataclass_fields__)
+        write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
+        write_report(folder, _document(checks, evidence, results, wall))
     return results
 
 

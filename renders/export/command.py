@@ -18,7 +18,7 @@ from rich.progress import (
 )
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write
+from oblique_impact.files import cannot_write, only_writer
 from oblique_impact.history import History
 from renders.export.scene import Scene, missing_variables
 from renders.export.selection import Selection
@@ -52,7 +52,7 @@ def export_command(
     target, format = resolve(out, format)
     count = scene.frames.sample.size
     try:
-        with _bar(f"export {format}", count) as advance:
+        with only_writer(target), _bar(f"export {format}", count) as advance:
             _writer(format)(scene, target, advance)
     except OSError as error:
         raise cannot_write(target, error) from None

@@ -135,7 +135,6 @@ def test_a_sweep_on_one_process_and_on_two_is_the_same_as_plain_runs(tmp_path, c
         "report.html",
         "results.parquet",
         "scenario.toml",
-        "sweep.lock",
         "sweep.toml",
     ]
     assert same_rows(one, two)
@@ -252,7 +251,7 @@ def test_a_second_sweep_in_the_folder_is_refused_until_the_first_is_gone(tmp_pat
         code, _, err = cli(file, "--out", out)
         assert code == 2
         assert err.count("\n") == 1
-        assert "another sweep is writing here" in err
+        assert "another process is writing here" in err
         process.kill()  # the process alone: its workers have to notice
         process.wait()
         with open_store(out, load_plan(str(file))) as store:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import shlex
+from contextlib import ExitStack
 from pathlib import Path
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder
+from oblique_impact.files import writing
 from oblique_impact.scenario import Scenario
 from validation.refinement.ladders import AXES, Ladder, Study, declared_orders, parse_levels
 from validation.refinement.quantities import default_quantities
@@ -72,9 +73,12 @@ def refine_command(
         _shipped(study, scenario, chosen) if study is not None else _own(scenario, chosen, changes, quantities)
     )
     command = _command(scenario, chosen, quantities, study, changes, within)
-    # everything that can be refused is refused before a folder appears
-    result = run_study(described, changes, quantities, within, workers, before_running=lambda: prepare_folder(out))
-    page = write_study(out, result, command)
+    with ExitStack() as stack:
+        # everything that can be refused is refused before a folder appears
+        result = run_study(
+            described, changes, quantities, within, workers, lambda: stack.enter_context(writing(out))
+        )
+        page = write_study(out, result, command)
     return [*_lines(result), f"report: {page}"]
 
 

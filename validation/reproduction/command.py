@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.files import cannot_write, prepare_folder, write_text
+from oblique_impact.errors import InputError
+from oblique_impact.files import cannot_write, prepare_folder, write_text, writing
 from validation.parallel import counting_bar, map_parallel
 from validation.report.document import write_csv, write_json, write_report
 from validation.reproduction.cases import (
@@ -46,21 +47,28 @@ def reproduce_command(out: Path, workers: int | None) -> list[str]:
 
     Raises InputError if the folder cannot be written.
     """
-    folder = prepare_folder(out)
-    prepare_folder(folder / "figures")
-    started = time.perf_counter()
-    material = collect(workers)
-    computed = time.perf_counter() - started
-    drawings = make_drawings(material)
-    times = [
-        ("simulations", f"{computed:.1f} s"),
-        ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
-    ]
-    write_all(folder, material, drawings, times)
+    with writing(out) as folder:
+        _prepare_figures(folder)
+        started = time.perf_counter()
+        material = collect(workers)
+        computed = time.perf_counter() - started
+        drawings = make_drawings(material)
+        times = [
+            ("simulations", f"{computed:.1f} s"),
+            ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
+        ]
+        write_all(folder, material, drawings, times)
     counts = {verdict: sum(judged.verdict == verdict for judged in material.judged) for verdict in VERDICTS}
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
     lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in material.judged]
     return [*lines, f"{len(material.judged)} claims: {verdicts}; report: {out / 'report.html'}"]
+
+
+def _prepare_figures(folder: Path) -> None:
+    place = folder / "figures"
+    if place.is_symlink():
+        raise InputError(f"--out {folder}: figures leads elsewhere; the report is written into its folder only")
+    prepare_folder(place)
 
 
 def work(task: Task) -> Any:

@@ -93,8 +93,7 @@ def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None) -
     except KeyboardInterrupt:
         store.flush()
         kept = f"{len(store.done)} of {plan.design.size} runs are kept"
-        _say(f"interrupted: {kept}; the same command goes on with the others")
-        raise
+        raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
     finally:
         executor.close()
 
@@ -114,7 +113,7 @@ def _finish(plan: Plan, store: Store, earlier: int, seconds: float) -> list[str]
         store.flush()
         write_table(store.table, make_table(plan, store.rows()))
     store.finish()
-    table = read_table(store.table)
+    table = read_table(store.table, plan)
     write_sweep_report(store.folder, plan, table)
     return _lines(plan, table, earlier, seconds)
 
