@@ -17,11 +17,16 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _leave)
     from oblique_impact.cli import main as command_line
+    from oblique_impact.interrupts import EXIT_CODE, leave_now
 
     try:
         command_line()
+    except SystemExit as end:
+        if end.code == EXIT_CODE:
+            leave_now(EXIT_CODE)  # the interpreter's cleaning up takes its time
+        raise
     finally:
-        # the rest is the interpreter's cleaning up
+        # ... and is nothing to be interrupted
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

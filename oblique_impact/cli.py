@@ -372,12 +372,6 @@ def main(arguments: list[str] | None = None) -> None:
     except KeyboardInterrupt as stop:
         _say(": ".join(["interrupted", *map(str, stop.args)]))
         code = interrupts.EXIT_CODE
-    except Exception:
-        # what an interrupt meets in the middle may make something else of it
-        if not interrupts.asked():
-            raise
-        _say("interrupted")
-        code = interrupts.EXIT_CODE
     sys.exit(code)
 
 

@@ -40,6 +40,8 @@ OF_A_BEAM: dict[str, tuple[str, ...]] = {
         ("ux", "uy", "ux_dot", "uy_dot", "moment", "shear", "axial_force", "bending_stress"), _STATIONS
     ),
 }
+#: of all variables that are known
+DIMENSIONS = NEEDED | OF_A_BEAM
 _COLLISION = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
 _ENERGY = ("initial", "final", "kinetic", "elastic", "gravity")
 _LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
@@ -51,7 +53,7 @@ def check_variables(data: xr.Dataset) -> None:
     for name in NEEDED:
         if name not in data.variables:
             raise InputError(f"has no variable {name!r}")
-    for name, dimensions in (NEEDED | OF_A_BEAM).items():
+    for name, dimensions in DIMENSIONS.items():
         if name in data.variables and data[name].dims != dimensions:
             raise InputError(f"{name}: should have the dimensions ({', '.join(dimensions)})")
     for label, variable in data.variables.items():

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from oblique_impact.contact import State
-from oblique_impact.contents import check_summary, check_times_of_events, check_variables, read_json
+from oblique_impact.contents import DIMENSIONS, check_summary, check_times_of_events, check_variables, read_json
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.faults import short
 from oblique_impact.files import cannot_write, prepare_folder, write_all
@@ -99,7 +99,7 @@ class History:
         if not _is(file, Path.is_file):
             raise InputError(f"{file}: no such history")
         try:
-            data = read_netcdf(file)
+            data = read_netcdf(file, DIMENSIONS)
             return _from_data(cls, data)
         except Exception as error:  # damaged files raise whatever the reader's layers raise
             reason = " ".join(str(error).split())[:200] or type(error).__name__

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line
 from oblique_impact.faults import refuse as _refuse
+from oblique_impact.files import read_text
 from oblique_impact.plugins import discretization_names
 from oblique_impact.tables import Tabulated
 
@@ -23,6 +24,9 @@ MAX_EXPLICIT_NODAL_ELEMENTS = 32
 MAX_GRADING = 1e4
 MAX_SAMPLES = 5_000_000
 MAX_STEPS = 1_000_000_000
+MAX_VALUES = 500_000_000
+#: bytes; a scenario file has a hundred lines, and tables of a thousand
+MAX_FILE = 1_000_000
 
 #: a start this close to the slope (relative to the beam's length) touches it
 TOUCHING = 1e-12
@@ -233,8 +237,8 @@ class Scenario(Section):
             known = ", ".join(builtin_names())
             raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known})")
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
+            text = read_text(path, MAX_FILE)
+        except (OSError, ValueError) as error:
             raise InputError(f"scenario = {source!r}: cannot be read: {error}") from None
         return cls.from_toml(text, overrides)
 
@@ -266,7 +270,7 @@ def builtin_names() -> list[str]:
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except OSError:  # a name too long for the file system
+    except (OSError, ValueError):  # a name too long for the file system, or one with a null character
         return False
 
 
@@ -407,7 +411,21 @@ def _check_solver(s: Scenario) -> None:
     v = s.solver
     if s.end_time / v.output_interval > MAX_SAMPLES:
         _refuse("solver.output_interval", v.output_interval, f"gives more than {MAX_SAMPLES} samples")
+    if s.end_time / v.output_interval * _values_per_sample(s) > MAX_VALUES:
+        _refuse(
+            "solver.output_interval",
+            v.output_interval,
+            f"gives {s.end_time / v.output_interval:.3g} samples of {_values_per_sample(s)} values; "
+            f"at most {MAX_VALUES:.0e} values fit into a history",
+        )
     if v.scheme != "event":
         for key in ("free_step", "contact_step"):
             if s.end_time / getattr(v, key) > MAX_STEPS:
                 _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")
+
+
+def _values_per_sample(s: Scenario) -> int:
+    """Count the numbers of one sample in memory: states and accelerations, results at 33 stations, scalars."""
+    d = s.discretization
+    shapes = d.modes or 2 * d.elements
+    return 3 * (shapes + 1) + 8 * 33 + 60

@@ -12,6 +12,7 @@ import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, unfinished, write_whole
 from oblique_impact.history import History
@@ -136,6 +137,7 @@ def write_film(
 
 def _frames(composer: Composer, timeline: Timeline, on_frame: Progress | None) -> Iterator[Image.Image]:
     for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
+        interrupts.check()
         yield composer.draw(float(time), float(rate))
         if on_frame:
             on_frame(n, timeline.times.size)
@@ -159,8 +161,9 @@ def _encode(
         with log.open("wb") as errors, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors) as encoder:
             assert encoder.stdin is not None
             try:
-                for frame in frames:
-                    encoder.stdin.write(frame.tobytes())
+                with interrupts.ends_with_us(encoder):
+                    for frame in frames:
+                        encoder.stdin.write(frame.tobytes())
             except BrokenPipeError:
                 pass  # it says why in its log
             except BaseException:

@@ -17,6 +17,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer
 from oblique_impact.history import History
@@ -83,4 +84,9 @@ def _bar(title: str, total: int) -> Iterator[Callable[[], None]]:
     columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=total)
-        yield lambda: bar.update(task, advance=1)
+
+        def advance() -> None:
+            interrupts.check()
+            bar.update(task, advance=1)
+
+        yield advance

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError, Outcome
 from validation.parallel import default_workers
 from validation.sweep.cluster import Cluster, check_address
@@ -83,17 +84,19 @@ def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None) -
         # what is needed at the end is loaded while the others work
         import validation.sweep.report  # noqa: F401
 
-        with sweep_bar(plan.design.size, len(store.done)) as advance:
+        with sweep_bar(plan.design.size, len(store.done)) as advance, interrupts.keeping():
 
             def take(finished: Sequence[Done]) -> None:
                 store.add(finished)
                 advance(len(finished))
 
-            executor.run(missing, take, store.scratch)
-    except KeyboardInterrupt:
-        store.flush()
-        kept = f"{len(store.done)} of {plan.design.size} runs are kept"
-        raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
+            try:
+                executor.run(missing, take, store.scratch)
+            except KeyboardInterrupt:
+                store.flush()
+                kept = f"{len(store.done)} of {plan.design.size} runs are kept"
+                raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
+            store.flush()
     finally:
         executor.close()
 

@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError
 
 from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line, short
+from oblique_impact.files import read_text
 from oblique_impact.scenario import Finite, Scenario, Section
 from validation.refinement.quantities import Quantity, default_quantities, quantity
 from validation.sweep.design import Block, Design, Dimension, between, latin_hypercube, spread
@@ -151,8 +152,8 @@ def load_plan(source: str) -> Plan:
             f"sweep = {short(source)}: neither a file nor a shipped study ({', '.join(shipped_names())})"
         )
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path)
+    except (OSError, ValueError) as error:
         raise InputError(f"sweep = {short(source)}: cannot be read: {short(str(error))}") from None
     return make_plan(text, path.parent)
 

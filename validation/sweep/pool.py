@@ -11,6 +11,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError
 from validation.parallel import deaf_to_interrupts, leave_with_parent, single_threaded
 from validation.sweep.design import Design
@@ -66,6 +67,7 @@ class LocalPool:
         todo = deque(numbers)
         self._scratch = scratch
         while todo or any(worker.assigned for worker in self._crew):
+            interrupts.check()
             for worker in self._crew:
                 self._assign(worker, todo)
             ready = wait([worker.pipe for worker in self._crew], TICK)
