@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import warnings
 from types import FrameType
 
 
@@ -19,6 +20,8 @@ def main() -> None:
     from oblique_impact.cli import main as command_line
     from oblique_impact.interrupts import EXIT_CODE, leave_now
 
+    # of numbers that leave their range tell the results, by an outcome with a name
+    warnings.simplefilter("ignore", RuntimeWarning)
     try:
         command_line()
     except SystemExit as end:

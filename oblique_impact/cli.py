@@ -300,11 +300,14 @@ def _announce_compilation(scenario: Scenario) -> None:
 
 def _simulate(scenario: Scenario) -> History:
     from rich.console import Console
+    from xarray import DataArray
 
     from oblique_impact.marching import Status
     from oblique_impact.progress import progress_bar
     from oblique_impact.simulate import simulate
 
+    # xarray looks for array libraries when it makes its first array: an interrupted run should not wait for that
+    DataArray(0.0)
     with progress_bar(Console(stderr=True)) as show:
 
         def proceed(status: Status) -> None:

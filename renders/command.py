@@ -70,6 +70,13 @@ def render(paths: Sequence[Path], out: Path, style: Style, request: Request) -> 
         raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
     histories = [History.load(path) for path in paths]
     names = _names(paths, histories, request.names)
+    # runs that blew up hold numbers of any size
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _draw(histories, names, out, style, request)
+
+
+def _draw(histories: list[History], names: list[str], out: Path, style: Style, request: Request) -> list[str]:
+    suffix = out.suffix.lower()
     if request.magnify is not None:
         histories, names = _magnified(histories, names, request.magnify)
     lines = [_factor(histories, style)]

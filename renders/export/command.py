@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -53,7 +54,12 @@ def export_command(
     target, format = resolve(out, format)
     count = scene.frames.sample.size
     try:
-        with only_writer(target), _bar(f"export {format}", count) as advance:
+        # runs that blew up hold numbers of any size
+        with (
+            np.errstate(over="ignore", invalid="ignore"),
+            only_writer(target),
+            _bar(f"export {format}", count) as advance,
+        ):
             _writer(format)(scene, target, advance)
     except OSError as error:
         raise cannot_write(target, error) from None
