@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,6 +16,7 @@ from oblique_impact.faults import refuse as _refuse
 from oblique_impact.files import read_text
 from oblique_impact.plugins import discretization_names
 from oblique_impact.tables import Tabulated
+from oblique_impact.toml import parse_toml
 
 MAX_MODES = 100
 MAX_ELEMENTS = 4096
@@ -207,14 +207,7 @@ class Scenario(Section):
     @classmethod
     def from_toml(cls, text: str, overrides: list[str] | None = None) -> Scenario:
         """Read a scenario file's text; `overrides` are strings "section.key=value"."""
-        try:
-            data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"scenario file: not valid TOML: {error}") from None
-        except RecursionError:
-            raise InputError("scenario file: nested too deeply; sections have one level") from None
-        except ValueError as error:  # integers of thousands of digits
-            raise InputError(f"scenario file: {error}") from None
+        data = parse_toml(text, "scenario file")
         for item in overrides or []:
             _apply_override(data, item)
         return cls.from_dict(data)
@@ -285,8 +278,8 @@ def _apply_override(data: dict[str, Any], item: str) -> None:
     if not separator or not all(keys) or len(keys) > 2:
         raise InputError(f"--set {item}: expected section.key=value")
     try:
-        parsed = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        parsed = parse_toml(f"value = {text}", "--set")
+    except InputError:
         parsed = {}
     value = parsed["value"] if parsed.keys() == {"value"} else text.strip()
     target = data

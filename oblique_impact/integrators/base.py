@@ -37,9 +37,9 @@ SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples
 
 
 class Pace:
-    """How many steps a leg takes: about a tenth of a second of computing, for progress and interrupts to be prompt.
+    """How many steps a leg takes: about a tenth of a second of computing.
 
-    Where a leg ends does not change the steps.
+    So progress and interrupts are prompt.  Where a leg ends does not change the steps.
     """
 
     def __init__(self) -> None:

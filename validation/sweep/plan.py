@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +20,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line, short
 from oblique_impact.files import read_text
 from oblique_impact.scenario import Finite, Scenario, Section
+from oblique_impact.toml import parse_toml
 from validation.refinement.quantities import Quantity, default_quantities, quantity
 from validation.sweep.design import Block, Design, Dimension, between, latin_hypercube, spread
 from validation.sweep.keys import check_key, coerce, kind
@@ -187,14 +187,7 @@ def _studies() -> Any:
 
 
 def _parse(text: str) -> SweepFile:
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"sweep file: not valid TOML: {error}") from None
-    except RecursionError:
-        raise InputError("sweep file: nested too deeply") from None
-    except ValueError as error:  # integers of thousands of digits
-        raise InputError(f"sweep file: {error}") from None
+    data = parse_toml(text, "sweep file")
     try:
         file = SweepFile.model_validate(data)
     except ValidationError as error:
