@@ -71,7 +71,11 @@ def modes(
     """Natural frequencies (rad/s) of the spinning beam, flapwise and chordwise."""
     chosen = _load(scenario, changes)
     rates = _speeds(speeds)
+    from oblique_impact.files import prepare_folder
     from oblique_impact.plugins import discretization
+
+    if out is not None:
+        prepare_folder(out.parent if out.suffix else out)
 
     beam = discretization(chosen.discretization.method).spectrum(chosen)
     wanted = count or max(4, chosen.discretization.modes)

@@ -120,7 +120,9 @@ def test_a_full_disk(history, tmp_path, capfd, study, name, monkeypatch):
         assert not [file for file in files_in(out) if ".part" in file or file.endswith(".lock")]
 
 
-@pytest.mark.parametrize("bound", [500, 20_000, 600_000])
+@pytest.mark.parametrize(
+    "bound", [500, pytest.param(20_000, marks=pytest.mark.slow), pytest.param(600_000, marks=pytest.mark.slow)]
+)
 def test_a_run_whose_disk_is_full_at_the_end(history, tmp_path, bound):
     """HDF5 would crash; a bound on the size of files stands for the disk."""
 
