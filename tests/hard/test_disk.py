@@ -104,7 +104,7 @@ def test_a_read_only_file_system(history, tmp_path, capfd, study, name):
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting is for administrators")
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "reproduce"])
 def test_a_full_disk(history, tmp_path, capfd, study, name, monkeypatch):
-    """The disk is filled up to its last 12 kB, or the last 100 for reports."""
+    """The disk is filled up to its last page."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with mounted(tmp_path / "disk", "size=4m") as disk:
         out = disk / "out"
@@ -112,7 +112,7 @@ def test_a_full_disk(history, tmp_path, capfd, study, name, monkeypatch):
         with contextlib.suppress(OSError), (disk / "filler").open("wb", buffering=0) as filler:
             while True:
                 filler.write(bytes(4096))
-        os.truncate(disk / "filler", (disk / "filler").stat().st_size - 12_000)
+        os.truncate(disk / "filler", (disk / "filler").stat().st_size - 4096)
         code, _, err = call(capfd, *command(name, history, out, study))
         assert code == 2, err
         assert err.count("\n") == 1, err
