@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,17 +44,18 @@ def run(
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
     chosen = _load(scenario, changes)
-    from oblique_impact.files import prepare_folder
+    from oblique_impact.files import writing
 
-    prepare_folder(out)
-    _announce_compilation(chosen)
-    history = _simulate(chosen)
-    folder = history.save(out)
+    with writing(out):
+        _announce_compilation(chosen)
+        history = _simulate(chosen)
+        folder = _save(history, out)
     _print_summary(history, folder)
     outcome = history.outcome
     if outcome.exit_code:
         _say(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
         raise typer.Exit(outcome.exit_code)
+    interrupts.check()
 
 
 @app.command()
@@ -69,6 +72,10 @@ def modes(
     """Natural frequencies (rad/s) of the spinning beam, flapwise and chordwise."""
     chosen = _load(scenario, changes)
     rates = _speeds(speeds)
+    if out is not None:
+        from oblique_impact.files import prepare_folder
+
+        prepare_folder(out.parent if out.suffix else out)
     from oblique_impact.spectrum import natural_frequencies
 
     found = natural_frequencies(chosen, rates, count)
@@ -305,12 +312,38 @@ def _announce_compilation(scenario: Scenario) -> None:
 
 def _simulate(scenario: Scenario) -> History:
     from rich.console import Console
+    from xarray import DataArray
 
+    from oblique_impact.marching import Status
     from oblique_impact.progress import progress_bar
     from oblique_impact.simulate import simulate
 
+    # xarray looks for array libraries when it makes its first array: an interrupted run should not wait for that
+    DataArray(0.0)
     with progress_bar(Console(stderr=True)) as show:
-        return simulate(scenario, show)
+
+        def proceed(status: Status) -> None:
+            interrupts.keep()
+            show(status)
+            interrupts.check()
+
+        return simulate(scenario, proceed)
+
+
+def _save(history: History, out: Path) -> Path:
+    """Write the results, elsewhere if the disk is full by now: what is computed is not thrown away."""
+    from tempfile import mkdtemp
+
+    interrupts.keep()
+    try:
+        return history.save(out)
+    except InputError as error:
+        try:
+            elsewhere = mkdtemp(prefix="oblique-impact-")
+            history.save(elsewhere)
+        except (InputError, OSError):
+            raise error from None
+        raise InputError(f"{error}; the results are in {elsewhere}") from None
 
 
 def _print_summary(history: History, folder: Path) -> None:
@@ -347,22 +380,42 @@ def _say(line: str) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: exit 0 done, 1 stopped by the physics, 2 bad input, 130 interrupted."""
+    given = sys.argv[1:] if arguments is None else arguments
     try:
-        given = sys.argv[1:] if arguments is None else arguments
-        code = app(args=given or ["--help"], prog_name="oblique-impact", standalone_mode=False)
+        with interrupts.interruptible(_say):
+            code = _call(given or ["--help"])
+    except KeyboardInterrupt as stop:
+        _say(": ".join(["interrupted", *map(str, stop.args)]))
+        code = interrupts.EXIT_CODE
+    sys.exit(code)
+
+
+def _call(arguments: list[str]) -> int:
+    """Run a command and return its exit code; what is wrong with the input is said in one line."""
+    try:
+        # not through typer's own main: it swallows interrupts
+        command = typer.main.get_command(app)
+        with command.make_context("oblique-impact", arguments) as context:
+            command.invoke(context)
+        sys.stdout.flush()
+    except typer.Exit as stop:
+        return stop.exit_code
+    except BrokenPipeError:
+        # whoever read the output has gone; nothing more can be said there, not even at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 1
     except InputError as error:
         _say(str(error))
-        code = 2
-    except (typer.Abort, KeyboardInterrupt):
-        _say("interrupted")
-        code = 130
+    except MemoryError as error:
+        _say(f"not enough memory: {' '.join(str(error).split()) or 'a smaller model or fewer samples are needed'}")
     except Exception as error:
         # typer's usage errors have no public base class; they all know how to say what is wrong
         if not hasattr(error, "format_message"):
             raise
         _say(" ".join(error.format_message().split()))
-        code = 2
-    sys.exit(code if isinstance(code, int) else 0)
+    else:
+        return 0
+    return 2
 
 
 if __name__ == "__main__":

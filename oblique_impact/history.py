@@ -6,7 +6,9 @@ import csv
 import io
 import json
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +16,12 @@ import numpy as np
 import xarray as xr
 
 from oblique_impact.contact import State
+from oblique_impact.contents import DIMENSIONS, check_summary, check_times_of_events, check_variables, read_json
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import cannot_write, prepare_folder, write_text, write_whole
+from oblique_impact.faults import short
+from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.marching import Event
+from oblique_impact.netcdf import read_netcdf, write_netcdf
 from oblique_impact.transitions import EventKind
 
 FORMAT = "oblique-impact history 1"
@@ -64,44 +69,41 @@ class History:
         return next(outcome for outcome in Outcome if outcome.label == label)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write scenario.toml, history.nc, events.csv and summary.json; each appears whole or not at all.
+        """Write scenario.toml, history.nc, events.csv and summary.json; all of them whole, or none.
 
         Raises InputError if the folder cannot be written.
         """
         target = prepare_folder(folder)
+        texts = {
+            "scenario.toml": self.scenario_toml,
+            "events.csv": self.events_csv(),
+            "summary.json": json.dumps(self.summary, indent=2) + "\n",
+        }
+        writers: dict[Path, Callable[[Path], Any]] = {target / "history.nc": self._write_netcdf}
+        for name, text in texts.items():
+            writers[target / name] = partial(Path.write_text, data=text, encoding="utf-8")
         try:
-            write_text(target / "scenario.toml", self.scenario_toml)
-            write_whole(target / "history.nc", self._write_netcdf)
-            write_text(target / "events.csv", self.events_csv())
-            write_text(target / "summary.json", json.dumps(self.summary, indent=2) + "\n")
+            write_all(writers)
         except OSError as error:
             raise cannot_write(target, error) from None
         return target
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> History:
-        """Read a run folder, or the history.nc inside one; nothing in it is executed.
+        """Read a run folder, or the history.nc inside one; nothing in it is executed, no other file is read.
 
-        Raises InputError with one line if it is not a history of this format.
+        Raises InputError with one line if it is not a history of this format, or is damaged.
         """
         file = Path(path)
-        file = file / "history.nc" if file.is_dir() else file
-        if not _is_file(file):
+        file = file / "history.nc" if _is(file, Path.is_dir) else file
+        if not _is(file, Path.is_file):
             raise InputError(f"{file}: no such history")
         try:
-            with xr.open_dataset(file, engine="h5netcdf") as opened:
-                data = opened.load()
-            if data.attrs.get("format") != FORMAT:
-                raise InputError(f"{file}: not a history of this version ({FORMAT})")
-            events = [_event(row) for row in json.loads(data.attrs.pop("events"))]
-            summary = json.loads(data.attrs.pop("summary"))
-            scenario = str(data.attrs.pop("scenario"))
-        except InputError:
-            raise
+            data = read_netcdf(file, DIMENSIONS)
+            return _from_data(cls, data)
         except Exception as error:  # damaged files raise whatever the reader's layers raise
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history: {reason}") from None
-        return cls(data, events, summary, scenario)
 
     def events_csv(self) -> str:
         """Return the event log as CSV text."""
@@ -120,14 +122,29 @@ class History:
             "events": json.dumps(rows),
             "summary": json.dumps(self.summary),
         }
-        encoding = {name: {"zlib": True, "complevel": 1} for name in self.data.data_vars}
-        self.data.assign_attrs(attributes).to_netcdf(path, engine="h5netcdf", encoding=encoding)
+        write_netcdf(path, self.data.assign_attrs(attributes))
 
 
-def _is_file(path: Path) -> bool:
+def _from_data(cls: type[History], data: xr.Dataset) -> History:
+    """Take a file's data apart and hold every part against what a history is; raises InputError."""
+    if data.attrs.get("format") != FORMAT:
+        raise InputError(f"not of this version ({FORMAT})")
+    check_variables(data)
+    first, last = float(data["time"][0]), float(data["time"][-1])
+    events = [_event(row) for row in read_json(data.attrs.pop("events", ""), "events", list)]
+    check_times_of_events([event.time for event in events], first, last)
+    summary = read_json(data.attrs.pop("summary", ""), "summary", dict)
+    check_summary(summary, first, last)
+    scenario = data.attrs.pop("scenario", None)
+    if not isinstance(scenario, str):
+        raise InputError("attribute scenario: missing, or not a text")
+    return cls(data, events, summary, scenario)
+
+
+def _is(path: Path, what: Callable[[Path], bool]) -> bool:
     try:
-        return path.is_file()
-    except OSError:  # a name too long for the file system
+        return what(path)
+    except (OSError, ValueError):  # a name too long for the file system, or one with a null character
         return False
 
 
@@ -148,9 +165,12 @@ def _cell(value: Any) -> str:
 
 
 def _event(row: list[Any]) -> Event:
-    time, kind, normal, tangential, gap_rate, slip_rate, loss, state = row
-    numbers = float(normal), float(tangential), float(gap_rate), float(slip_rate), float(loss)
-    return Event(float(time), EventKind(kind), *numbers, State[state.upper()])
+    try:
+        time, kind, normal, tangential, gap_rate, slip_rate, loss, state = row
+        numbers = float(normal), float(tangential), float(gap_rate), float(slip_rate), float(loss)
+        return Event(float(time), EventKind(kind), *numbers, State[state.upper()])
+    except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
+        raise InputError(f"attribute events: {short(row)} is not an event") from None
 
 
 def labelled(values: np.ndarray, dimensions: tuple[str, ...], units: str, long_name: str) -> xr.DataArray:

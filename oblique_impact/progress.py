@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
+from oblique_impact import interrupts
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -54,7 +56,12 @@ def counting_bar(title: str, console: Console | None = None) -> Iterator[OnProgr
     )
     with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=None, last="")
-        yield lambda p: bar.update(task, completed=p.done, total=p.total, last=p.last)
+
+        def show(progress: Progress) -> None:
+            interrupts.check()
+            bar.update(task, completed=progress.done, total=progress.total, last=progress.last)
+
+        yield show
 
 
 @contextmanager

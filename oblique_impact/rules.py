@@ -19,6 +19,7 @@ MAX_MODES = 100
 MAX_EXPLICIT_NODAL_ELEMENTS = 32
 MAX_SAMPLES = 5_000_000
 MAX_STEPS = 1_000_000_000
+MAX_VALUES = 500_000_000
 
 #: a start this close to the slope (relative to the beam's length) touches it
 TOUCHING = 1e-12
@@ -141,10 +142,24 @@ def _check_solver(s: Scenario) -> None:
     v = s.solver
     if s.end_time / v.output_interval > MAX_SAMPLES:
         _refuse("solver.output_interval", v.output_interval, f"gives more than {MAX_SAMPLES} samples")
+    if s.end_time / v.output_interval * _values_per_sample(s) > MAX_VALUES:
+        _refuse(
+            "solver.output_interval",
+            v.output_interval,
+            f"gives {s.end_time / v.output_interval:.3g} samples of {_values_per_sample(s)} values; "
+            f"at most {MAX_VALUES:.0e} values fit into a history",
+        )
     if v.scheme != "event":
         for key in ("free_step", "contact_step"):
             if s.end_time / getattr(v, key) > MAX_STEPS:
                 _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")
+
+
+def _values_per_sample(s: Scenario) -> int:
+    """Count the numbers of one sample in memory: states and accelerations, results at 33 stations, scalars."""
+    d = s.discretization
+    shapes = d.modes or 2 * d.elements
+    return 3 * (shapes + 1) + 8 * 33 + 60
 
 
 def _build_parts(s: Scenario) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,13 +12,17 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line
+from oblique_impact.files import read_text
 from oblique_impact.parameters import Parameters
 from oblique_impact.plugins import Choice, build
 from oblique_impact.rules import MAX_MODES, PARTS, RULES
 from oblique_impact.tables import Tabulated
+from oblique_impact.toml import parse_toml
 
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
+#: bytes; a scenario file has a hundred lines, and tables of a thousand
+MAX_FILE = 1_000_000
 
 Positive = Annotated[float, Field(gt=0.0, le=1e30)]
 NonNegative = Annotated[float, Field(ge=0.0, le=1e30)]
@@ -223,14 +226,7 @@ class Scenario(Section):
     @classmethod
     def from_toml(cls, text: str, overrides: list[str] | None = None) -> Scenario:
         """Read a scenario file's text; `overrides` are strings "section.key=value"."""
-        try:
-            data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"scenario file: not valid TOML: {error}") from None
-        except RecursionError:
-            raise InputError("scenario file: nested too deeply; sections have one level") from None
-        except ValueError as error:  # integers of thousands of digits
-            raise InputError(f"scenario file: {error}") from None
+        data = parse_toml(text, "scenario file")
         for item in overrides or []:
             _apply_override(data, item)
         return cls.from_dict(data)
@@ -253,8 +249,8 @@ class Scenario(Section):
             known = ", ".join(builtin_names())
             raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known})")
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
+            text = read_text(path, MAX_FILE)
+        except (OSError, ValueError) as error:
             raise InputError(f"scenario = {source!r}: cannot be read: {error}") from None
         return cls.from_toml(text, overrides)
 
@@ -288,7 +284,7 @@ def builtin_names() -> list[str]:
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except OSError:  # a name too long for the file system
+    except (OSError, ValueError):  # a name too long for the file system, or one with a null character
         return False
 
 
@@ -303,8 +299,8 @@ def _apply_override(data: dict[str, Any], item: str) -> None:
     if not separator or not all(keys) or len(keys) > (3 if keys[0] == "parameters" else 2):
         raise InputError(f"--set {item}: expected section.key=value")
     try:
-        parsed = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        parsed = parse_toml(f"value = {text}", "--set")
+    except InputError:
         parsed = {}
     value = parsed["value"] if parsed.keys() == {"value"} else text.strip()
     target = data

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -15,14 +15,14 @@ import xarray as xr
 
 from oblique_impact.beam import Beam, Energies
 from oblique_impact.contact import State
-from oblique_impact.fields import Motion
+from oblique_impact.fields import BLOCK, Fields, FieldsAhead, Motion
 from oblique_impact.floating_frame import supplied_power_beam
 from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
 from oblique_impact.history import History, labelled
 from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.ledger import balance, macro_collisions
-from oblique_impact.marching import Problem, Record, Run, Status, default_tolerances
+from oblique_impact.marching import Problem, Record, Run, Segment, Status, default_tolerances
 from oblique_impact.nodal import FullBeam
 from oblique_impact.nodal_frame import definiteness, new_nodal_work, supplied_power_nodal
 from oblique_impact.operators import build_operators
@@ -75,14 +75,17 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     full = _full_beam(scenario)
     beam = Beam(scenario, full.operators.beam if full else build_operators(scenario))
     problem = full_beam_problem(full) if full else beam_problem(beam)
+    ahead = _Ahead(beam, Record(), 0 if full else problem.q0.size, on_progress)
+    run = Run(problem, ahead)
+    ahead.record = run.record
     started = time.perf_counter()
-    record = Run(problem, on_progress).execute()
-    wall = time.perf_counter() - started
-    samples = _Samples(record, problem.q0.size)
+    record = run.execute()
+    wall = time.perf_counter() - started - ahead.seconds
+    samples = _Samples(record.segments, problem.q0.size)
     energies = (full or beam).energies(samples.q, samples.qd)
     if full:
         samples.transform(full.split)
-    data = samples.dataset(energies).merge(_beam_variables(beam, samples))
+    data = samples.dataset(energies).merge(_beam_variables(beam, samples, ahead.fields.along(samples.motion())))
     summary = _summary(record, samples, energies, wall, problem.machine.stop)
     summary["warnings"] = _warnings(beam, samples)
     return History(data, record.events, summary, scenario.to_toml())
@@ -139,7 +142,7 @@ def simulate_system(
     started = time.perf_counter()
     record = Run(problem, on_progress).execute()
     wall = time.perf_counter() - started
-    samples = _Samples(record, system.size)
+    samples = _Samples(record.segments, system.size)
     rows = [system.energy(t, q, qd) for t, q, qd in zip(samples.time, samples.q, samples.qd, strict=True)]
     energies = Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
     summary = _summary(record, samples, energies, wall, stop)
@@ -251,11 +254,33 @@ def beam_problem(beam: Beam) -> Problem:
     )
 
 
+class _Ahead:
+    """The progress of a run: results along the beam are computed on the way, in `seconds` of wall time.
+
+    With `size` 0 nothing is: the coordinates of the nodal beam are transformed at the end.
+    """
+
+    def __init__(self, beam: Beam, record: Record, size: int, on_progress: ProgressCallback | None) -> None:
+        self.fields = FieldsAhead(beam)
+        self.seconds = 0.0
+        self.record = record
+        self._size, self._on_progress, self._taken = size, on_progress, 0
+
+    def __call__(self, status: Status) -> None:
+        started = time.perf_counter()
+        segments = self.record.segments[self._taken :]
+        if self._size and sum(segment.times.size for segment in segments) >= BLOCK:
+            self.fields.take(_Samples(segments, self._size).motion())
+            self._taken += len(segments)
+        self.seconds += time.perf_counter() - started
+        if self._on_progress:
+            self._on_progress(status)
+
+
 class _Samples:
     """All samples of a record in one piece."""
 
-    def __init__(self, record: Record, size: int) -> None:
-        segments = record.segments
+    def __init__(self, segments: Sequence[Segment], size: int) -> None:
         states = np.concatenate([s.states for s in segments])
         self.time = np.concatenate([s.times for s in segments])
         self.q, self.qd = states[:, :size].copy(), states[:, size : 2 * size].copy()
@@ -297,7 +322,7 @@ class _Samples:
         )
 
 
-def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
+def _beam_variables(beam: Beam, samples: _Samples, fields: Fields) -> xr.Dataset:
     o = beam.operators
     radius = o.hub_radius + o.contact_point
     theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
@@ -308,7 +333,6 @@ def _beam_variables(beam: Beam, samples: _Samples) -> xr.Dataset:
     spin, sine, cosine = samples.qd[:, 0], np.sin(theta), np.cos(theta)
     axial, transverse = ux_rate - spin * uy, uy_rate + spin * (radius + ux)
     arm = radius + ux
-    fields = beam.fields(samples.motion())
     one, along = ("time",), ("time", "station")
     return xr.Dataset(
         {

@@ -124,27 +124,29 @@ def render(
     if names and len(names) != len(several):
         raise InputError(f"--name: {len(names)} given for {len(several)} histories")
     called = list(names) or [f"history {number}" for number in range(1, len(several) + 1)]
-    if magnify_difference is not None:
-        several, called = _magnified(several, called, magnify_difference)
-    style = style or (STRIP if strip else Style())
-    factor = min(BeamGeometry(history, style.deformation).factor for history in several)
-    timeline = None
-    if suffix == ".html":
-        if len(several) > 1:
-            raise InputError(f"HISTORY: {len(several)} given: a page shows one")
-        from renders.player import write_player
+    # runs that blew up hold numbers of any size
+    with np.errstate(over="ignore", invalid="ignore"):
+        if magnify_difference is not None:
+            several, called = _magnified(several, called, magnify_difference)
+        style = style or (STRIP if strip else Style())
+        factor = min(BeamGeometry(history, style.deformation).factor for history in several)
+        timeline = None
+        if suffix == ".html":
+            if len(several) > 1:
+                raise InputError(f"HISTORY: {len(several)} given: a page shows one")
+            from renders.player import write_player
 
-        write_player(several[0], file, factor=style.deformation, theme=style.theme)
-    elif suffix == ".png" and strip:
-        write_strip(several, called, style, times, file)
-    elif suffix == ".png":
-        write_still(several, called, style, _instant(several[0], times, event), file)
-    else:
-        if style.size[0] % 2 or style.size[1] % 2:
-            raise InputError(f"--size {style.size[0]}x{style.size[1]}: films need even numbers")
-        timeline = make_timeline(several[0], fps, speed, contact_speed, between, frames)
-        on_progress(Progress(0, timeline.times.size))
-        write_film(several, called, style, timeline, file, lambda done, of: on_progress(Progress(done, of)))
+            write_player(several[0], file, factor=style.deformation, theme=style.theme)
+        elif suffix == ".png" and strip:
+            write_strip(several, called, style, times, file)
+        elif suffix == ".png":
+            write_still(several, called, style, _instant(several[0], times, event), file)
+        else:
+            if style.size[0] % 2 or style.size[1] % 2:
+                raise InputError(f"--size {style.size[0]}x{style.size[1]}: films need even numbers")
+            timeline = make_timeline(several[0], fps, speed, contact_speed, between, frames)
+            on_progress(Progress(0, timeline.times.size))
+            write_film(several, called, style, timeline, file, lambda done, of: on_progress(Progress(done, of)))
     return Rendered(file, factor, style.size, timeline)
 
 

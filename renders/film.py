@@ -12,8 +12,9 @@ import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, write_whole
+from oblique_impact.files import cannot_write, only_writer, unfinished, write_whole
 from oblique_impact.history import History
 from renders.frame import Composer, Style
 from renders.themes import theme_of
@@ -125,7 +126,8 @@ def write_film(
     composer = Composer(histories, names, style, timeline)
     try:
         frames = _frames(composer, timeline, on_frame)
-        write_whole(_writable(out), lambda part: _encode(frames, style.size, timeline, part, composer))
+        with only_writer(_writable(out)):
+            write_whole(out, lambda part: _encode(frames, style.size, timeline, part, composer))
     except OSError as error:
         raise cannot_write(out, error) from None
     finally:
@@ -135,6 +137,7 @@ def write_film(
 
 def _frames(composer: Composer, timeline: Timeline, on_frame: Progress | None) -> Iterator[Image.Image]:
     for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
+        interrupts.check()
         yield composer.draw(float(time), float(rate))
         if on_frame:
             on_frame(n, timeline.times.size)
@@ -144,7 +147,7 @@ def _encode(
     frames: Iterable[Image.Image], size: tuple[int, int], timeline: Timeline, part: Path, composer: Composer
 ) -> None:
     """Send raw frames to ffmpeg; they are never all in memory."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, unfinished(Path(folder)):
         extra = _palette_options(composer, timeline, Path(folder)) if part.suffix.lower() == ".gif" else []
         command = [
             imageio_ffmpeg.get_ffmpeg_exe(),
@@ -158,8 +161,9 @@ def _encode(
         with log.open("wb") as errors, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors) as encoder:
             assert encoder.stdin is not None
             try:
-                for frame in frames:
-                    encoder.stdin.write(frame.tobytes())
+                with interrupts.ends_with_us(encoder):
+                    for frame in frames:
+                        encoder.stdin.write(frame.tobytes())
             except BrokenPipeError:
                 pass  # it says why in its log
             except BaseException:

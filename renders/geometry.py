@@ -26,6 +26,7 @@ SIDES = 24  # of the tube's polygon
 BETWEEN = 1  # rings between two stations
 CAP_RINGS = 6  # of the hemispherical tip cap
 _FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)
+_SMOOTH = 1e100  # what is larger, or no number, has no spline
 _VISIBLE = 0.06  # of the length: what a deviation is magnified to
 
 #: results along the beam that the surface carries, with their units
@@ -267,7 +268,7 @@ class BeamGeometry:
     def _between(self, name: str, k: float) -> Array:
         """Values of a smooth variable at the rings; the stations exactly."""
         values = self.value(name, k)
-        if not np.all(np.isfinite(values)):
+        if not np.all(np.abs(values) < _SMOOTH):
             return self._linear(name, k)
         found = CubicSpline(self.stations, values)(self.places)
         found[:: BETWEEN + 1] = values

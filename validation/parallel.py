@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 import os
+import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import connection, get_context, parent_process, resource_tracker
 from typing import TypeVar
 
 from oblique_impact.progress import OnProgress, Progress
@@ -55,8 +57,10 @@ def map_parallel(
         for index, item in enumerate(items):
             take(index, function(item))
     else:
-        with single_threaded(), ProcessPoolExecutor(count, get_context("spawn")) as pool:
-            futures: dict[Future[Result], int] = {pool.submit(function, item): i for i, item in enumerate(items)}
+        with single_threaded(), ProcessPoolExecutor(count, get_context("spawn"), leave_with_parent) as pool:
+            with deaf_to_interrupts():
+                submitted = [pool.submit(function, item) for item in items]
+            futures = {future: index for index, future in enumerate(submitted)}
             _collect(pool, futures, take)
     return [results[index] for index in range(len(items))]
 
@@ -75,8 +79,37 @@ def _collect(
         processes = list((getattr(pool, "_processes", None) or {}).values())
         pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:
-            process.terminate()
+            process.kill()
         raise
+
+
+@contextmanager
+def deaf_to_interrupts() -> Iterator[None]:
+    """Let processes that are started inside of the block not hear interrupts: their parent decides.
+
+    An interrupt that comes in the meantime is heard at the end.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # it would let them hear again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def leave_with_parent() -> None:
+    """Have this process leave when its parent is gone, even in the middle of its work."""
+    threading.Thread(target=_wait_for_parent, daemon=True).start()
+
+
+def _wait_for_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextmanager

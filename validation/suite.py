@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder
+from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from validation.checks.plots import tolerance_figure
 from validation.checks.registry import Check, Evidence, Group, all_checks
@@ -142,19 +144,25 @@ def validate(
     []
     """
     checks = select(only, quick)
-    folder = None if out is None else prepare_folder(out)
-    started = time.perf_counter()
-    evidence = compute(checks, workers, on_progress)
-    wall = time.perf_counter() - started
-    results = results_of(checks, evidence)
-    if folder is not None:
-        rows = [asdict(result) for result in results]
-        facts = {"versions": dict(versions()), "machine": machine()}
-        write_json(folder, "results.json", {"checks": rows, **facts})
-        columns = list(Result.__dataclass_fields__)
-        write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
-        write_report(folder, _document(checks, evidence, results, wall))
+    with nullcontext() if out is None else writing(out) as folder:
+        started = time.perf_counter()
+        evidence = compute(checks, workers, on_progress)
+        wall = time.perf_counter() - started
+        results = results_of(checks, evidence)
+        if folder is not None:
+            _write(folder, checks, evidence, results, wall)
     return results
+
+
+def _write(
+    folder: Path, checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], wall: float
+) -> None:
+    rows = [asdict(result) for result in results]
+    facts = {"versions": dict(versions()), "machine": machine()}
+    write_json(folder, "results.json", {"checks": rows, **facts})
+    columns = list(Result.__dataclass_fields__)
+    write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
+    write_report(folder, _document(checks, evidence, results, wall))
 
 
 def _document(

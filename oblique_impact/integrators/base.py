@@ -32,7 +32,23 @@ FAILED_MASS, FAILED_SLIDING, FAILED_STICKING = -MASS_NOT_POSITIVE, -NO_SLIDING_S
 FAILED_STEP, FAILED_FINITE, FAILED_ITERATION = -10, -11, -12
 
 SAMPLES_PER_LEG = 4096
+FIRST_LEG, SECONDS_PER_LEG = 20, 0.1  # steps, and wall time
 SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples
+
+
+class Pace:
+    """How many steps a leg takes: about a tenth of a second of computing.
+
+    So progress and interrupts are prompt.  Where a leg ends does not change the steps.
+    """
+
+    def __init__(self) -> None:
+        self.steps = FIRST_LEG
+
+    def learn(self, steps: int, seconds: float) -> None:
+        """Follow a leg that took so many steps."""
+        if steps >= self.steps:
+            self.steps = max(1, int(min(SECONDS_PER_LEG * steps / max(seconds, 1e-9), 20.0 * steps, 1e6)))
 
 
 class Tolerances(NamedTuple):

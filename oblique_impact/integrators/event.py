@@ -19,6 +19,7 @@ from oblique_impact.integrators.base import (
     FAILED_FINITE,
     FAILED_STEP,
     Course,
+    Pace,
     Progress,
     Scheme,
     Scratch,
@@ -43,7 +44,6 @@ _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0
 _EXPONENT = -1.0 / 8.0
 _UNBOUNDED = 1e12
 _SHARE_OF_A_STEP = 0.02
-_FIRST_LEG, _SECONDS_PER_LEG = 500, 0.1  # steps, and wall time of a leg: progress and interrupts stay prompt
 _SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # steps below this part of the time (s) are lost in rounding
 
 
@@ -193,7 +193,7 @@ class EventScheme(Scheme):
     def __init__(self, tolerance: float, march: Any = march_event) -> None:
         self.tolerance = tolerance
         self._march = march
-        self._leg = _FIRST_LEG
+        self._pace = Pace()
 
     def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
         """Arm the guards that start clearly positive; the others must rise first."""
@@ -212,12 +212,10 @@ class EventScheme(Scheme):
             _SHARE_OF_A_STEP * self.tolerance,
             course.output_interval,
             course.next_sample,
-            self._leg,
+            self._pace.steps,
             scratch,
         )
-        if progress.steps >= self._leg:
-            pace = (time.perf_counter() - started) / progress.steps
-            self._leg = max(1, int(min(_SECONDS_PER_LEG / pace, 1e6)))
+        self._pace.learn(progress.steps, time.perf_counter() - started)
         course.t, course.h = progress.t, progress.h
         course.next_sample += progress.samples
         return progress

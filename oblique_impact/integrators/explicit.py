@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Rates = Callable[[float, Array], Array]
 
 _UNBOUNDED = 1e12
-_STEPS_PER_LEG = 2_000
+_STEPS_PER_LEG = 200
 _LOCATED = 1e-14  # relative length of a step
 
 

@@ -7,6 +7,7 @@ force still pushes (paper Sec. 6).
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from oblique_impact.contact import (
@@ -24,6 +25,7 @@ from oblique_impact.integrators.base import (
     BUFFER_FULL,
     FAILED_FINITE,
     Course,
+    Pace,
     Progress,
     Scheme,
     Scratch,
@@ -36,7 +38,6 @@ from oblique_impact.system import GAP, GAP_RATE, LAMBDA_N, LAMBDA_T, SLIP, SLIP_
 GUARD_JUDGED = 4  # the paper's judgement changed between sliding and sticking
 
 _UNBOUNDED = 1e12
-_STEPS_PER_LEG = 50_000
 
 
 @jitable
@@ -94,6 +95,7 @@ def march_fixed(
     t_stop: float,
     output_interval: float,
     next_sample: int,
+    most_steps: int,
     s: Scratch,
 ) -> tuple[Progress, int]:
     """Advance y in place by steps of h, the times being start + k h; returns the next sample's number too."""
@@ -106,7 +108,7 @@ def march_fixed(
             return Progress(-status, -1, t, h, steps, 0, count, peak), next_sample
         if t >= t_stop:
             return Progress(AT_STOP, -1, t, h, steps, 0, count, peak), next_sample
-        if count >= s.times.shape[0] or steps >= _STEPS_PER_LEG:
+        if count >= s.times.shape[0] or steps >= most_steps:
             return Progress(BUFFER_FULL, -1, t, h, steps, 0, count, peak), next_sample
         following = start + (done + 1) * h
         if following > t_stop - 1e-9 * h:
@@ -145,13 +147,15 @@ class FixedStepScheme(Scheme):
     def __init__(self, free_step: float, contact_step: float, march: Any = march_fixed) -> None:
         self.free_step, self.contact_step = free_step, contact_step
         self._march = march
+        self._pace = Pace()
 
     def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
         """Nothing to prepare: every step is judged on its own."""
 
     def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
-        """Advance until a step's judgement differs from the phase."""
+        """Advance until a step's judgement differs from the phase, or for about a tenth of a second."""
         h = self.free_step if phase.state == FREE else self.contact_step
+        started = time.perf_counter()
         progress, course.next_sample = self._march(
             system,
             phase,
@@ -162,8 +166,10 @@ class FixedStepScheme(Scheme):
             t_stop,
             course.output_interval,
             course.next_sample,
+            self._pace.steps,
             scratch,
         )
+        self._pace.learn(progress[4], time.perf_counter() - started)
         course.t = progress.t
         course.phase_steps += progress.steps
         if progress.reason == AT_STOP:  # the last step was cut; the next ones are counted from here

@@ -50,7 +50,7 @@ _LOCATED = 1e-12  # s
 _LANDED = 1e-12  # m, or the unit of another guard: how far below zero it may be found
 #: a leg begins with what is known of the convergence forgotten, so its length is part of the result in the last
 #: digits: counted, not timed, or two runs would differ
-_STEPS_PER_LEG = 2_000
+_STEPS_PER_LEG, _WORK_PER_LEG = 2_000, 500_000  # the latter in steps times degrees of freedom
 _START, _END = 0, 1
 _GENTLE_STEPS = 1
 
@@ -355,7 +355,7 @@ class GeneralizedAlphaScheme(Scheme):
             t_stop,
             course.output_interval,
             course.next_sample,
-            _STEPS_PER_LEG,
+            min(_STEPS_PER_LEG, max(1, _WORK_PER_LEG // scratch.work.vectors.shape[1])),
             self._fresh,
             scratch,
         )

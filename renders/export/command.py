@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
+import numpy as np
+
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write
+from oblique_impact.files import cannot_write, only_writer
 from oblique_impact.history import History
 from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
 from renders.export.scene import Scene, missing_variables
@@ -116,7 +118,9 @@ def export(
 
     on_progress(Progress(0, count))
     try:
-        _writer(chosen)(scene, target, advance)
+        # runs that blew up hold numbers of any size
+        with np.errstate(over="ignore", invalid="ignore"), only_writer(target):
+            _writer(chosen)(scene, target, advance)
     except OSError as error:
         raise cannot_write(target, error) from None
     time, side = scene.frames.time, scene.frames.side

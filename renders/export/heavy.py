@@ -1,8 +1,4 @@
-"""HDF5 files that survive a full disk.
-
-HDF5 keeps trying to write what it holds until the process ends, and then crashes.  So it writes through Python:
-the first failure is kept here, HDF5 is told that all is well, and the caller gets the error at once.
-"""
+"""The HDF5 files of exports; they survive a full disk."""
 
 from __future__ import annotations
 
@@ -12,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+
+from oblique_impact.hdf5 import Guard, guarded
 
 #: for datasets of a frame: fast, and shuffled bytes of doubles pack well
 COMPRESSION: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
@@ -30,74 +28,17 @@ class HeavyFile:
         What to write to.
     """
 
-    def __init__(self, root: h5py.File, guard: _Guard) -> None:
+    def __init__(self, root: h5py.File, guard: Guard) -> None:
         self.root = root
         self._guard = guard
 
     def check(self) -> None:
         """Raise the OSError of the first write that failed, if any."""
-        if self._guard.problem:
-            raise self._guard.problem
+        self._guard.check()
 
 
 @contextmanager
 def heavy_file(path: Path) -> Iterator[HeavyFile]:
     """Create an HDF5 file; raises OSError if it could not be written."""
-    with path.open("w+b", buffering=0) as raw:
-        guard = _Guard(raw)
-        try:
-            with h5py.File(guard, "w", libver=_VERSIONS) as root:
-                yield HeavyFile(root, guard)
-        except (OSError, RuntimeError):
-            # HDF5 may stumble over what is missing; the reason is the first failure
-            if guard.problem:
-                raise guard.problem from None
-            raise
-        if guard.problem:
-            raise guard.problem
-
-
-class _Guard:
-    """A binary file for h5py that keeps the first error to itself."""
-
-    def __init__(self, raw: Any) -> None:
-        self._raw = raw
-        self.problem: OSError | None = None
-
-    def write(self, data: Any) -> int:
-        """Write all of `data`, or remember why not."""
-        view = memoryview(data).cast("B")
-        done = 0
-        try:
-            while done < len(view) and not self.problem:
-                done += self._raw.write(view[done:])
-        except OSError as error:
-            self.problem = error
-        return len(view)
-
-    def truncate(self, size: int) -> int:
-        """Set the size, or remember why not."""
-        try:
-            self._raw.truncate(size)
-        except OSError as error:
-            self.problem = self.problem or error
-        return size
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        """Move."""
-        return int(self._raw.seek(offset, whence))
-
-    def tell(self) -> int:
-        """Return the place."""
-        return int(self._raw.tell())
-
-    def readinto(self, buffer: Any) -> int:
-        """Read what there is."""
-        return int(self._raw.readinto(buffer))
-
-    def read(self, size: int = -1) -> bytes:
-        """Read what there is."""
-        return bytes(self._raw.read(size))
-
-    def flush(self) -> None:
-        """Nothing is held back."""
+    with guarded(path) as guard, h5py.File(guard, "w", libver=_VERSIONS) as root:
+        yield HeavyFile(root, guard)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder
+from oblique_impact.files import prepare_folder, remove, unfinished
 
 #: formats and what their files end in
 SUFFIXES = {"vtkhdf": ".vtkhdf", "pvd": ".pvd", "xdmf": ".xdmf"}
@@ -62,12 +62,13 @@ def partial(*targets: Path) -> Iterator[tuple[Path, ...]]:
     """
     parts = tuple(part_of(target) for target in targets)
     for part in parts:
-        _remove(part)
+        remove(part)
     try:
-        yield parts
+        with unfinished(*parts):
+            yield parts
     finally:
         for part in parts:
-            _remove(part)
+            remove(part)
 
 
 def replace_all(*moves: tuple[Path, Path]) -> None:
@@ -81,10 +82,3 @@ def replace_all(*moves: tuple[Path, Path]) -> None:
         if target.is_dir():
             shutil.rmtree(target)
         os.replace(part, target)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)

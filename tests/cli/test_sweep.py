@@ -135,7 +135,6 @@ def test_a_sweep_on_one_process_and_on_two_is_the_same_as_plain_runs(tmp_path, c
         "report.html",
         "results.parquet",
         "scenario.toml",
-        "sweep.lock",
         "sweep.toml",
     ]
     assert same_rows(one, two)
@@ -252,7 +251,7 @@ def test_a_second_sweep_in_the_folder_is_refused_until_the_first_is_gone(tmp_pat
         code, _, err = cli(file, "--out", out)
         assert code == 2
         assert err.count("\n") == 1
-        assert "another sweep is writing here" in err
+        assert "another process is writing here" in err
         process.kill()  # the process alone: its workers have to notice
         process.wait()
         with open_store(out, load_plan(str(file))) as store:
@@ -333,7 +332,7 @@ def test_memory_stays_flat_over_a_thousand_runs(tmp_path, write):
         early = [memory for done, memory in samples if 100 <= done < 300]
         late = [memory for done, memory in samples if 700 <= done < 1000]
         if early and late and min(early) > 50:
-            assert max(late) <= 1.05 * max(early), f"grew from {max(early)} to {max(late)} MB"
+            assert max(late) <= max(early) + 8, f"grew from {max(early)} to {max(late)} MB"
             compared += 1
     assert compared >= 3  # this process and two others
 

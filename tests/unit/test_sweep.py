@@ -380,7 +380,7 @@ def test_many_small_files_become_a_large_one(tmp_path, monkeypatch):
 
 def test_a_folder_has_one_writer(tmp_path):
     plan = make_plan(ANGLES)
-    with open_store(tmp_path, plan), pytest.raises(InputError, match="another sweep is writing"):
+    with open_store(tmp_path, plan), pytest.raises(InputError, match="another process is writing"):
         open_store(tmp_path, plan).__enter__()
     with open_store(tmp_path, plan):
         pass
@@ -441,7 +441,7 @@ def test_the_table_has_all_runs_in_order_with_units(tmp_path):
     plan = make_plan(ANGLES)
     rows = list(fake_rows(plan))
     write_table(tmp_path / "a.parquet", make_table(plan, reversed(rows)))
-    table = read_table(tmp_path / "a.parquet")
+    table = read_table(tmp_path / "a.parquet", plan)
     assert table["run"].to_pylist() == [0, 1, 2, 3]
     assert table["initial.angle"].to_pylist() == [0.1, 0.2, 0.3, 0.4]
     assert table["theta@end"].to_pylist() == [0.0, 1.0, 2.0, 3.0]
@@ -490,7 +490,7 @@ def test_missing_values_are_nulls_and_all_kinds_of_keys_are_columns():
 def test_a_damaged_table_is_one_line(tmp_path):
     (tmp_path / "a.parquet").write_bytes(b"PAR1 and nothing")
     with pytest.raises(InputError, match="not a readable table"):
-        read_table(tmp_path / "a.parquet")
+        read_table(tmp_path / "a.parquet", make_plan(ANGLES))
 
 
 # --- pictures and report

@@ -6,6 +6,7 @@ import math
 import os
 import shlex
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, cast
@@ -13,7 +14,7 @@ from typing import Literal, cast
 import tomli_w
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder
+from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, counting_bar, silent
 from oblique_impact.scenario import Scenario
 from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, parse_levels
@@ -112,17 +113,18 @@ def refine(
     else:
         described = _shipped(study, scenario, chosen)
     repeat = command or _call(name, chosen, quantities, described.name if study else None, changes, within)
-    result = run_study(
-        described,
-        _words(changes),
-        quantities,
-        within,
-        workers,
-        # everything that can be refused is refused before a folder appears
-        before_running=lambda: None if out is None else prepare_folder(out),
-        on_progress=on_progress,
-    )
-    return result if out is None else replace(result, report=write_study(Path(out), result, repeat))
+    with ExitStack() as stack:
+        result = run_study(
+            described,
+            _words(changes),
+            quantities,
+            within,
+            workers,
+            # everything that can be refused is refused before a folder appears
+            before_running=lambda: None if out is None else stack.enter_context(writing(out)),
+            on_progress=on_progress,
+        )
+        return result if out is None else replace(result, report=write_study(Path(out), result, repeat))
 
 
 def refine_command(

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.files import cannot_write, prepare_folder, write_text
+from oblique_impact.errors import InputError
+from oblique_impact.files import cannot_write, prepare_folder, write_text, writing
 from oblique_impact.progress import OnProgress, counting_bar, silent
 from validation.parallel import map_parallel, told
 from validation.report.document import write_csv, write_json, write_report
@@ -98,21 +100,21 @@ def reproduce(
     >>> result.verdicts  # doctest: +SKIP
     {'reproduced': 19, 'partly': 9, 'not reproduced': 3}
     """
-    folder = None if out is None else prepare_folder(out)
-    if folder is not None:
-        prepare_folder(folder / "figures")
-    started = time.perf_counter()
-    material = collect(workers, on_progress)
-    computed = time.perf_counter() - started
-    if folder is None:
-        return Reproduction(material, computed)
-    drawings = make_drawings(material)
-    times = [
-        ("simulations", f"{computed:.1f} s"),
-        ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
-    ]
-    write_all(folder, material, drawings, times)
-    return Reproduction(material, computed, folder / "report.html")
+    with nullcontext() if out is None else writing(out) as folder:
+        if folder is not None:
+            _prepare_figures(folder)
+        started = time.perf_counter()
+        material = collect(workers, on_progress)
+        computed = time.perf_counter() - started
+        if folder is None:
+            return Reproduction(material, computed)
+        drawings = make_drawings(material)
+        times = [
+            ("simulations", f"{computed:.1f} s"),
+            ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
+        ]
+        write_all(folder, material, drawings, times)
+        return Reproduction(material, computed, folder / "report.html")
 
 
 def reproduce_command(out: Path, workers: int | None) -> list[str]:
@@ -122,6 +124,13 @@ def reproduce_command(out: Path, workers: int | None) -> list[str]:
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
     lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
     return [*lines, f"{len(result.claims)} claims: {verdicts}; report: {result.report}"]
+
+
+def _prepare_figures(folder: Path) -> None:
+    place = folder / "figures"
+    if place.is_symlink():
+        raise InputError(f"--out {folder}: figures leads elsewhere; the report is written into its folder only")
+    prepare_folder(place)
 
 
 def work(task: Task) -> Any:

@@ -11,6 +11,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import Any
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError
 from validation.sweep.design import Design
 from validation.sweep.pool import TICK, TakeRows
@@ -75,6 +76,7 @@ class Cluster:
         try:
             with self._client.as_current():
                 while chunks.left or pending:
+                    interrupts.check()
                     with self._talking():
                         wanted = 2 * max(sum(self._client.nthreads().values()), 1)
                         while chunks.left and len(pending) < wanted:

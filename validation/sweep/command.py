@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario import Scenario
@@ -160,12 +161,7 @@ def sweep_command(source: str, out: Path, scheduler: str | None = None, workers:
                 _announce_compilation(plan)
             show(progress)
 
-        try:
-            result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=tell)
-        except KeyboardInterrupt as stop:
-            if stop.args:
-                _say(f"interrupted: {stop}")
-            raise
+        result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=tell)
     return [*_lines(result), f"results: {out}"]
 
 
@@ -198,11 +194,14 @@ def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None, o
             if finished:
                 on_progress(Progress(len(store.done), plan.design.size, f"run {finished[-1].row['run']}"))
 
-        executor.run(missing, take, store.scratch)
-    except KeyboardInterrupt:
-        store.flush()
-        kept = f"{len(store.done)} of {plan.design.size} runs are kept"
-        raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
+        with interrupts.keeping():
+            try:
+                executor.run(missing, take, store.scratch)
+            except KeyboardInterrupt:
+                store.flush()
+                kept = f"{len(store.done)} of {plan.design.size} runs are kept"
+                raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
+            store.flush()
     finally:
         executor.close()
 
@@ -222,7 +221,7 @@ def _finish(plan: Plan, store: Store) -> pa.Table:
         store.flush()
         write_table(store.table, make_table(plan, store.rows()))
     store.finish()
-    table = read_table(store.table)
+    table = read_table(store.table, plan)
     write_sweep_report(store.folder, plan, table)
     return table
 

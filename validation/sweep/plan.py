@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 import os
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,7 +19,9 @@ from pydantic import Field, ValidationError
 
 from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line, short
+from oblique_impact.files import read_text
 from oblique_impact.scenario import Finite, Scenario, Section
+from oblique_impact.toml import parse_toml
 from validation.refinement.quantities import Quantity, default_quantities, quantity
 from validation.sweep.design import Block, Design, Dimension, between, latin_hypercube, spread
 from validation.sweep.keys import check_key, coerce, kind
@@ -161,8 +162,8 @@ def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> P
             f"sweep = {short(source)}: neither a file nor a shipped study ({', '.join(shipped_names())})"
         )
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path)
+    except (OSError, ValueError) as error:
         raise InputError(f"sweep = {short(source)}: cannot be read: {short(str(error))}") from None
     return plan_of(_parse(text), path.parent, base)
 
@@ -205,15 +206,7 @@ def _studies() -> Any:
 
 
 def _parse(text: str) -> SweepFile:
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"sweep file: not valid TOML: {error}") from None
-    except RecursionError:
-        raise InputError("sweep file: nested too deeply") from None
-    except ValueError as error:  # integers of thousands of digits
-        raise InputError(f"sweep file: {error}") from None
-    return SweepFile.from_dict(data)
+    return SweepFile.from_dict(parse_toml(text, "sweep file"))
 
 
 def _base(source: str, folder: Path) -> Scenario:

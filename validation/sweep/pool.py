@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
-import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -13,8 +11,9 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from oblique_impact import interrupts
 from oblique_impact.errors import InputError
-from validation.parallel import single_threaded
+from validation.parallel import deaf_to_interrupts, leave_with_parent, single_threaded
 from validation.sweep.design import Design
 from validation.sweep.work import CRASHED, Done, Job, failed
 
@@ -68,6 +67,7 @@ class LocalPool:
         todo = deque(numbers)
         self._scratch = scratch
         while todo or any(worker.assigned for worker in self._crew):
+            interrupts.check()
             for worker in self._crew:
                 self._assign(worker, todo)
             ready = wait([worker.pipe for worker in self._crew], TICK)
@@ -88,7 +88,7 @@ class LocalPool:
     def _hire(self) -> None:
         ours, theirs = multiprocessing.Pipe()
         context = multiprocessing.get_context("spawn")
-        with single_threaded():
+        with single_threaded(), deaf_to_interrupts():
             process = context.Process(target=_serve, args=(theirs, self._job, self._design), daemon=True)
             process.start()
         theirs.close()  # the only end that is left open is the process's: its death is the end of the pipe
@@ -169,7 +169,7 @@ def _reason(code: int | None) -> str:
 def _serve(pipe: Connection[Any, Any], job: Job, design: Design) -> None:
     """Do runs by their numbers until the pipe ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt means
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    leave_with_parent()
     import oblique_impact.simulate  # noqa: F401  what takes long is loaded before the first run
     from validation.sweep.work import run_one
 
@@ -178,11 +178,3 @@ def _serve(pipe: Connection[Any, Any], job: Job, design: Design) -> None:
         while True:
             number, scratch = pipe.recv()
             pipe.send(run_one(job, number, design.values(number), scratch))
-
-
-def _leave_with_parent() -> None:
-    """Leave when the parent is gone, even in the middle of a run."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
-import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, prepare_folder, write_text
+from oblique_impact.files import cannot_write, only_writer, prepare_folder, read_text, unfinished, write_text
 from validation.sweep.plan import Plan
-from validation.sweep.work import Done, Files, Row
+from validation.sweep.work import Done, Files, Row, is_row
 
 TABLE = "results.parquet"
-_FINGERPRINT, _LOCK = "fingerprint.json", "sweep.lock"
+_FINGERPRINT = "fingerprint.json"
 _PARTS, _HISTORIES, _SCRATCH = "parts", "histories", ".scratch"
 
 #: s; finished rows wait in memory for so long at most
 FLUSH = 0.25
 #: so many small files become a large one
 _MERGE = 256
+_PART = re.compile(r"\d{8,}\.json")
+#: bytes; a part with all runs of the largest sweep is smaller
+_MAX_PART = 1_000_000_000
 
 
 class Store:
@@ -36,7 +38,7 @@ class Store:
         self._flushed = time.monotonic()
         with self._writing():
             self._prepare()
-        self._small = sorted(self._parts.glob("*.json"))
+        self._small = self._part_files()
         self._next = 1 + max((int(path.stem) for path in self._small), default=0)
         self.done = set(range(plan.design.size)) if self.complete else {row["run"] for row in self.rows()}
 
@@ -85,7 +87,7 @@ class Store:
     def rows(self) -> Iterator[Row]:
         """Read the finished rows on disk, each once, in no particular order."""
         seen: set[int] = set()
-        for path in sorted(self._parts.glob("*.json")):
+        for path in self._part_files():
             for row in self._read_part(path):
                 # a kill between the making of a large file and the end of its small ones leaves both
                 if row["run"] not in seen:
@@ -115,8 +117,16 @@ class Store:
     def _parts(self) -> Path:
         return self.folder / _PARTS
 
+    def _part_files(self) -> list[Path]:
+        return sorted(path for path in self._parts.glob("*.json") if _PART.fullmatch(path.name))
+
     def _prepare(self) -> None:
         """Check the fingerprint, leave it with the resolved sweep if there is none, remove what a kill left."""
+        for name in (_PARTS, _HISTORIES, _SCRATCH, TABLE):
+            if (self.folder / name).is_symlink():
+                raise InputError(
+                    f"--out {self.folder}: {name} leads elsewhere; a sweep writes into its folder only"
+                )
         self._check_fingerprint()
         for place in (self.folder, self._parts):
             for leftover in place.glob(".*.part*"):
@@ -132,8 +142,8 @@ class Store:
         ours = self._plan.fingerprint
         if path.exists():
             try:
-                theirs = str(json.loads(path.read_text(encoding="utf-8"))["fingerprint"])
-            except (ValueError, KeyError, TypeError):
+                theirs = str(json.loads(read_text(path))["fingerprint"])
+            except (ValueError, KeyError, TypeError, RecursionError):
                 theirs = "damaged"
             if theirs != ours:
                 raise InputError(
@@ -157,10 +167,11 @@ class Store:
 
     def _read_part(self, path: Path) -> list[Row]:
         try:
-            found: list[Row] = json.loads(path.read_text(encoding="utf-8"))
-            if any(row.keys() != Row.__required_keys__ for row in found):
+            found: list[Row] = json.loads(read_text(path, _MAX_PART))
+            names = {q.name for q in self._plan.quantities}
+            if not isinstance(found, list) or not all(is_row(row, self._plan.design.size, names) for row in found):
                 raise ValueError
-        except (ValueError, AttributeError, TypeError):
+        except (ValueError, RecursionError):
             words = "is damaged; delete it, and its runs are repeated"
             raise InputError(f"--out {self.folder}: {path.relative_to(self.folder)} {words}") from None
         return found
@@ -177,10 +188,11 @@ class Store:
         partial = final.with_name(f".{run:06d}.part")
         for old in (partial, final):
             shutil.rmtree(old, ignore_errors=True)
-        partial.mkdir(parents=True)
-        for name, content in files.items():
-            (partial / name).write_bytes(content)
-        os.replace(partial, final)
+        with unfinished(partial):
+            partial.mkdir(parents=True)
+            for name, content in files.items():
+                (partial / name).write_bytes(content)
+            os.replace(partial, final)
 
 
 @contextmanager
@@ -190,41 +202,9 @@ def open_store(folder: str | os.PathLike[str], plan: Plan) -> Iterator[Store]:
     Raises InputError if it cannot be written, is in use, or holds another sweep.
     """
     target = prepare_folder(folder)
-    with _locked(target):
+    with only_writer(target):
         store = Store(target, plan)
         try:
             yield store
         finally:
             store.close()
-
-
-@contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder; the system takes it away from a process that dies."""
-    try:
-        opened = (folder / _LOCK).open("a+", encoding="utf-8")
-    except OSError as error:
-        raise cannot_write(folder, error) from None
-    with opened as file:
-        if not _try_lock(file):
-            words = "another sweep is writing here; wait for it, or choose another folder"
-            raise InputError(f"--out {folder}: {words}")
-        yield
-
-
-def _try_lock(file: IO[Any]) -> bool:
-    if sys.platform == "win32":
-        import msvcrt
-
-        file.seek(0)
-        with suppress(OSError):
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            return True
-        return False
-    import fcntl
-
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True

@@ -22,6 +22,8 @@ from validation.sweep.work import REGIMES, Row
 
 _TYPES = {float: pa.float64(), int: pa.int64(), bool: pa.bool_(), str: pa.string(), tuple: pa.string()}
 
+_MAX_BYTES = 4_000_000_000
+
 #: columns after those of the keys and the quantities: type, unit, meaning
 _COLUMNS = {
     "regime": (pa.string(), "", f"first macro-collision: {', '.join(REGIMES)}"),
@@ -65,18 +67,37 @@ def make_table(plan: Plan, rows: Iterable[Row]) -> pa.Table:
 def write_table(path: Path, table: pa.Table) -> None:
     """Write the file, whole or not at all; raises InputError if it cannot be written."""
     try:
-        write_whole(path, lambda temporary: pq.write_table(table, temporary))
+        write_whole(path, lambda temporary: pq.write_table(table, temporary, write_page_checksum=True))
     except OSError as error:
         raise cannot_write(path, error) from None
 
 
-def read_table(path: Path) -> pa.Table:
-    """Read the file; raises InputError if it is damaged."""
+def read_table(path: Path, plan: Plan) -> pa.Table:
+    """Read the file; raises InputError if it is damaged, or not of this plan."""
     try:
-        return pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
+        # a table is a single file: other files that its metadata or its neighbours speak of are not read
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            _check_schema(file.schema_arrow, file.metadata, plan)
+            table = file.read()
+        table.validate(full=True)
+        if table["run"].to_pylist() != list(range(plan.design.size)):
+            raise pa.ArrowInvalid("runs are missing")
+    except (OSError, pa.ArrowException, ValueError) as error:
         reason = " ".join(str(error).split())[:200]
         raise InputError(f"{path}: not a readable table: {reason}; delete it and sweep again") from None
+    return table
+
+
+def _check_schema(schema: pa.Schema, metadata: pq.FileMetaData, plan: Plan) -> None:
+    names = ["run", *plan.design.keys, *(q.name for q in plan.quantities), *_COLUMNS]
+    if schema.names != names or metadata.num_rows != plan.design.size:
+        raise pa.ArrowInvalid("has other columns or rows than this sweep")
+    wanted = {"run": pa.int64(), **{name: type_ for name, (type_, _, _) in _COLUMNS.items()}}
+    wanted |= {q.name: pa.float64() for q in plan.quantities}
+    if any(schema.field(name).type != type_ for name, type_ in wanted.items()):
+        raise pa.ArrowInvalid("has columns of other types than this sweep")
+    if sum(metadata.row_group(k).total_byte_size for k in range(metadata.num_row_groups)) > _MAX_BYTES:
+        raise pa.ArrowInvalid("is larger than any table of a sweep")
 
 
 def _about(unit: str, meaning: str) -> dict[str, str]:

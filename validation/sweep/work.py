@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
@@ -118,6 +118,23 @@ def failed(number: int, outcome: str, message: str) -> Row:
         stopped_at=math.nan,
         steps=0,
         wall_time=0.0,
+    )
+
+
+def is_row(row: Any, runs: int, quantities: Container[str]) -> bool:
+    """Whether something that was read from a file is a row of a sweep of so many runs, with these quantities."""
+    if not isinstance(row, dict) or row.keys() != Row.__required_keys__:
+        return False
+    kinds = {"regime": str, "outcome": str, "message": str, "values": dict, "gaps": dict, "run": int, "steps": int}
+    if not all(type(row[name]) is kind for name, kind in kinds.items()):
+        return False
+    numbers = [row["stopped_at"], row["wall_time"], *row["values"].values()]
+    return (
+        0 <= row["run"] < runs
+        and 0 <= row["steps"] < 2**63
+        and all(type(value) is float for value in numbers)
+        and all(type(why) is str for why in row["gaps"].values())
+        and all(name in quantities for name in (*row["values"], *row["gaps"]))
     )
 
 

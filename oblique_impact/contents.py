@@ -1,0 +1,132 @@
+"""What a history must hold to be one: variables, events, summary.  Files from elsewhere are held against it."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from oblique_impact.contact import State
+from oblique_impact.errors import InputError, Outcome
+
+_EACH, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
+#: variables of every history, with their dimensions
+NEEDED: dict[str, tuple[str, ...]] = {
+    "time": _EACH,
+    "q": _COORDINATES,
+    "qd": _COORDINATES,
+    "gap": _EACH,
+    "slip": _EACH,
+    "gap_rate": _EACH,
+    "slip_rate": _EACH,
+    "lambda_n": _EACH,
+    "lambda_tau": _EACH,
+    "state": _EACH,
+    "energy_kinetic": _EACH,
+    "energy_elastic": _EACH,
+    "energy_gravity": _EACH,
+}
+#: variables that only a beam has: their dimensions, if they are there
+OF_A_BEAM: dict[str, tuple[str, ...]] = {
+    "station": ("station",),
+    **dict.fromkeys(
+        ("theta", "theta_dot", "tip_x", "tip_y", "tip_vx", "tip_vy", "deflection", "shortening"), _EACH
+    ),
+    **dict.fromkeys(
+        ("ux", "uy", "ux_dot", "uy_dot", "moment", "shear", "axial_force", "bending_stress"), _STATIONS
+    ),
+}
+#: of all variables that are known
+DIMENSIONS = NEEDED | OF_A_BEAM
+_COLLISION = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
+_ENERGY = ("initial", "final", "kinetic", "elastic", "gravity")
+_LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
+_OUTCOMES = tuple(outcome.label for outcome in Outcome)
+
+
+def check_variables(data: xr.Dataset) -> None:
+    """Raise InputError, in a few words, for data that are not those of a history."""
+    for name in NEEDED:
+        if name not in data.variables:
+            raise InputError(f"has no variable {name!r}")
+    for name, dimensions in DIMENSIONS.items():
+        if name in data.variables and data[name].dims != dimensions:
+            raise InputError(f"{name}: should have the dimensions ({', '.join(dimensions)})")
+    for label, variable in data.variables.items():
+        if variable.dtype.kind not in "iuf":
+            raise InputError(f"{label}: does not hold numbers")
+        if not set(variable.dims) <= {"time", "coordinate", "station"} or not variable.size:
+            raise InputError(f"{label}: should have values along time, coordinate or station")
+    _check_ascending(data["time"].values, "time", equal=True)
+    if not np.isin(data["state"].values, [int(state) for state in State]).all():
+        raise InputError(f"state: should be one of {', '.join(str(int(state)) for state in State)}")
+    if "station" in data.dims:
+        if "station" not in data.variables or data.sizes["station"] < 2:
+            raise InputError("station: at least two places are needed")
+        _check_ascending(data["station"].values, "station", equal=False)
+
+
+def _check_ascending(values: np.ndarray[Any, Any], name: str, *, equal: bool) -> None:
+    steps = np.diff(values)
+    if not np.isfinite(values).all() or not (steps >= 0.0 if equal else steps > 0.0).all():
+        raise InputError(f"{name}: should be finite and ascending")
+
+
+def read_json(text: Any, name: str, kind: type) -> Any:
+    """Return the JSON of an attribute, a list or a dict; raises InputError, in a few words."""
+    try:
+        found = json.loads(str(text))
+    except (ValueError, RecursionError):
+        raise InputError(f"attribute {name}: is not JSON") from None
+    if not isinstance(found, kind):
+        raise InputError(f"attribute {name}: should be a {kind.__name__}")
+    return found
+
+
+def check_times_of_events(times: list[float], first: float, last: float) -> None:
+    """Raise InputError for events outside of the run (s), or not in order."""
+    inside = all(first <= time <= last for time in times)
+    if not inside or any(later < earlier for earlier, later in pairwise(times)):
+        raise InputError(f"attribute events: times should be ascending, from {first:g} to {last:g} s")
+
+
+def check_summary(summary: dict[str, Any], first: float, last: float) -> None:
+    """Raise InputError for a summary that lacks what it should have, or has something else there."""
+    if summary.get("outcome") not in _OUTCOMES:
+        raise InputError(f"attribute summary: outcome should be one of {', '.join(_OUTCOMES)}")
+    _check_numbers(summary, ("end_time", "events", "steps", "wall_time"), "summary")
+    collisions = summary.get("macro_collisions")
+    if not isinstance(collisions, list) or not all(isinstance(item, dict) for item in collisions):
+        raise InputError("attribute summary: macro_collisions should be a list of objects")
+    for item in collisions:
+        _check_numbers(item, _COLLISION, "macro_collisions")
+        if not first <= item["start"] <= item["end"] <= last:
+            raise InputError(f"attribute summary: macro_collisions should lie between {first:g} and {last:g} s")
+    energy = summary.get("energy")
+    if not isinstance(energy, dict):
+        raise InputError("attribute summary: energy should be an object")
+    _check_numbers(energy, (*_ENERGY, *_LOSSES), "energy")
+    warnings = summary.get("warnings", [])
+    if not isinstance(warnings, list) or not all(isinstance(line, str) for line in warnings):
+        raise InputError("attribute summary: warnings should be a list of sentences")
+    if not isinstance(summary.get("message", ""), str) or not isinstance(summary.get("versions", {}), dict):
+        raise InputError("attribute summary: message or versions are not words")
+
+
+def _check_numbers(values: dict[str, Any], names: tuple[str, ...], where: str) -> None:
+    for name in names:
+        value = values.get(name)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not _fits(value):
+            raise InputError(f"attribute summary: {where}: {name} should be a number")
+
+
+def _fits(value: float) -> bool:
+    """Whether a number can be a float; energies of a run that diverged are not finite."""
+    try:
+        return not math.isnan(float(value)) or isinstance(value, float)
+    except OverflowError:
+        return False

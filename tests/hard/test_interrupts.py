@@ -1,0 +1,144 @@
+"""Ctrl-C: gone within a second, whatever is going on; what is done is kept; nothing else is left behind."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+
+from oblique_impact import History, interrupts
+from tests.hard.processes import files_in, interrupt, started, wait_for
+
+FOUR = ["events.csv", "history.nc", "scenario.toml", "summary.json"]
+LONG = ("--set", "end_time=100")
+
+
+@pytest.fixture(scope="module")
+def history(run, tmp_path_factory):
+    return run("paper").save(tmp_path_factory.mktemp("paper"))
+
+
+def check(process, seconds, said, limit=1.0):
+    assert process.returncode == 130
+    assert seconds < limit
+    assert said.count("\n") == 1, said
+    assert said.startswith("oblique-impact: interrupted")
+
+
+@pytest.mark.parametrize(("number", "group"), [(signal.SIGINT, True), (signal.SIGTERM, False)])
+def test_a_run_keeps_its_history(history, tmp_path, number, group):
+    for delay in (2.0, 4.0, 8.0, 16.0):  # until it marches: that depends on the machine
+        with started("run", "paper", "--out", tmp_path, *LONG) as process:
+            wait_for(lambda: (tmp_path / ".lock").exists())
+            time.sleep(delay)
+            seconds, said = interrupt(process, group=group, number=number)
+        # writing takes its time: some seconds of marching are 100 MB of history
+        check(process, seconds, said, 3.0)
+        if "what was computed is kept" in said:
+            break
+    assert files_in(tmp_path) == FOUR
+    history = History.load(tmp_path)
+    assert history.summary["outcome"] == "interrupted"
+    assert 0.0 < float(history["time"][-1]) < 100.0
+
+
+def test_a_second_interrupt_waits_for_nothing(monkeypatch):
+    left = []
+    monkeypatch.setattr(interrupts, "leave_now", left.append)
+    monkeypatch.setattr(interrupts, "discard_unfinished", lambda: None)
+    said: list[str] = []
+    with interrupts.interruptible(said.append):
+        interrupts.keep()
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(2.0 * interrupts.PATIENCE)
+        assert not left  # there is something to keep
+        with pytest.raises(KeyboardInterrupt):
+            interrupts.check()
+        signal.raise_signal(signal.SIGINT)
+        assert left == [130]
+    assert said == ["interrupted"]
+
+
+def test_where_no_loop_listens_the_process_leaves(monkeypatch):
+    left = []
+    monkeypatch.setattr(interrupts, "leave_now", left.append)
+    with interrupts.interruptible(lambda words: None):
+        signal.raise_signal(signal.SIGINT)
+        assert not left
+        time.sleep(2.0 * interrupts.PATIENCE)
+        assert left
+    left.clear()
+    with interrupts.interruptible(lambda words: None):
+        time.sleep(2.0 * interrupts.PATIENCE)
+    assert not left
+
+
+#: long before they end
+COMMANDS = {
+    "validate": ("validate", "--workers", 2),
+    "reproduce": ("reproduce", "--workers", 2),
+    "refine": ("refine", "--modes", "2,4,8", "--set", "discretization.frame=mean-axis", *LONG, "--workers", 2),
+    "refine alone": ("refine", "--modes", "2,4", "--set", "end_time=20", "--workers", 1),
+    "sweep": ("sweep", "friction", "--workers", 2),
+    "run": ("run", "paper", *LONG),
+    "modes": ("modes", "paper", "--set", "discretization.method=fem", "--set", "discretization.elements=2000"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group", [False, True])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_at_many_moments(history, tmp_path, name, group):
+    for number, delay in enumerate((0.3, 0.7, 1.2, 2.0, 3.5, 6.0)):
+        out = tmp_path / str(number)
+        with started(*COMMANDS[name], "--out", out) as process:
+            time.sleep(delay)
+            assert process.poll() is None
+            seconds, said = interrupt(process, group=group)
+        check(process, seconds, said, 3.0 if "kept" in said else 1.0)
+        assert not [file for file in files_in(out) if ".part" in file or file.endswith(".lock")]
+        if (out / "history.nc").exists():
+            assert History.load(out).summary["outcome"] == "interrupted"
+
+
+PICTURES = {
+    "film": ("render", "a.mp4", ".part.mp4"),
+    "gif": ("render", "a.gif", ".part.gif"),
+    "vtkhdf": ("export", "a.vtkhdf", ".part"),
+    "pvd": ("export", "a.pvd", ".part"),
+    "xdmf": ("export", "a.xdmf", ".part"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group", [False, True])
+@pytest.mark.parametrize("name", PICTURES)
+def test_films_and_exports_leave_nothing(history, tmp_path, name, group):
+    command, file, part = PICTURES[name]
+    for number, delay in enumerate((0.0, 0.3, 1.0)):
+        out = tmp_path / str(number)
+        out.mkdir()
+        with started(command, history, "--out", out / file) as process:
+            wait_for(lambda folder=out, end=part: any(p.name.endswith(end) for p in folder.iterdir()))
+            time.sleep(delay)
+            seconds, said = interrupt(process, group=group)
+        check(process, seconds, said)
+        assert list(out.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_while_the_kernels_are_compiled(tmp_path, monkeypatch):
+    for number, delay in enumerate((0.5, 3.0, 6.0, 9.0)):
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / f"cache{number}"))
+        out = tmp_path / str(number)
+        with started("run", "paper", "--out", out) as process:
+            wait_for(lambda folder=out: (folder / ".lock").exists())
+            time.sleep(delay)
+            assert process.poll() is None
+            seconds, said = interrupt(process, group=False)
+        assert process.returncode == 130
+        assert seconds < 1.0
+        assert "Traceback" not in said
+        assert said.splitlines()[-1].startswith("oblique-impact: interrupted")
+        assert files_in(out) in ([], FOUR)
