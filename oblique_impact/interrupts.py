@@ -95,10 +95,14 @@ def interruptible(say: Callable[[str], None]) -> Iterator[None]:
         say("interrupted")
         leave_now(EXIT_CODE)
 
+    heard = False
+
     def handle(number: int, frame: FrameType | None) -> None:
-        if _stop.asked:
+        # not `asked`: the thread may have seen this very interrupt first
+        nonlocal heard
+        if heard:
             leave()
-        _stop.asked = True
+        heard = _stop.asked = True
 
     caught = [n for n in (signal.SIGINT, signal.SIGTERM) if signal.getsignal(n) is not signal.SIG_IGN]
     before: dict[int, Any] = {number: signal.signal(number, handle) for number in caught}
@@ -108,6 +112,7 @@ def interruptible(say: Callable[[str], None]) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+        _stop.asked = _stop.kept = False  # it was this block's; loops outside of one are not to end
 
 
 def end_started() -> None:

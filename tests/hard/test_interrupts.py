@@ -60,6 +60,17 @@ def test_a_second_interrupt_waits_for_nothing(monkeypatch):
     assert said == ["interrupted"]
 
 
+def test_an_interrupt_that_the_thread_sees_first_is_still_the_first(monkeypatch):
+    left = []
+    monkeypatch.setattr(interrupts, "leave_now", left.append)
+    with interrupts.interruptible(lambda words: None):
+        interrupts.keep()
+        interrupts._stop.asked = True  # as the thread does when the main one is busy
+        signal.raise_signal(signal.SIGINT)
+        assert not left
+    assert not interrupts._stop.asked  # loops outside of the block are not to end
+
+
 def test_where_no_loop_listens_the_process_leaves(monkeypatch):
     left = []
     monkeypatch.setattr(interrupts, "leave_now", left.append)

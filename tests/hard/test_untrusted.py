@@ -268,7 +268,7 @@ def test_large_attributes_are_refused_before_they_are_read(crafted):
 def test_the_limits_let_every_run_pass():
     """What a scenario may ask for, with two samples more for each event, can be read again."""
     from oblique_impact.marching import MAX_EVENTS
-    from oblique_impact.scenario import MAX_VALUES, _values_per_sample
+    from oblique_impact.rules import MAX_VALUES, _values_per_sample
 
     assert 8 * (MAX_VALUES + 3 * MAX_EVENTS * _values_per_sample(Scenario.builtin("paper"))) < MAX_BYTES
     assert 500 * MAX_EVENTS < MAX_BESIDES
