@@ -315,7 +315,7 @@ class GeneralizedAlphaScheme(Scheme):
         self.coefficients = coefficients(rho_infinity, tolerance)
         self._gentle = Coefficients(0.0, 0.0, 1.0, 1.0, tolerance)
         self._gentle_steps = 0
-        self._rigid = False
+        self._rigid = self._flying = False  # what the phase before was
         self._march = march
         self._fresh = True
 
@@ -328,12 +328,14 @@ class GeneralizedAlphaScheme(Scheme):
 
         Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
         by omega h (Hilber and Hughes 1978), and with every impact of a rigid contact energy would be gained.  The
-        first steps of phases that begin or end at one are those of backward Euler, which has no use for them.
+        first steps of phases that begin or end at one, also of a flight after a rebound, are those of backward Euler,
+        which has no use for them.
         """
         arm(phase, scratch, tolerances, initial_guards)
         rigid = phase.state != FREE and not phase.compliant
-        self._gentle_steps = _GENTLE_STEPS if rigid or self._rigid else 0
-        self._fresh, self._rigid = True, rigid
+        rebound = phase.state == FREE and self._flying
+        self._gentle_steps = _GENTLE_STEPS if rigid or self._rigid or rebound else 0
+        self._fresh, self._rigid, self._flying = True, rigid, phase.state == FREE
 
     def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
         """Advance to the next event, or for some thousand steps."""

@@ -112,7 +112,7 @@ def check_implicit(scenario):
     if history.outcome is Outcome.COMPLETED:
         # works of forces are sampled to second order in the step, which here does not resolve the fastest modes
         scale = abs(energy["initial"]) + float(history["energy_kinetic"].max())
-        assert abs(energy["unaccounted"]) < 5e-2 * scale + 1e-6
+        assert abs(energy["unaccounted"]) < 5e-3 * scale + 1e-6
     if scenario.contact.enabled and scenario.contact.normal == "rigid":
         assert float(np.nanmin(history["gap"].values)) > -TOUCH
         closed = history["state"].values > 0
