@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install demo test test-slow lint docs bench clean
+.PHONY: install demo test test-slow test-pythons lint docs bench clean
 
 install: $(VENV)/.installed
 
@@ -20,6 +20,17 @@ test: install
 
 test-slow: install
 	$(BIN)/python -m pytest -n 2 -m slow
+
+# the suite on every supported Python that is there; PYTHONS="..." names others or gives their paths
+PYTHONS ?= python3.11 python3.12 python3.13
+
+test-pythons:
+	@set -e; for python in $(PYTHONS); do \
+		if $$python -c pass 2>/dev/null; then \
+			echo "== $$python"; \
+			$(MAKE) --no-print-directory test PYTHON=$$python VENV=.venv-$$($$python -c "import sys; print(\"%d.%d\" % sys.version_info[:2])"); \
+		else echo "== $$python: not there"; fi; \
+	done
 
 lint: install
 	$(BIN)/ruff check .

@@ -91,11 +91,9 @@ class Phase(NamedTuple):
     damping: float = 0.0  # 1/s, coefficient of Z' in Baumgarte's equation
     stiffness: float = 0.0  # 1/s^2, coefficient of Z
     watched: bool = True  # False: contact is switched off and the gap is not watched
-    compliant: bool = False  # a stop that gives way; else a rigid one
-    spring: float = 0.0  # N/m, stiffness of an elastic stop
+    spring: float = 0.0  # N/m, stiffness of an elastic stop; 0: a rigid one; infinite: a law of one's own
     dashpot: float = 0.0  # s/m, its Hunt-Crossley damping
-    law: int = 0  # address of a contact law of one's own, lambda_n(d, d'); 0: the elastic stop
-    law_data: int = 0  # address of its parameters
+    law: int = 0  # address of a contact law of one's own, lambda_n(d, d')
 
 
 @jitable
@@ -117,7 +115,7 @@ def stop_force(phase: Phase, gap: float, gap_rate: float) -> float:
     """Return the normal force (N) of a compliant stop at depth -gap, never negative."""
     depth = max(0.0, -gap)
     if phase.law != 0:
-        return max(0.0, call_2(phase.law, phase.law_data, depth, -gap_rate))
+        return max(0.0, call_2(phase.law, depth, -gap_rate))
     return max(0.0, phase.spring * depth * (1.0 - phase.dashpot * gap_rate))
 
 
@@ -126,13 +124,13 @@ def stop_tangent(phase: Phase, gap: float, gap_rate: float) -> tuple[float, floa
     """Slopes of the force of a compliant stop over depth (N/m) and rate of depth (N s/m); 0 if it is open."""
     depth = max(0.0, -gap)
     if phase.law != 0:
-        force = call_2(phase.law, phase.law_data, depth, -gap_rate)
+        force = call_2(phase.law, depth, -gap_rate)
         if not force > 0.0:
             return 0.0, 0.0
         # differences are enough: only the pace of Newton's iterations depends on them
         deeper, faster = 1e-6 * depth + 1e-12, 1e-6 * abs(gap_rate) + 1e-9
-        over_depth = (call_2(phase.law, phase.law_data, depth + deeper, -gap_rate) - force) / deeper
-        return over_depth, (call_2(phase.law, phase.law_data, depth, -gap_rate + faster) - force) / faster
+        over_depth = (call_2(phase.law, depth + deeper, -gap_rate) - force) / deeper
+        return over_depth, (call_2(phase.law, depth, -gap_rate + faster) - force) / faster
     grip = 1.0 - phase.dashpot * gap_rate
     if not depth * grip > 0.0:
         return 0.0, 0.0
@@ -143,7 +141,7 @@ def stop_tangent(phase: Phase, gap: float, gap_rate: float) -> tuple[float, floa
 def sliding_force(phase: Phase, k: Array) -> int:
     """Contact force of a sliding contact into the scalars `k`; NO_SLIDING_SOLUTION if Painleve."""
     ratio = phase.intercept + phase.slope * k[SLIP_RATE]
-    if phase.compliant:
+    if phase.spring > 0.0:
         k[LAMBDA_N] = stop_force(phase, k[GAP], k[GAP_RATE])
         k[LAMBDA_T] = ratio * k[LAMBDA_N]
         return OK
@@ -164,7 +162,7 @@ def sticking_force(phase: Phase, reference: float, k: Array) -> int:
     """
     drift = k[SLIP] - reference
     tangential = k[SLIP_ACCELERATION] + phase.damping * k[SLIP_RATE] + phase.stiffness * drift
-    if phase.compliant:
+    if phase.spring > 0.0:
         if not k[A_TT] > 0.0:
             return NO_STICKING_SOLUTION
         k[LAMBDA_N] = stop_force(phase, k[GAP], k[GAP_RATE])
@@ -215,13 +213,13 @@ def measure_guards(phase: Phase, k: Array) -> None:
         if phase.watched:
             k[FIRST_GUARD + GUARD_NORMAL] = k[GAP]
         return
-    k[FIRST_GUARD + GUARD_NORMAL] = -k[GAP] if phase.compliant else k[LAMBDA_N]
+    k[FIRST_GUARD + GUARD_NORMAL] = -k[GAP] if phase.spring > 0.0 else k[LAMBDA_N]
     if phase.state == SLIDING:
         if phase.lower > -np.inf:
             k[FIRST_GUARD + GUARD_LOWER] = k[SLIP_RATE] - phase.lower
         if phase.upper < np.inf:
             k[FIRST_GUARD + GUARD_UPPER] = phase.upper - k[SLIP_RATE]
-        ratio = 0.0 if phase.compliant else phase.intercept + phase.slope * k[SLIP_RATE]
+        ratio = 0.0 if phase.spring > 0.0 else phase.intercept + phase.slope * k[SLIP_RATE]
         k[FIRST_GUARD + GUARD_DEFINITE] = 1.0 + ratio * k[A_NT] / k[A_NN] - _NEARLY_PAINLEVE
     else:
         k[FIRST_GUARD + GUARD_LOWER] = phase.static * k[LAMBDA_N] - k[LAMBDA_T]

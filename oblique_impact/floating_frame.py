@@ -38,7 +38,7 @@ from oblique_impact.system import (
 )
 
 PIN, HUB, DRIVEN = 0, 1, 2
-HOLD, CONSTANT_SPEED, SPIN_UP, OWN_MOTION = 0, 1, 2, 3
+HOLD, CONSTANT_SPEED, SPIN_UP = 0, 1, 2
 
 
 # BeamModel.matrices: elastic mass with the hub's share, M1 - C of the beam alone, stiffness, damping,
@@ -66,11 +66,9 @@ class BeamModel(NamedTuple):
     root: int
     hub_inertia: float
     torque: float
-    profile: int
+    profile: int  # HOLD, CONSTANT_SPEED, SPIN_UP, or the address of the acceleration of a motion of one's own
     spin_rate: float
     spin_up_time: float
-    motion: int  # address of the acceleration (rad/s^2) of a base motion of one's own, a function of time
-    motion_data: int  # address of its parameters
     contact_radius: float  # r + x_F (m)
     slope_angle: float
     normal_offset: float  # c_n (m)
@@ -128,8 +126,8 @@ def drive(model: BeamModel, t: float) -> tuple[float, float, float]:
 @jitable
 def drive_acceleration(model: BeamModel, t: float) -> float:
     """Acceleration (rad/s^2) of a driven root."""
-    if model.profile == OWN_MOTION:
-        return float(call_1(model.motion, model.motion_data, t))
+    if model.profile > SPIN_UP:
+        return float(call_1(model.profile, t))
     return drive(model, t)[2]
 
 

@@ -1,8 +1,8 @@
 """Functions of one's own inside compiled kernels: called by their address, so that no kernel is compiled anew.
 
 A law or a motion is a plain Python function of numbers.  numba compiles it by itself, in a fraction of a
-second and once for all its parameters; the kernels, which take twenty, know addresses only: of the machine code
-and of the parameters.
+second and once for all its parameters; the kernels, which take twenty, know one address: there lie that of the
+machine code and the parameters.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from oblique_impact.errors import InputError
 
 _ADDRESS = types.int64
 _NUMBER = types.float64
+_WORD = 8  # bytes
 _DATA = types.CPointer(_NUMBER)  # type: ignore[no-untyped-call]
 
 
@@ -55,13 +56,14 @@ class Pointer:
         parameters: Sequence[float] = (),
         entry: int | None = None,
     ) -> None:
-        self._parameters = np.array([*parameters, 0.0])  # never empty: numba makes no tuple of nothing
         try:
             self._compiled = _compile(function, arguments, len(parameters), entry)
         except NumbaError as error:
             raise InputError(f"{function.__qualname__}: cannot be compiled: {_reason(error)}") from None
-        self.address = int(self._compiled.address)
-        self.data = int(self._parameters.ctypes.data)
+        # the machine code's address and the parameters in one block, so that kernels are handed one number
+        self._block = np.array([0.0, *parameters, 0.0])  # never without: numba makes no tuple of nothing
+        self._block[:1].view(np.int64)[0] = self._compiled.address
+        self.address = int(self._block.ctypes.data)
 
 
 @cache
@@ -101,15 +103,20 @@ def _reason(error: NumbaError) -> str:
     return " ".join(text.strip().partition("\n\n")[0].split())[:200]
 
 
-def call_1(address: int, data: int, a: float) -> float:
-    """Call the function of one number at an address."""
-    return float(ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, ctypes.c_void_p)(address)(a, data))
+def call_1(address: int, a: float) -> float:
+    """Call the function of one number at the address of a :class:`Pointer`."""
+    return _call(address, a)
 
 
-def call_2(address: int, data: int, a: float, b: float) -> float:
-    """Call the function of two numbers at an address."""
-    kinds = ctypes.c_double, ctypes.c_double, ctypes.c_double, ctypes.c_void_p
-    return float(ctypes.CFUNCTYPE(*kinds)(address)(a, b, data))
+def call_2(address: int, a: float, b: float) -> float:
+    """Call the function of two numbers at the address of a :class:`Pointer`."""
+    return _call(address, a, b)
+
+
+def _call(address: int, *numbers: float) -> float:
+    code = ctypes.c_int64.from_address(address).value
+    kind = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * len(numbers), ctypes.c_void_p)
+    return float(kind(code)(*numbers, address + _WORD))
 
 
 def _machine_code(arguments: int) -> tuple[Any, Any]:
@@ -118,28 +125,29 @@ def _machine_code(arguments: int) -> tuple[Any, Any]:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         double = ir.DoubleType()
         kind = ir.FunctionType(double, [*[double] * arguments, double.as_pointer()])
-        address, data, *numbers = values
-        function = builder.inttoptr(address, kind.as_pointer())
+        address, *numbers = values
+        function = builder.load(builder.inttoptr(address, kind.as_pointer().as_pointer()))
+        data = builder.add(address, address.type(_WORD))
         return builder.call(function, [*numbers, builder.inttoptr(data, double.as_pointer())])
 
-    return _NUMBER(_ADDRESS, _ADDRESS, *[_NUMBER] * arguments), generate
+    return _NUMBER(_ADDRESS, *[_NUMBER] * arguments), generate
 
 
 @intrinsic
-def _call_1(typing_context: Any, address: Any, data: Any, a: Any) -> Any:
+def _call_1(typing_context: Any, address: Any, a: Any) -> Any:
     return _machine_code(1)
 
 
 @intrinsic
-def _call_2(typing_context: Any, address: Any, data: Any, a: Any, b: Any) -> Any:
+def _call_2(typing_context: Any, address: Any, a: Any, b: Any) -> Any:
     return _machine_code(2)
 
 
 @overload(call_1, strict=False)
-def _compiled_call_1(address: Any, data: Any, a: Any) -> Any:
-    return lambda address, data, a: _call_1(address, data, a)  # type: ignore[call-arg]
+def _compiled_call_1(address: Any, a: Any) -> Any:
+    return lambda address, a: _call_1(address, a)  # type: ignore[call-arg]
 
 
 @overload(call_2, strict=False)
-def _compiled_call_2(address: Any, data: Any, a: Any, b: Any) -> Any:
-    return lambda address, data, a, b: _call_2(address, data, a, b)  # type: ignore[call-arg]
+def _compiled_call_2(address: Any, a: Any, b: Any) -> Any:
+    return lambda address, a, b: _call_2(address, a, b)  # type: ignore[call-arg]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import astuple, dataclass
 from functools import cached_property
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from scipy.integrate import quad
@@ -59,7 +60,7 @@ class ElasticStop(Stop):
     @property
     def phase(self) -> Phase:
         """The stop's entries in the parameters of a closed contact."""
-        return Phase(compliant=True, spring=self.stiffness, dashpot=self.damping)
+        return Phase(spring=self.stiffness, dashpot=self.damping)
 
     def energy(self, gap: float) -> float:
         """Energy (J) stored at a gap (m)."""
@@ -110,7 +111,7 @@ class ContactLaw(Stop):
     @property
     def phase(self) -> Phase:
         """The stop's entries in the parameters of a closed contact."""
-        return Phase(compliant=True, law=self.pointer.address, law_data=self.pointer.data)
+        return Phase(spring=inf, law=self.pointer.address)
 
     def energy(self, gap: float) -> float:
         """Energy (J) stored at a gap (m): the work of the force at rest."""

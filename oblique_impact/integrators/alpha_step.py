@@ -130,7 +130,7 @@ def start_phase(system: Any, phase: Phase, t: float, y: Array, work: Work) -> in
 @jitable
 def _contact_defect(phase: Phase, k: Array, velocity: float) -> float:
     """How far the contact forces and the motion are from the contact's laws (m/s)."""
-    if phase.compliant:
+    if phase.spring > 0.0:
         force = stop_force(phase, k[GAP], k[GAP_RATE])
         normal = abs(force - k[LAMBDA_N]) * k[A_NN] * velocity
     else:
@@ -154,7 +154,7 @@ def _contact_step(phase: Phase, k: Array, v: Array, velocity: float, position: f
     k[A_TT] = row_dot(v, TANGENT_ROW, TANGENT_RESPONSE)
     normal, tangential = row_dot(v, NORMAL_ROW, INCREMENT), row_dot(v, TANGENT_ROW, INCREMENT)
     # n1 dn + n2 dt = n3,  t1 dn + t2 dt = t3
-    if phase.compliant:
+    if phase.spring > 0.0:
         over_depth, over_rate = stop_tangent(phase, k[GAP], k[GAP_RATE])
         stiff = over_depth * position + over_rate * velocity
         force = stop_force(phase, k[GAP], k[GAP_RATE])
@@ -165,7 +165,7 @@ def _contact_step(phase: Phase, k: Array, v: Array, velocity: float, position: f
         n3 = -k[GAP_RATE] - velocity * normal
     if phase.state == SLIDING:
         ratio = phase.intercept + phase.slope * k[SLIP_RATE]
-        if not phase.compliant and not k[A_NN] + ratio * k[A_NT] > 0.0:
+        if phase.spring == 0.0 and not k[A_NN] + ratio * k[A_NT] > 0.0:
             return NO_SLIDING_SOLUTION
         viscous = phase.slope * k[LAMBDA_N] * velocity
         t1, t2 = -ratio - viscous * k[A_NT], 1.0 - viscous * k[A_TT]
@@ -276,7 +276,7 @@ def finish_step(system: Any, phase: Phase, c: Coefficients, t: float, y: Array, 
     v, k, tail = work.vectors, work.scalars, 3 * d + QUADRATURES
     algorithmic, extras = tail + d, tail + 2 * d
     kept, scale = c.alpha_f, 1.0 / (1.0 - c.alpha_m)
-    rigid = phase.state != FREE and not phase.compliant
+    rigid = phase.state != FREE and phase.spring == 0.0
     for i in range(d):
         mean = (1.0 - kept) * y_new[tail + i] + kept * y[tail + i]
         y_new[algorithmic + i] = scale * (mean - c.alpha_m * y[algorithmic + i])
@@ -325,8 +325,8 @@ def _mean_damping_power(system: Any, c: Coefficients, t: float, y_new: Array, s:
 def _corrections(phase: Phase, k: Array, gap: float, slip: float) -> tuple[float, float]:
     """Multiples of the responses that take a gap and, while sticking, a slip to zero (or their rates)."""
     if phase.state != STICKING:
-        return (0.0 if phase.compliant else -gap / k[A_NN]), 0.0
-    if phase.compliant:
+        return (0.0 if phase.spring > 0.0 else -gap / k[A_NN]), 0.0
+    if phase.spring > 0.0:
         return 0.0, -slip / k[A_TT]
     determinant = k[A_NN] * k[A_TT] - k[A_NT] * k[A_NT]
     return (k[A_NT] * slip - k[A_TT] * gap) / determinant, (k[A_NT] * gap - k[A_NN] * slip) / determinant

@@ -103,7 +103,7 @@ def arm(phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: 
         thresholds[:] = tolerances.gap
     else:
         thresholds[:] = tolerances.force
-        if phase.compliant:
+        if phase.spring > 0.0:
             thresholds[GUARD_NORMAL] = tolerances.gap
         if phase.state == SLIDING:
             thresholds[GUARD_LOWER] = thresholds[GUARD_UPPER] = tolerances.velocity

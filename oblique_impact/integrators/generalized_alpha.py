@@ -69,7 +69,7 @@ def _measure_end(phase: Phase, c: Coefficients, y: Array, s: Scratch) -> None:
     """Guards at the end of a step from y, with the contact forces to report; those of the end go into s.y_new."""
     k, extras = s.work.scalars, 5 * s.work.vectors.shape[1] + QUADRATURES
     s.y_new[extras + CONTACT_N], s.y_new[extras + CONTACT_T] = k[LAMBDA_N], k[LAMBDA_T]
-    if phase.state != FREE and phase.compliant:
+    if phase.state != FREE and phase.spring > 0.0:
         k[LAMBDA_N] = stop_force(phase, k[GAP], k[GAP_RATE])  # its law to the last digit
     elif phase.state != FREE:
         k[LAMBDA_N] += c.alpha_f * (y[extras + CONTACT_N] - k[LAMBDA_N])
@@ -328,11 +328,11 @@ class GeneralizedAlphaScheme(Scheme):
 
         Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
         by omega h (Hilber and Hughes 1978), and with every impact of a rigid contact energy would be gained.  The
-        first steps of phases that begin or end at one, also of a flight after a rebound, are those of backward Euler,
-        which has no use for them.
+        first steps of phases that begin or end at one, also of a flight after a rebound, are those of backward
+        Euler, which has no use for them.
         """
         arm(phase, scratch, tolerances, initial_guards)
-        rigid = phase.state != FREE and not phase.compliant
+        rigid = phase.state != FREE and phase.spring == 0.0
         rebound = phase.state == FREE and self._flying
         self._gentle_steps = _GENTLE_STEPS if rigid or self._rigid or rebound else 0
         self._fresh, self._rigid, self._flying = True, rigid, phase.state == FREE

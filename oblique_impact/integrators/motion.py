@@ -55,7 +55,7 @@ def quadrature_rates(system: Any, phase: Phase, t: float, q: Array, qd: Array, w
     rates[FRICTION_LOSS] = -tangential * k[SLIP_RATE]
     rates[DAMPING_LOSS] = k[DAMPING_POWER]
     rates[STABILIZATION_LOSS] = 0.0
-    if phase.compliant:
+    if phase.spring > 0.0:
         # what the stop does not give back: all but the work of its force at rest
         rates[DAMPING_LOSS] += (normal - stop_force(phase, k[GAP], 0.0)) * -k[GAP_RATE]
     else:

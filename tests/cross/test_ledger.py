@@ -86,7 +86,7 @@ def test_a_hub_torque_supplies_torque_times_angle(run):
 @pytest.mark.parametrize("restitution", [0.0, 0.8])
 @pytest.mark.parametrize("rho", [0.0, 0.25, 0.8])
 def test_stiff_damping_neither_feeds_nor_hides_energy_at_rebounds(restitution, rho):
-    """Kelvin-Voigt damping that no step resolves: 100 ms of it hold 40 J of damping work if the ledger is careless.
+    """Kelvin-Voigt damping that no step resolves: a careless ledger finds 40 J of damping work in 8 J of energy.
 
     A flight after a rebound starts with a jump of the velocity as a contact does.
     """
