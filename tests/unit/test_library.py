@@ -107,9 +107,9 @@ def test_the_call_of_a_command_is_documented_typed_and_returns_something(command
     assert hints["return"] not in (type(None), list[str], str)
     result = get_args(hints["return"])[-1:] or (hints["return"],)
     assert found(others[-1]) is result[0], "the table says what it returns"
-    for section in ("Parameters\n    -", "Returns\n    -", "Raises\n    -", "Examples\n    -"):
+    for section in ("Parameters\n-", "Returns\n-", "Raises\n-", "Examples\n-"):
         # a run raises nothing: how it ended is its outcome
-        assert section in (call.__doc__ or "") or (command, section[:6]) == ("run", "Raises"), (first, section)
+        assert section in (inspect.getdoc(call) or "") or (command, section[:6]) == ("run", "Raises"), (first, section)
     for path in (first, *others):
         module = next(
             m for m in (path.rsplit(".", n)[0] for n in (1, 2)) if isinstance(sys.modules.get(m), ModuleType)
