@@ -109,7 +109,8 @@ def test_the_call_of_a_command_is_documented_typed_and_returns_something(command
     assert found(others[-1]) is result[0], "the table says what it returns"
     for section in ("Parameters\n-", "Returns\n-", "Raises\n-", "Examples\n-"):
         # a run raises nothing: how it ended is its outcome
-        assert section in (inspect.getdoc(call) or "") or (command, section[:6]) == ("run", "Raises"), (first, section)
+        said = inspect.getdoc(call) or ""
+        assert section in said or (command, section[:6]) == ("run", "Raises"), (first, section)
     for path in (first, *others):
         module = next(
             m for m in (path.rsplit(".", n)[0] for n in (1, 2)) if isinstance(sys.modules.get(m), ModuleType)
