@@ -117,7 +117,9 @@ def test_the_call_of_a_command_is_documented_typed_and_returns_something(command
         )
         assert f".. automodule:: {module}\n" in pages(), path
     for parameter in parameters:
-        assert re.search(rf"^    [\w*, ]*\b{parameter}\b[\w, ]* : ", call.__doc__ or "", re.MULTILINE), parameter
+        assert re.search(rf"^[\w*, ]*\b{parameter}\b[\w, ]* : ", inspect.getdoc(call) or "", re.MULTILINE), (
+            parameter
+        )
 
 
 @pytest.mark.parametrize("command", sorted(commands()))
