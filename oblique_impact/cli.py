@@ -78,7 +78,9 @@ def modes(
         prepare_folder(out.parent if out.suffix else out)
     from oblique_impact.spectrum import natural_frequencies
 
-    found = natural_frequencies(chosen, rates, count)
+    # one call of LAPACK, of minutes on fine meshes
+    with interrupts.ending_at_once():
+        found = natural_frequencies(chosen, rates, count)
     if as_json:
         typer.echo(json.dumps(found.to_dict()))
     else:

@@ -62,6 +62,22 @@ def keeping() -> Iterator[None]:
         _stop.kept = before
 
 
+@contextmanager
+def ending_at_once() -> Iterator[None]:
+    """Leave interrupts to the system while a library computes that lets no thread in, where nothing is to be kept.
+
+    The process ends by the signal, without a word; a shell reports 130 all the same.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def check() -> None:
     """Raise KeyboardInterrupt if an interrupt has come; loops call it several times a second."""
     if _stop.asked:

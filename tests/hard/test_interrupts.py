@@ -93,8 +93,9 @@ COMMANDS = {
     "refine alone": ("refine", "--modes", "2,4", "--set", "end_time=20", "--workers", 1),
     "sweep": ("sweep", "friction", "--workers", 2),
     "run": ("run", "paper", *LONG),
-    "modes": ("modes", "paper", "--set", "discretization.method=fem", "--set", "discretization.elements=2000"),
 }
+#: one call of a library that lets no thread in
+MODES = ("modes", "paper", "--set", "discretization.method=fem", "--set", "discretization.elements=2000")
 
 
 @pytest.mark.slow
@@ -111,6 +112,19 @@ def test_every_command_at_many_moments(history, tmp_path, name, group):
         assert not [file for file in files_in(out) if ".part" in file or file.endswith(".lock")]
         if (out / "history.nc").exists():
             assert History.load(out).summary["outcome"] == "interrupted"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.3, 2.0, 8.0, 14.0])
+def test_one_long_call_of_a_library_ends_by_the_signal(tmp_path, delay):
+    with started(*MODES, "--out", tmp_path / "campbell.png") as process:
+        time.sleep(delay)
+        assert process.poll() is None
+        seconds, said = interrupt(process, group=False)
+    assert process.returncode in (130, -signal.SIGINT)  # a shell reports 130 for both
+    assert seconds < 1.0
+    assert "Traceback" not in said
+    assert list(tmp_path.iterdir()) == []
 
 
 PICTURES = {
