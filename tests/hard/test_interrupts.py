@@ -90,7 +90,7 @@ COMMANDS = {
     "validate": ("validate", "--workers", 2),
     "reproduce": ("reproduce", "--workers", 2),
     "refine": ("refine", "--modes", "2,4,8", "--set", "discretization.frame=mean-axis", *LONG, "--workers", 2),
-    "refine alone": ("refine", "--modes", "2,4", "--set", "end_time=20", "--workers", 1),
+    "refine alone": ("refine", "--modes", "2,3,4", *LONG, "--workers", 1),
     "sweep": ("sweep", "friction", "--workers", 2),
     "run": ("run", "paper", *LONG),
 }
