@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 from functools import cache
 
 import pytest
 
 from oblique_impact import History, Scenario, simulate
+
+# a shell lets what it starts in the background ignore interrupts; the tests of interrupts send them
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @cache
