@@ -37,7 +37,7 @@ def _check_root(s: Scenario) -> None:
         _refuse("root.hub_radius", root.hub_radius, 'a pin has radius 0; use root.kind = "hub" or "driven"')
     if root.profile == "spin-up" and not root.spin_up_time > 0.0:
         _refuse("root.spin_up_time", root.spin_up_time, "should be greater than 0 for a spin-up")
-    if root.profile not in ("hold", "constant-speed", "spin-up"):
+    if s.part("profile") is not None:
         for key in ("spin_rate", "spin_up_time"):
             if getattr(root, key) != 0.0:
                 _refuse(f"root.{key}", getattr(root, key), "the numbers of this profile are in parameters.profile")

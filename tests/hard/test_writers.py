@@ -105,8 +105,11 @@ def test_without_locks_the_work_goes_on(tmp_path, monkeypatch):
         raise OSError(95, "Operation not supported")
 
     monkeypatch.setattr(fcntl, "flock", unsupported)
+    entered = 0
     with only_writer(tmp_path), only_writer(tmp_path):
-        pass
+        entered += 1
+    assert entered == 1
+    assert list(tmp_path.iterdir()) == []  # and leaves no litter
 
 
 def test_a_lock_that_leads_elsewhere_is_not_followed(tmp_path):
