@@ -12,12 +12,13 @@ import pytest
 from oblique_impact.cli import main
 from oblique_impact.errors import InputError
 from oblique_impact.files import only_writer, writing
-from tests.hard.processes import files_in, wait_for
+from tests.hard.processes import files_in
 
 HOLD = """
 import sys, time
 from oblique_impact.files import only_writer
 with only_writer(sys.argv[1]):
+    print("held", flush=True)
     time.sleep(60)
 """
 
@@ -71,8 +72,9 @@ def test_a_file_in_use_is_refused_in_one_line(history, tmp_path, capfd, command,
 
 
 def test_the_lock_goes_with_a_killed_process_and_leaves_an_empty_hidden_file_at_most(tmp_path):
-    with subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)]) as process:
-        wait_for(lambda: (tmp_path / ".lock").exists())
+    with subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True) as process:
+        # the file is there an instant before the lock is held
+        assert process.stdout.readline() == "held\n"
         with pytest.raises(InputError, match="another process is writing here"), writing(tmp_path):
             pass
         process.kill()
