@@ -4,6 +4,7 @@
 `simulate`             run it: returns a `History`
 `natural_frequencies`  of the spinning beam: returns `Frequencies`
 `History`              labelled samples, event log, summary; `save` and `load`
+`Draft`                a history that is written while its run goes on
 `concatenate`          histories of consecutive spans joined to one
 `simulate_system`      run a small system of one's own through the same contact states
 
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING
 from oblique_impact.lazy import lazy_names
 
 __all__ = [
+    "Draft",
     "Frequencies",
     "History",
     "InputError",
@@ -31,6 +33,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from oblique_impact.draft import Draft
     from oblique_impact.errors import InputError, Outcome
     from oblique_impact.history import History
     from oblique_impact.joining import concatenate
@@ -43,6 +46,7 @@ if TYPE_CHECKING:
 lazy_names(
     __name__,
     {
+        "Draft": "draft",
         "Frequencies": "spectrum",
         "History": "history",
         "InputError": "errors",

@@ -14,6 +14,7 @@ from oblique_impact import interrupts
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
+    from oblique_impact.draft import Draft
     from oblique_impact.history import History
     from oblique_impact.scenario import Scenario
     from oblique_impact.spectrum import Frequencies
@@ -44,12 +45,13 @@ def run(
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
     chosen = _load(scenario, changes)
+    from oblique_impact.draft import Draft
     from oblique_impact.files import writing
 
-    with writing(out):
+    with writing(out), Draft(out) as draft:
         _announce_compilation(chosen)
-        history = _simulate(chosen)
-        folder = _save(history, out)
+        history = _simulate(chosen, draft)
+        folder = _save(history, out, draft)
     _print_summary(history, folder)
     outcome = history.outcome
     if outcome.exit_code:
@@ -312,7 +314,7 @@ def _announce_compilation(scenario: Scenario) -> None:
         _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
 
 
-def _simulate(scenario: Scenario) -> History:
+def _simulate(scenario: Scenario, draft: Draft) -> History:
     from rich.console import Console
     from xarray import DataArray
 
@@ -329,16 +331,16 @@ def _simulate(scenario: Scenario) -> History:
             show(status)
             interrupts.check()
 
-        return simulate(scenario, proceed)
+        return simulate(scenario, proceed, draft)
 
 
-def _save(history: History, out: Path) -> Path:
+def _save(history: History, out: Path, draft: Draft) -> Path:
     """Write the results, elsewhere if the disk is full by now: what is computed is not thrown away."""
     from tempfile import mkdtemp
 
     interrupts.keep()
     try:
-        return history.save(out)
+        return history.save(out, draft)
     except InputError as error:
         try:
             elsewhere = mkdtemp(prefix="oblique-impact-")

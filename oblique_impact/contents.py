@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,39 +14,83 @@ import xarray as xr
 from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
 
+Array = np.ndarray[Any, Any]
+
+
+class Variable(NamedTuple):
+    """What a variable is: its dimensions, unit and meaning."""
+
+    dimensions: tuple[str, ...]
+    units: str
+    long_name: str
+
+
 _EACH, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
-#: variables of every history, with their dimensions
-NEEDED: dict[str, tuple[str, ...]] = {
-    "time": _EACH,
-    "q": _COORDINATES,
-    "qd": _COORDINATES,
-    "gap": _EACH,
-    "slip": _EACH,
-    "gap_rate": _EACH,
-    "slip_rate": _EACH,
-    "lambda_n": _EACH,
-    "lambda_tau": _EACH,
-    "state": _EACH,
-    "energy_kinetic": _EACH,
-    "energy_elastic": _EACH,
-    "energy_gravity": _EACH,
+#: variables of every history
+NEEDED = {
+    "time": Variable(_EACH, "s", "time"),
+    "q": Variable(_COORDINATES, "m or rad", "generalized coordinates"),
+    "qd": Variable(_COORDINATES, "m/s or rad/s", "generalized velocities"),
+    "gap": Variable(_EACH, "m", "normal gap"),
+    "slip": Variable(_EACH, "m", "tangential position on the slope"),
+    "gap_rate": Variable(_EACH, "m/s", "gap rate"),
+    "slip_rate": Variable(_EACH, "m/s", "slip velocity"),
+    "lambda_n": Variable(_EACH, "N", "normal contact force"),
+    "lambda_tau": Variable(_EACH, "N", "tangential contact force"),
+    "state": Variable(_EACH, "1", "contact state"),
+    "energy_kinetic": Variable(_EACH, "J", "kinetic energy"),
+    "energy_elastic": Variable(_EACH, "J", "elastic energy"),
+    "energy_gravity": Variable(_EACH, "J", "gravity energy"),
 }
-#: variables that only a beam has: their dimensions, if they are there
-OF_A_BEAM: dict[str, tuple[str, ...]] = {
-    "station": ("station",),
-    **dict.fromkeys(
-        ("theta", "theta_dot", "tip_x", "tip_y", "tip_vx", "tip_vy", "deflection", "shortening"), _EACH
-    ),
-    **dict.fromkeys(
-        ("ux", "uy", "ux_dot", "uy_dot", "moment", "shear", "axial_force", "bending_stress"), _STATIONS
-    ),
+#: variables that only a beam has, if they are there
+OF_A_BEAM = {
+    "station": Variable(("station",), "m", "arc length from the root"),
+    "theta": Variable(_EACH, "rad", "angle of the floating frame"),
+    "theta_dot": Variable(_EACH, "rad/s", "angular velocity of the floating frame"),
+    "tip_x": Variable(_EACH, "m", "contact point, inertial x"),
+    "tip_y": Variable(_EACH, "m", "contact point, inertial y"),
+    "tip_vx": Variable(_EACH, "m/s", "contact point velocity, x"),
+    "tip_vy": Variable(_EACH, "m/s", "contact point velocity, y"),
+    "deflection": Variable(_EACH, "m", "transverse deflection of the contact point"),
+    "shortening": Variable(_EACH, "m", "axial displacement of the contact point (foreshortening)"),
+    "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
+    "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
+    "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
+    "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
+    "moment": Variable(_STATIONS, "N m", "bending moment"),
+    "shear": Variable(_STATIONS, "N", "shear force, slope of the bending moment"),
+    "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
+    "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
-#: of all variables that are known
-DIMENSIONS = NEEDED | OF_A_BEAM
+#: all variables that are known
+VARIABLES = NEEDED | OF_A_BEAM
+#: and their dimensions
+DIMENSIONS = {name: variable.dimensions for name, variable in VARIABLES.items()}
 _COLLISION = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
 _ENERGY = ("initial", "final", "kinetic", "elastic", "gravity")
 _LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
 _OUTCOMES = tuple(outcome.label for outcome in Outcome)
+
+
+def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
+    """Return variables of a history with their units and meanings; `columns` are known ones, by name."""
+    found = {name: _labelled(name, values) for name, values in columns.items()}
+    scales = {name: variable for name, variable in found.items() if variable.dims == (name,)}
+    return xr.Dataset({name: variable for name, variable in found.items() if name not in scales}, scales)
+
+
+def _labelled(name: str, values: Array) -> xr.DataArray:
+    its = VARIABLES[name]
+    variable = labelled(values, *its)
+    if name == "state":
+        variable.attrs["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
+        variable.attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
+    return variable
+
+
+def labelled(values: Array, dimensions: tuple[str, ...], units: str, long_name: str) -> xr.DataArray:
+    """Return an array with its dimensions, units and meaning."""
+    return xr.DataArray(values, dims=dimensions, attrs={"units": units, "long_name": long_name})
 
 
 def check_variables(data: xr.Dataset) -> None:
@@ -70,7 +115,7 @@ def check_variables(data: xr.Dataset) -> None:
         _check_ascending(data["station"].values, "station", equal=False)
 
 
-def _check_ascending(values: np.ndarray[Any, Any], name: str, *, equal: bool) -> None:
+def _check_ascending(values: Array, name: str, *, equal: bool) -> None:
     steps = np.diff(values)
     if not np.isfinite(values).all() or not (steps >= 0.0 if equal else steps > 0.0).all():
         raise InputError(f"{name}: should be finite and ascending")

@@ -133,33 +133,6 @@ def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
     return result
 
 
-class FieldsAhead:
-    """Results of samples as they come, so that a run that ends, or is interrupted, has little left to do.
-
-    The blocks are those of `fields_along`, whatever the portions: the results are the same bit for bit.
-    """
-
-    def __init__(self, beam: Beam) -> None:
-        self._beam = beam
-        self._waiting: Motion | None = None
-        self._blocks: list[Fields] = []
-
-    def take(self, motion: Motion) -> None:
-        """Take the next samples."""
-        both = [motion] if self._waiting is None else [self._waiting, motion]
-        waiting = Motion(*(np.concatenate(parts) for parts in zip(*both, strict=True)))
-        complete = waiting.time.size // BLOCK * BLOCK
-        for start in range(0, complete, BLOCK):
-            self._blocks.append(_block(self._beam, Motion(*(v[start : start + BLOCK] for v in waiting))))
-        self._waiting = Motion(*(v[complete:] for v in waiting))
-
-    def along(self, motion: Motion) -> Fields:
-        """Return the results of all samples, given once more, for the last ones are still to be done."""
-        ready = BLOCK * len(self._blocks)
-        rest = fields_along(self._beam, Motion(*(v[ready:] for v in motion)))
-        return Fields(*(np.concatenate(parts) for parts in zip(*self._blocks, rest, strict=True)))
-
-
 def curvature_moment(beam: Beam, q: Array) -> Array:
     """Bending moment E I u_y'' (N m) of the shapes at the stations, (samples, stations), from q (samples, n + 1).
 

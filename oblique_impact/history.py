@@ -12,16 +12,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from oblique_impact.contact import State
 from oblique_impact.contents import DIMENSIONS, check_summary, check_times_of_events, check_variables, read_json
+from oblique_impact.draft import Draft
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.faults import short
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.marching import Event
-from oblique_impact.netcdf import read_netcdf, write_netcdf
+from oblique_impact.netcdf import read_netcdf
+from oblique_impact.netcdf_writer import write_netcdf
 from oblique_impact.transitions import EventKind
 
 FORMAT = "oblique-impact history 1"
@@ -68,10 +69,20 @@ class History:
         label = self.summary["outcome"]
         return next(outcome for outcome in Outcome if outcome.label == label)
 
-    def save(self, folder: str | os.PathLike[str]) -> Path:
+    def save(self, folder: str | os.PathLike[str], draft: Draft | None = None) -> Path:
         """Write scenario.toml, history.nc, events.csv and summary.json; all of them whole, or none.
 
-        Raises InputError if the folder cannot be written.
+        Parameters
+        ----------
+        folder : path
+            Where to.
+        draft : Draft, optional
+            Of this very history, in the same folder: `simulate` has begun it.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written.
         """
         target = prepare_folder(folder)
         texts = {
@@ -79,7 +90,9 @@ class History:
             "events.csv": self.events_csv(),
             "summary.json": json.dumps(self.summary, indent=2) + "\n",
         }
-        writers: dict[Path, Callable[[Path], Any]] = {target / "history.nc": self._write_netcdf}
+        begun = draft is not None and draft.begun and draft.folder == target
+        write: Callable[[xr.Dataset, Path], None] = draft.complete if draft and begun else write_netcdf
+        writers: dict[Path, Callable[[Path], Any]] = {target / "history.nc": partial(write, self._labelled())}
         for name, text in texts.items():
             writers[target / name] = partial(Path.write_text, data=text, encoding="utf-8")
         try:
@@ -113,7 +126,8 @@ class History:
         writer.writerows([_cell(value) for value in _row(event)] for event in self.events)
         return buffer.getvalue()
 
-    def _write_netcdf(self, path: Path) -> None:
+    def _labelled(self) -> xr.Dataset:
+        """Return the data with all the rest in attributes."""
         rows = [[e.time, e.kind.value, *map(float, e[2:7]), e.state.name.lower()] for e in self.events]
         attributes = {
             **self.data.attrs,
@@ -122,7 +136,7 @@ class History:
             "events": json.dumps(rows),
             "summary": json.dumps(self.summary),
         }
-        write_netcdf(path, self.data.assign_attrs(attributes))
+        return self.data.assign_attrs(attributes)
 
 
 def _from_data(cls: type[History], data: xr.Dataset) -> History:
@@ -171,8 +185,3 @@ def _event(row: list[Any]) -> Event:
         return Event(float(time), EventKind(kind), *numbers, State[state.upper()])
     except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
         raise InputError(f"attribute events: {short(row)} is not an event") from None
-
-
-def labelled(values: np.ndarray, dimensions: tuple[str, ...], units: str, long_name: str) -> xr.DataArray:
-    """Return an array with its dimensions, units and meaning."""
-    return xr.DataArray(values, dims=dimensions, attrs={"units": units, "long_name": long_name})

@@ -111,6 +111,10 @@ class Segment(NamedTuple):
     observation: Observation
 
 
+#: stands in a record for samples that somebody has taken out, so that they do not fill the memory twice
+LET_GO = Segment(State.FREE, np.empty(0), np.empty((0, 0)), Observation(np.empty((0, 0)), np.empty((0, 0))))
+
+
 @dataclass
 class Record:
     """Everything a run leaves behind."""

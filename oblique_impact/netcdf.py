@@ -1,4 +1,4 @@
-"""NetCDF-4 files of numbers in and out.  A file is looked over before anything of it is read.
+"""NetCDF-4 files of numbers, from anywhere: a file is looked over before anything of it is read.
 
 A file from elsewhere may be damaged, or made to do harm.  What a history never holds is refused by its description
 alone: links, groups, other files, objects, filters of one's own, more than memory should be asked for.
@@ -11,14 +11,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import h5netcdf
 import h5py
-import numpy as np
 import xarray as xr
 from h5py import h5a, h5d, h5l, h5t, h5z
 
 from oblique_impact.errors import InputError
-from oblique_impact.hdf5 import guarded
 
 #: bytes; what the variables of a file may hold together
 MAX_BYTES = 8_000_000_000
@@ -34,35 +31,8 @@ FREE, MAX_RATIO = 100_000_000, 20
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 #: a variable of NetCDF that stands for the coordinates and has no values
 _ONLY_A_DIMENSION = "coordinate"
-#: newer layouts of HDF5 carry checksums, and take attributes longer than 64 kB
-_VERSIONS = ("v110", "v110")
 #: NetCDF's own attributes
 _NETCDF = ("CLASS", "NAME")
-
-
-def write_netcdf(path: Path, data: xr.Dataset) -> None:
-    """Write all variables as they are; raises OSError, on a full disk for instance.
-
-    Doubles of a motion do not pack: compression took ten times as long as writing, for files a hundredth smaller.
-    """
-    plain = data.assign_attrs(_fixed(data.attrs))
-    for name in plain.variables:
-        plain[name].attrs = _fixed(plain[name].attrs)
-    with guarded(path) as guard, h5netcdf.File(guard, "w", libver=_VERSIONS) as file:
-        plain.dump_to_store(xr.backends.H5NetCDFStore(file))
-
-
-def _fixed(attributes: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Return attributes with words of fixed length: damage to the others can make HDF5 read for ever.
-
-    They have two letters at least, because the readers of NetCDF take a single one for a byte.
-    """
-    return {name: _word(value) if isinstance(value, str) else value for name, value in attributes.items()}
-
-
-def _word(text: str) -> np.ndarray[Any, Any]:
-    content = text.encode("utf-8")
-    return np.array(content, dtype=h5py.string_dtype("utf-8", max(2, len(content))))
 
 
 def read_netcdf(path: Path, dimensions: Mapping[str, tuple[str, ...]]) -> xr.Dataset:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 
+from oblique_impact.ahead import Ahead, ProgressCallback
 from oblique_impact.beam import Beam, Energies
-from oblique_impact.fields import BLOCK, FieldsAhead
+from oblique_impact.contents import dataset
+from oblique_impact.draft import Draft
 from oblique_impact.floating_frame import supplied_power_beam
 from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
 from oblique_impact.history import History
 from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme
 from oblique_impact.integrators.base import Tolerances
-from oblique_impact.marching import Problem, Record, Run, Status, default_tolerances
+from oblique_impact.marching import Problem, Run, Segment, default_tolerances
 from oblique_impact.nodal import FullBeam
 from oblique_impact.nodal_frame import definiteness, new_nodal_work, supplied_power_nodal
 from oblique_impact.operators import build_operators
 from oblique_impact.plugins import discretization
-from oblique_impact.samples import Samples, beam_variables, summarize, warnings_of
+from oblique_impact.samples import Samples, beam_variables, gather, summarize, warnings_of
 from oblique_impact.scenario import Scenario
 from oblique_impact.stops import Stop, stop_of
 from oblique_impact.system import (
@@ -34,10 +36,10 @@ NEAR = 0.01
 #: part of the tolerance that the iterations of one implicit step may leave: what they leave adds up
 ITERATIONS = 0.01
 
-ProgressCallback = Callable[[Status], None]
 
-
-def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) -> History:
+def simulate(
+    scenario: Scenario, on_progress: ProgressCallback | None = None, draft: Draft | None = None
+) -> History:
     """Run a scenario and return its history, whatever the named outcome.
 
     Parameters
@@ -46,6 +48,8 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
         What to simulate.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.Status` several times per run.
+    draft : Draft, optional
+        Where samples are written while the run goes on; :meth:`~oblique_impact.history.History.save` completes it.
 
     Returns
     -------
@@ -61,20 +65,17 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     full = _full_beam(scenario)
     beam = Beam(scenario, full.operators.beam if full else build_operators(scenario))
     problem = full_beam_problem(full) if full else beam_problem(beam)
-    ahead = _Ahead(beam, Record(), 0 if full else problem.q0.size, on_progress)
+    ahead = Ahead(_gathering(beam, full), partial(beam_variables, beam), on_progress, draft)
     run = Run(problem, ahead)
     ahead.record = run.record
     started = time.perf_counter()
     record = run.execute()
     wall = time.perf_counter() - started - ahead.seconds
-    samples = Samples(record.segments, problem.q0.size)
-    energies = (full or beam).energies(samples.q, samples.qd)
-    if full:
-        samples.transform(full.split)
-    data = samples.dataset(energies).merge(beam_variables(beam, samples, ahead.fields.along(samples.motion())))
-    summary = summarize(record, samples, energies, wall, problem.machine.stop)
-    summary["warnings"] = warnings_of(beam, samples)
-    return History(data, record.events, summary, scenario.to_toml())
+    variables, first, last = ahead.finish()
+    variables["station"] = beam.operators.stations.points
+    summary = summarize(record, first, last, wall, problem.machine.stop)
+    summary["warnings"] = warnings_of(beam, variables["uy"])
+    return History(dataset(variables), record.events, summary, scenario.to_toml())
 
 
 def simulate_system(
@@ -128,11 +129,14 @@ def simulate_system(
     started = time.perf_counter()
     record = Run(problem, on_progress).execute()
     wall = time.perf_counter() - started
-    samples = Samples(record.segments, system.size)
-    rows = [system.energy(t, q, qd) for t, q, qd in zip(samples.time, samples.q, samples.qd, strict=True)]
-    energies = Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
-    summary = summarize(record, samples, energies, wall, stop)
-    return History(samples.dataset(energies), record.events, summary)
+
+    def energies(time: Array, q: Array, qd: Array) -> Energies:
+        rows = [system.energy(*sample) for sample in zip(time, q, qd, strict=True)]
+        return Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
+
+    samples = gather(record.segments, system.size, energies)
+    first, last = samples.part(slice(1)), samples.part(slice(-1, None))
+    return History(dataset(samples.variables()), record.events, summarize(record, first, last, wall, stop))
 
 
 def alpha_scheme(scenario: Scenario, weight: float) -> GeneralizedAlphaScheme:
@@ -157,6 +161,13 @@ def _full_beam(scenario: Scenario) -> FullBeam | None:
     if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
         return None
     return FullBeam(scenario, discretization(chosen.method).build_nodal(scenario))
+
+
+def _gathering(beam: Beam, full: FullBeam | None) -> Callable[[Sequence[Segment]], Samples]:
+    """Return what puts the samples of a beam together, with coordinates of the floating frame."""
+    if full is None:
+        return partial(gather, size=beam.size, energies=lambda time, q, qd: beam.energies(q, qd))
+    return partial(gather, size=full.size, energies=lambda time, W, Wd: full.energies(W, Wd), transform=full.split)
 
 
 def contact_machine(scenario: Scenario, stepwise: bool, weight: float) -> ContactMachine:
@@ -238,26 +249,3 @@ def beam_problem(beam: Beam) -> Problem:
         condenser=kernels.condense_at,
         supply=supplied_power_beam,
     )
-
-
-class _Ahead:
-    """The progress of a run: results along the beam are computed on the way, in `seconds` of wall time.
-
-    With `size` 0 nothing is: the coordinates of the nodal beam are transformed at the end.
-    """
-
-    def __init__(self, beam: Beam, record: Record, size: int, on_progress: ProgressCallback | None) -> None:
-        self.fields = FieldsAhead(beam)
-        self.seconds = 0.0
-        self.record = record
-        self._size, self._on_progress, self._taken = size, on_progress, 0
-
-    def __call__(self, status: Status) -> None:
-        started = time.perf_counter()
-        segments = self.record.segments[self._taken :]
-        if self._size and sum(segment.times.size for segment in segments) >= BLOCK:
-            self.fields.take(Samples(segments, self._size).motion())
-            self._taken += len(segments)
-        self.seconds += time.perf_counter() - started
-        if self._on_progress:
-            self._on_progress(status)

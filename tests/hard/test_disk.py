@@ -121,16 +121,22 @@ def test_a_full_disk(history, tmp_path, capfd, study, name, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "bound", [500, pytest.param(20_000, marks=pytest.mark.slow), pytest.param(600_000, marks=pytest.mark.slow)]
+    ("bound", "end"),
+    [
+        (500, 0.1),
+        (60_000_000, 3.0),  # the history is begun during the run, and fails there
+        pytest.param(20_000, 0.1, marks=pytest.mark.slow),
+        pytest.param(600_000, 0.1, marks=pytest.mark.slow),
+    ],
 )
-def test_a_run_whose_disk_is_full_at_the_end(history, tmp_path, bound):
+def test_a_run_whose_disk_is_full(history, tmp_path, bound, end):
     """HDF5 would crash; a bound on the size of files stands for the disk."""
 
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (bound, bound))
 
     done = subprocess.run(
-        [*COMMAND, "run", "paper", "--set", "end_time=0.1", "--out", str(tmp_path / "out")],
+        [*COMMAND, "run", "paper", "--set", f"end_time={end}", "--out", str(tmp_path / "out")],
         capture_output=True,
         text=True,
         preexec_fn=limit,
@@ -146,11 +152,11 @@ def test_a_run_whose_disk_is_full_at_the_end(history, tmp_path, bound):
 def test_the_results_of_a_run_are_saved_elsewhere_if_their_place_is_full(history, tmp_path, capfd, monkeypatch):
     save, tried = History.save, []
 
-    def full_at_first(self, folder):
+    def full_at_first(self, folder, draft=None):
         tried.append(folder)
         if len(tried) == 1:
             (tmp_path / "out" / "history.nc").mkdir()  # cannot be replaced by a file
-        return save(self, folder)
+        return save(self, folder, draft)
 
     monkeypatch.setattr(History, "save", full_at_first)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))

@@ -72,7 +72,9 @@ def test_a_file_in_use_is_refused_in_one_line(history, tmp_path, capfd, command,
 
 
 def test_the_lock_goes_with_a_killed_process_and_leaves_an_empty_hidden_file_at_most(tmp_path):
-    with subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    ) as process:
         # the file is there an instant before the lock is held
         assert process.stdout.readline() == "held\n"
         with pytest.raises(InputError, match="another process is writing here"), writing(tmp_path):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from oblique_impact import History, InputError
 from oblique_impact.contact import State
-from oblique_impact.history import labelled
+from oblique_impact.contents import labelled
 from oblique_impact.marching import Event
 from oblique_impact.transitions import EventKind
 from validation import compare
