@@ -53,8 +53,9 @@ class Draft:
         self._path = self.folder / ".history.part.nc"
         self._writer: NetcdfWriter | None = None
         self._stack = ExitStack()
-        self._failed = False
+        self._given_up = False
         self._bytes = 0
+        self._data: xr.Dataset | None = None
 
     def __enter__(self) -> Draft:
         """Remove what a process that was killed has left."""
@@ -69,13 +70,26 @@ class Draft:
 
     @property
     def begun(self) -> bool:
-        """Whether there is something to complete."""
+        """Whether something is written."""
         return self._writer is not None
+
+    def start(self) -> None:
+        """Begin anew, for another run."""
+        self._discard()
+        self._given_up, self._bytes, self._data = False, 0, None
+
+    def end(self, data: xr.Dataset) -> None:
+        """Take note of the data of which this is the draft; the run is over."""
+        self._data = data
+
+    def is_of(self, data: xr.Dataset, folder: Path) -> bool:
+        """Whether something of these very data is written, in this folder."""
+        return self.begun and self._data is data and self.folder == folder
 
     def advance(self, variables: Mapping[str, NDArray[np.float64]]) -> None:
         """Take variables of a history as far as they have come; they are written once they are large enough."""
         size = sum(values.nbytes for values in variables.values())
-        if self._failed or size < max(BEGIN, self._bytes + STEP):
+        if self._given_up or size < max(BEGIN, self._bytes + STEP):
             return
         try:
             if self._writer is None:
@@ -108,7 +122,7 @@ class Draft:
 
     def _discard(self) -> None:
         """Leave nothing, now and later."""
-        self._failed, self._writer = True, None
+        self._given_up, self._writer = True, None
         with suppress(Exception):  # it could not be written, and HDF5 complains again
             self._stack.close()
         remove(self._path)

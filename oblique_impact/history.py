@@ -77,7 +77,7 @@ class History:
         folder : path
             Where to.
         draft : Draft, optional
-            Of this very history, in the same folder: `simulate` has begun it.
+            Begun by `simulate`; one of another run or for another folder is left alone.
 
         Raises
         ------
@@ -90,8 +90,9 @@ class History:
             "events.csv": self.events_csv(),
             "summary.json": json.dumps(self.summary, indent=2) + "\n",
         }
-        begun = draft is not None and draft.begun and draft.folder == target
-        write: Callable[[xr.Dataset, Path], None] = draft.complete if draft and begun else write_netcdf
+        write: Callable[[xr.Dataset, Path], None] = write_netcdf
+        if draft is not None and draft.is_of(self.data, target):
+            write = draft.complete
         writers: dict[Path, Callable[[Path], Any]] = {target / "history.nc": partial(write, self._labelled())}
         for name, text in texts.items():
             writers[target / name] = partial(Path.write_text, data=text, encoding="utf-8")

@@ -65,6 +65,8 @@ def simulate(
     full = _full_beam(scenario)
     beam = Beam(scenario, full.operators.beam if full else build_operators(scenario))
     problem = full_beam_problem(full) if full else beam_problem(beam)
+    if draft is not None:
+        draft.start()
     ahead = Ahead(_gathering(beam, full), partial(beam_variables, beam), on_progress, draft)
     run = Run(problem, ahead)
     ahead.record = run.record
@@ -75,7 +77,10 @@ def simulate(
     variables["station"] = beam.operators.stations.points
     summary = summarize(record, first, last, wall, problem.machine.stop)
     summary["warnings"] = warnings_of(beam, variables["uy"])
-    return History(dataset(variables), record.events, summary, scenario.to_toml())
+    data = dataset(variables)
+    if draft is not None:
+        draft.end(data)
+    return History(data, record.events, summary, scenario.to_toml())
 
 
 def simulate_system(

@@ -91,6 +91,18 @@ def test_a_history_saved_elsewhere_does_without_the_draft(tmp_path):
     same(History.load(tmp_path / "there"), history)
 
 
+def test_a_draft_of_another_run_is_not_taken_for_this_one(tmp_path):
+    with Draft(tmp_path / "out") as begun:
+        first = simulate(scenario(), draft=begun)
+        second = simulate(scenario("contact.mu_kinetic=0.1"), draft=begun)
+        first.save(tmp_path / "out", begun)
+        same(History.load(tmp_path / "out"), first)
+        assert begun.begun
+        second.save(tmp_path / "out", begun)
+        assert not begun.begun
+        same(History.load(tmp_path / "out"), second)
+
+
 @pytest.mark.parametrize("place", ["gather", "put", "advance"])
 @pytest.mark.parametrize("nth", [0, 1, 2])
 def test_an_interrupt_at_any_instant_loses_and_doubles_nothing(tmp_path, monkeypatch, place, nth):
