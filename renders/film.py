@@ -150,7 +150,7 @@ def _encode(
     with tempfile.TemporaryDirectory() as folder, unfinished(Path(folder)):
         extra = _palette_options(composer, timeline, Path(folder)) if part.suffix.lower() == ".gif" else []
         command = [
-            imageio_ffmpeg.get_ffmpeg_exe(),
+            _encoder(),
             *("-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
             *("-s", f"{size[0]}x{size[1]}", "-r", str(timeline.fps), "-i", "-"),
             *extra,
@@ -172,8 +172,20 @@ def _encode(
             finally:
                 encoder.stdin.close()
         if encoder.returncode != 0:
+            interrupts.check()  # one from the keyboard goes to the encoder as well
             text = " ".join(log.read_text(encoding="utf-8", errors="replace").split())[:200]
             raise OSError(0, f"the encoder stopped: {text}")
+
+
+def _encoder() -> str:
+    """Return the path of ffmpeg, which is tried out when it is first asked for."""
+    try:
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except RuntimeError:
+        interrupts.check()  # one from the keyboard ends the trial as well
+        raise InputError(
+            "films need ffmpeg: install the one of the package imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE"
+        ) from None
 
 
 def _codec(suffix: str) -> tuple[str, ...]:

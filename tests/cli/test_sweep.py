@@ -10,10 +10,9 @@ import re
 import shutil
 import signal
 import socket
-import subprocess
 import sys
 import time
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -21,11 +20,10 @@ import pytest
 
 from oblique_impact import History
 from oblique_impact import cli as command_line
+from tests.hard.processes import started, wait_for
 from validation.sweep.plan import load_plan, make_plan
 from validation.sweep.store import open_store
 from validation.sweep.work import make_job, run_many
-
-COMMAND = (sys.executable, "-m", "oblique_impact.cli", "sweep")
 
 #: 12 runs of some 20 ms, one of them not possible
 SMALL = """
@@ -72,31 +70,6 @@ def write(tmp_path):
         return file
 
     return call
-
-
-@contextmanager
-def started(*arguments):
-    """A process group of its own, that is gone at the end; its output goes to files beside its results."""
-    process = subprocess.Popen(
-        [*map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        yield process
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-
-
-def wait_for(condition, seconds=60.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.005)
 
 
 def parts(folder):
@@ -230,7 +203,7 @@ def test_a_missing_dask_is_one_line(tmp_path, cli, monkeypatch):
 
 def test_interrupts_stop_within_a_second_and_keep_what_is_done(tmp_path, cli, write):
     file, out = write(long_sweep(400)), tmp_path / "a"
-    with started(*COMMAND, file, "--out", out, "--workers", 1) as process:
+    with started("sweep", file, "--out", out, "--workers", 1) as process:
         wait_for(lambda: parts(out))
         clock = time.monotonic()
         os.killpg(process.pid, signal.SIGINT)
@@ -246,7 +219,7 @@ def test_interrupts_stop_within_a_second_and_keep_what_is_done(tmp_path, cli, wr
 
 def test_a_second_sweep_in_the_folder_is_refused_until_the_first_is_gone(tmp_path, cli, write):
     file, out = write(long_sweep(400)), tmp_path / "a"
-    with started(*COMMAND, file, "--out", out, "--workers", 1) as process:
+    with started("sweep", file, "--out", out, "--workers", 1) as process:
         wait_for(lambda: parts(out))
         code, _, err = cli(file, "--out", out)
         assert code == 2
@@ -266,7 +239,7 @@ def test_a_second_sweep_in_the_folder_is_refused_until_the_first_is_gone(tmp_pat
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="reads /proc")
 def test_processes_leave_with_their_parent(tmp_path, write):
     file, out = write(long_sweep(2000)), tmp_path / "a"
-    with started(*COMMAND, file, "--out", out, "--workers", 2) as process:
+    with started("sweep", file, "--out", out, "--workers", 2) as process:
         wait_for(lambda: parts(out))
         children = [
             int(pid) for pid in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
@@ -283,7 +256,7 @@ def test_killed_at_random_moments_and_resumed_is_uninterrupted(tmp_path, cli, wr
     moments = random.Random(2016)
     kills = 0
     while not (out / "results.parquet").exists():
-        with started(*COMMAND, file, "--out", out, "--workers", 2) as process:
+        with started("sweep", file, "--out", out, "--workers", 2) as process:
             before = len(parts(out))
             wait_for(lambda n=before: len(parts(out)) > n or process.poll() is not None)
             time.sleep(moments.uniform(0.0, 0.8))
@@ -318,7 +291,7 @@ def resident(pid: int) -> int:
 def test_memory_stays_flat_over_a_thousand_runs(tmp_path, write):
     file, out = write(long_sweep(1000, 0.33)), tmp_path / "a"
     seen: dict[int, list[tuple[int, int]]] = {}
-    with started(*COMMAND, file, "--out", out, "--workers", 2) as process:
+    with started("sweep", file, "--out", out, "--workers", 2) as process:
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
         while process.poll() is None:
             with suppress(OSError, ValueError):
@@ -355,7 +328,7 @@ def cluster(tmp_path, monkeypatch):
     with ExitStack() as stack:
         port = address.rpartition(":")[2]
         options = ("--host", "127.0.0.1", "--port", port, "--no-dashboard", "--no-jupyter")
-        scheduler = stack.enter_context(started(dask, "scheduler", *options))
+        scheduler = stack.enter_context(started("scheduler", *options, command=[dask]))
         workers = []
         for number in range(2):
             folder = tmp_path / f"worker{number}"
@@ -363,8 +336,9 @@ def cluster(tmp_path, monkeypatch):
             workers.append(
                 stack.enter_context(
                     started(
-                        *(dask, "worker", address, "--nthreads", "1", "--no-dashboard"),
+                        *("worker", address, "--nthreads", "1", "--no-dashboard"),
                         *("--local-directory", folder),
+                        command=[dask],
                     )
                 )
             )
@@ -389,7 +363,7 @@ def test_a_cluster_gives_the_same_table(tmp_path, cli, write, cluster):
 def test_a_cluster_that_loses_a_worker_goes_on(tmp_path, write, cluster):
     address, _, workers = cluster
     file, out = write(long_sweep(60)), tmp_path / "a"
-    with started(*COMMAND, file, "--scheduler", address, "--out", out) as process:
+    with started("sweep", file, "--scheduler", address, "--out", out) as process:
         wait_for(lambda: parts(out))
         os.killpg(workers[0].pid, signal.SIGKILL)
         printed, _ = process.communicate(timeout=300.0)
@@ -401,7 +375,7 @@ def test_a_cluster_that_loses_a_worker_goes_on(tmp_path, write, cluster):
 def test_a_lost_scheduler_is_one_line_and_the_rest_is_done_here(tmp_path, cli, write, cluster):
     address, scheduler, _ = cluster
     file, out = write(long_sweep(60)), tmp_path / "a"
-    with started(*COMMAND, file, "--scheduler", address, "--out", out) as process:
+    with started("sweep", file, "--scheduler", address, "--out", out) as process:
         wait_for(lambda: parts(out))
         os.killpg(scheduler.pid, signal.SIGKILL)
         _, err = process.communicate(timeout=120.0)
@@ -418,7 +392,7 @@ def test_a_lost_scheduler_is_one_line_and_the_rest_is_done_here(tmp_path, cli, w
 def test_interrupts_of_a_sweep_on_a_cluster_stop_within_a_second(tmp_path, write, cluster):
     address, *_ = cluster
     file, out = write(long_sweep(200)), tmp_path / "a"
-    with started(*COMMAND, file, "--scheduler", address, "--out", out) as process:
+    with started("sweep", file, "--scheduler", address, "--out", out) as process:
         wait_for(lambda: parts(out))
         clock = time.monotonic()
         os.killpg(process.pid, signal.SIGINT)

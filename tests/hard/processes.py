@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -15,10 +15,10 @@ COMMAND = (sys.executable, "-m", "oblique_impact")
 
 
 @contextmanager
-def started(*arguments: object, **options) -> Iterator[subprocess.Popen[str]]:
+def started(*arguments: object, command: Sequence[str] = COMMAND, **options) -> Iterator[subprocess.Popen[str]]:
     """A command in a process group of its own, that is gone at the end."""
     process = subprocess.Popen(
-        [*COMMAND, *map(str, arguments)],
+        [*command, *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

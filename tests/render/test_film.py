@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from oblique_impact import InputError
+from oblique_impact import InputError, interrupts
 from renders.film import strip_times, write_film, write_strip
 from renders.frame import Style
 from renders.timeline import make_timeline
@@ -88,6 +88,26 @@ def test_an_interrupted_film_leaves_nothing(run, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         write_film([history], ["paper"], Style(size=SIZE), timeline, tmp_path / "a.mp4", stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("place", ["trial", "encoder"])
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_an_encoder_that_an_interrupt_has_ended_is_no_fault(run, tmp_path, monkeypatch, place, interrupted):
+    """Ctrl-C goes to all processes in front of a terminal: to the encoder, and to its trial run, as well."""
+
+    def killed(*arguments):
+        interrupts._stop.asked = interrupted
+        if place == "trial":
+            raise RuntimeError("No ffmpeg exe could be found.")
+        return "false"  # a program that ends at once
+
+    monkeypatch.setattr(interrupts._stop, "asked", False)
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", killed)
+    expected = KeyboardInterrupt if interrupted else InputError
+    words = "films need ffmpeg" if place == "trial" else "the encoder stopped"
+    with pytest.raises(expected, match=None if interrupted else words):
+        film(run, tmp_path, "a.mp4", frames=2)
     assert list(tmp_path.iterdir()) == []
 
 
