@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from oblique_impact.draft import Draft
 from oblique_impact.fields import BLOCK
-from oblique_impact.growing import Columns
+from oblique_impact.growing import Column, Columns
 from oblique_impact.marching import LET_GO, Record, Segment, Status
-from oblique_impact.samples import Column, Samples, join
+from oblique_impact.samples import Samples, join
 
 #: samples that are worth the trouble
 _PORTION = 1024

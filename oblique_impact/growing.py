@@ -10,7 +10,8 @@ import numpy as np
 #: part by which the memory grows beyond what is needed at the moment
 _SPARE = 0.25
 
-Array = np.ndarray[Any, Any]
+#: rows of any kind of number
+Column = np.ndarray[Any, Any]
 
 
 class Columns:
@@ -20,9 +21,9 @@ class Columns:
     """
 
     def __init__(self) -> None:
-        self._arrays: dict[str, Array] = {}
+        self._arrays: dict[str, Column] = {}
 
-    def put(self, start: int, rows: Mapping[str, Array]) -> None:
+    def put(self, start: int, rows: Mapping[str, Column]) -> None:
         """Write `rows` from row `start` on; views that were taken before are void."""
         for name, its in rows.items():
             array = self._arrays.setdefault(name, np.empty((0, *its.shape[1:]), its.dtype))
@@ -32,11 +33,11 @@ class Columns:
                 array.resize((stop + int(_SPARE * stop), *its.shape[1:]), refcheck=False)
             array[start:stop] = its
 
-    def view(self, count: int) -> dict[str, Array]:
+    def view(self, count: int) -> dict[str, Column]:
         """Return views of the first `count` rows; they hold until more are put."""
         return {name: array[:count] for name, array in self._arrays.items()}
 
-    def take_out(self, count: int) -> dict[str, Array]:
+    def take_out(self, count: int) -> dict[str, Column]:
         """Return the first `count` rows and leave nothing; the memory to spare is given back."""
         arrays, self._arrays = self._arrays, {}
         for array in arrays.values():

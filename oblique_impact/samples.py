@@ -13,14 +13,13 @@ import numpy as np
 from oblique_impact.beam import Beam, Energies
 from oblique_impact.contact import State
 from oblique_impact.fields import Motion
+from oblique_impact.growing import Column
 from oblique_impact.ledger import balance, macro_collisions
 from oblique_impact.marching import Record, Segment
 from oblique_impact.stops import Stop
 from oblique_impact.system import GAP, GAP_RATE, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Array
 
 _REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
-
-Column = np.ndarray[Any, Any]
 
 
 class Samples(NamedTuple):
@@ -44,11 +43,6 @@ class Samples(NamedTuple):
     def part(self, rows: slice) -> Samples:
         """Return some of the samples."""
         return Samples(*(column[rows] for column in self))
-
-    @property
-    def energy(self) -> float:
-        """Energy (J) of the first sample."""
-        return float(self.kinetic[0] + self.elastic[0] + self.gravity[0])
 
     def variables(self) -> dict[str, Column]:
         """Return the variables of a history that every system has."""
@@ -141,7 +135,7 @@ def summarize(record: Record, first: Samples, last: Samples, wall: float, stop: 
     """
     stored = stop.energy(float(last.scalars[0, GAP])) if stop and last.state[0] != State.FREE else 0.0
     ledger = balance(
-        first.energy,
+        float(first.kinetic[0] + first.elastic[0] + first.gravity[0]),
         (float(last.kinetic[0]), float(last.elastic[0]), float(last.gravity[0]), stored),
         last.quadratures[0],
         record.events,
