@@ -95,20 +95,28 @@ def test_an_interrupted_film_leaves_nothing(run, tmp_path):
 @pytest.mark.parametrize("interrupted", [False, True])
 def test_an_encoder_that_an_interrupt_has_ended_is_no_fault(run, tmp_path, monkeypatch, place, interrupted):
     """Ctrl-C goes to all processes in front of a terminal: to the encoder, and to its trial run, as well."""
+    failing = tmp_path / "failing"
+    failing.write_text("#!/bin/sh\ncat > /dev/null\nexit 1\n")
+    failing.chmod(0o755)
 
-    def killed(*arguments):
+    def ffmpeg():
+        if place == "encoder":
+            return str(failing)
         interrupts._stop.asked = interrupted
-        if place == "trial":
-            raise RuntimeError("No ffmpeg exe could be found.")
-        return "false"  # a program that ends at once
+        raise RuntimeError("No ffmpeg exe could be found.")
+
+    def on_frame(done, total):
+        interrupts._stop.asked = interrupted and done == total  # no frame is left to notice it
 
     monkeypatch.setattr(interrupts._stop, "asked", False)
-    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", killed)
-    expected = KeyboardInterrupt if interrupted else InputError
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", ffmpeg)
+    history = run("paper")
     words = "films need ffmpeg" if place == "trial" else "the encoder stopped"
-    with pytest.raises(expected, match=None if interrupted else words):
-        film(run, tmp_path, "a.mp4", frames=2)
-    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(KeyboardInterrupt if interrupted else InputError, match=None if interrupted else words):
+        write_film(
+            [history], ["a"], Style(size=SIZE), make_timeline(history, frames=2), tmp_path / "a.mp4", on_frame
+        )
+    assert list(tmp_path.iterdir()) == [failing]
 
 
 def test_unknown_kinds_and_folders_are_one_line(run, tmp_path):
