@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 from oblique_impact.draft import Draft
 from oblique_impact.fields import BLOCK
 from oblique_impact.growing import Column, Columns
-from oblique_impact.marching import LET_GO, Record, Segment, Status
+from oblique_impact.marching import LET_GO, Record, Status
 from oblique_impact.samples import Samples, join
 
 #: samples that are worth the trouble
@@ -24,6 +25,7 @@ class _Done(NamedTuple):
     segments: int  # that are gathered
     rows: int  # that have their variables
     waiting: Samples | None  # gathered, less than a block
+    last: float  # time (s) of the last sample that is gathered
 
 
 class Ahead:
@@ -34,7 +36,7 @@ class Ahead:
     Parameters
     ----------
     gather : callable
-        Puts segments together to samples.
+        Puts segments together to samples, whose times come `after` one in s.
     derive : callable
         Returns the variables, arrays (samples, ...) by name, of samples.
     on_progress : callable, optional
@@ -52,7 +54,7 @@ class Ahead:
 
     def __init__(
         self,
-        gather: Callable[[Sequence[Segment]], Samples],
+        gather: Callable[..., Samples],
         derive: Callable[[Samples], dict[str, Column]],
         on_progress: ProgressCallback | None,
         draft: Draft | None,
@@ -61,7 +63,7 @@ class Ahead:
         self.seconds = 0.0
         self._gather, self._derive, self._on_progress, self._draft = gather, derive, on_progress, draft
         self._columns = Columns()
-        self._done = _Done(0, 0, None)
+        self._done = _Done(0, 0, None, -math.inf)
         self._first: Samples | None = None
 
     def __call__(self, status: Status) -> None:
@@ -83,8 +85,8 @@ class Ahead:
 
     def _take(self, *, to_the_end: bool = False) -> Samples:
         """Return the samples that were taken, or are still waiting."""
-        segments, rows, waiting = self._done
-        samples = self._gather(self.record.segments[segments:])
+        segments, rows, waiting, last = self._done
+        samples = self._gather(self.record.segments[segments:], after=last)
         samples = join(waiting, samples) if waiting else samples
         if rows == 0:
             self._first = samples.part(slice(1))
@@ -92,6 +94,6 @@ class Ahead:
         count -= 0 if to_the_end else count % BLOCK
         self._columns.put(rows, self._derive(samples.part(slice(count))))
         taken = len(self.record.segments)
-        self._done = _Done(taken, rows + count, samples.part(slice(count, None)))
+        self._done = _Done(taken, rows + count, samples.part(slice(count, None)), float(samples.time[-1]))
         self.record.segments[segments:taken] = [LET_GO] * (taken - segments)
         return samples

@@ -48,11 +48,12 @@ def run(
     from oblique_impact.draft import Draft
     from oblique_impact.files import writing
 
+    replaced = (out / "history.nc").exists()
     with writing(out), Draft(out) as draft:
         _announce_compilation(chosen)
         history = _simulate(chosen, draft)
         folder = _save(history, out, draft)
-    _print_summary(history, folder)
+    _print_summary(history, folder, replaced)
     outcome = history.outcome
     if outcome.exit_code:
         _say(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
@@ -350,7 +351,7 @@ def _save(history: History, out: Path, draft: Draft) -> Path:
         raise InputError(f"{error}; the results are in {elsewhere}") from None
 
 
-def _print_summary(history: History, folder: Path) -> None:
+def _print_summary(history: History, folder: Path, replaced: bool) -> None:
     summary, energy = history.summary, history.summary["energy"]
     typer.echo(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
     for number, m in enumerate(summary["macro_collisions"], start=1):
@@ -367,7 +368,7 @@ def _print_summary(history: History, folder: Path) -> None:
     )
     for warning in summary.get("warnings", []):
         typer.echo(f"  warning: {warning}")
-    typer.echo(f"  results: {folder}")
+    typer.echo(f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}")
 
 
 def _print_modes(found: Frequencies) -> None:

@@ -106,18 +106,17 @@ def check_variables(data: xr.Dataset) -> None:
             raise InputError(f"{label}: does not hold numbers")
         if not set(variable.dims) <= {"time", "coordinate", "station"} or not variable.size:
             raise InputError(f"{label}: should have values along time, coordinate or station")
-    _check_ascending(data["time"].values, "time", equal=True)
+    _check_ascending(data["time"].values, "time")
     if not np.isin(data["state"].values, [int(state) for state in State]).all():
         raise InputError(f"state: should be one of {', '.join(str(int(state)) for state in State)}")
     if "station" in data.dims:
         if "station" not in data.variables or data.sizes["station"] < 2:
             raise InputError("station: at least two places are needed")
-        _check_ascending(data["station"].values, "station", equal=False)
+        _check_ascending(data["station"].values, "station")
 
 
-def _check_ascending(values: Array, name: str, *, equal: bool) -> None:
-    steps = np.diff(values)
-    if not np.isfinite(values).all() or not (steps >= 0.0 if equal else steps > 0.0).all():
+def _check_ascending(values: Array, name: str) -> None:
+    if not np.isfinite(values).all() or not (np.diff(values) > 0.0).all():
         raise InputError(f"{name}: should be finite and ascending")
 
 

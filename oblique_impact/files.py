@@ -62,14 +62,33 @@ def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
 def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
     """Let each of `writers` fill a temporary file beside its path; when all are complete, put them in place.
 
-    What fails, on a full disk for instance, fails before the first old file is replaced.  Raises OSError.
+    What fails, on a full disk for instance, fails before the first old file is replaced; if one cannot be
+    replaced, those that were are put back.  Raises OSError.
     """
     with ExitStack() as stack:
         parts = {path: stack.enter_context(_temporary(path)) for path in writers}
         for path, write in writers.items():
             write(parts[path])
-        for path, part in parts.items():
-            os.replace(part, path)
+        several = len(parts) > 1
+        earlier = {path: stack.enter_context(_temporary(path)) for path in parts if several and path.is_file()}
+        with ExitStack() as undo:
+            for path, part in parts.items():
+                if path in earlier:
+                    _keep_aside(path, earlier[path])
+                    undo.callback(os.replace, earlier[path], path)
+                os.replace(part, path)
+                if several and path not in earlier:
+                    undo.callback(path.unlink)
+            undo.pop_all()
+
+
+def _keep_aside(path: Path, name: Path) -> None:
+    """Give a file that is about to be replaced a second name."""
+    name.unlink()
+    try:
+        os.link(path, name)
+    except OSError:  # this file system knows no second names
+        os.replace(path, name)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -7,10 +7,10 @@ import io
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -20,12 +20,15 @@ from oblique_impact.draft import Draft
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.faults import short
 from oblique_impact.files import cannot_write, prepare_folder, write_all
-from oblique_impact.marching import Event
-from oblique_impact.netcdf import read_netcdf
+from oblique_impact.marching import Contact, Event
+from oblique_impact.netcdf import DIMENSIONS_ATTRIBUTE, read_netcdf
 from oblique_impact.netcdf_writer import write_netcdf
 from oblique_impact.transitions import EventKind
 
-FORMAT = "oblique-impact history 1"
+if TYPE_CHECKING:
+    from xarray.core.resample import DatasetResample
+
+FORMAT = "oblique-impact history 2"
 EVENT_COLUMNS = (
     "time",
     "kind",
@@ -34,6 +37,9 @@ EVENT_COLUMNS = (
     "tangential_velocity",
     "energy_loss",
     "state",
+    "tangential_impulse",
+    "peak_force",
+    "peak_energy",
 )
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
 
@@ -45,23 +51,46 @@ class History:
     Attributes
     ----------
     data : xarray.Dataset
-        Labelled samples with `units` and `long_name`; at a jump two samples carry the same time.
+        Labelled samples with `units` and `long_name`; at a jump the left one stands at the time of the
+        event, the right one at the next larger floating-point number.
     events : list of Event
         The transitions in order of time.
     summary : dict
         Outcome, macro-collisions, energy ledger, costs and versions, as in summary.json.
     scenario_toml : str
         The fully resolved scenario; empty for a system that has none.
+    contacts : list of Contact
+        The closed contacts in order of time: spans, impulses, largest force and stored energy, losses.
     """
 
     data: xr.Dataset
     events: list[Event]
     summary: dict[str, Any]
     scenario_toml: str = ""
+    contacts: list[Contact] = field(default_factory=list)
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history["theta"]``."""
         return self.data[name]
+
+    def sel(self, **options: Any) -> xr.Dataset:
+        """Select samples by label, as :meth:`xarray.Dataset.sel`: ``history.sel(time=0.32, method="nearest")``."""
+        return self.data.sel(**options)
+
+    def interp(self, **options: Any) -> xr.Dataset:
+        """Interpolate in time or along the beam, as :meth:`xarray.Dataset.interp`: ``interp(time=0.32)``."""
+        return self.data.interp(**options)
+
+    def resample(self, **options: Any) -> DatasetResample:
+        """Group samples by spans of time, as :meth:`xarray.Dataset.resample`.
+
+        ``history.resample(time="1ms").mean()`` averages over milliseconds.  xarray groups times of its own kind
+        alone, so they become durations (timedelta64) from 0 s.
+        """
+        from pandas import to_timedelta
+
+        durations = to_timedelta(self.data["time"].values, unit="s")
+        return self.data.assign_coords(time=durations).resample(**options)
 
     @property
     def outcome(self) -> Outcome:
@@ -129,15 +158,20 @@ class History:
 
     def _labelled(self) -> xr.Dataset:
         """Return the data with all the rest in attributes."""
-        rows = [[e.time, e.kind.value, *map(float, e[2:7]), e.state.name.lower()] for e in self.events]
         attributes = {
             **self.data.attrs,
             "format": FORMAT,
             "scenario": self.scenario_toml,
-            "events": json.dumps(rows),
+            "events": json.dumps([_row(event) for event in self.events]),
+            "contacts": json.dumps(self.contacts),
             "summary": json.dumps(self.summary),
         }
-        return self.data.assign_attrs(attributes)
+        labelled = self.data.copy().assign_attrs(attributes)
+        for name, variable in labelled.variables.items():
+            # the reader does not follow a file's own lists of dimensions
+            if name not in DIMENSIONS:
+                variable.attrs[DIMENSIONS_ATTRIBUTE] = " ".join(map(str, variable.dims))
+        return labelled
 
 
 def _from_data(cls: type[History], data: xr.Dataset) -> History:
@@ -153,7 +187,8 @@ def _from_data(cls: type[History], data: xr.Dataset) -> History:
     scenario = data.attrs.pop("scenario", None)
     if not isinstance(scenario, str):
         raise InputError("attribute scenario: missing, or not a text")
-    return cls(data, events, summary, scenario)
+    contacts = [_contact(row) for row in read_json(data.attrs.pop("contacts", ""), "contacts", list)]
+    return cls(data, events, summary, scenario, contacts)
 
 
 def _is(path: Path, what: Callable[[Path], bool]) -> bool:
@@ -163,16 +198,10 @@ def _is(path: Path, what: Callable[[Path], bool]) -> bool:
         return False
 
 
-def _row(event: Event) -> tuple[Any, ...]:
-    return (
-        event.time,
-        event.kind.value,
-        event.normal_impulse,
-        event.normal_velocity,
-        event.tangential_velocity,
-        event.energy_loss,
-        event.state.name.lower(),
-    )
+def _row(event: Event) -> list[Any]:
+    """Return an event in the order of `EVENT_COLUMNS`."""
+    words = {"kind": event.kind.value, "state": event.state.name.lower()}
+    return [words.get(name) or float(getattr(event, name)) for name in EVENT_COLUMNS]
 
 
 def _cell(value: Any) -> str:
@@ -181,8 +210,15 @@ def _cell(value: Any) -> str:
 
 def _event(row: list[Any]) -> Event:
     try:
-        time, kind, normal, tangential, gap_rate, slip_rate, loss, state = row
-        numbers = float(normal), float(tangential), float(gap_rate), float(slip_rate), float(loss)
-        return Event(float(time), EventKind(kind), *numbers, State[state.upper()])
+        given = dict(zip(EVENT_COLUMNS, row, strict=True))
+        kind, state = EventKind(given.pop("kind")), State[given.pop("state").upper()]
+        return Event(kind=kind, state=state, **{name: float(value) for name, value in given.items()})
     except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
         raise InputError(f"attribute events: {short(row)} is not an event") from None
+
+
+def _contact(row: list[Any]) -> Contact:
+    try:
+        return Contact._make(map(float, row))
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"attribute contacts: {short(row)} is not a contact") from None

@@ -16,7 +16,9 @@ from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.faults import short
 from oblique_impact.history import History
-from oblique_impact.ledger import MACRO_GAP, Ledger, MacroCollision
+from oblique_impact.instants import ascending, shifted
+from oblique_impact.ledger import Ledger, macro_collisions
+from oblique_impact.marching import Contact
 
 #: spans are consecutive if they meet within this part of their length
 MEETING = 1e-9
@@ -77,6 +79,7 @@ def concatenate(*histories: History, shift: bool = False) -> History:
         [event for part in parts for event in part.events],
         _summary(parts, joints),
         _scenario(parts),
+        _contacts(parts),
     )
 
 
@@ -97,15 +100,13 @@ def _moved(before: History, history: History, number: int, shift: bool) -> Histo
             )
         return history
     # the first sample lies exactly on the last one before: a sum may miss it by a rounding
-    moved = np.where(time == time[0], _end(before), time + offset)
+    moved = ascending(np.concatenate([[_end(before)], shifted(time, offset)[1:]]))
     data = history.data.assign_coords(time=("time", moved, history.data["time"].attrs))
-    collisions = [
-        {**m, "start": m["start"] + offset, "end": m["end"] + offset} for m in history.summary["macro_collisions"]
-    ]
     events = [event._replace(time=event.time + offset) for event in history.events]
+    contacts = [c._replace(start=c.start + offset, end=c.end + offset) for c in history.contacts]
     joints = [t + offset for t in history.summary.get("joints", [])]
-    summary = {**history.summary, "macro_collisions": collisions, "joints": joints, "end_time": float(moved[-1])}
-    return replace(history, data=data, events=events, summary=summary)
+    summary = {**history.summary, "joints": joints, "end_time": float(moved[-1])}
+    return replace(history, data=data, events=events, summary=summary, contacts=contacts)
 
 
 def _check_finished(history: History, number: int) -> None:
@@ -161,7 +162,8 @@ def _samples(parts: Sequence[xr.Dataset]) -> xr.Dataset:
         join="override",
         combine_attrs="override",
     )
-    return joined
+    times = ascending(joined["time"].values)
+    return joined.assign_coords(time=("time", times, parts[0]["time"].attrs))
 
 
 def _same(before: xr.Dataset, after: xr.Dataset, names: Sequence[str] = ()) -> bool:
@@ -189,26 +191,27 @@ def _summary(parts: Sequence[History], joints: list[float]) -> dict[str, Any]:
     ]
     return {
         **summaries[-1],
-        "macro_collisions": [asdict(m) for m in _collisions(parts, joints)],
+        "macro_collisions": [asdict(m) for m in macro_collisions(_contacts(parts))],
         **total,
         "energy": _energy([summary["energy"] for summary in summaries]).as_dict(),
         "versions": _versions([summary.get("versions", {}) for summary in summaries]),
+        "provenance": _provenance([summary.get("provenance", {}) for summary in summaries]),
         "warnings": list(dict.fromkeys([*said, *jumps])),
         "joints": sorted([*joints, *(t for summary in summaries for t in summary.get("joints", []))]),
     }
 
 
-def _collisions(parts: Sequence[History], joints: Sequence[float]) -> list[MacroCollision]:
-    """Macro-collisions of all parts; those closer than `MACRO_GAP`, across a joint, become one."""
-    found: list[MacroCollision] = []
+def _contacts(parts: Sequence[History]) -> list[Contact]:
+    """Contacts of all parts; one that a joint cuts in two is one."""
+    found: list[Contact] = []
     for number, part in enumerate(parts):
-        for place, row in enumerate(part.summary["macro_collisions"]):
-            collision = MacroCollision(**row)
-            if place == 0 and found and collision.start - found[-1].end < MACRO_GAP:
-                whole = number > 0 and _cut(parts[number - 1], part, found[-1].end, collision.start)
-                found[-1] = _united(found[-1], collision, whole)
-            else:
-                found.append(collision)
+        rest = list(part.contacts)
+        if found and rest and _cut(parts[number - 1], part, found[-1].end, rest[0].start):
+            a, b = found[-1], rest.pop(0)
+            peaks = max(a.peak_force, b.peak_force), max(a.peak_energy, b.peak_energy)
+            normal, tangential = a.normal_impulse + b.normal_impulse, a.tangential_impulse + b.tangential_impulse
+            found[-1] = Contact(a.start, b.end, normal, tangential, *peaks, a.energy_loss + b.energy_loss)
+        found += rest
     return found
 
 
@@ -219,17 +222,6 @@ def _cut(before: History, after: History, end: float, start: float) -> bool:
         before["state"].values[-1] != free and after["state"].values[-1 if after["time"].size < 2 else 1] != free
     )
     return bool(touching and end == _end(before) and start == float(after["time"].values[0]))
-
-
-def _united(a: MacroCollision, b: MacroCollision, cut: bool) -> MacroCollision:
-    return MacroCollision(
-        a.start,
-        b.end,
-        a.contacts + b.contacts - (1 if cut else 0),
-        a.normal_impulse + b.normal_impulse,
-        a.tangential_impulse + b.tangential_impulse,
-        max(a.peak_force, b.peak_force),
-    )
 
 
 def _energy(rows: Sequence[dict[str, float]]) -> Ledger:
@@ -245,6 +237,13 @@ def _versions(rows: Sequence[dict[str, str]]) -> dict[str, str]:
     """Versions of all spans: one, or all of them where they differ."""
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: ", ".join(dict.fromkeys(row[name] for row in rows if name in row)) for name in names}
+
+
+def _provenance(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return what made the spans: one, or all of them where they differ."""
+    parts = {name: digest for row in rows for name, digest in row.get("user_defined", {}).items()}
+    plain = [{key: value for key, value in row.items() if key != "user_defined"} for row in rows]
+    return {**_versions(plain), **({"user_defined": parts} if parts else {})}
 
 
 def _scenario(parts: Sequence[History]) -> str:

@@ -14,6 +14,7 @@ from oblique_impact.integrators.motion import (
     DAMPING_LOSS,
     FRICTION_LOSS,
     STABILIZATION_LOSS,
+    STOP_LOSS,
     SUPPLIED,
 )
 from oblique_impact.marching import Contact, Event
@@ -55,16 +56,16 @@ def balance(
         Energy at the start (J).
     parts : tuple
         Kinetic, elastic, gravity and contact energy at the end (J).
-    quadratures : ndarray, shape (6,)
+    quadratures : ndarray, shape (7,)
         The integrals carried along with the motion, at the end.
     events : list of Event
         The event log.
     """
     final = sum(parts)
     supplied = float(quadratures[SUPPLIED])
-    impact = sum(event.energy_loss for event in events)
+    impact = sum(event.energy_loss for event in events if event.kind.impulsive)
     friction = float(quadratures[FRICTION_LOSS])
-    damping = float(quadratures[DAMPING_LOSS])
+    damping = float(quadratures[DAMPING_LOSS] + quadratures[STOP_LOSS])
     scheme = float(quadratures[STABILIZATION_LOSS])
     return Ledger(
         initial=initial,

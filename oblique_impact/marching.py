@@ -17,11 +17,21 @@ from oblique_impact.contact import GUARD_DEFINITE, Impulse, Instant, Phase, Stat
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.integrators import base
 from oblique_impact.integrators.base import Course, Scheme, Scratch, Tolerances, new_scratch
-from oblique_impact.integrators.motion import QUADRATURES, STABILIZATION_LOSS, SUPPLIED
+from oblique_impact.integrators.motion import (
+    FRICTION_LOSS,
+    NORMAL_IMPULSE,
+    QUADRATURES,
+    STABILIZATION_LOSS,
+    STOP_LOSS,
+    SUPPLIED,
+    TANGENTIAL_IMPULSE,
+)
 from oblique_impact.integrators.observe import Observation, condense_at, observe, observe_into
+from oblique_impact.stops import Stop
 from oblique_impact.system import (
     ACCELERATION,
     FIRST_GUARD,
+    GAP,
     GAP_RATE,
     GUARDS,
     LAMBDA_N,
@@ -79,7 +89,11 @@ class Problem:
 
 
 class Event(NamedTuple):
-    """One row of the event log (SI units)."""
+    """One row of the event log (SI units).
+
+    The row of an impact or a rebound holds what its impulse did.  The row of a release holds what the finite force
+    did since the contact began, so that each impulse (N s) and each loss (J) stands in one row.
+    """
 
     time: float
     kind: EventKind
@@ -89,17 +103,45 @@ class Event(NamedTuple):
     tangential_velocity: float  # slip rate just after
     energy_loss: float
     state: State  # after
+    peak_force: float = 0.0  # N, the largest normal force of the contact that is released
+    peak_energy: float = 0.0  # J, the largest that its elastic stop has stored
 
 
-@dataclass
-class Contact:
-    """One closed contact, or a rebound (start = end)."""
+class Contact(NamedTuple):
+    """One closed contact, or a rebound (start = end); impulses of impacts are included (SI units)."""
 
     start: float
     end: float
     normal_impulse: float
     tangential_impulse: float
-    peak_force: float
+    peak_force: float  # N, the largest finite normal force
+    peak_energy: float  # J, the largest that an elastic stop has stored
+    energy_loss: float  # J, by impact, friction and the stop's damping
+
+
+@dataclass
+class _OpenContact:
+    """What is known of a contact that is still closed."""
+
+    start: float
+    impulse: Impulse  # that it began with
+    quadratures: Array  # at its start
+    peak_force: float = 0.0
+    depth: float = 0.0  # m
+
+    def closed(self, end: float, quadratures: Array, stop: Stop | None) -> tuple[Contact, Contact]:
+        """Return the contact that ends at `end`, and the share of its finite force."""
+        gained = quadratures - self.quadratures
+        normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
+        stored = stop.energy(-self.depth) if stop else 0.0
+        loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
+        finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss)
+        whole = finite._replace(
+            normal_impulse=normal + self.impulse.normal,
+            tangential_impulse=tangential + self.impulse.tangential,
+            energy_loss=loss + self.impulse.energy_loss,
+        )
+        return whole, finite
 
 
 class Segment(NamedTuple):
@@ -187,7 +229,7 @@ class Run:
         self._scratch = new_scratch(problem.allocate(size), y.size)
         self._course = Course(0.0, y, 1e-3 * problem.output_interval, problem.output_interval)
         self._phase = problem.machine.free()._replace(watched=problem.contact)
-        self._open: tuple[Contact, Array] | None = None
+        self._open: _OpenContact | None = None
         self._initial_inertia = 0.0
         self._recent: deque[float] = deque(maxlen=_CLUSTER)
 
@@ -268,21 +310,20 @@ class Run:
             self._course.y[d : 2 * d] += jump
         self._phase = transition.phase
         after = self._front().instant
+        finite = self._track_contact(leaving, impulse, transition.kind)
         if transition.kind is not None:
-            self.record.events.append(
-                Event(
-                    self._course.t,
-                    transition.kind,
-                    impulse.normal,
-                    impulse.tangential,
-                    before.gap_rate,
-                    after.slip_rate,
-                    impulse.energy_loss,
-                    State(self._phase.state),
-                )
+            event = Event(
+                self._course.t,
+                transition.kind,
+                impulse.normal,
+                impulse.tangential,
+                before.gap_rate,
+                after.slip_rate,
+                impulse.energy_loss,
+                State(self._phase.state),
             )
+            self.record.events.append(_with_share(event, finite) if finite else event)
         self._account_for_penetration(leaving, before.gap)
-        self._track_contact(leaving, impulse, transition.kind)
         if transition.stop is not None:
             raise PhysicsStop(transition.stop)
 
@@ -315,24 +356,19 @@ class Run:
         found = -1.0 if leaving.state == State.FREE else 1.0
         self._quadratures()[STABILIZATION_LOSS] += found * stop.energy(gap)
 
-    def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> None:
-        t = self._course.t
+    def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
+        """Open or close a contact; returns the share of the finite force of one that is closed."""
         if leaving.state == State.FREE and kind is not None:
-            contact = Contact(t, t, impulse.normal, impulse.tangential, 0.0)
-            self.record.contacts.append(contact)
-            self._open = (contact, self._quadratures().copy())
-        if self._phase.state == State.FREE:
-            self._close_contact()
+            self._open = _OpenContact(self._course.t, impulse, self._quadratures().copy())
+        return self._close_contact() if self._phase.state == State.FREE else None
 
-    def _close_contact(self) -> None:
+    def _close_contact(self) -> Contact | None:
         if self._open is None:
-            return
-        contact, start = self._open
-        gained = self._quadratures() - start
-        contact.end = self._course.t
-        contact.normal_impulse += float(gained[0])
-        contact.tangential_impulse += float(gained[1])
+            return None
+        contact, finite = self._open.closed(self._course.t, self._quadratures(), self.problem.machine.stop)
+        self.record.contacts.append(contact)
         self._open = None
+        return finite
 
     def _quadratures(self) -> Array:
         return self._course.y[2 * self.problem.q0.size :]
@@ -371,19 +407,30 @@ class Run:
         self.record.steps += progress.steps
         self.record.rejected += progress.rejected
         if self._open is not None:
-            contact = self._open[0]
-            contact.peak_force = max(contact.peak_force, progress.peak_force)
+            self._open.peak_force = max(self._open.peak_force, progress.peak_force)
+            self._open.depth = max(self._open.depth, progress.depth)
 
     def _observe(self, phase: Phase, times: Array, states: Array) -> None:
         problem = self.problem
         observation = observe(problem.system, phase, times, states, self._scratch.work, problem.observer)
         if self._open is not None and times.size:
-            self._open[0].peak_force = float(
-                np.nanmax([self._open[0].peak_force, *observation.scalars[:, LAMBDA_N]])
-            )
+            forces, gaps = observation.scalars[:, LAMBDA_N], observation.scalars[:, GAP]
+            self._open.peak_force = float(np.nanmax([self._open.peak_force, *forces]))
+            self._open.depth = float(np.nanmax([self._open.depth, *-gaps]))
         # a scheme's own entries behind the quadratures are not kept
         kept = states[:, : 2 * problem.q0.size + QUADRATURES].copy()
         self.record.segments.append(Segment(phase.state, times, kept, observation))
+
+
+def _with_share(event: Event, finite: Contact) -> Event:
+    """Add the share of the contact's finite force to the row of the event that ends it."""
+    return event._replace(
+        normal_impulse=event.normal_impulse + finite.normal_impulse,
+        tangential_impulse=event.tangential_impulse + finite.tangential_impulse,
+        energy_loss=event.energy_loss + finite.energy_loss,
+        peak_force=finite.peak_force,
+        peak_energy=finite.peak_energy,
+    )
 
 
 def default_tolerances(length: float, force: float) -> Tolerances:

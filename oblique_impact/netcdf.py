@@ -31,6 +31,8 @@ FREE, MAX_RATIO = 100_000_000, 20
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 #: a variable of NetCDF that stands for the coordinates and has no values
 _ONLY_A_DIMENSION = "coordinate"
+#: attribute with the names of the dimensions of a variable that a history need not have
+DIMENSIONS_ATTRIBUTE = "dimensions"
 #: NetCDF's own attributes
 _NETCDF = ("CLASS", "NAME")
 
@@ -65,8 +67,12 @@ def read_netcdf(path: Path, dimensions: Mapping[str, tuple[str, ...]]) -> xr.Dat
                     raise InputError(
                         f"{name}: has {size} values along {dimension}, others have {sizes[dimension]}"
                     )
-        labels = {name: known.get(name) or _fitting(name, file[name].shape, sizes) for name in names}
-        variables = {name: (its, file[name][()], _attributes(file[name].id)) for name, its in labels.items()}
+        variables = {}
+        for name in names:
+            attributes = _attributes(file[name].id)
+            named = attributes.pop(DIMENSIONS_ATTRIBUTE, None)
+            its = known.get(name) or _named(name, named, file[name].shape, sizes)
+            variables[name] = (its, file[name][()], attributes)
         scales = [name for name in variables if name in sizes]
         return xr.Dataset(
             {name: variable for name, variable in variables.items() if name not in scales},
@@ -75,16 +81,14 @@ def read_netcdf(path: Path, dimensions: Mapping[str, tuple[str, ...]]) -> xr.Dat
         )
 
 
-def _fitting(name: str, shape: tuple[int, ...], sizes: dict[str, int]) -> tuple[str, ...]:
-    """Name the dimensions of a variable that is not known by their sizes."""
-    left, found = dict(sizes), []
-    for size in shape:
-        match = next((dimension for dimension, its in left.items() if its == size), None)
-        if match is None:
-            raise InputError(f"{name}: should have values along {', '.join(sizes)}")
-        del left[match]
-        found.append(match)
-    return tuple(found)
+def _named(name: str, words: Any, shape: tuple[int, ...], sizes: dict[str, int]) -> tuple[str, ...]:
+    """Return the dimensions of a variable that is not known, which its attribute names."""
+    if not isinstance(words, str):
+        raise InputError(f"{name}: lacks the attribute {DIMENSIONS_ATTRIBUTE!r}, the names of its dimensions")
+    found = tuple(words.split())
+    if shape != tuple(sizes.get(dimension, -1) for dimension in found):
+        raise InputError(f"{name}: should have values along {', '.join(sizes)}")
+    return found
 
 
 def _attributes(place: Any) -> dict[str, Any]:

@@ -14,8 +14,11 @@ from oblique_impact.beam import Beam, Energies
 from oblique_impact.contact import State
 from oblique_impact.fields import Motion
 from oblique_impact.growing import Column
+from oblique_impact.instants import ascending
 from oblique_impact.ledger import balance, macro_collisions
 from oblique_impact.marching import Record, Segment
+from oblique_impact.provenance import provenance
+from oblique_impact.scenario import Scenario
 from oblique_impact.stops import Stop
 from oblique_impact.system import GAP, GAP_RATE, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Array
 
@@ -69,6 +72,7 @@ def gather(
     size: int,
     energies: Callable[[Array, Array, Array], Energies],
     transform: Callable[[Array], Array] | None = None,
+    after: float = -np.inf,
 ) -> Samples:
     """Put the samples of segments together.
 
@@ -82,6 +86,8 @@ def gather(
         Of times (samples,), coordinates and velocities (samples, size).
     transform : callable, optional
         A linear map of the coordinates to those of the samples.
+    after : float
+        Time (s) of the sample before the first.
     """
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
@@ -92,7 +98,7 @@ def gather(
     its = energies(time, q, qd)
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
-    return Samples(time, q, qd, qdd, states[:, 2 * size :], state, scalars, *its)
+    return Samples(ascending(time, after), q, qd, qdd, states[:, 2 * size :], state, scalars, *its)
 
 
 def join(first: Samples, second: Samples) -> Samples:
@@ -128,11 +134,14 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
     }
 
 
-def summarize(record: Record, first: Samples, last: Samples, wall: float, stop: Stop | None) -> dict[str, Any]:
-    """Return summary.json of a run that took `wall` seconds, by its first and its last sample.
+def summarize(
+    record: Record, ends: tuple[Samples, Samples], wall: float, stop: Stop | None, scenario: Scenario | None = None
+) -> dict[str, Any]:
+    """Return summary.json of a run that took `wall` seconds, by its first and its last sample (`ends`).
 
     Warnings, which only a beam has, are not in it.
     """
+    first, last = ends
     stored = stop.energy(float(last.scalars[0, GAP])) if stop and last.state[0] != State.FREE else 0.0
     ledger = balance(
         float(first.kinetic[0] + first.elastic[0] + first.gravity[0]),
@@ -151,6 +160,7 @@ def summarize(record: Record, first: Samples, last: Samples, wall: float, stop: 
         "rejected_steps": record.rejected,
         "wall_time": wall,
         "versions": {"python": platform.python_version(), **_versions()},
+        "provenance": dict(provenance(scenario)),
     }
 
 

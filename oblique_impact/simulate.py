@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -17,7 +17,7 @@ from oblique_impact.friction import FrictionLaw, Frictionless, friction_law
 from oblique_impact.history import History
 from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme
 from oblique_impact.integrators.base import Tolerances
-from oblique_impact.marching import Problem, Run, Segment, default_tolerances
+from oblique_impact.marching import Problem, Run, default_tolerances
 from oblique_impact.nodal import FullBeam
 from oblique_impact.nodal_frame import definiteness, new_nodal_work, supplied_power_nodal
 from oblique_impact.operators import build_operators
@@ -75,12 +75,12 @@ def simulate(
     wall = time.perf_counter() - started - ahead.seconds
     variables, first, last = ahead.finish()
     variables["station"] = beam.operators.stations.points
-    summary = summarize(record, first, last, wall, problem.machine.stop)
+    summary = summarize(record, (first, last), wall, problem.machine.stop, scenario)
     summary["warnings"] = warnings_of(beam, variables["uy"])
     data = dataset(variables)
     if draft is not None:
         draft.end(data)
-    return History(data, record.events, summary, scenario.to_toml())
+    return History(data, record.events, summary, scenario.to_toml(), record.contacts)
 
 
 def simulate_system(
@@ -140,8 +140,9 @@ def simulate_system(
         return Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
 
     samples = gather(record.segments, system.size, energies)
-    first, last = samples.part(slice(1)), samples.part(slice(-1, None))
-    return History(dataset(samples.variables()), record.events, summarize(record, first, last, wall, stop))
+    ends = samples.part(slice(1)), samples.part(slice(-1, None))
+    summary = summarize(record, ends, wall, stop)
+    return History(dataset(samples.variables()), record.events, summary, contacts=record.contacts)
 
 
 def alpha_scheme(scenario: Scenario, weight: float) -> GeneralizedAlphaScheme:
@@ -168,7 +169,7 @@ def _full_beam(scenario: Scenario) -> FullBeam | None:
     return FullBeam(scenario, discretization(chosen.method).build_nodal(scenario))
 
 
-def _gathering(beam: Beam, full: FullBeam | None) -> Callable[[Sequence[Segment]], Samples]:
+def _gathering(beam: Beam, full: FullBeam | None) -> Callable[..., Samples]:
     """Return what puts the samples of a beam together, with coordinates of the floating frame."""
     if full is None:
         return partial(gather, size=beam.size, energies=lambda time, q, qd: beam.energies(q, qd))

@@ -40,6 +40,11 @@ class EventKind(Enum):
     SLIP = "slip"
     REVERSAL = "reversal"
 
+    @property
+    def impulsive(self) -> bool:
+        """Whether velocities jump: what the event's row holds happened at its instant."""
+        return self in (EventKind.IMPACT, EventKind.REBOUND)
+
 
 class Transition(NamedTuple):
     """The next phase, the event to record (None: a kink of the friction law) and the impulse applied.

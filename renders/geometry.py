@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from oblique_impact.errors import InputError
 from oblique_impact.history import History
+from oblique_impact.instants import last_sample
 from oblique_impact.scenario import Scenario
 from oblique_impact.sections import Sections
 
@@ -84,7 +85,7 @@ class BeamGeometry:
 
     @cached_property
     def times(self) -> Array:
-        """Times (s) of the samples; two at a jump."""
+        """Times (s) of the samples, ascending."""
         return self._values("time")
 
     @cached_property
@@ -118,7 +119,7 @@ class BeamGeometry:
         At a jump it is that of the right-hand value; times outside of the run give its first or last sample.
         """
         times = self.times
-        k = int(np.searchsorted(times, time, side="right")) - 1
+        k = int(last_sample(times, time))
         if k < 0 or k >= times.size - 1:
             return float(np.clip(k, 0, times.size - 1))
         return float(k + (time - times[k]) / (times[k + 1] - times[k]))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact import State
 from oblique_impact.history import History
+from oblique_impact.instants import last_sample
 from oblique_impact.scenario import Scenario
 from renders.files import save_figure
 from renders.style import GREY, SERIES, STATE_COLOURS, figure_style
@@ -93,7 +94,7 @@ def _draw_shapes(axes: Axes, history: History) -> None:
     start, end = collision or (0.0, times[-1])
     station, deflection = history["station"].values, 1e3 * history["uy"].values
     for t in np.linspace(start, end, 9):
-        sample = min(int(np.searchsorted(times, t, side="right")), times.size - 1)
+        sample = int(last_sample(times, t))
         chord = deflection[sample, -1] * station / station[-1]
         state = int(history["state"][sample])
         axes.plot(station, deflection[sample] - chord, color=STATE_COLOURS[state], linewidth=1.2)

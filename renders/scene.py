@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from oblique_impact.errors import InputError
+from oblique_impact.instants import jumps
 from renders.geometry import BeamGeometry
 from renders.offscreen import prepare
 from renders.scenery import pin, slope_wedge
@@ -311,10 +312,10 @@ def colour_limit(geometries: Sequence[BeamGeometry], quantity: str) -> float:
     largest = 0.0
     for geometry in geometries:
         times = geometry.times
-        jumps = np.flatnonzero(np.diff(times) == 0.0)
+        left = np.flatnonzero(jumps(times))
         force = np.argsort(np.nan_to_num(geometry.history["lambda_n"].values))[-20:]
         even = np.linspace(0, times.size - 1, 240).astype(int)
-        for k in np.unique(np.concatenate([even, jumps, jumps + 1, force])):
+        for k in np.unique(np.concatenate([even, left, left + 1, force])):
             largest = max(largest, float(np.nanmax(np.abs(geometry.surface(k).arrays[quantity]), initial=0.0)))
     if largest == 0.0:
         return 1.0

@@ -156,7 +156,7 @@ class Sampling:
     Parameters
     ----------
     times : ndarray, shape (samples,)
-        Not descending; at a jump two samples carry the same time.
+        Strictly ascending.
     grid : ndarray, shape (intervals + 1,)
         Strictly ascending, within the times; holds all of them that lie between its ends.
     """

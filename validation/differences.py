@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.history import History
+from oblique_impact.instants import jumps
 from validation.alignment import SAME, Clock, Sampling, align, clock, deviation
 from validation.comparison import EventPair, graph_distance, pair_events
 from validation.contrast import Comparison, Measure, VariableDifference
@@ -19,7 +20,7 @@ Array = NDArray[np.float64]
 
 #: events further apart than this part of the common span are not the same event
 MAX_SHIFT = 0.1
-#: a jump is a change by more than this part of the scale between two samples of one time
+#: a jump is a change by more than this part of the scale between two samples next to each other
 JUMP = 1e-6
 _COORDINATES = ("q", "qd")
 _COLLISION = {
@@ -174,7 +175,7 @@ def _graph(grid: Array, limits: tuple[Array, Array], scale: float) -> Array:
 
 
 def _jumps(times: Array, values: Array, scale: float) -> bool:
-    return bool(np.any((np.diff(times) == 0.0) & (np.abs(np.diff(values)) > JUMP * scale)))
+    return bool(np.any(jumps(times) & (np.abs(np.diff(values)) > JUMP * scale)))
 
 
 def _along(stations: Array, values: Array, at: Array) -> Array:

@@ -122,6 +122,7 @@ class Progress(NamedTuple):
     rejected: int
     samples: int
     peak_force: float  # N
+    depth: float  # m; the largest, of a contact with a stop that gives way
 
 
 @dataclass

@@ -119,18 +119,20 @@ def march_event(
 
     Output samples are the multiples number, number + 1, ... of `interval`.
     """
-    steps, rejected, count, peak = 0, 0, 0, 0.0
+    steps, rejected, count, peak, depth = 0, 0, 0, 0.0, 0.0
     mechanical, capacity = y.shape[0] - QUADRATURES, s.times.shape[0]
     status = derivative(system, phase, t, y, s.work, s.K[0])
     if status != 0:
-        return Progress(-status, NO_GUARD, t, h, steps, rejected, count, peak)
+        return Progress(-status, NO_GUARD, t, h, steps, rejected, count, peak, depth)
     gap = s.work.scalars[GAP]
     while t < t_stop:
         if count > capacity // 2 or steps >= most_steps:
-            return Progress(BUFFER_FULL, NO_GUARD, t, h, steps, rejected, count, peak)
+            return Progress(BUFFER_FULL, NO_GUARD, t, h, steps, rejected, count, peak, depth)
         h = min(h, 0.45 * capacity * interval)
         if h <= _SMALLEST * max(t, _SMALLEST_TIME):
-            return Progress(-status if status != 0 else FAILED_STEP, NO_GUARD, t, h, steps, rejected, count, peak)
+            return Progress(
+                -status if status != 0 else FAILED_STEP, NO_GUARD, t, h, steps, rejected, count, peak, depth
+            )
         last = t + h * (1.0 + 1e-9) >= t_stop
         length = t_stop - t if last else h
         status, speed = stages(system, phase, t, y, length, 1, STAGES, s.K, s.work, s.y_new)
@@ -149,8 +151,8 @@ def march_event(
         if clear:
             s.armed[GUARD_NORMAL] = True
         elif status == 0:
-            guard, place, rate, force = first_fall(system, phase, t, length, y, s)
-            peak = max(peak, force)
+            guard, place, rate, force, deepest = first_fall(system, phase, t, length, y, s)
+            peak, depth = max(peak, force), max(depth, deepest)
         if status != 0 or guard == UNDEFINED:
             # the contact problem has no solution further on in this step: approach that point
             rejected += 1
@@ -162,7 +164,7 @@ def march_event(
         if guard >= 0:
             length = _land(system, phase, t, y, place * length, rate, guard, s)
             copy(s.y_new, y)
-            return Progress(AT_GUARD, guard, t + length, h, steps, rejected, count, peak)
+            return Progress(AT_GUARD, guard, t + length, h, steps, rejected, count, peak, depth)
         t = t_stop if last else t + length
         copy(s.y_new, y)
         copy(s.K[STAGES], s.K[0])
@@ -170,8 +172,8 @@ def march_event(
         if not last:
             h = length * _step_factor(error)
         if not _bounded(y, mechanical):
-            return Progress(FAILED_FINITE, NO_GUARD, t, h, steps, rejected, count, peak)
-    return Progress(AT_STOP, NO_GUARD, t, h, steps, rejected, count, peak)
+            return Progress(FAILED_FINITE, NO_GUARD, t, h, steps, rejected, count, peak, depth)
+    return Progress(AT_STOP, NO_GUARD, t, h, steps, rejected, count, peak, depth)
 
 
 class EventScheme(Scheme):

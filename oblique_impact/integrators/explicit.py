@@ -27,7 +27,7 @@ from oblique_impact.integrators.base import (
     arm,
 )
 from oblique_impact.integrators.motion import derivative
-from oblique_impact.system import FIRST_GUARD, GAP_RATE, GUARDS, LAMBDA_N, Array
+from oblique_impact.system import FIRST_GUARD, GAP, GAP_RATE, GUARDS, LAMBDA_N, Array
 
 if TYPE_CHECKING:
     from oblique_impact.scenario import SolverSection
@@ -49,8 +49,9 @@ class _NoSolutionError(Exception):
 class _End:
     """What a step left: the state, the guards and the gap rate there."""
 
-    def __init__(self, t: float, y: Array, guards: Array, gap_rate: float, force: float) -> None:
-        self.t, self.y, self.guards, self.gap_rate, self.force = t, y, guards, gap_rate, force
+    def __init__(self, t: float, y: Array, guards: Array, k: Array) -> None:
+        self.t, self.y, self.guards = t, y, guards
+        self.gap_rate, self.force, self.depth = float(k[GAP_RATE]), float(k[LAMBDA_N]), -float(k[GAP])
 
 
 class ExplicitScheme(Scheme):
@@ -99,7 +100,7 @@ class _Leg:
         self.t_stop, self.scratch = t_stop, scratch
         self.h = scheme.free_step if phase.state == FREE else scheme.contact_step
         self.steps = self.samples = 0
-        self.peak = 0.0
+        self.peak = self.depth = 0.0
         self._derivative = _derivative_of(system)
 
     def march(self) -> Progress:
@@ -146,7 +147,7 @@ class _Leg:
         k = self.scratch.work.scalars
         measure_guards(self.phase, k)
         guards = k[FIRST_GUARD : FIRST_GUARD + GUARDS].copy()
-        return _End(t, y, guards, float(k[GAP_RATE]), float(k[LAMBDA_N]))
+        return _End(t, y, guards, k)
 
     def _raised(self, end: _End, guard: int) -> float:
         """Return a guard, raised by its threshold until it is armed."""
@@ -194,7 +195,7 @@ class _Leg:
         self.course.t = end.t
         self.course.y[:] = end.y
         self.steps += 1
-        self.peak = max(self.peak, end.force)
+        self.peak, self.depth = max(self.peak, end.force), max(self.depth, end.depth)
 
     def _keep_sample(self) -> None:
         course = self.course
@@ -205,7 +206,7 @@ class _Leg:
             course.next_sample = int(course.t / course.output_interval * (1.0 + 1e-12)) + 1
 
     def _progress(self, reason: int, guard: int = -1) -> Progress:
-        return Progress(reason, guard, self.course.t, self.h, self.steps, 0, self.samples, self.peak)
+        return Progress(reason, guard, self.course.t, self.h, self.steps, 0, self.samples, self.peak, self.depth)
 
 
 def _derivative_of(system: Any) -> Callable[..., int]:

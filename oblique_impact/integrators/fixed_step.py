@@ -99,17 +99,17 @@ def march_fixed(
     s: Scratch,
 ) -> tuple[Progress, int]:
     """Advance y in place by steps of h, the times being start + k h; returns the next sample's number too."""
-    steps, count, peak = 0, 0, 0.0
+    steps, count, peak, depth = 0, 0, 0.0, 0.0
     t = start + done * h
     mechanical = y.shape[0] - QUADRATURES
     status = derivative(system, phase, t, y, s.work, s.K[0])
     while True:
         if status != 0:
-            return Progress(-status, -1, t, h, steps, 0, count, peak), next_sample
+            return Progress(-status, -1, t, h, steps, 0, count, peak, depth), next_sample
         if t >= t_stop:
-            return Progress(AT_STOP, -1, t, h, steps, 0, count, peak), next_sample
+            return Progress(AT_STOP, -1, t, h, steps, 0, count, peak, depth), next_sample
         if count >= s.times.shape[0] or steps >= most_steps:
-            return Progress(BUFFER_FULL, -1, t, h, steps, 0, count, peak), next_sample
+            return Progress(BUFFER_FULL, -1, t, h, steps, 0, count, peak, depth), next_sample
         following = start + (done + 1) * h
         if following > t_stop - 1e-9 * h:
             following = t_stop
@@ -122,14 +122,14 @@ def march_fixed(
         copy(s.y_new, y)
         for m in range(mechanical):
             if not abs(y[m]) < _UNBOUNDED:
-                return Progress(FAILED_FINITE, -1, t, h, steps, 0, count, peak), next_sample
+                return Progress(FAILED_FINITE, -1, t, h, steps, 0, count, peak, depth), next_sample
         status = derivative(system, phase, t, y, s.work, s.K[0])
         if status != 0:
             continue
-        peak = max(peak, s.work.scalars[LAMBDA_N])
+        peak, depth = max(peak, s.work.scalars[LAMBDA_N]), max(depth, -s.work.scalars[GAP])
         guard = _judge(phase, s.work.scalars)
         if guard >= 0:
-            return Progress(AT_GUARD, guard, t, h, steps, 0, count, peak), next_sample
+            return Progress(AT_GUARD, guard, t, h, steps, 0, count, peak, depth), next_sample
         if t >= next_sample * output_interval * (1.0 - 1e-12) and t < t_stop:
             s.times[count] = t
             copy(y, s.states[count])

@@ -221,7 +221,7 @@ def march_alpha(
     The first `gentle_steps` take the coefficients `gentle` and no initial acceleration.  Returns the progress,
     the number of the next sample, and the new start and k.
     """
-    steps, count, peak = 0, 0, 0.0
+    steps, count, peak, depth = 0, 0, 0.0, 0.0
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]
     t, h = start + done * last, last
     status = _open(system, phase, t, y, fresh, s)
@@ -229,11 +229,11 @@ def march_alpha(
     stale_far, stale_near = True, True
     while True:
         if status != 0:
-            return Progress(-status, -1, t, h, steps, 0, count, peak), next_sample, start, done
+            return Progress(-status, -1, t, h, steps, 0, count, peak, depth), next_sample, start, done
         if t >= t_stop:
-            return Progress(AT_STOP, -1, t, h, steps, 0, count, peak), next_sample, t, 0
+            return Progress(AT_STOP, -1, t, h, steps, 0, count, peak, depth), next_sample, t, 0
         if count >= capacity or steps >= most_steps:
-            return Progress(BUFFER_FULL, -1, t, h, steps, 0, count, peak), next_sample, start, done
+            return Progress(BUFFER_FULL, -1, t, h, steps, 0, count, peak, depth), next_sample, start, done
         flying = phase.state == FREE and (not phase.watched or gap > near)
         wanted = far_step if flying else near_step
         if wanted != h:
@@ -260,17 +260,23 @@ def march_alpha(
                 continue
         if guard >= 0 and length <= _LOCATED:
             # it falls with the very first of the step: what the last step left is where the phase ends
-            return Progress(AT_GUARD, guard, t, h, steps, 0, count, peak), next_sample, t, 0
+            return Progress(AT_GUARD, guard, t, h, steps, 0, count, peak, depth), next_sample, t, 0
         finish_step(system, phase, now, t, y, length, s)
         copy(s.y_new, y)
         steps += 1
         peak = max(peak, y[5 * d + QUADRATURES + REPORTED_N])
         gap = s.work.scalars[GAP]
+        depth = max(depth, -gap)
         for m in range(2 * d):
             if not abs(y[m]) < _UNBOUNDED:
-                return Progress(FAILED_FINITE, -1, t, h, steps, 0, count, peak), next_sample, start, done
+                return Progress(FAILED_FINITE, -1, t, h, steps, 0, count, peak, depth), next_sample, start, done
         if guard >= 0:
-            return Progress(AT_GUARD, guard, t + length, h, steps, 0, count, peak), next_sample, t + length, 0
+            return (
+                Progress(AT_GUARD, guard, t + length, h, steps, 0, count, peak, depth),
+                next_sample,
+                t + length,
+                0,
+            )
         _carry_on(s)
         t, done = following, done + 1
         if t >= next_sample * output_interval * (1.0 - 1e-12) and t < t_stop:

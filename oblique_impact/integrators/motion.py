@@ -1,6 +1,6 @@
 """The differential equations of one phase, with the quantities that are integrated along.
 
-The state vector of d degrees of freedom is y = [q (d), q' (d), quadratures (6)].
+The state vector of d degrees of freedom is y = [q (d), q' (d), quadratures (7)].
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from oblique_impact.system import (
     supplied_power,
 )
 
-# Quadratures: impulses of the contact force (N s), energy lost to friction, damping and constraint
-# stabilization, energy supplied by drives (J)
-NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_LOSS, SUPPLIED = range(6)
-QUADRATURES = 6
+# Quadratures: impulses of the contact force (N s), energy lost to friction, damping of the system, constraint
+# stabilization and damping of the stop, energy supplied by drives (J)
+NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED = range(7)
+QUADRATURES = 7
 
 
 @jitable
@@ -54,10 +54,10 @@ def quadrature_rates(system: Any, phase: Phase, t: float, q: Array, qd: Array, w
     rates[TANGENTIAL_IMPULSE] = tangential
     rates[FRICTION_LOSS] = -tangential * k[SLIP_RATE]
     rates[DAMPING_LOSS] = k[DAMPING_POWER]
-    rates[STABILIZATION_LOSS] = 0.0
+    rates[STABILIZATION_LOSS], rates[STOP_LOSS] = 0.0, 0.0
     if phase.spring > 0.0:
         # what the stop does not give back: all but the work of its force at rest
-        rates[DAMPING_LOSS] += (normal - stop_force(phase, k[GAP], 0.0)) * -k[GAP_RATE]
+        rates[STOP_LOSS] = (normal - stop_force(phase, k[GAP], 0.0)) * -k[GAP_RATE]
     else:
         rates[STABILIZATION_LOSS] = -normal * k[GAP_RATE]
     rates[SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary

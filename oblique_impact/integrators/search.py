@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact import Phase, measure_guards
+from oblique_impact.contact import GUARD_NORMAL, Phase, measure_guards
 from oblique_impact.integrators.base import Scratch
 from oblique_impact.integrators.dop853 import DENSE_STAGES, interpolate
 from oblique_impact.integrators.motion import derivative
@@ -100,11 +100,11 @@ def _dip(s: Scratch, half: int, guard: int, width: float) -> tuple[float, float]
 
 
 @jitable
-def _highest(s: Scratch, half: int, width: float) -> float:
-    """Largest normal force (N) in a half of the part."""
-    forces = s.values[half, GUARDS], s.values[half + 1, GUARDS]
-    slopes = 0.5 * width * s.slopes[half, GUARDS], 0.5 * width * s.slopes[half + 1, GUARDS]
-    return float(-_cubic_dip(-forces[0], -forces[1], -slopes[0], -slopes[1])[0])
+def _highest(s: Scratch, column: int, half: int, width: float) -> float:
+    """Largest value of a column, the normal force (N) or a guard, in a half of the part."""
+    values = s.values[half, column], s.values[half + 1, column]
+    slopes = 0.5 * width * s.slopes[half, column], 0.5 * width * s.slopes[half + 1, column]
+    return float(-_cubic_dip(-values[0], -values[1], -slopes[0], -slopes[1])[0])
 
 
 @jitable
@@ -269,12 +269,14 @@ def _fall_rate(s: Scratch, guard: int, half: int, x: float, width: float) -> flo
 @jitable
 def first_fall(
     system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch
-) -> tuple[int, float, float, float]:
-    """First guard that falls through zero in a step, the fraction where, its rate (1/s), the peak force (N).
+) -> tuple[int, float, float, float, float]:
+    """First guard that falls through zero in a step, the fraction where, its rate (1/s), and two largest values.
+
+    These are of the normal force (N) and of the normal guard, which is the depth (m) in a stop that gives way.
 
     The guard is NO_GUARD if none falls, UNDEFINED if the contact problem loses its solution first.
     """
-    start, width, peak = 0.0, _WIDEST, 0.0
+    start, width, peak, depth = 0.0, _WIDEST, 0.0, 0.0
     at_start, at_end = False, False  # rows that are taken already
     while start < 1.0:
         resolved = True
@@ -294,7 +296,7 @@ def first_fall(
                 _move(s, _MIDDLE, _END)
             continue
         if not defined:
-            return UNDEFINED, 1.0, 0.0, peak
+            return UNDEFINED, 1.0, 0.0, peak, depth
         for half in range(2):
             first, place = NO_GUARD, 2.0
             for k in range(GUARDS):
@@ -303,11 +305,13 @@ def first_fall(
                     first, place = k, x
             if first >= 0:
                 part = (place - start) / (0.5 * width) - half
-                return first, place, _fall_rate(s, first, half, part, width) / h, max(peak, s.values[half, GUARDS])
-            peak = max(peak, _highest(s, half, width))
+                peak, depth = max(peak, s.values[half, GUARDS]), max(depth, s.values[half, GUARD_NORMAL])
+                return first, place, _fall_rate(s, first, half, part, width) / h, peak, depth
+            peak = max(peak, _highest(s, GUARDS, half, width))
+            depth = max(depth, _highest(s, GUARD_NORMAL, half, width))
             for k in range(GUARDS):
                 s.armed[k] = s.armed[k] or s.values[half + 1, k] > s.thresholds[k]
         _move(s, _END, _START)
         start += width
         width, at_end = min(2.0 * width, _WIDEST, 1.0 - start), False
-    return NO_GUARD, 1.0, 0.0, peak
+    return NO_GUARD, 1.0, 0.0, peak, depth

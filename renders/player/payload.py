@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history import History
+from oblique_impact.instants import first_sample, last_sample
 from oblique_impact.scenario import Scenario
 from oblique_impact.stops import stop_of
 from renders.geometry import BeamGeometry
@@ -152,7 +153,7 @@ def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
     """Return the listed events; `frame` is the one just after, `before` the one just before."""
     rows = []
     for event in listed_events(history):
-        after = int(np.searchsorted(frame_times, event.time, side="right")) - 1
+        after = int(last_sample(frame_times, event.time))
         rows.append(
             {
                 "time": event.time,
@@ -160,7 +161,7 @@ def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
                 "impulse": _finite(event.normal_impulse),
                 "loss": _finite(event.energy_loss),
                 "state": int(event.state),
-                "before": int(np.searchsorted(frame_times, event.time, side="left")),
+                "before": int(first_sample(frame_times, event.time)),
                 "frame": max(after, 0),
             }
         )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact import State
 from oblique_impact.history import History
+from oblique_impact.instants import first_sample, last_sample
 from oblique_impact.marching import Event
 from renders.player.film import Film
 
@@ -40,7 +41,7 @@ def event_samples(history: History) -> Index:
     """Return the first and last sample at the time of each listed event: its left and its right side."""
     times = history["time"].values
     at = np.array([event.time for event in listed_events(history)])
-    left, right = np.searchsorted(times, at, side="left"), np.searchsorted(times, at, side="right") - 1
+    left, right = first_sample(times, at), last_sample(times, at)
     return np.unique(np.clip(np.concatenate([left, right]), 0, times.size - 1)).astype(int)
 
 

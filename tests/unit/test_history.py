@@ -1,14 +1,19 @@
 """History files: written whole or not at all, read back equal, damage refused in one line."""
 
+import csv
+import dataclasses
 import json
 import os
+from io import StringIO
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import trapezoid
 
 from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.history import EVENT_COLUMNS, FILES
+from oblique_impact.instants import first_sample, jumps, last_sample
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +27,7 @@ def test_round_trip(history, tmp_path):
         again = History.load(source)
         xr.testing.assert_identical(again.data.drop_attrs(deep=False), history.data.drop_attrs(deep=False))
         assert again.events == history.events
+        assert again.contacts == history.contacts
         assert again.summary == json.loads(json.dumps(history.summary))
         assert again.scenario_toml == history.scenario_toml
         assert again.outcome is history.outcome
@@ -36,17 +42,115 @@ def test_labels(history):
     assert history["lambda_n"].attrs["units"] == "N"
 
 
-def test_a_jump_has_two_samples_at_one_time(history):
+def test_a_jump_has_two_samples_next_to_each_other(history):
     time, rate = history["time"].values, history["gap_rate"].values
-    assert np.all(np.diff(time) >= 0.0)
+    assert np.all(np.diff(time) > 0.0)
     impact = history.events[0]
-    left, right = np.flatnonzero(time == impact.time)
+    (left,) = np.flatnonzero(time == impact.time)
+    assert time[left + 1] == np.nextafter(impact.time, np.inf)
     assert rate[left] == pytest.approx(impact.normal_velocity, rel=1e-12)
-    assert abs(rate[right]) < 1e-12
+    assert abs(rate[left + 1]) < 1e-12
+    # every event has both sides, and nothing else stands so close
+    left, right = (side(time, [event.time for event in history.events]) for side in (first_sample, last_sample))
+    np.testing.assert_array_equal(right, left + 1)
+    np.testing.assert_array_equal(np.flatnonzero(jumps(time)), left)
+
+
+def test_times_are_unique_however_a_long_run_is_gathered():
+    """Legs of a run are gathered while it goes on; a jump may lie where one portion ends."""
+    history = simulate(Scenario.builtin("bouncing", ["end_time=0.35", "solver.output_interval=1e-6"]))
+    time = history["time"].values
+    assert time.size > 100_000
+    assert np.all(np.diff(time) > 0.0)
+    assert np.isin([event.time for event in history.events], time).all()
+
+
+def test_a_loaded_history_does_what_xarray_does(history, tmp_path):
+    loaded = History.load(history.save(tmp_path / "run"))
+    time, theta = history["time"].values, history["theta"].values
+    for data in (loaded, loaded.data):
+        assert float(data.sel(time=0.2, method="nearest")["theta"]) == theta[np.argmin(abs(time - 0.2))]
+        middle = 0.5 * (time[100] + time[101])
+        assert float(data.interp(time=middle)["theta"]) == pytest.approx(
+            0.5 * (theta[100] + theta[101]), rel=1e-14
+        )
+    binned = loaded.resample(time="10ms").mean()["theta"].values
+    inside = (time >= 0.02) & (time < 0.03)
+    assert binned[2] == pytest.approx(theta[inside].mean(), rel=1e-12)
+    (line,) = loaded["theta"].plot()
+    np.testing.assert_array_equal(line.get_ydata(), theta)
+
+
+def test_dimensions_come_back_as_they_were(tmp_path):
+    """With 32 modes there are as many coordinates as stations; a variable of the user's own keeps its own."""
+    history = simulate(
+        Scenario.builtin("paper", ["end_time=0.001", "discretization.frame=mean-axis", "discretization.modes=32"])
+    )
+    assert history.data.sizes["station"] == history.data.sizes["coordinate"] == 33
+    own = {
+        "radius": ("station", np.linspace(0.0, 1.0, 33)),
+        "frequency": ("coordinate", np.arange(33.0)),
+        "curvature": (("time", "station"), history["uy"].values + 1.0),
+        "participation": (("time", "coordinate"), history["q"].values + 1.0),
+        "mixed": (("station", "coordinate"), np.arange(33.0 * 33.0).reshape(33, 33)),
+    }
+    changed = dataclasses.replace(history, data=history.data.assign(own))
+    again = History.load(changed.save(tmp_path / "run"))
+    xr.testing.assert_identical(again.data.drop_attrs(deep=False), changed.data.drop_attrs(deep=False))
+    assert "dimensions" not in changed["radius"].attrs
+
+
+@pytest.fixture(scope="module")
+def elastic(run):
+    """Contacts of an elastic stop with damping and friction."""
+    keys = ("end_time=0.335", "contact.normal=spring", "contact.damping=0.3", "solver.output_interval=1e-5")
+    return run("paper", *keys, "discretization.frame=mean-axis", "discretization.modes=4")
+
+
+def test_each_contact_of_an_elastic_stop_has_its_impulse_peak_and_energy(elastic):
+    """Against samples 10 µs apart, which miss a peak by up to some 1e-4 of it."""
+    stiffness, time = 1e6, elastic["time"].values
+    assert len(elastic.contacts) >= 3
+    for contact in elastic.contacts:
+        k = slice(int(last_sample(time, contact.start)), int(first_sample(time, contact.end)) + 1)
+        normal, tangential = (elastic[name].values[k] for name in ("lambda_n", "lambda_tau"))
+        for impulse, force in ((contact.normal_impulse, normal), (contact.tangential_impulse, tangential)):
+            assert impulse == pytest.approx(trapezoid(force, time[k]), rel=1e-3, abs=1e-4)
+        assert contact.peak_force == pytest.approx(normal.max(), rel=5e-4)
+        depth = -elastic["gap"].values[k].min()
+        assert contact.peak_energy == pytest.approx(0.5 * stiffness * depth**2, rel=1e-3)
+        power = -(normal * elastic["gap_rate"].values[k] + tangential * elastic["slip_rate"].values[k])
+        assert contact.energy_loss == pytest.approx(trapezoid(power, time[k]), rel=2e-3, abs=1e-5)
+        assert contact.energy_loss > 1e-3
+
+
+def test_contacts_add_up_to_collisions_and_losses(elastic, history):
+    for run in (elastic, history):
+        collisions, energy = run.summary["macro_collisions"], run.summary["energy"]
+        for name in ("normal_impulse", "tangential_impulse"):
+            total = sum(getattr(contact, name) for contact in run.contacts)
+            assert total == pytest.approx(sum(m[name] for m in collisions), rel=1e-13)
+            # an impulse stands in the row of an impact, or of the release that ends a contact
+            assert total == pytest.approx(sum(getattr(event, name) for event in run.events), rel=1e-13)
+        loss = energy["lost_impact"] + energy["lost_friction"] + energy["lost_damping"]
+        assert sum(contact.energy_loss for contact in run.contacts) == pytest.approx(loss, rel=1e-12)
+        assert sum(event.energy_loss for event in run.events) == pytest.approx(loss, rel=1e-12)
+
+
+def test_the_csv_holds_the_contacts(elastic):
+    with StringIO(elastic.events_csv()) as text:
+        rows = [row for row in csv.DictReader(text) if row["kind"] == "release"]
+    assert len(rows) == len(elastic.contacts)
+    for row, contact in zip(rows, elastic.contacts, strict=True):
+        assert float(row["time"]) == contact.end
+        for name in ("normal_impulse", "tangential_impulse", "peak_force", "peak_energy", "energy_loss"):
+            assert float(row[name]) == getattr(contact, name), name
 
 
 def test_csv_has_a_row_an_event(history):
     lines = history.events_csv().splitlines()
+    # the first seven are those of the contract of the file formats
+    assert lines[0].startswith("time,kind,normal_impulse,normal_velocity,tangential_velocity,energy_loss,state,")
     assert lines[0] == ",".join(EVENT_COLUMNS)
     assert len(lines) == 1 + len(history.events)
     assert [float(line.split(",")[0]) for line in lines[1:]] == [event.time for event in history.events]
@@ -66,6 +170,40 @@ def test_a_failed_write_leaves_the_old_files_whole(history, tmp_path, monkeypatc
     assert {name: (folder / name).read_bytes() for name in FILES} == before
 
 
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), KeyboardInterrupt()], ids=["full", "ctrl-c"]
+)
+@pytest.mark.parametrize("earlier", [FILES, (), ("summary.json",)], ids=["all", "none", "one"])
+@pytest.mark.parametrize("survived", range(4))
+def test_files_are_replaced_together_or_not_at_all(history, tmp_path, monkeypatch, error, earlier, survived):
+    """The replacement fails after so many files: the earlier ones come back, or there is none, as before."""
+    for name in earlier:
+        (tmp_path / name).write_text(f"earlier {name}")
+    count, replace = 0, os.replace
+
+    def fail(source, target):
+        nonlocal count
+        count += 1
+        if count == survived + 1:
+            raise error
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises((InputError, KeyboardInterrupt)):
+        history.save(tmp_path)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {n: f"earlier {n}" for n in earlier}
+
+
+def test_a_folder_in_the_place_of_a_file_replaces_nothing(history, tmp_path):
+    for name in FILES[:3]:
+        (tmp_path / name).write_text("earlier")
+    (tmp_path / FILES[3]).mkdir()
+    with pytest.raises(InputError, match="cannot be written"):
+        history.save(tmp_path)
+    assert [(tmp_path / name).read_text() for name in FILES[:3]] == ["earlier"] * 3
+    assert {path.name for path in tmp_path.iterdir()} == set(FILES)
+
+
 def test_damaged_files_are_refused_in_one_line(history, tmp_path):
     whole = (history.save(tmp_path / "run") / "history.nc").read_bytes()
     for place, content in enumerate((b"", b"not a file of this kind", whole[: len(whole) // 2], whole[:100])):
@@ -82,7 +220,7 @@ def test_damaged_files_are_refused_in_one_line(history, tmp_path):
 def test_another_format_is_refused_by_name(history, tmp_path):
     file = tmp_path / "other.nc"
     history.data.assign_attrs(format="oblique-impact history 0").to_netcdf(file, engine="h5netcdf")
-    with pytest.raises(InputError, match="oblique-impact history 1"):
+    with pytest.raises(InputError, match="oblique-impact history 2"):
         History.load(file)
 
 

@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from oblique_impact.fields import BLOCK, cumulative
 from oblique_impact.history import History
+from oblique_impact.instants import pieces
 from oblique_impact.operators import BeamOperators, build_operators
 from oblique_impact.scenario import Scenario
 from validation.checks.plots import energy_figure
@@ -154,7 +155,9 @@ def impulse() -> list[Measurement]:
         history = run("paper", f"contact.friction={friction}", "end_time=0.335", "solver.output_interval=1e-5")
         collision = history.summary["macro_collisions"][0]
         force = np.nan_to_num(column(history, "lambda_n"))
-        total = _integral(column(history, "time"), force) + sum(e.normal_impulse for e in history.events)
+        total = _integral(column(history, "time"), force) + sum(
+            event.normal_impulse for event in history.events if event.kind.impulsive
+        )
         found.append(
             within(
                 f"normal impulse, {friction}",
@@ -169,15 +172,11 @@ def impulse() -> list[Measurement]:
     return found
 
 
-def _pieces(time: Array) -> list[NDArray[np.intp]]:
-    return list(np.split(np.arange(time.size), np.flatnonzero(np.diff(time) == 0.0) + 1))
-
-
 def _integral(time: Array, values: Array) -> float:
     """Integral over all smooth pieces, by cubic splines."""
-    pieces = [piece for piece in _pieces(time) if piece.size >= 4]
-    splines = (CubicSpline(time[piece], values[piece]) for piece in pieces)
-    return float(sum(s.integrate(time[p[0]], time[p[-1]]) for s, p in zip(splines, pieces, strict=True)))
+    long = [piece for piece in pieces(time) if piece.size >= 4]
+    splines = (CubicSpline(time[piece], values[piece]) for piece in long)
+    return float(sum(s.integrate(time[p[0]], time[p[-1]]) for s, p in zip(splines, long, strict=True)))
 
 
 def first_order_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
@@ -223,14 +222,13 @@ def momentum_defects(history: History, kinetics: str) -> Array:
     force += arm_t * np.nan_to_num(column(history, "lambda_tau"))
     torque = force + _first_order_torque(o, q, scenario.gravity)
     found = []
-    pieces = _pieces(time)
-    for piece in pieces:
+    for piece in pieces(time):
         if piece.size >= 4:
             done = float(CubicSpline(time[piece], torque[piece]).integrate(time[piece[0]], time[piece[-1]]))
             found.append(momentum[piece[-1]] - momentum[piece[0]] - done)
-    jumps = {event.time: event for event in history.events if event.normal_impulse > 0.0}
-    for left, right in pairwise(pieces):
-        event = jumps.get(float(time[right[0]]))
+    impacts = {event.time: event for event in history.events if event.kind.impulsive}
+    for left, right in pairwise(pieces(time)):
+        event = impacts.get(float(time[left[-1]]))
         if event:
             moment = arm_n[right[0]] * event.normal_impulse + arm_t[right[0]] * event.tangential_impulse
             found.append(momentum[right[0]] - momentum[left[-1]] - moment)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.history import History
+from oblique_impact.instants import pieces
 from oblique_impact.scenario import Scenario
 from validation.checks.registry import Measurement, checks_of
 from validation.runs import column, run
@@ -56,9 +57,8 @@ def position() -> list[Measurement]:
 def integral_defects(history: History, values: str, rate: str) -> Array:
     """Change of a variable less the integral of its rate, for each smooth piece of a history."""
     time, y, dy = (column(history, name) for name in ("time", values, rate))
-    pieces = np.split(np.arange(time.size), np.flatnonzero(np.diff(time) == 0.0) + 1)
     found = []
-    for piece in pieces:
+    for piece in pieces(time):
         if piece.size >= 4:
             spline = CubicSpline(time[piece], dy[piece])
             found.append(y[piece[-1]] - y[piece[0]] - float(spline.integrate(time[piece[0]], time[piece[-1]])))

@@ -15,6 +15,7 @@ from oblique_impact.scenario import Scenario
 # the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
 if TYPE_CHECKING:
     from oblique_impact.history import History
+from oblique_impact.instants import jumps
 
 
 class GapError(Exception):
@@ -164,8 +165,9 @@ def _at(history: History, variable: str, time: float) -> float:
     if variable in _RATES:
         return _hermite(times, values, _values(history, _RATES[variable]), left, time)
     # up to two samples on either side, none of them beyond a jump
-    first = left - 1 if left > 0 and times[left - 1] < times[left] else left
-    last = right + 1 if right + 1 < times.size and times[right + 1] > times[right] else right
+    beside = jumps(times)
+    first = left - 1 if left > 0 and not beside[left - 1] else left
+    last = right + 1 if right + 1 < times.size and not beside[right] else right
     t, v = times[first : last + 1], values[first : last + 1]
     weights = [np.prod([(time - b) / (a - b) for b in t if b != a]) for a in t]
     return float(np.dot(weights, v))

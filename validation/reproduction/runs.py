@@ -82,7 +82,7 @@ class Run:
     outcome : str
         How it ended.
     arrays : dict
-        Samples (samples,) by name, SI units, `time` and `state` among them; at a jump two carry one time.
+        Samples (samples,) by name, SI units, `time` and `state` among them.
     events : list of Event
         The event log.
     macros : list of Macro

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from oblique_impact.beam import Beam
 from oblique_impact.contact import Instant, State, instant_of
 from oblique_impact.history import History
+from oblique_impact.instants import last_sample
 from oblique_impact.operators import build_operators
 from oblique_impact.scenario import Scenario
 from oblique_impact.system import new_work
@@ -99,7 +100,7 @@ def at_events(scenario: Scenario, history: History) -> list[StickCheck]:
     for event in history.events:
         if event.kind not in _ASKED:
             continue
-        sample = int(np.searchsorted(times, event.time, side="right")) - 1
+        sample = int(last_sample(times, event.time))
         instant = reader.instant(sample)
         chord = np.arctan2(float(history["tip_y"][sample]), float(history["tip_x"][sample]))
         angle = chord - scenario.slope.angle

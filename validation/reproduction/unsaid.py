@@ -109,7 +109,7 @@ def contact_spans(run: Run, macro: Macro) -> list[tuple[float, float, State]]:
     return [
         (event.time, end if event.state != State.FREE else event.time, event.state)
         for event, end in stays(inside, macro.end)
-        if event.state != State.FREE or event.normal_impulse > 0.0
+        if event.state != State.FREE or event.kind.impulsive
     ]
 
 

@@ -15,7 +15,7 @@ from oblique_impact import interrupts
 from oblique_impact.errors import InputError
 from validation.sweep.design import Design
 from validation.sweep.pool import TICK, TakeRows
-from validation.sweep.work import CRASHED, Done, Job, failed, package_version, run_many
+from validation.sweep.work import CRASHED, Done, Job, failed, run_many, running_source
 
 #: s of work in one task: much more than a task costs (some ms), little enough to lose
 CHUNK = 1.0
@@ -97,9 +97,9 @@ class Cluster:
             self._client.wait_for_workers(1, timeout=_PATIENCE)
         except TimeoutError:
             raise self._fault(f"has had no workers for {_PATIENCE:g} s; start some: dask worker ADDRESS") from None
-        ours = package_version()
+        ours = running_source()
         try:
-            found = self._client.run(package_version, on_error="return")
+            found = self._client.run(running_source, on_error="return")
         except Exception as error:
             raise self._fault(f"its workers cannot be asked: {error}") from None
         for worker, theirs in found.items():

@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,6 +19,7 @@ from pydantic import Field, ValidationError
 from oblique_impact.errors import InputError
 from oblique_impact.faults import one_line, short
 from oblique_impact.files import read_text
+from oblique_impact.provenance import NUMERIC_PACKAGES, named_in, part_digests, part_keys, source_digest
 from oblique_impact.scenario import Finite, Scenario, Section
 from oblique_impact.toml import parse_toml
 from validation.refinement.quantities import Quantity, default_quantities, quantity
@@ -27,6 +27,8 @@ from validation.sweep.design import Block, Design, Dimension, between, latin_hyp
 from validation.sweep.keys import check_key, coerce, kind
 
 MAX_RUNS = 100_000
+#: packages whose source decides about the rows of a sweep
+SOURCE = (*NUMERIC_PACKAGES, "validation")
 
 Range = Annotated[tuple[Finite, Finite], Field(strict=False)]
 Spacing = Literal["linear", "log"]
@@ -125,7 +127,8 @@ class Plan:
     def fingerprint(self) -> str:
         """Hash of all that decides about the rows: the same for two sweeps with the same results."""
         resolved = {
-            "version": version("oblique-impact"),
+            "source": source_digest(SOURCE),
+            "user_defined": self._user_defined(),
             "scenario": self.base.model_dump(mode="json"),
             "changes": self.changes,
             "blocks": [[block.keys, block.rows] for block in self.design.blocks],
@@ -133,6 +136,14 @@ class Plan:
             "histories": self.file.histories,
         }
         return hashlib.sha256(json.dumps(resolved, sort_keys=True).encode()).hexdigest()[:16]
+
+    def _user_defined(self) -> dict[str, str]:
+        """Digests of the user-defined parts that any of the runs names."""
+        columns = {key: [value] for key, value in self.changes.items()}
+        for block in self.design.blocks:
+            columns |= dict(zip(block.keys, map(list, zip(*block.rows, strict=True)), strict=True))
+        named = [(key, name) for key in part_keys() for name in columns.get(key, ())]
+        return part_digests([*named_in(self.base), *named])
 
     def to_toml(self) -> str:
         """Return the sweep file of this plan; its scenario lies beside it as scenario.toml."""

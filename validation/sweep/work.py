@@ -7,14 +7,14 @@ import tempfile
 import time
 from collections.abc import Container, Iterable, Sequence
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
 
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.provenance import package_version, source_digest
 from oblique_impact.scenario import Scenario
 from validation.refinement.quantities import GapError, quantity
-from validation.sweep.plan import Plan, changed
+from validation.sweep.plan import SOURCE, Plan, changed
 
 # the compiler is loaded by the processes that run, not by the one that hands out the work
 if TYPE_CHECKING:
@@ -138,9 +138,9 @@ def is_row(row: Any, runs: int, quantities: Container[str]) -> bool:
     )
 
 
-def package_version() -> str:
-    """Version of this package where it runs; asked of the workers of a cluster."""
-    return version("oblique-impact")
+def running_source() -> str:
+    """Version and digest of what computes the rows, where it runs; asked of the workers of a cluster."""
+    return f"{package_version()} (source {source_digest(SOURCE)})"
 
 
 def regime(history: History) -> str:

@@ -1,0 +1,64 @@
+"""The times of samples: unique and ascending.
+
+At a jump a history has two samples.  The left one stands at the time of the event, the right one at the next
+larger floating-point number, so that each time names one sample: xarray's `.sel` and `.interp` and ParaView's
+time steps need that.  Several events at one instant stand at consecutive numbers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def ascending(times: Array, after: float = -np.inf) -> Array:
+    """Return times (samples,) in s, each that is not above the one before moved to the next larger number.
+
+    `after` is the time before the first one.
+    """
+    found = np.array(times, dtype=float)
+    for k in np.flatnonzero(np.diff(found, prepend=after) <= 0.0):
+        # one that is moved may meet the next: go on until there is room
+        while k < found.size and found[k] <= (found[k - 1] if k else after):
+            found[k] = np.nextafter(found[k - 1] if k else after, np.inf)
+            k += 1
+    return found
+
+
+def jumps(times: Array) -> NDArray[np.bool_]:
+    """Tell for each but the last of the times (samples,) whether the next one is the other side of a jump."""
+    return np.asarray(times[1:] == np.nextafter(times[:-1], np.inf))
+
+
+def pieces(times: Array) -> list[NDArray[np.intp]]:
+    """Return the numbers of the samples between jumps, as one array for each smooth piece."""
+    return list(np.split(np.arange(times.size), np.flatnonzero(jumps(times)) + 1))
+
+
+def shifted(times: Array, offset: float) -> Array:
+    """Return the times (samples,) moved by `offset` (s); both sides of a jump stay next to each other."""
+    moved = times + offset
+    for k in np.flatnonzero(jumps(times)):
+        moved[k + 1] = np.nextafter(moved[k], np.inf)
+    return np.asarray(moved)
+
+
+def last_sample(times: Array, at: ArrayLike) -> NDArray[np.intp]:
+    """Return the number of the last sample at or before instants `at` (s), the right-hand one at a jump.
+
+    It is -1 for instants before the first sample.
+    """
+    k = np.asarray(np.searchsorted(times, at, side="right") - 1)
+    while True:
+        following = np.minimum(k + 1, times.size - 1)
+        beside = (k >= 0) & (times[following] == np.nextafter(times[k], np.inf))
+        if not beside.any():
+            return k
+        k = np.where(beside, following, k)
+
+
+def first_sample(times: Array, at: ArrayLike) -> NDArray[np.intp]:
+    """Return the number of the first sample at or after instants `at` (s), the left-hand one at an event."""
+    return np.asarray(np.searchsorted(times, at, side="left"))
