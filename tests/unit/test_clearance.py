@@ -43,7 +43,7 @@ def shapes(scenario, x):
 
 
 def foot(along, height, x):
-    """Distance (m) of the origin from a chain of straight pieces, and its place x, if it lies on their free side."""
+    """Distance (m) of the origin from a chain of straight pieces above it, and the place x of its foot."""
     a, b = np.diff(along), np.diff(height)
     part = np.clip(-(along[:-1] * a + height[:-1] * b) / (a**2 + b**2), 0.0, 1.0)
     away, up = along[:-1] + part * a, height[:-1] + part * b
@@ -144,10 +144,8 @@ def test_the_two_cases_of_the_review_are_told(run):
     history = run("tapered", *LONG)
     distance, place = dense(history)
     k = int(np.argmin(distance))
-    expected = (
-        f"passes {-1e3 * distance[k]:.0f} mm below the slope at x = {place[k]:.3g} m; only x = 2 m is in contact"
-    )
-    assert about_slope(history) == [expected]
+    depth = f"passes {-1e3 * distance[k]:.0f} mm below the slope at x = {place[k]:.3g} m"
+    assert about_slope(history) == [f"{depth}; only x = 2 m is in contact"]
     assert 15e-3 < -distance[k] < 25e-3
     found = history.summary["clearance"]
     assert (found["distance"], found["x"]) == pytest.approx((distance[k], place[k]), abs=2e-3)
@@ -182,9 +180,7 @@ def test_a_contact_beyond_the_ends_is_told(run):
     history = run("paper", "slope.extent=[0.0, 0.5]", "end_time=0.35")
     (line,) = about_slope(history)
     place = history["slip"].values[history["state"].values != 0][0]
-    assert line.startswith(
-        f"x = 1 m is in contact {place:.4g} m along the slope, outside of slope.extent = [0, 0.5]"
-    )
+    assert f"contact {place:.4g} m along the slope, outside of slope.extent = [0, 0.5]" in line
     # and nothing else changes: the mechanics are those of the unbounded slope
     np.testing.assert_array_equal(history["q"].values, run("paper", "end_time=0.35")["q"].values)
 
