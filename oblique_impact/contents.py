@@ -53,6 +53,8 @@ OF_A_BEAM = {
     "tip_vy": Variable(_EACH, "m/s", "contact point velocity, y"),
     "deflection": Variable(_EACH, "m", "transverse deflection of the contact point"),
     "shortening": Variable(_EACH, "m", "axial displacement of the contact point (foreshortening)"),
+    "clearance": Variable(_EACH, "m", "smallest distance of the beam's axis from the slope, negative below"),
+    "clearance_at": Variable(_EACH, "m", "arc length where the axis is closest to the slope"),
     "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
     "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
     "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
@@ -154,6 +156,10 @@ def check_summary(summary: dict[str, Any], first: float, last: float) -> None:
     if not isinstance(energy, dict):
         raise InputError("attribute summary: energy should be an object")
     _check_numbers(energy, (*_ENERGY, *_LOSSES), "energy")
+    clearance = summary.get("clearance") or {"distance": 0.0, "x": 0.0, "time": 0.0}
+    if not isinstance(clearance, dict):
+        raise InputError("attribute summary: clearance should be an object")
+    _check_numbers(clearance, ("distance", "x", "time"), "clearance")
     warnings = summary.get("warnings", [])
     if not isinstance(warnings, list) or not all(isinstance(line, str) for line in warnings):
         raise InputError("attribute summary: warnings should be a list of sentences")

@@ -106,6 +106,8 @@ def _moved(before: History, history: History, number: int, shift: bool) -> Histo
     contacts = [c._replace(start=c.start + offset, end=c.end + offset) for c in history.contacts]
     joints = [t + offset for t in history.summary.get("joints", [])]
     summary = {**history.summary, "joints": joints, "end_time": float(moved[-1])}
+    if summary.get("clearance"):
+        summary["clearance"] = {**summary["clearance"], "time": summary["clearance"]["time"] + offset}
     return replace(history, data=data, events=events, summary=summary, contacts=contacts)
 
 
@@ -189,8 +191,10 @@ def _summary(parts: Sequence[History], joints: list[float]) -> dict[str, Any]:
         for t, (before, after) in zip(joints, pairwise(parts), strict=True)
         if not _same(before.data, after.data, ("q", "qd"))
     ]
+    distances = [summary["clearance"] for summary in summaries if summary.get("clearance")]
     return {
         **summaries[-1],
+        "clearance": min(distances, key=lambda found: found["distance"], default=None),
         "macro_collisions": [asdict(m) for m in macro_collisions(_contacts(parts))],
         **total,
         "energy": _energy([summary["energy"] for summary in summaries]).as_dict(),

@@ -92,6 +92,14 @@ def _check_contact(s: Scenario) -> None:
         )
 
 
+def _check_slope(s: Scenario) -> None:
+    extent = s.slope.extent
+    if extent and not (len(extent) == 2 and extent[0] < extent[1]):
+        _refuse(
+            "slope.extent", extent, "should be [first, last] in m with first less than last, or [] without ends"
+        )
+
+
 def _check_discretization(s: Scenario) -> None:
     d, root = s.discretization, s.root
     if d.frame == "mean-axis" and (root.kind == "driven" or root.hub_radius > 0.0):
@@ -190,6 +198,7 @@ RULES: tuple[Callable[[Scenario], None], ...] = (
     _build_parts,
     _check_root,
     _check_beam,
+    _check_slope,
     _check_contact,
     _check_discretization,
     _check_nodal,

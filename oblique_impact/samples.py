@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NamedTuple
@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.beam import Beam, Energies
+from oblique_impact.clearance import beam_clearance, slope_warnings
 from oblique_impact.contact import State
 from oblique_impact.fields import Motion
 from oblique_impact.growing import Column
@@ -108,7 +109,11 @@ def join(first: Samples, second: Samples) -> Samples:
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     """Return all variables of a beam's history that have a value for each sample."""
-    return {**samples.variables(), **_at_the_contact(beam, samples), **beam.fields(samples.motion())._asdict()}
+    fields = beam.fields(samples.motion())
+    found = {**samples.variables(), **_at_the_contact(beam, samples), **fields._asdict()}
+    if beam.scenario.contact.enabled:
+        found["clearance"], found["clearance_at"] = beam_clearance(beam, samples.q, fields.ux, fields.uy)
+    return found
 
 
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
@@ -174,13 +179,14 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def warnings_of(beam: Beam, deflection: Array) -> list[str]:
-    """Say where the model leaves its range of validity."""
+def warnings_of(beam: Beam, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:
+    """Say where the model leaves its range of validity; `events` are the times (s) of the transitions."""
+    deflection = variables["uy"]
     largest = float(max(np.max(deflection), -np.min(deflection)))
-    length = beam.scenario.beam.length
-    if largest > 0.1 * length:
-        return [
+    said = slope_warnings(beam.scenario, variables, events)
+    if largest > 0.1 * beam.scenario.beam.length:
+        said.append(
             f"largest deflection {largest:.3g} m is more than a tenth of the length: "
             "the small-deflection model is stretched beyond its range"
-        ]
-    return []
+        )
+    return said

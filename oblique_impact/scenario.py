@@ -84,6 +84,9 @@ class SlopeSection(Section):
 
     origin: Pair = (0.3, 0.0)  # m; a point of the slope, [x, y] from the axis of the root
     angle: Angle = math.pi / 10  # rad; inclination of the slope from the horizontal
+    #: where the obstacle begins and ends, [first, last] along the slope from `origin`; [] is unbounded. It is for
+    #: the distance of the whole beam and for pictures: the contact of the contact point does not know of it
+    extent: Annotated[tuple[Finite, ...], Field(strict=False)] = ()  # m
 
 
 class ContactSection(Section):

@@ -10,6 +10,7 @@ import numpy as np
 
 from oblique_impact.ahead import Ahead, ProgressCallback
 from oblique_impact.beam import Beam, Energies
+from oblique_impact.clearance import closest
 from oblique_impact.contents import dataset
 from oblique_impact.draft import Draft
 from oblique_impact.floating_frame import supplied_power_beam
@@ -76,7 +77,8 @@ def simulate(
     variables, first, last = ahead.finish()
     variables["station"] = beam.operators.stations.points
     summary = summarize(record, (first, last), wall, problem.machine.stop, scenario)
-    summary["warnings"] = warnings_of(beam, variables["uy"])
+    summary["clearance"] = closest(variables, scenario.beam.length)
+    summary["warnings"] = warnings_of(beam, variables, [event.time for event in record.events])
     data = dataset(variables)
     if draft is not None:
         draft.end(data)

@@ -113,6 +113,11 @@ class BeamGeometry:
         """Radius (m) of the drawn tube at the rings: that of the outer fibre."""
         return np.asarray(self.sections.fibre_distance(self.places) * np.ones_like(self.places))
 
+    @cached_property
+    def touch_radius(self) -> float:
+        """Radius (m) at the contact point: the drawn surface of the slope lies that much below its line."""
+        return float(self.sections.fibre_distance(self.scenario.contact.point))
+
     def index(self, time: float) -> float:
         """Fractional number of the sample at a time (s): between two samples everything is interpolated linearly.
 
@@ -233,6 +238,12 @@ class BeamGeometry:
         points = turned(offsets)
         points[:, :2] += axis[rings]
         return Surface(points, turned(self._directions), self._arrays(k, rings, offsets[:, 1]))
+
+    def outline(self, k: float) -> Array:
+        """Outline (points, 2) of the tube at sample k in the plane: along one side, around the tip and back."""
+        points = self.surface(k).points[:, :2]
+        sides = points[:-2].reshape(-1, SIDES, 2)
+        return np.concatenate([sides[:, 0], points[-2:-1], sides[::-1, SIDES // 2]])
 
     def _arrays(self, k: float, rings: NDArray[np.int64], across: Array) -> dict[str, Array]:
         """Results at the points of the tube; stresses follow their height in the section."""

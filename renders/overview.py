@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from oblique_impact.contact import State
 from oblique_impact.history import History
 from oblique_impact.instants import last_sample
-from oblique_impact.scenario import Scenario
 from renders.files import save_figure
+from renders.geometry import BeamGeometry
+from renders.slope import drawn_slope
 from renders.style import GREY, SERIES, STATE_COLOURS, figure_style
 
 Array = NDArray[np.float64]
@@ -42,49 +43,35 @@ def overview_figure(histories: dict[str, History], out: Path) -> Path:
         return save_figure(figure, out, "overview.png")
 
 
-def centreline(history: History, sample: int) -> tuple[Array, Array]:
-    """Inertial coordinates (m) of the stations at one sample."""
-    data, radius = history.data, _scenario(history).root.hub_radius
-    theta = float(data["theta"][sample])
-    along = radius + data["station"].values + data["ux"].values[sample]
-    across = data["uy"].values[sample]
-    return along * np.cos(theta) - across * np.sin(theta), along * np.sin(theta) + across * np.cos(theta)
-
-
-def _scenario(history: History) -> Scenario:
-    return Scenario.from_toml(history.scenario_toml)
-
-
 def _first_collision(history: History) -> tuple[float, float] | None:
     found = history.summary["macro_collisions"]
     return (found[0]["start"], found[0]["end"]) if found else None
 
 
 def _draw_motion(axes: Axes, history: History) -> None:
-    scenario, times = _scenario(history), history["time"].values
+    geometry, times = BeamGeometry(history, 1.0), history["time"].values
     collision = _first_collision(history)
     end = collision[0] if collision else times[-1]
     # equal steps of angle rather than of time: the beam starts slowly
     theta = history["theta"].values[: int(np.searchsorted(times, end)) + 1]
     for wanted in np.linspace(theta[0], theta[-1], 6):
         sample = int(np.argmin(np.abs(theta - wanted)))
-        x, y = centreline(history, sample)
         last = sample >= theta.size - 2
-        axes.plot(x, y, color=STATE_COLOURS[0], alpha=1.0 if last else 0.35, linewidth=2.4 if last else 1.6)
+        outline = geometry.outline(sample)
+        axes.fill(*outline.T, color=STATE_COLOURS[0], alpha=1.0 if last else 0.35, linewidth=0.0)
         axes.annotate(
             f"{times[sample]:.3f} s",
-            (x[-1], y[-1]),
+            geometry.stations_at(sample)[-1],
             xytext=(7, -16 if last else 3),
             textcoords="offset points",
             fontsize=7.5,
             color=GREY,
         )
-    if scenario.contact.enabled:
-        _draw_slope(axes, scenario)
+    _draw_slope(axes, geometry)
     axes.plot(history["tip_x"], history["tip_y"], color=GREY, linewidth=0.7, linestyle=":")
     axes.plot(0.0, 0.0, "o", color="black", markersize=7, zorder=5)
     axes.annotate("pin", (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
-    axes.margins(x=0.12, y=0.08)
+    axes.margins(x=0.12, y=0.14)
     axes.set(xlabel="x (m)", ylabel="y (m)", title="The beam up to the first impact", aspect="equal")
 
 
@@ -109,17 +96,11 @@ def _draw_shapes(axes: Axes, history: History) -> None:
     axes.legend()
 
 
-def _draw_slope(axes: Axes, scenario: Scenario) -> None:
-    (x0, y0), angle = scenario.slope.origin, scenario.slope.angle
-    reach = scenario.root.hub_radius + scenario.beam.length
-    ends = np.array([0.0, 0.85 * reach])
-    x, y = x0 + ends * np.cos(angle), y0 + ends * np.sin(angle)
-    axes.plot(x, y, color="#3d4650", linewidth=1.6)
-    axes.fill(
-        [*x, x[1] + 0.05 * reach * np.sin(angle), x[0] + 0.05 * reach * np.sin(angle)],
-        [*y, y[1] - 0.05 * reach * np.cos(angle), y[0] - 0.05 * reach * np.cos(angle)],
-        color="#c9ced4",
-    )
+def _draw_slope(axes: Axes, geometry: BeamGeometry) -> None:
+    slope = drawn_slope(geometry)
+    if slope is not None:
+        axes.fill(*slope.outline.T, color="#c9ced4", gid="slope")
+        axes.plot(*slope.outline[:2].T, color="#3d4650", linewidth=1.6)
 
 
 def _collision_window(histories: dict[str, History]) -> tuple[float, float] | None:

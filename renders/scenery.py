@@ -7,6 +7,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from renders.geometry import BeamGeometry
+from renders.slope import drawn_slope
 
 Array = NDArray[np.float64]
 
@@ -15,20 +16,9 @@ _DEPTH = 5.0
 
 
 def slope_wedge(geometry: BeamGeometry) -> pv.PolyData | None:
-    """Return the slope as a solid whose surface lies one beam radius below the line that the axis touches.
-
-    It reaches as far as the contact point comes near; None if contact is switched off.
-    """
-    scenario = geometry.scenario
-    if not scenario.contact.enabled:
-        return None
-    first, last = _extent(geometry)
-    length, radius = scenario.beam.length, float(geometry.radii[-1])
-    s, c = np.sin(scenario.slope.angle), np.cos(scenario.slope.angle)
-    top = np.array([first, last])[:, None] * (c, s) + np.array(scenario.slope.origin) - radius * np.array((-s, c))
-    foot = min(top[:, 1]) - 0.06 * length
-    outline = np.array([top[0], top[1], (top[1, 0], foot), (top[0, 0], foot)])
-    return _prism(outline, _DEPTH * radius)
+    """Return the drawn slope as a solid; None if there is none."""
+    slope = drawn_slope(geometry)
+    return _prism(slope.outline, _DEPTH * geometry.touch_radius) if slope else None
 
 
 def pin(geometry: BeamGeometry) -> pv.PolyData:
@@ -56,14 +46,6 @@ def pin(geometry: BeamGeometry) -> pv.PolyData:
 def _solid(mesh: pv.DataSet) -> pv.PolyData:
     """Return the surface of a mesh as polygons."""
     return pv.PolyData(mesh.extract_surface(algorithm="dataset_surface"))
-
-
-def _extent(geometry: BeamGeometry) -> tuple[float, float]:
-    """Stretch of the slope (m, along it) next to which the contact point comes, with some room."""
-    length = geometry.scenario.beam.length
-    gap, slip = (np.asarray(geometry.history[name].values) for name in ("gap", "slip"))
-    near = slip[gap <= max(float(gap.min()), 0.0) + 0.02 * length]
-    return float(near.min()) - 0.12 * length, float(near.max()) + 0.12 * length
 
 
 def _prism(outline: Array, half_depth: float, z: float = 0.0) -> pv.PolyData:

@@ -240,7 +240,7 @@ def _default(section: str, name: str, field: FieldInfo) -> str:
     if isinstance(value, str):
         return f'``"{value}"``'
     if value == ():
-        return "``{}``"
+        return "``{}``" if field.annotation == Pairs else "``[]``"
     if isinstance(value, tuple):
         return f"``[{', '.join(_number(v) for v in value)}]``"
     return f"``{_number(value)}``"

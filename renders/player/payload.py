@@ -21,6 +21,7 @@ from oblique_impact.stops import stop_of
 from renders.geometry import BeamGeometry
 from renders.player.film import Film, film_of
 from renders.player.selection import chart_points, frames, listed_events
+from renders.slope import drawn_slope
 from renders.style import STATE_COLOURS
 
 Array = NDArray[np.float64]
@@ -125,7 +126,7 @@ def _frame_arrays(true: BeamGeometry, samples: NDArray[np.int64], film: Film) ->
 def _facts(history: History, true: BeamGeometry, factor: float, samples: NDArray[np.int64]) -> dict[str, Any]:
     scenario = true.scenario
     touch = int(np.argmin(np.abs(true.stations - scenario.contact.point)))
-    ramp = mpl.colormaps[STRESS_MAP]
+    ramp, slope = mpl.colormaps[STRESS_MAP], drawn_slope(true)
     largest, limit = _largest(history["bending_stress"].values), _stress_limit(history)
     return {
         "factor": factor,
@@ -134,7 +135,11 @@ def _facts(history: History, true: BeamGeometry, factor: float, samples: NDArray
         "hub_radius": scenario.root.hub_radius,
         "root": scenario.root.kind,
         "contact": scenario.contact.enabled,
-        "slope": {"origin": list(scenario.slope.origin), "angle": scenario.slope.angle},
+        "slope": {
+            "origin": list(scenario.slope.origin),
+            "angle": scenario.slope.angle,
+            "outline": slope.outline.tolist() if slope else None,
+        },
         "stress_limit": round_up(limit),
         "stress_beyond": largest > round_up(limit),
         "peak_force": _peak_force(history),

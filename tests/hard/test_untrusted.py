@@ -310,6 +310,7 @@ SUMMARIES = {
     "macro_collisions": [{"start": 0.0}],
     "energy": {"initial": 1.0},
     "warnings": "no list",
+    "clearance": {"distance": 0.0},
     "outcome": ["completed"],
 }
 

@@ -34,6 +34,7 @@ UNITS = {
     "initial.angular_velocity": "rad/s",
     "slope.origin": "m",
     "slope.angle": "rad",
+    "slope.extent": "m",
     "contact.point": "m",
     "contact.stiffness": "N/m",
     "contact.damping": "s/m",

@@ -93,39 +93,6 @@ function onSlope(x, y) {
   return [dx * TANGENT[0] + dy * TANGENT[1], dx * NORMAL[0] + dy * NORMAL[1]];
 }
 
-/** Point of the slope's surface, one radius below the line that the axis touches. */
-function surfacePoint(along) {
-  return [0, 1].map((k) => facts.slope.origin[k] + along * TANGENT[k] - TOUCH_RADIUS * NORMAL[k]);
-}
-
-/**
- * The wedge (points in m): it reaches as far to both sides of the places of contact as the beam, drawn with
- * `factor`, stays clear of it in the whole run. Null without contact.
- */
-function wedge(factor) {
-  if (!facts.contact) return null;
-  const [low, high] = contactRange(), L = facts.length, near = 0.1 * TOUCH_RADIUS;
-  let start = low - 0.22 * L, stop = high + 0.12 * L;
-  const moment = newMoment();
-  for (let k = 0; k < FRAMES; k++) {
-    const axis = magnified(momentAt(k, moment), factor);
-    for (let j = 0; j < STATIONS; j++) {
-      const height = onSlope(axis.x[j], axis.y[j])[1];
-      if (height - arrays.radius[j] + TOUCH_RADIUS > -0.1 * TOUCH_RADIUS || j === facts.touch) continue;
-      const i = j + Math.sign(facts.touch - j), along = onSlope(axis.x[i], axis.y[i])[0]; // still clear of it
-      if (j < facts.touch) start = Math.max(start, Math.min(along, low - near));
-      else stop = Math.min(stop, Math.max(along, high + near));
-    }
-  }
-  const a = surfacePoint(start), b = surfacePoint(stop);
-  if (TANGENT[0] < 0.5) {
-    const depth = 0.1 * L;
-    return [a, b, [b[0] - depth * NORMAL[0], b[1] - depth * NORMAL[1]], [a[0] - depth * NORMAL[0], a[1] - depth * NORMAL[1]]];
-  }
-  const floor = Math.min(a[1], b[1]) - 0.06 * L;
-  return [a, b, [b[0], floor], [a[0], floor]];
-}
-
 /** Range of the contact point along the slope while it touches; where it comes closest if it never does. */
 function contactRange() {
   let low = Infinity, high = -Infinity, closest = Infinity, there = 0;
@@ -144,8 +111,10 @@ function lower(view) {
   return (view.thick - 1) * TOUCH_RADIUS * view.scale;
 }
 
-function drawWedge(c, view, points) {
-  const [a, b, ...rest] = points.map(([x, y]) => [toX(view, x) - lower(view) * NORMAL[0], toY(view, y) + lower(view) * NORMAL[1]]);
+/** The drawn slope, the same at every factor. */
+function drawWedge(c, view) {
+  if (!facts.slope.outline) return;
+  const [a, b, ...rest] = facts.slope.outline.map(([x, y]) => [toX(view, x) - lower(view) * NORMAL[0], toY(view, y) + lower(view) * NORMAL[1]]);
   c.beginPath();
   for (const point of [a, b, ...rest]) c.lineTo(...point);
   c.closePath();

@@ -1,6 +1,6 @@
 /* The contact point at true scale: nothing is magnified but the view itself. */
 
-const inset = { surface: new Surface("inset"), wedge: wedge(1), home: null };
+const inset = { surface: new Surface("inset"), home: null };
 
 /** Place of the slope where contacts happen, which the view keeps to while the beam is near. */
 inset.home = (() => {
@@ -21,7 +21,7 @@ function insetView(moment, width, height) {
 function drawInset(moment) {
   if (!inset.surface.begin()) return;
   const c = inset.surface.context, { width, height } = inset.surface, view = insetView(moment, width, height);
-  if (inset.wedge) drawWedge(c, view, inset.wedge);
+  drawWedge(c, view);
   drawTrace(c, view, moment, facts.length);
   const axis = magnified(moment, 1);
   drawTube(c, view, axis, moment.stress);

@@ -3,7 +3,6 @@
 const scene = {
   surface: new Surface("scene"),
   factor: facts.factor,
-  wedge: null,
   bounds: null,
   thick: 1,
 };
@@ -29,7 +28,6 @@ const travelled = (() => {
 /** Take over a deformation factor: what is drawn, and what of the plane has to be seen. */
 function setScene(factor) {
   scene.factor = factor;
-  scene.wedge = wedge(factor);
   const reach = 1.2 * (facts.length + facts.hub_radius);
   const box = { left: -2 * PIN, right: 2 * PIN, low: -2.6 * PIN, high: PIN };
   const include = (x, y, margin) => {
@@ -44,7 +42,7 @@ function setScene(factor) {
     const axis = magnified(momentAt(k, moment), factor);
     for (let j = 0; j < STATIONS; j++) include(axis.x[j], axis.y[j], 2 * arrays.radius[j]);
   }
-  for (const [x, y] of scene.wedge || []) include(x, y, 0);
+  for (const [x, y] of facts.slope.outline || []) include(x, y, 0);
   if (facts.hub_radius) [-1, 1].forEach((s) => include(s * facts.hub_radius, s * facts.hub_radius, 0));
   scene.bounds = box;
 }
@@ -59,7 +57,7 @@ function sceneView(width, height) {
 function drawScene(moment) {
   if (!scene.surface.begin()) return;
   const c = scene.surface.context, { width, height } = scene.surface, view = sceneView(width, height);
-  if (scene.wedge) drawWedge(c, view, scene.wedge);
+  drawWedge(c, view);
   drawPin(c, view);
   drawGhosts(c, view, moment);
   drawTrace(c, view, moment, 3 * facts.length);

@@ -1,0 +1,279 @@
+"""The smallest distance of the whole beam from the slope: against dense shapes, and what is said of it."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from fem_beam.nodal import NodalBeam
+from fem_beam.reduction import eigenmodes
+from modal.eigenfunctions import Eigenfunctions
+from oblique_impact import History, InputError, Scenario, concatenate, simulate
+from oblique_impact.clearance import Axis, nearest, two_digits
+from oblique_impact.scenario import SlopeSection
+
+UNBOUNDED = "slope.extent=[]"
+#: a tapered beam of 2 m: its first bending mode sags below the slope while the tip strikes it
+LONG = (
+    "beam.length=2.0",
+    "beam.area=[[0.0, 4.5e-4], [2.0, 1.8e-4]]",
+    "beam.second_moment=[[0.0, 1.6e-8], [2.0, 2.6e-9]]",
+    "end_time=0.5",
+    "solver.free_step=1e-4",
+    "solver.contact_step=1e-5",
+)
+
+
+def shapes(scenario, x):
+    """Shape functions and their slopes (points, n), from the discretization and not from the stations."""
+    d = scenario.discretization
+    if d.method == "modal":
+        family = "clamped-free" if d.frame == "tangent" else "hinged-free"
+        functions = Eigenfunctions(family, d.modes, scenario.beam.length)
+        return functions.derivative(x, 0), functions.derivative(x, 1)
+    nodal = NodalBeam.from_scenario(scenario)
+    values, slopes, _ = nodal.evaluate(x)
+    if d.modes == 0:
+        free = nodal.free_dofs("hinged")
+        return values[:, free].toarray(), slopes[:, free].toarray()
+    modes = eigenmodes(nodal, "clamped" if d.frame == "tangent" else "hinged", d.modes)
+    return values @ modes, slopes @ modes
+
+
+def foot(along, height, x):
+    """Distance (m) of the origin from a chain of straight pieces above it, and the place x of its foot."""
+    a, b = np.diff(along), np.diff(height)
+    part = np.clip(-(along[:-1] * a + height[:-1] * b) / (a**2 + b**2), 0.0, 1.0)
+    away, up = along[:-1] + part * a, height[:-1] + part * b
+    k = int(np.argmin(np.hypot(away, up)))
+    return (np.hypot(away[k], up[k]) if up[k] > 0.0 else np.inf), x[k] + part[k] * (x[k + 1] - x[k])
+
+
+def dense(history, points=8001, every=1):
+    """Distance (m) and place (m) by brute force: the axis at many points, the ends of the slope cut in exactly."""
+    scenario = Scenario.from_toml(history.scenario_toml)
+    x = np.union1d(np.linspace(0.0, scenario.beam.length, points), [scenario.contact.point])
+    values, slopes = shapes(scenario, x)
+    (x0, y0), angle, extent = scenario.slope.origin, scenario.slope.angle, scenario.slope.extent
+    found = []
+    for theta, *B in history["q"].values[::every]:
+        uy, squares = values @ B, (slopes @ B) ** 2
+        ux = -0.5 * np.concatenate([[0.0], np.cumsum(0.5 * (squares[1:] + squares[:-1]) * np.diff(x))])
+        arm = scenario.root.hub_radius + x + ux
+        px, py = arm * np.cos(theta) - uy * np.sin(theta) - x0, arm * np.sin(theta) + uy * np.cos(theta) - y0
+        along, height = px * np.cos(angle) + py * np.sin(angle), py * np.cos(angle) - px * np.sin(angle)
+        places, distance = x, height
+        if extent:
+            outside = np.maximum(extent[0] - along, along - extent[1])
+            distance = np.where(outside > 0.0, np.hypot(outside, height), height)
+            assert np.all(np.diff(along) > 0.0)
+            ends = [e for e in extent if along[0] < e < along[-1]]
+            feet = [foot(along - end, height, x) for end in extent]
+            distance = np.concatenate([distance, np.interp(ends, along, height), [f[0] for f in feet]])
+            places = np.concatenate([places, np.interp(ends, along, x), [f[1] for f in feet]])
+        best = int(np.argmin(distance))
+        found.append((distance[best], places[best]))
+    return np.array(found).T
+
+
+CASES = {
+    "paper": ("paper", "end_time=0.4"),
+    "ledge": ("mid-span", "end_time=0.5"),
+    "mid-span without ends": ("mid-span", UNBOUNDED),
+    "long and tapered": ("tapered", *LONG),
+    "short obstacle": ("paper", "slope.extent=[0.5, 0.65]", "end_time=0.4"),
+    "elastic stop": ("paper", 'contact.normal="spring"', "contact.stiffness=1e4", "end_time=0.4"),
+    "sixteen modes": ("many-modes", "end_time=0.35"),
+}
+#: of the length: a cubic through two stations against shapes of many modes, or of elements that end elsewhere
+CLOSE = {"long and tapered": 1e-6, "sixteen modes": 1e-6}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_distance_and_place_are_those_of_dense_shapes(run, name):
+    history = run(*CASES[name])
+    length = Scenario.from_toml(history.scenario_toml).beam.length
+    every = 7
+    distance, place = dense(history, every=every)
+    found, at = (history[key].values[::every] for key in ("clearance", "clearance_at"))
+    # the points of the dense shapes are L/8000 apart: a minimum with the curvature 1/L lies 1e-8 L lower
+    np.testing.assert_allclose(found, distance, rtol=0.0, atol=CLOSE.get(name, 2e-8) * length)
+    # where it is flat the place is known less well than its value
+    np.testing.assert_allclose(at, place, rtol=0.0, atol=2e-3 * length)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_summary_is_the_smallest_of_the_history(run, name):
+    history = run(*CASES[name])
+    found, distance = history.summary["clearance"], history["clearance"].values
+    length = Scenario.from_toml(history.scenario_toml).beam.length
+    assert distance.min() <= found["distance"] <= distance.min() + 1e-9 * length
+    k = np.flatnonzero(history["time"].values == found["time"])
+    assert found["distance"] in distance[k]
+    assert found["x"] in history["clearance_at"].values[k]
+    assert np.all(distance[: k[0]] > distance.min() + 1e-9 * length)
+
+
+def test_it_is_the_gap_where_the_contact_point_is_closest(run):
+    history = run("paper", "end_time=0.4")
+    clearance, gap = history["clearance"].values, history["gap"].values
+    assert np.all(clearance <= gap + 1e-14)
+    touches = np.abs(gap) < 1e-6
+    np.testing.assert_allclose(clearance[touches], gap[touches], rtol=0.0, atol=1e-12)
+    np.testing.assert_array_equal(history["clearance_at"].values[touches], 1.0)
+
+
+def test_without_contact_there_is_no_distance(run):
+    history = run("spin-up", "end_time=0.01")
+    assert "clearance" not in history.data
+    assert history.summary["clearance"] is None
+
+
+# What is said ---------------------------------------------------------------------------------------------------
+
+
+def about_slope(history):
+    return [line for line in history.summary["warnings"] if "slope" in line]
+
+
+def test_the_two_cases_of_the_review_are_told(run):
+    (line,) = about_slope(run("mid-span", UNBOUNDED))
+    assert line == "passes 75 mm below the slope at x = 1 m; only x = 0.6 m is in contact"
+    history = run("tapered", *LONG)
+    distance, place = dense(history)
+    k = int(np.argmin(distance))
+    depth = f"passes {-1e3 * distance[k]:.0f} mm below the slope at x = {place[k]:.3g} m"
+    assert about_slope(history) == [f"{depth}; only x = 2 m is in contact"]
+    assert 15e-3 < -distance[k] < 25e-3
+    found = history.summary["clearance"]
+    assert (found["distance"], found["x"]) == pytest.approx((distance[k], place[k]), abs=2e-3)
+    assert found["time"] == pytest.approx(history["time"].values[k], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        ("paper", "end_time=0.4"),
+        ("mid-span",),
+        ("paper", 'contact.normal="spring"', "contact.stiffness=1e4", "end_time=0.4"),  # 10 mm deep, by the stop
+        ("paper", 'solver.scheme="fixed-step"', "solver.contact_step=1e-5", "end_time=0.33"),
+        ("paper", "contact.shortening=false", "end_time=0.4"),
+        ("sticking", "end_time=0.5"),
+    ],
+    ids=lambda case: " ".join(case),
+)
+def test_a_mere_touch_is_no_passing(run, case):
+    assert about_slope(run(*case)) == []
+
+
+def test_the_depth_of_an_elastic_stop_is_a_distance_of_its_own(run):
+    history = run("paper", 'contact.normal="spring"', "contact.stiffness=1e4", "end_time=0.4")
+    deepest = history["gap"].values.min()
+    assert deepest < -1e-3
+    assert history.summary["clearance"]["distance"] == pytest.approx(deepest, rel=1e-9)
+    assert history.summary["clearance"]["x"] == 1.0
+
+
+def test_a_contact_beyond_the_ends_is_told(run):
+    history = run("paper", "slope.extent=[0.0, 0.5]", "end_time=0.35")
+    (line,) = about_slope(history)
+    place = history["slip"].values[history["state"].values != 0][0]
+    assert f"contact {place:.4g} m along the slope, outside of slope.extent = [0, 0.5]" in line
+    # and nothing else changes: the mechanics are those of the unbounded slope
+    np.testing.assert_array_equal(history["q"].values, run("paper", "end_time=0.35")["q"].values)
+
+
+def test_a_single_rebound_beyond_the_ends_is_told(run):
+    """An impact that rebounds at once has no sample in contact, only an event."""
+    history = run("bouncing", "slope.extent=[0.0, 0.5]", "end_time=0.3173", "solver.output_interval=1e-3")
+    assert (history["state"].values == 0).all()
+    assert len(about_slope(history)) == 1
+
+
+def test_two_digits():
+    assert [two_digits(v) for v in (17.94, 152.3, 0.0512, 1.0, 9.96, 1834.0)] == [
+        "18",
+        "150",
+        "0.051",
+        "1.0",
+        "10",
+        "1800",
+    ]
+
+
+# Geometry -------------------------------------------------------------------------------------------------------
+
+
+def straight(height, rise, begin=0.0, stations=5):
+    """One straight axis over x = 0..1, its height and its rise per length; along it grows like x."""
+    x = np.linspace(0.0, 1.0, stations)
+    run = np.sqrt(1.0 - rise**2)
+    row = np.ones((1, stations))
+    return x, Axis(begin + run * x[None], height + rise * x[None], run * row, rise * row)
+
+
+@pytest.mark.parametrize("stations", [3, 5, 33])
+def test_a_corner_between_two_stations(stations):
+    """The axis falls through the end of a ledge: the depth is that on the edge, not that of a station."""
+    x, axis = straight(0.2, -0.6, stations=stations)
+    distance, place = nearest(x, axis, SlopeSection(extent=(0.0, 0.37)))
+    at = 0.37 / 0.8
+    assert (distance[0], place[0]) == pytest.approx((0.2 - 0.6 * at, at), abs=1e-8)
+
+
+def test_a_corner_that_is_passed_outside():
+    """Beyond the end the distance is that from the edge, by its foot on the axis: (0.8, -0.6) is the direction."""
+    x, axis = straight(0.7, -0.6)
+    distance, place = nearest(x, axis, SlopeSection(extent=(-1.0, 0.1)))
+    foot = 0.8 * 0.1 + 0.6 * 0.7
+    assert (distance[0], place[0]) == pytest.approx((np.hypot(0.8 * foot - 0.1, 0.7 - 0.6 * foot), foot), abs=1e-8)
+    assert distance[0] > 0.0
+
+
+def test_an_axis_beside_the_obstacle_keeps_its_distance():
+    x, axis = straight(-0.1, 0.0, begin=0.5)
+    distance, place = nearest(x, axis, SlopeSection(extent=(0.0, 0.2)))
+    assert (distance[0], place[0]) == pytest.approx((np.hypot(0.3, 0.1), 0.0))
+
+
+def test_a_sag_between_two_stations():
+    """Height 0.1 - x (1 - x): a parabola, which Hermite's cubics meet; its lowest point lies inside of a cell."""
+    x = np.array([0.0, 0.4, 1.0])
+    axis = Axis(x[None], 0.1 - (x * (1.0 - x))[None], np.ones((1, 3)), (2.0 * x - 1.0)[None])
+    distance, place = nearest(x, axis, SlopeSection())
+    assert (distance[0], place[0]) == pytest.approx((-0.15, 0.5), abs=1e-7)
+
+
+# Keys and files -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("extent", [[0.3, 0.2], [0.2, 0.2], [0.2], [0.0, 0.1, 0.2]])
+def test_ends_that_are_none_are_refused(extent):
+    with pytest.raises(InputError, match=r"^slope.extent = .*should be \[first, last\] in m"):
+        Scenario.from_dict({"slope": {"extent": extent}})
+
+
+def test_the_ends_come_back_from_the_file():
+    scenario = Scenario().replace(slope__extent=[-0.1, 0.7])
+    assert Scenario.from_toml(scenario.to_toml()).slope.extent == (-0.1, 0.7)
+    assert Scenario.from_toml(Scenario().to_toml()).slope.extent == ()
+
+
+def test_files_keep_it(run, tmp_path):
+    history = run("mid-span", UNBOUNDED)
+    again = History.load(history.save(tmp_path / "run"))
+    assert again.summary["clearance"] == history.summary["clearance"]
+    np.testing.assert_array_equal(again["clearance"], history["clearance"])
+    assert again["clearance"].attrs["units"] == again["clearance_at"].attrs["units"] == "m"
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["clearance"] == history.summary["clearance"]
+
+
+def test_of_joined_histories_it_is_the_smallest():
+    first = simulate(Scenario.builtin("mid-span", [UNBOUNDED, "end_time=0.45"]))
+    whole = concatenate(first, first, shift=True)
+    assert whole.summary["clearance"] == first.summary["clearance"]
+    other = simulate(Scenario.builtin("mid-span", [UNBOUNDED, "end_time=0.2"]))
+    late = concatenate(other, first, shift=True).summary["clearance"]
+    assert late == first.summary["clearance"] | {"time": first.summary["clearance"]["time"] + 0.2}
