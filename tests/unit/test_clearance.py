@@ -12,6 +12,7 @@ from fem_beam.reduction import eigenmodes
 from modal.eigenfunctions import Eigenfunctions
 from oblique_impact import History, InputError, Scenario, concatenate, simulate
 from oblique_impact.clearance import Axis, nearest, two_digits
+from oblique_impact.cli import main
 from oblique_impact.scenario import SlopeSection
 
 UNBOUNDED = "slope.extent=[]"
@@ -190,6 +191,15 @@ def test_a_single_rebound_beyond_the_ends_is_told(run):
     history = run("bouncing", "slope.extent=[0.0, 0.5]", "end_time=0.3173", "solver.output_interval=1e-3")
     assert (history["state"].values == 0).all()
     assert len(about_slope(history)) == 1
+
+
+def test_the_command_line_prints_it(tmp_path, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["run", "mid-span", "--set", UNBOUNDED, "--set", "end_time=0.35", "--out", str(tmp_path / "run")])
+    assert end.value.code in (None, 0)
+    found = [line for line in capsys.readouterr().out.splitlines() if "below the slope" in line]
+    (said,) = json.loads((tmp_path / "run" / "summary.json").read_text())["warnings"]
+    assert found == [f"  warning: {said}"]
 
 
 def test_two_digits():
