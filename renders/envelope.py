@@ -119,7 +119,10 @@ def _band(x: Array, y: Array) -> tuple[Band, Array]:
     near = int(PERIOD / 2)
     count = np.arange(low.size)
     left, right = np.maximum(count - near, 0), np.minimum(count + near + 1, low.size)
-    mean = (area[starts[right]] - area[starts[left]]) / (right - left)
+    mean = np.diff(area[starts])
+    for _ in range(2):  # once would leave ripples of periods that do not fit
+        sums = np.concatenate([[0.0], np.cumsum(mean)])
+        mean = (sums[right] - sums[left]) / (right - left)
     low = np.array([low[a:b].min() for a, b in zip(left, right, strict=True)])
     high = np.array([high[a:b].max() for a, b in zip(left, right, strict=True)])
     # at an edge between two pixels the wider of both

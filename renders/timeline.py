@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -166,10 +167,11 @@ def make_timeline(
             f"--between {first:g},{last:g}: should be two increasing times from {begin:g} to {end:g} s"
         )
     course = time_map(history, speed, contact_speed).part(first, last)
-    count = frames or max(2, round(course.duration * fps) + 1)
-    # the last frame shows the end
-    course = course.slowed((count - 1) / (course.duration * fps))
-    times = course.time_at(np.arange(count) / fps)
+    if frames is None:
+        frames = math.ceil(course.duration * fps - 1e-9) + 1
+    else:
+        course = course.slowed((frames - 1) / (course.duration * fps))
+    times = course.time_at(np.arange(frames) / fps)
     times[-1] = last
     return Timeline(fps, times, course.rate_at(times), course)
 

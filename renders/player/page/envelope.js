@@ -97,13 +97,17 @@ function bandOf(x, y, first, last) {
 
 /** Extremes and means over a period around each pixel; at an edge between two pixels the wider of both. */
 function smoothed(left, low, high, area) {
-  const near = PERIOD / 2, count = low.length, lows = [], highs = [], mean = [];
+  const near = PERIOD / 2, count = low.length, lows = [], highs = [];
   for (let n = 0; n < count; n++) {
     const a = Math.max(n - near, 0), b = Math.min(n + near + 1, count);
     lows.push(Math.min(...low.slice(a, b)));
     highs.push(Math.max(...high.slice(a, b)));
-    mean.push(area.slice(a, b).reduce((sum, v) => sum + v, 0) / (b - a));
   }
+  const averaged = (values) => values.map((_, n) => {
+    const part = values.slice(Math.max(n - near, 0), n + near + 1);
+    return part.reduce((sum, v) => sum + v, 0) / part.length;
+  });
+  const mean = averaged(averaged(area)); // once would leave ripples of periods that do not fit
   const x = [], under = [], over = [];
   for (let n = 0; n <= count; n++) {
     const a = Math.max(n - 1, 0), b = Math.min(n, count - 1);
