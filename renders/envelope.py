@@ -64,7 +64,10 @@ def drawn(x: Array, y: Array, swing: float) -> Drawn:
     for a, b in fast_spans(x, y, swing):
         first, last = int(np.searchsorted(x, a)), int(np.searchsorted(x, b, side="right"))
         band, mean = _band(x[first:last], y[first:last])
-        lines += [(x[done:first], y[done:first]), (0.5 * (band.x[1:] + band.x[:-1]), mean)]
+        lines += [
+            (x[done:first], y[done:first]),
+            (np.clip(0.5 * (band.x[1:] + band.x[:-1]), x[first], x[last - 1]), mean),
+        ]
         bands.append(band)
         done = last
     lines.append((x[done:], y[done:]))

@@ -12,12 +12,16 @@ import pytest
 
 from oblique_impact import InputError
 from oblique_impact.contact import State
+from renders.envelope import drawn
 from renders.geometry import BETWEEN, BeamGeometry
 from renders.player import write_player
 from renders.player.payload import SERIES, unpacked
 from renders.player.selection import MAX_EVENTS
+from renders.scene import contact_force
+from renders.story import story_of
 from renders.style import STATE_COLOURS
 from tests.render.browser import NAMES, Page, find_browser
+from tests.render.test_pictures import check_arrow
 
 FAMILIES = {
     "paper": ("paper",),
@@ -485,6 +489,78 @@ def test_frames_differ_and_are_not_blank(shown):
             images.setdefault(name, []).append(pixels.tobytes())
     for name in ("scene", "inset", "force", "energy"):
         assert len(set(images[name])) == 5, name
+
+
+def contact_place(page, name):
+    """Pixels of the point of contact in a view."""
+    return np.array(page.evaluate(f"player.place('{name}')"))
+
+
+@needs_browser
+@pytest.mark.parametrize("name", ["scene", "inset"])
+@pytest.mark.parametrize("time", [0.322, 0.3256])  # slipping down and up the slope
+def test_the_arrow_points_along_the_force_and_leaves_the_contact_point_free(shown, run, name, time):
+    history = run("paper")
+    k = BeamGeometry(history).index(time)
+    along = contact_force(BeamGeometry(history), k) * (1.0, -1.0)  # rows count downward
+    shown.evaluate(f"player.seek({time})")
+    shown.settle()
+    wide, high = shown.evaluate(f"(c => [c.width, c.height])(document.getElementById('{name}'))")
+    pixels = canvas(shown, name).reshape(high, wide, 4)[..., :3].astype(int)
+    if name == "scene":
+        pixels = pixels[:-60]  # the colour bar
+    tint = [int(STATE_COLOURS[1][n : n + 2], 16) for n in (1, 3, 5)]
+    rows, columns = np.nonzero(np.abs(pixels - tint).max(axis=2) < 10)
+    found = np.stack([columns + 0.5, rows + 0.5], axis=1)
+    place = contact_place(shown, name)
+    near = found[np.linalg.norm(found - place, axis=1) < (60 if name == "scene" else 45)]  # without the number
+    check_arrow(near, along / np.linalg.norm(along), place)
+    with pytest.raises(AssertionError):  # as it would be with the other sign
+        check_arrow(near, -along / np.linalg.norm(along), place)
+
+
+@needs_browser
+def test_a_vibration_is_the_same_band_as_in_a_film(shown):
+    """The page's own reduction of a curve to its pixels against the one of the other pictures."""
+    x = np.linspace(0.0, 300.0, 4001)
+    y = np.where((x > 100.0) & (x < 200.0), 30.0 * np.sin(2.0 * np.pi * x / 3.7), 0.0) + 0.1 * x + 3.0 * (x > 50.0)
+    expected = drawn(x, y, 1.0)
+    found = shown.evaluate(f"player.envelope({x.tolist()}, {y.tolist()}, 1)")
+    assert len(found["bands"]) == len(expected.bands) == 1
+    mine, theirs = expected.bands[0], found["bands"][0]
+    np.testing.assert_allclose(theirs["x"], mine.x)
+    np.testing.assert_allclose(theirs["low"], mine.low, atol=1e-9)
+    np.testing.assert_allclose(theirs["high"], mine.high, atol=1e-9)
+    line = np.concatenate([y[found["lines"][0]["from"] : found["lines"][0]["to"]], theirs["mean"]])
+    np.testing.assert_allclose(line, expected.y[: line.size], atol=0.02)  # where the area of a pixel is cut
+
+
+@needs_browser
+def test_vibrations_of_the_whole_run_leave_the_chart_light(shown):
+    """In flight the energies swing many times in a pixel: the band is lighter than a line drawn through them."""
+    shown.evaluate(
+        "(e => { e.value = 'whole'; e.dispatchEvent(new Event('change')); })(document.getElementById('range'))"
+    )
+    shown.evaluate("player.goTo(1e9)")
+    shown.settle()
+    pixels = canvas(shown, "energy")
+    full = count_of(pixels, "#0f7f86")  # elastic
+    band = np.abs(pixels[:, :3].astype(int) - [183, 216, 219]).max(axis=1) < 12  # 0.3 of it on white
+    assert band.sum() > 3 * full > 300
+
+
+@needs_browser
+def test_the_colour_bar_has_the_labels_of_the_other_pictures(shown, run):
+    scale = story_of([run("paper")]).colours
+    assert shown.evaluate("player.facts.stress_limit") == scale.limit
+    assert shown.evaluate("player.facts.stress_ticks") == [list(tick) for tick in scale.ticks]
+    written = shown.evaluate(
+        "(() => { const out = [], p = CanvasRenderingContext2D.prototype, old = p.fillText;"
+        " p.fillText = function (t, ...r) { out.push(t); return old.call(this, t, ...r); };"
+        " player.goTo(5); return new Promise(r => requestAnimationFrame(() => requestAnimationFrame(() => {"
+        " p.fillText = old; r(out); }))); })()"
+    )
+    assert {scale.title, *(text for _, text in scale.ticks)} <= set(written)
 
 
 @needs_browser

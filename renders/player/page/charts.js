@@ -164,13 +164,13 @@ function addLine(paths, at, value, tints, { from, to }, last) {
 }
 
 /** A vibration: its band, and its mean as the line. */
-function addBand({ line, band }, { x, low, high, mean }, last) {
+function addBand({ line, band }, { x, low, high, at, mean }, last) {
   x.forEach((edge, n) => (n ? band.lineTo(edge, low[n]) : band.moveTo(edge, low[n])));
   for (let n = x.length - 1; n >= 0; n--) band.lineTo(x[n], high[n]);
   band.closePath();
-  line.moveTo(...(last || [x[0] + 0.5, mean[0]]));
-  mean.forEach((value, n) => line.lineTo(x[n] + 0.5, value));
-  return [x[mean.length - 1] + 0.5, mean.at(-1)];
+  line.moveTo(...(last || [at[0], mean[0]]));
+  mean.forEach((value, n) => line.lineTo(at[n], value));
+  return [at.at(-1), mean.at(-1)];
 }
 
 /** Colour of a vibration: the one of the series, or of the state that most of its samples have. */

@@ -4,7 +4,7 @@
 const PERIOD = 6; // pixels: what swings faster is drawn as a band
 const TURNS = 5; // half periods in a row make a vibration
 
-/** What stands for a curve (x: pixels, ascending): pieces of its line, {x, y}, and {x, low, high} bands with their mean. */
+/** What stands for a curve (x: pixels, ascending): pieces of its line, and bands. */
 function envelope(x, y, swing) {
   const lines = [], bands = [];
   let done = 0;
@@ -67,7 +67,7 @@ function turningPoints(y, swing) {
   return turns;
 }
 
-/** Band of the samples from `first` up to `last`: pixel edges x with low and high, and the mean in each pixel. */
+/** Band of the samples from `first` up to `last`: low and high at pixels x; the mean at `at`. */
 function bandOf(x, y, first, last) {
   const left = Math.floor(x[first]), count = Math.floor(x[last - 1]) + 1 - left;
   const low = new Array(count).fill(Infinity), high = new Array(count).fill(-Infinity), area = new Array(count).fill(0);
@@ -92,7 +92,9 @@ function bandOf(x, y, first, last) {
     piece(xa, ya, x[k + 1], y[k + 1]);
   }
   piece(x[last - 1], y[last - 1], left + count, y[last - 1]);
-  return smoothed(left, low, high, area);
+  const band = smoothed(left, low, high, area);
+  band.at = band.mean.map((_, n) => Math.min(x[last - 1], Math.max(x[first], band.x[n] + 0.5)));
+  return band;
 }
 
 /** Extremes and means over a period around each pixel; at an edge between two pixels the wider of both. */
