@@ -265,7 +265,7 @@ def test_a_run_that_blew_up_still_makes_a_page(run, pages):
     arrays, facts = decoded(write_player(replace(history, data=data, summary=summary), pages / "blown.html"))
     sound = np.abs(history["bending_stress"].values).max()
     assert 0.5 * sound < facts["stress_limit"] < 2.0 * sound
-    assert [text for _, text in facts["stress_ticks"]][::4] == ["≤ −100", "≥ 100"]
+    assert [text[0] for _, text in facts["stress_ticks"]][::4] == ["≤", "≥"]
     assert "not valid here" in facts["outcome"]
     assert np.isinf(arrays["frame_stress"][-1]).any()
     assert np.isnan(arrays["chart_normal"][-1])
@@ -543,10 +543,10 @@ def test_vibrations_of_the_whole_run_leave_the_chart_light(shown):
     )
     shown.evaluate("player.goTo(1e9)")
     shown.settle()
-    pixels = canvas(shown, "energy")
-    full = count_of(pixels, "#0f7f86")  # elastic
-    band = np.abs(pixels[:, :3].astype(int) - [183, 216, 219]).max(axis=1) < 12  # 0.3 of it on white
-    assert band.sum() > 3 * full > 300
+    pixels = canvas(shown, "energy").astype(int)
+    tinted, cover = np.ptp(pixels[:, :3], axis=1) > 15, pixels[:, 3]
+    lines, bands = (tinted & (cover > 200)).sum(), (tinted & (cover > 50) & (cover < 160)).sum()
+    assert bands > 2 * lines > 1000
 
 
 @needs_browser
