@@ -183,6 +183,7 @@ def sweep(
 
 @app.command()
 def render(
+    context: typer.Context,
     histories: Annotated[
         list[Path], typer.Argument(metavar="HISTORY...", help="Run folders or history.nc files.")
     ],
@@ -190,30 +191,44 @@ def render(
         "out/film.mp4"
     ),
     times: Annotated[
-        list[float] | None, typer.Option("--time", help="Time of a still (s); of a strip: repeatable.")
+        list[float] | None,
+        typer.Option("--time", help="Stills, strips: time (s); of a strip repeatable."),
     ] = None,
-    event: Annotated[int | None, typer.Option(help="A still at an event, by its number from 1.")] = None,
-    strip: Annotated[bool, typer.Option("--strip", help="A strip: one row for each time.")] = False,
+    event: Annotated[
+        int | None,
+        typer.Option(help="Stills: at an event, by its number from 1."),
+    ] = None,
+    strip: Annotated[
+        bool, typer.Option("--strip", help="Strips: instead of a still, one row for each time.")
+    ] = False,
     size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels; of one row of a strip.")] = "",
-    fps: Annotated[int, typer.Option(help="Frames per second.")] = 30,
-    speed: Annotated[float | None, typer.Option(help="Physical over film time in flight.")] = None,
-    contact_speed: Annotated[float | None, typer.Option(help="The same in contact, e.g. 0.001.")] = None,
-    between: Annotated[str | None, typer.Option(metavar="T0,T1", help="Part of the run (s).")] = None,
-    frames: Annotated[int | None, typer.Option(help="Exactly so many frames.")] = None,
+    fps: Annotated[int | None, typer.Option(help="Films: frames per second; default 30.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Films: physical over film time in flight.")] = None,
+    contact_speed: Annotated[float | None, typer.Option(help="Films: the same in contact, e.g. 0.001.")] = None,
+    between: Annotated[str | None, typer.Option(metavar="T0,T1", help="Films: part of the run (s).")] = None,
+    frames: Annotated[int | None, typer.Option(help="Films: exactly so many frames.")] = None,
     deformation: Annotated[float | None, typer.Option(help="Deformation factor; default: chosen.")] = None,
     colour: Annotated[str, typer.Option(help="The result in colour.")] = "bending_stress",
     camera: Annotated[str, typer.Option(help="oblique, front or above.")] = "oblique",
-    theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
+    theme: Annotated[str, typer.Option(help="light or dark; of a page also auto.")] = "light",
     layout: Annotated[str, typer.Option(help="Of several histories: side-by-side or overlay.")] = "side-by-side",
     names: Annotated[
-        list[str] | None, typer.Option("--name", help="What a history is called; repeatable.")
+        list[str] | None,
+        typer.Option("--name", help="What a history is called; repeatable."),
     ] = None,
     magnify: Annotated[
-        float | None, typer.Option("--magnify-difference", help="Draw the second history so far from the first.")
+        float | None,
+        typer.Option(
+            "--magnify-difference",
+            help="Draw the second history so far from the first.",
+        ),
     ] = None,
     bare: Annotated[bool, typer.Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
 ) -> None:
-    """Draw a still, a strip, a film or an interactive page from histories."""
+    """Draw a still, a strip, a film or an interactive page from histories, as the suffix of --out says.
+
+    A page (.html) takes --deformation and --theme alone.
+    """
     from renders.command import parse_size, render_command
     from renders.frame import Style
 
@@ -237,6 +252,7 @@ def render(
         histories,
         out,
         style,
+        given=_typed(context),
         times=times or (),
         event=event,
         strip=strip,
@@ -249,6 +265,16 @@ def render(
         magnify_difference=magnify,
     ):
         typer.echo(line)
+
+
+def _typed(context: typer.Context) -> list[str]:
+    """Options of a command that were given, but for --out."""
+    return [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name not in ("histories", "out")
+        and context.get_parameter_source(str(parameter.name)).name == "COMMANDLINE"
+    ]
 
 
 @app.command()

@@ -1,31 +1,39 @@
 """Charts of force and energy that move with a film: past solid, future faint, a cursor between.
 
 Their time axis is that of the film, so that contacts, around which time is stretched, have a width; its
-labels are physical times.  Both versions are drawn once; a frame is cut together from them.
+labels are physical times.  What swings faster than pixels can show is drawn as a band.  Both versions are drawn
+once; a frame is cut together from them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from oblique_impact.history import History
+from renders.envelope import drawn
+from renders.letters import Letters
 from renders.style import figure_style
 from renders.themes import Theme
-from renders.timeline import Timeline, contact_windows
+from renders.timeline import Timeline, TimeMap, contact_windows
 
 Array = NDArray[np.float64]
 
 _DPI = 100
 _FAINT = 0.22
-_MOST_TICKS = 7
+_BAND = 0.3  # strength of a band over that of its line
+_STEPS = (1.0, 0.5, 0.2, 0.1)  # of labels, in decades of time
+_PLACES = 7  # decimals of a label at most
 
 
 @dataclass(frozen=True)
@@ -56,8 +64,8 @@ class Chart:
         Contacts (s), shaded.
     theme : Theme
         Colours.
-    scale : float
-        Size of letters, 1 for a film of 1280 x 720.
+    letters : Letters
+        Their sizes.
     """
 
     def __init__(
@@ -68,11 +76,11 @@ class Chart:
         timeline: Timeline,
         windows: list[tuple[float, float]],
         theme: Theme,
-        scale: float = 1.0,
+        letters: Letters,
     ) -> None:
-        self.theme, self.timeline = theme, timeline
-        self._past, self._span = self._draw(curves, label, size, windows, scale, 1.0)
-        self._future, _ = self._draw(curves, label, size, windows, scale, _FAINT)
+        self.theme, self.timeline, self.letters = theme, timeline, letters
+        self._past, self._span = self._draw(curves, label, size, windows, 1.0)
+        self._future, _ = self._draw(curves, label, size, windows, _FAINT)
 
     def _draw(
         self,
@@ -80,92 +88,161 @@ class Chart:
         label: str,
         size: tuple[int, int],
         windows: list[tuple[float, float]],
-        scale: float,
         strength: float,
     ) -> tuple[Image.Image, tuple[float, float, float, float]]:
-        theme, timeline = self.theme, self.timeline
+        course = self.timeline.course
         with figure_style():
-            figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor=theme.background)
+            figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor=self.theme.background)
             canvas = FigureCanvasAgg(figure)
-            axes = figure.add_axes(_frame(size, scale))
-            axes.set_facecolor(theme.background)
-            first, last = timeline.times[0], timeline.times[-1]
-            for start, end in windows:
-                if end >= first and start <= last:
-                    axes.axvspan(
-                        *timeline.film_time(np.array([start, end])), color=theme.line, alpha=0.6, linewidth=0
-                    )
-            for curve in curves:
-                inside = (curve.time >= first) & (curve.time <= last)
-                axes.plot(
-                    timeline.film_time(curve.time[inside]),
-                    curve.values[inside],
-                    curve.dash,
-                    color=curve.colour,
-                    linewidth=1.4 * scale,
-                    alpha=strength,
-                )
-            self._dress(axes, curves, label, scale)
-            cast(Any, canvas).draw()
+            axes = figure.add_axes(_frame(size, self.letters))
+            axes.set_facecolor(self.theme.background)
             box = axes.get_window_extent()
+            axes.set_xlim(0.0, box.width)
+            for start, end in windows:
+                if end >= course.times[0] and start <= course.times[-1]:
+                    ends = self._pixels(np.array([start, end]), box.width)
+                    axes.axvspan(*ends, color=self.theme.line, alpha=0.6, linewidth=0)
+            for curve in curves:
+                self._draw_curve(axes, curve, (box.width, box.height), strength)
+            self._dress(axes, curves, label)
+            cast(Any, canvas).draw()
         picture = Image.fromarray(np.asarray(cast(Any, canvas).buffer_rgba())[..., :3].copy())
         return picture, (box.x0, box.x1, size[1] - box.y1, size[1] - box.y0)
 
-    def _dress(self, axes: Any, curves: Sequence[Curve], label: str, scale: float) -> None:
-        theme, timeline = self.theme, self.timeline
-        axes.set_xlim(0.0, timeline.film_time(timeline.times[-1]))
-        ticks = _ticks(timeline)
-        axes.set_xticks(timeline.film_time(ticks), [f"{t:.4g}" for t in ticks])
-        axes.tick_params(colors=theme.dim, labelsize=9 * scale, length=3 * scale)
+    def _pixels(self, time: Array, width: float) -> Array:
+        """Pixels from the left end of the axis at physical times (s)."""
+        course = self.timeline.course
+        return course.film_at(time) * width / course.duration
+
+    def _draw_curve(self, axes: Any, curve: Curve, size: tuple[float, float], strength: float) -> None:
+        inside = (curve.time >= self.timeline.course.times[0]) & (curve.time <= self.timeline.course.times[-1])
+        values = curve.values[inside]
+        if values.size == 0:
+            return
+        shown = drawn(self._pixels(curve.time[inside], size[0]), values, float(np.ptp(values)) / size[1])
+        for band in shown.bands:
+            axes.fill_between(
+                band.x, band.low, band.high, color=curve.colour, alpha=_BAND * strength, linewidth=0.0
+            )
+        width = 1.4 * max(self.letters.scale, 0.7)
+        axes.plot(shown.x, shown.y, curve.dash, color=curve.colour, linewidth=width, alpha=strength)
+
+    def _dress(self, axes: Any, curves: Sequence[Curve], label: str) -> None:
+        theme, letters = self.theme, self.letters
+        box = axes.get_window_extent()
+        small, large = (letters.size(n) * 72.0 / _DPI for n in (12.5, 13.9))
+        ticks, labels = round_times(self.timeline.course, box.width, letters.font(12.5).getlength)
+        axes.set_xticks(self._pixels(ticks, box.width), labels)
+        lines = int(np.clip(box.height / (1.9 * letters.size(12.5)), 2, 7))
+        axes.yaxis.set_major_locator(MaxNLocator(lines, steps=[1, 2, 2.5, 5, 10]))
+        axes.tick_params(colors=theme.dim, labelsize=small, length=3 * letters.scale)
         for spine in axes.spines.values():
             spine.set_color(theme.dim)
         axes.grid(color=theme.line)
-        axes.set_ylabel(label, color=theme.ink, fontsize=10 * scale)
-        axes.set_xlabel("time (s), stretched around contacts", color=theme.ink, fontsize=10 * scale)
-        handles = [
-            axes.plot([], [], c.dash, color=c.colour, linewidth=2 * scale, label=c.label)[0]
-            for c in curves
-            if c.label
-        ]
-        if len(handles) > 1:
-            axes.legend(
-                handles=handles,
-                loc="lower left",
-                bbox_to_anchor=(-0.01, 0.98),
-                ncols=len(handles),
-                fontsize=9 * scale,
-                labelcolor=theme.ink,
-                handlelength=1.2,
-                columnspacing=1.0,
-                borderpad=0.1,
-            )
+        axes.set_ylabel(letters.fitting([label], box.height * 1.2, 13.9), color=theme.ink, fontsize=large)
+        below = letters.fitting(["time (s), stretched around contacts", "time (s)"], box.width, 13.9)
+        axes.set_xlabel(below, color=theme.ink, fontsize=large)
+        self._add_legend(axes, [curve for curve in curves if curve.label])
+
+    def _add_legend(self, axes: Any, curves: Sequence[Curve]) -> None:
+        """Names of several curves above the axes; to the left of them if there is no room otherwise."""
+        if len(curves) < 2:
+            return
+        size = self.letters.size(12.5)
+        # a line 1.2, gaps 0.5 and 0.9 times as long as letters are high
+        length = sum(self.letters.font(12.5).getlength(curve.label) + 2.6 * size for curve in curves)
+        box, whole = axes.get_window_extent(), axes.figure.bbox.width
+        start = min(0.0, (whole - box.x0 - length) / box.width)
+        axes.legend(
+            handles=[axes.plot([], [], c.dash, color=c.colour, lw=2, label=c.label)[0] for c in curves],
+            loc="lower left",
+            bbox_to_anchor=(start, 1.0),
+            ncols=len(curves),
+            fontsize=size * 72.0 / _DPI,
+            labelcolor=self.theme.ink,
+            handlelength=1.2,
+            handletextpad=0.5,
+            columnspacing=0.9,
+            borderpad=0.1,
+            borderaxespad=0.2,
+        )
 
     def at(self, film_time: float) -> Image.Image:
         """Return the picture with its cursor at a film time (s)."""
         left, right, top, bottom = self._span
-        whole = float(self.timeline.film_time(self.timeline.times[-1])) or 1.0
-        x = left + (right - left) * min(max(film_time / whole, 0.0), 1.0)
+        x = left + (right - left) * min(max(film_time / self.timeline.course.duration, 0.0), 1.0)
         picture = self._future.copy()
         picture.paste(self._past.crop((0, 0, round(x), picture.height)), (0, 0))
         ImageDraw.Draw(picture).line([(round(x), top), (round(x), bottom)], fill=self.theme.ink, width=1)
         return picture
 
 
-def _frame(size: tuple[int, int], scale: float) -> tuple[float, float, float, float]:
-    """Place of the axes in a chart, in parts of it: room for labels of a fixed size."""
-    left, bottom, right, top = 66 * scale, 44 * scale, 16 * scale, 26 * scale
+def _frame(size: tuple[int, int], letters: Letters) -> tuple[float, float, float, float]:
+    """Place of the axes in a chart, in parts of it: room for the labels."""
+    small, large = letters.size(12.5), letters.size(13.9)
+    left, bottom, right, top = 3.2 * small + 1.9 * large, 1.65 * (small + large), 2.2 * small, 2.0 * small
     return left / size[0], bottom / size[1], 1.0 - (left + right) / size[0], 1.0 - (bottom + top) / size[1]
 
 
-def _ticks(timeline: Timeline) -> Array:
-    """Physical times at about equal distances of film time."""
-    wanted = np.interp(
-        np.linspace(0.0, timeline.duration, _MOST_TICKS), timeline.film_time(timeline.times), timeline.times
-    )
-    span = timeline.times[-1] - timeline.times[0]
-    digits = max(0, int(np.ceil(-np.log10(max(span, 1e-12)))) + 3)
-    rounded = np.unique(np.round(wanted, digits))
-    return np.asarray(rounded[(rounded >= timeline.times[0]) & (rounded <= timeline.times[-1])])
+def round_times(course: TimeMap, width: float, length: Callable[[str], float]) -> tuple[Array, list[str]]:
+    """Choose round physical times for the labels of an axis of film time, all with the same decimals.
+
+    Parameters
+    ----------
+    course : TimeMap
+        Of the whole axis.
+    width : float
+        Length of the axis in pixels.
+    length : callable
+        Length of a label in pixels.
+
+    Coarse times come first, finer ones where there is still room for them; decimals are added as long as an
+    empty stretch is left that is longer than three labels.
+    """
+    first, last = float(course.times[0]), float(course.times[-1])
+    decade = math.floor(math.log10(max(last - first, 1e-300)))
+    chosen, places = np.empty(0), max(0, -decade)
+    for decimals in range(places, max(places, _PLACES) + 1):
+        room = 1.35 * max(length(f"{t:.{decimals}f}") for t in (first, last))
+        found = _fill(course, width / course.duration, room, (decade, -decimals))
+        if chosen.size and found.size < 2:
+            break
+        chosen, places = found, decimals
+        at = np.concatenate([[0.0], course.film_at(np.sort(chosen)) * width / course.duration, [width]])
+        if np.diff(at).max() < 3.0 * room:
+            break
+    chosen = np.sort(chosen)
+    return chosen, [f"{t:.{places}f}" for t in chosen]
+
+
+def _fill(course: TimeMap, scale: float, room: float, decades: tuple[int, int]) -> Array:
+    """Round times with at least `room` pixels between them; `scale` is pixels over film time."""
+    first, last = float(course.times[0]), float(course.times[-1])
+    chosen: list[float] = []
+    for decade in range(decades[0], decades[1] - 1, -1):
+        for part in _STEPS if decade > decades[1] else (1.0,):
+            step = part * 10.0**decade
+            for number in _in_gaps(course, scale, room, sorted(chosen), step):
+                time = min(max(number * step, first), last)
+                at = float(course.film_at(time)) * scale
+                if all(abs(at - float(course.film_at(t)) * scale) >= room for t in chosen):
+                    chosen.append(time)
+    return np.array(chosen)
+
+
+def _in_gaps(course: TimeMap, scale: float, room: float, chosen: list[float], step: float) -> list[int]:
+    """Multiples of a step that lie where there is room, no more of them than could be used."""
+    ends = course.duration * scale
+    at = [-room, *(float(course.film_at(t)) * scale for t in chosen), ends + room]
+    found: list[int] = []
+    for low, high in pairwise(at):
+        free = low + room, high - room
+        if free[1] < free[0]:
+            continue
+        a, b = (float(course.time_at(min(max(p, 0.0), ends) / scale)) for p in free)
+        numbers = range(math.ceil(a / step - 1e-9), math.floor(b / step + 1e-9) + 1)
+        found += list(numbers) if len(numbers) <= 64 else []
+    return found
 
 
 def force_curves(histories: Sequence[History], names: Sequence[str], theme: Theme) -> list[Curve]:

@@ -14,14 +14,25 @@ from oblique_impact.errors import InputError
 from oblique_impact.history import History
 from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
 from renders.difference import magnify_difference as magnified
-from renders.film import FILMS, write_film, write_still, write_strip
+from renders.film import write_film, write_still, write_strip
 from renders.frame import Style
 from renders.geometry import BeamGeometry
+from renders.outputs import FILM, PAGE, STILL, STRIP, check_options, kind_of
 from renders.timeline import FPS, Timeline, make_timeline
 
-_SUFFIXES = (".png", *FILMS, ".html")
 #: of one row of a strip
-STRIP = Style(size=(1000, 250))
+STRIP_STYLE = Style(size=(1000, 250))
+#: what of a style belongs to which option
+_OF_STYLE = {
+    "size": "--size",
+    "quantity": "--colour",
+    "camera": "--camera",
+    "layout": "--layout",
+    "charts": "--bare",
+    "inset": "--bare",
+    "ghosts": "--bare",
+    "trace": "--bare",
+}
 
 
 @dataclass(frozen=True)
@@ -54,7 +65,7 @@ def render(
     times: Sequence[float] = (),
     event: int | None = None,
     strip: bool = False,
-    fps: int = FPS,
+    fps: int | None = None,
     speed: float | None = None,
     contact_speed: float | None = None,
     between: tuple[float, float] | None = None,
@@ -82,11 +93,11 @@ def render(
     strip : bool
         A strip: one row for each time.
     fps : int
-        Frames per second of a film.
+        Frames per second of a film; default 30.
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; default: so that a film lasts about 20 s.
     between : tuple of float, optional
-        First and last physical time (s) of a film.
+        First and last physical time (s) of a film, which is that part of the film of the whole run.
     frames : int, optional
         Exactly so many frames.
     names : sequence of str
@@ -104,8 +115,9 @@ def render(
     Raises
     ------
     InputError
-        In one line, for values out of range, histories without a beam, a file that cannot be written, or a system
-        without libEGL and libOSMesa.
+        In one line, for values out of range, an option that does not apply to what is drawn
+        (`renders.outputs.APPLIES`), histories without a beam, a file that cannot be written, or a system without
+        libEGL and libOSMesa.
 
     Examples
     --------
@@ -115,9 +127,25 @@ def render(
     >>> render(history, "impact.png", Style(size=(960, 540)), event=1).file  # doctest: +SKIP
     """
     file = Path(out)
-    suffix = file.suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
+    kind = kind_of(file, strip)
+    default = STRIP_STYLE if kind == STRIP else Style()
+    _refuse(
+        file,
+        kind,
+        (style, default),
+        {
+            "--time": list(times),
+            "--event": event,
+            "--strip": strip or None,
+            "--fps": fps,
+            "--speed": speed,
+            "--contact-speed": contact_speed,
+            "--between": between,
+            "--frames": frames,
+            "--name": list(names),
+            "--magnify-difference": magnify_difference,
+        },
+    )
     several = [histories] if isinstance(histories, History) else list(histories)
     if not several:
         raise InputError("HISTORY: none given: should be one, two or three")
@@ -128,42 +156,55 @@ def render(
     with np.errstate(over="ignore", invalid="ignore"):
         if magnify_difference is not None:
             several, called = _magnified(several, called, magnify_difference)
-        style = style or (STRIP if strip else Style())
+        style = style or default
         factor = min(BeamGeometry(history, style.deformation).factor for history in several)
         timeline = None
-        if suffix == ".html":
+        if kind == PAGE:
             if len(several) > 1:
                 raise InputError(f"HISTORY: {len(several)} given: a page shows one")
             from renders.player import write_player
 
             write_player(several[0], file, factor=style.deformation, theme=style.theme)
-        elif suffix == ".png" and strip:
+        elif kind == STRIP:
             write_strip(several, called, style, times, file)
-        elif suffix == ".png":
+        elif kind != FILM:
             write_still(several, called, style, _instant(several[0], times, event), file)
         else:
             if style.size[0] % 2 or style.size[1] % 2:
                 raise InputError(f"--size {style.size[0]}x{style.size[1]}: films need even numbers")
-            timeline = make_timeline(several[0], fps, speed, contact_speed, between, frames)
+            timeline = make_timeline(
+                several[0], FPS if fps is None else fps, speed, contact_speed, between, frames
+            )
             on_progress(Progress(0, timeline.times.size))
             write_film(several, called, style, timeline, file, lambda done, of: on_progress(Progress(done, of)))
     return Rendered(file, factor, style.size, timeline)
 
 
+def _refuse(out: Path, kind: str, styles: tuple[Style | None, Style], options: dict[str, Any]) -> None:
+    """Raise InputError if an option is given, or a style differs from the default one, where it does not apply."""
+    style, default = styles
+    changed = [_OF_STYLE[key] for key in _OF_STYLE if style and getattr(style, key) != getattr(default, key)]
+    check_options(out, kind, [*(name for name, value in options.items() if value not in (None, [])), *changed])
+
+
 def render_command(
-    paths: Sequence[Path], out: Path, style: Style, names: Sequence[str] = (), **options: Any
+    paths: Sequence[Path], out: Path, style: Style, given: Sequence[str] = (), **options: Any
 ) -> list[str]:
-    """Read histories, call `render` with a progress bar; returns the lines to print.  Raises InputError."""
-    if out.suffix.lower() not in _SUFFIXES:
-        raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
+    """Read histories, call `render` with a progress bar; returns the lines to print.
+
+    `given` are the options of the command line that were typed.  Raises InputError.
+    """
+    kind = kind_of(out, options["strip"])
+    check_options(out, kind, given)
     histories = [History.load(path) for path in paths]
-    called = names or [(path if path.is_dir() else path.parent).resolve().name for path in paths]
+    if kind != PAGE and not options["names"]:
+        options["names"] = [(path if path.is_dir() else path.parent).resolve().name for path in paths]
     with counting_bar("frames") as show:
-        result = render(histories, out, style, names=called, on_progress=show, **options)
+        result = render(histories, out, style, on_progress=show, **options)
     lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
     if result.timeline is not None:
         lines.append(_rates(result.timeline, result.size))
-    return [*lines, f"picture: {out}" if out.suffix.lower() == ".png" else f"written: {out}"]
+    return [*lines, f"picture: {out}" if kind in (STILL, STRIP) else f"written: {out}"]
 
 
 def _rates(timeline: Timeline, size: tuple[int, int]) -> str:

@@ -17,10 +17,11 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, unfinished, write_whole
 from oblique_impact.history import History
 from renders.frame import Composer, Style
+from renders.outputs import FILMS
+from renders.story import story_of
 from renders.themes import theme_of
 from renders.timeline import Timeline, contact_windows
 
-FILMS = (".mp4", ".gif", ".webp")
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
 _PALETTE_FRAMES = 12
@@ -36,7 +37,7 @@ def write_still(
     Raises InputError for a time outside of the run or a file that cannot be written.
     """
     _check_times(histories[0], [time])
-    composer = Composer(histories, names, style)
+    composer = Composer(story_of(histories, style.quantity, style.deformation), names, style)
     try:
         picture = composer.draw(time)
     finally:
@@ -58,12 +59,12 @@ def write_strip(
     """
     wanted = list(times) or strip_times(histories[0])
     _check_times(histories[0], wanted)
-    rows = []
+    rows, story = [], story_of(histories, style.quantity, style.deformation)
     letters = 0.8 * style.size[0] / 1000.0
     plain = replace(style, charts=False, inset=False, ghosts=False, trace=False, letters=letters)
     # the last row tells what the colours mean and how much the deflection is magnified
     for times, caption in ((wanted[:-1], False), (wanted[-1:], True)):
-        composer = Composer(histories, names, replace(plain, caption=caption), span=(min(wanted), max(wanted)))
+        composer = Composer(story, names, replace(plain, caption=caption), span=(min(wanted), max(wanted)))
         try:
             rows += [composer.draw(time) for time in times]
         finally:
@@ -123,7 +124,8 @@ def write_film(
     """
     if out.suffix.lower() not in FILMS:
         raise InputError(f"--out {out}: films end with {', '.join(FILMS)}")
-    composer = Composer(histories, names, style, timeline)
+    story = story_of(histories, style.quantity, style.deformation)
+    composer = Composer(story, names, style, timeline)
     try:
         frames = _frames(composer, timeline, on_frame)
         with only_writer(_writable(out)):

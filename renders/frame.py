@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 from typing import Literal, get_args
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib import font_manager
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from oblique_impact.contact import State
 from oblique_impact.errors import InputError
-from oblique_impact.history import History
 from renders.charts import Chart, all_windows, energy_curves, force_curves
-from renders.geometry import QUANTITIES, BeamGeometry
-from renders.scene import Look, View, colour_limit, contact_force
+from renders.geometry import BeamGeometry
+from renders.layout import Box, lay_out
+from renders.letters import Letters
+from renders.scene import Look, View, contact_force
+from renders.story import Story
 from renders.themes import theme_of
 from renders.timeline import Timeline
-
-Box = tuple[int, int, int, int]  # left, top, width, height (pixels)
 
 ThemeName = Literal["light", "dark", "auto"]
 CameraName = Literal["oblique", "front", "above"]
@@ -30,15 +27,8 @@ Layout = Literal["side-by-side", "overlay"]
 Colour = Literal["bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "slope"]
 
 _LAYOUTS, _SHOWN = get_args(Layout), get_args(Colour)
-_UNITS = {"Pa": (1e-6, "MPa")}
-_NAMES = {
-    "bending_stress": "bending stress",
-    "axial_stress": "axial stress",
-    "bending_moment": "bending moment",
-    "shear_force": "shear force",
-    "axial_force": "axial force",
-    "slope": "slope",
-}
+_TITLE, _NAME, _HEADING, _LINE, _SMALL = 20, 15, 14, 13, 12  # pixels of letters in a picture of 1280 x 720
+_LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
 
 
 @dataclass(frozen=True)
@@ -91,24 +81,15 @@ class Style:
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
 
 
-@cache
-def font(size: float, bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Return DejaVu Sans at a size in pixels; it comes with matplotlib."""
-    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    path = Path(mpl.get_data_path()) / "fonts" / "ttf" / name
-    file = str(path) if path.exists() else font_manager.findfont("DejaVu Sans")
-    return ImageFont.truetype(file, max(6, round(size)))
-
-
 class Composer:
     """Draws frames of one to three histories.
 
     Parameters
     ----------
-    histories : sequence of History
-        Of beams.
+    story : Story
+        The runs, and what their pictures share.
     names : sequence of str
-        One for each.
+        One for each run.
     style : Style
         How they look.
     timeline : Timeline, optional
@@ -119,83 +100,80 @@ class Composer:
 
     def __init__(
         self,
-        histories: Sequence[History],
+        story: Story,
         names: Sequence[str],
         style: Style,
         timeline: Timeline | None = None,
         span: tuple[float, float] | None = None,
     ) -> None:
-        if not 1 <= len(histories) <= 3:
-            raise InputError(f"HISTORY: {len(histories)} given: should be one, two or three")
-        self.style, self.theme, self.timeline = style, theme_of(style.theme), timeline
+        if not 1 <= len(story.geometries) <= 3:
+            raise InputError(f"HISTORY: {len(story.geometries)} given: should be one, two or three")
+        self.story, self.style, self.theme, self.timeline = story, style, theme_of(style.theme), timeline
         self.names, self._span = names, span
-        self.geometries = [BeamGeometry(history, style.deformation) for history in histories]
-        factor = min(geometry.factor for geometry in self.geometries)
-        self.geometries = [BeamGeometry(history, factor) for history in histories]
-        self.scale = style.letters or min(style.size[0] / 1280.0, style.size[1] / 720.0)
-        self._overlay = style.layout == "overlay" and len(histories) > 1
-        self._limit = 1.0 if self._overlay else colour_limit(self.geometries, style.quantity)
+        self.letters = Letters(style.letters or min(style.size[0] / 1280.0, style.size[1] / 720.0))
+        self._overlay = style.layout == "overlay" and len(story.geometries) > 1
         self._charts: list[tuple[Chart, Box]] = []
         self._views: list[tuple[View, Box, int]] = []
-        self._arrange(histories)
-        self._still = self._background()
+        self._arrange()
+        self._still = Image.new("RGB", style.size, self.theme.background)
 
     # Layout ---------------------------------------------------------------------------------------------------
 
-    def _arrange(self, histories: Sequence[History]) -> None:
-        width, height = self.style.size
-        charts = self.style.charts and self.timeline is not None
-        top = round(0.66 * height) if charts else height
-        look = Look(
-            self.style.quantity,
-            self.style.camera,
-            self.style.ghosts,
-            self.style.trace,
-            self.style.arrow,
-            self._overlay,
+    def _arrange(self) -> None:
+        style, geometries = self.style, self.story.geometries
+        together = self._overlay or len(geometries) == 1
+        plan = lay_out(
+            style.size,
+            1 if together else len(geometries),
+            inset=style.inset and together,
+            charts=style.charts and self.timeline is not None,
         )
-        if self._overlay or len(histories) == 1:
-            inset = round(0.29 * width) if self.style.inset else 0
-            self._add_view(self.geometries, (0, 0, width - inset, top), look, 0)
-            if inset:
-                self._add_inset((width - inset, 0, inset, top), look)
-        else:
-            part = width // len(histories)
-            for n, geometry in enumerate(self.geometries):
-                self._add_view([geometry], (n * part, 0, part, top), look, n)
-        if charts:
-            self._add_charts(histories, top)
+        self._compact = plan.views[0][3] < _LOW
+        look = Look(style.quantity, style.camera, style.ghosts, style.trace, style.arrow, self._overlay)
+        room = self._room()
+        for n, box in enumerate(plan.views):
+            shown = geometries if together else geometries[n : n + 1]
+            view = View(shown, box[2:], self.theme, look, self.story.colours.limit, span=self._span, room=room)
+            self._views.append((view, box, n))
+        if plan.inset:
+            self._add_inset(plan.inset, look)
+        if plan.charts:
+            self._add_charts(plan.charts)
 
-    def _add_view(self, geometries: Sequence[BeamGeometry], box: Box, look: Look, number: int) -> None:
-        view = View(geometries, (box[2], box[3]), self.theme, look, self._limit, span=self._span)
-        self._views.append((view, box, number))
+    def _room(self) -> tuple[float, float]:
+        """Pixels that text takes above a view, and the colour bar below it, whether or not there is a caption."""
+        letters, s = self.letters, self.letters.scale
+        lines = 1 if self._compact else (self.timeline is not None) + (self.story.factor != 1.0)
+        top = self._top(0) + 1.3 * letters.size(_TITLE) + 1.5 * lines * letters.size(_LINE)
+        if self._overlay:
+            return top, 0.0
+        title = 0.0 if self._compact else 1.2 * letters.size(_LINE) + 4 * s
+        return top, title + max(8.0, 12 * s) + 1.3 * letters.size(_SMALL) + 8 * s
+
+    def _top(self, top: int) -> float:
+        """Pixels from the top at which text begins in a box."""
+        return top + max(8.0, 16.0 * self.letters.scale)
 
     def _add_inset(self, box: Box, look: Look) -> None:
         """Contact point at true scale."""
-        true = [BeamGeometry(g.history, 1.0) for g in self.geometries]
-        close = Look(look.quantity, look.camera, False, look.trace, look.arrow, look.plain, arrow_length=0.06)
-        band = round(84 * self.scale)  # for the text
-        view = View(true, (box[2], box[3] - band), self.theme, close, self._limit, close=6.0)
+        true = [BeamGeometry(g.history, 1.0) for g in self.story.geometries]
+        close = Look(look.quantity, look.camera, False, look.trace, look.arrow, look.plain)
+        lines = 1.3 * self.letters.size(_HEADING) + 1.5 * (self.letters.size(_HEADING) + self.letters.size(_LINE))
+        band = round(self._top(0) + lines)
+        view = View(true, (box[2], box[3] - band), self.theme, close, self.story.colours.limit, close=6.0)
         self._views.append((view, (box[0], box[1] + band, box[2], box[3] - band), -1))
 
-    def _add_charts(self, histories: Sequence[History], top: int) -> None:
+    def _add_charts(self, boxes: Sequence[Box]) -> None:
         assert self.timeline is not None
-        width, height = self.style.size
-        left = round(0.62 * width)
+        histories = self.story.histories
         windows = all_windows(histories)
-        for curves, label, box in (
-            (force_curves(histories, self.names, self.theme), "contact force (N)", (0, top, left, height - top)),
-            (
-                energy_curves(histories, self.names, self.theme),
-                "energy (J)",
-                (left, top, width - left, height - top),
-            ),
-        ):
-            size = box[2], box[3]
-            self._charts.append((Chart(curves, label, size, self.timeline, windows, self.theme, self.scale), box))
-
-    def _background(self) -> Image.Image:
-        return Image.new("RGB", self.style.size, self.theme.background)
+        parts = (
+            (force_curves(histories, self.names, self.theme), "force (N)"),
+            (energy_curves(histories, self.names, self.theme), "energy (J)"),
+        )
+        for (curves, label), box in zip(parts, boxes, strict=False):
+            chart = Chart(curves, label, box[2:], self.timeline, windows, self.theme, self.letters)
+            self._charts.append((chart, box))
 
     # Frames ---------------------------------------------------------------------------------------------------
 
@@ -206,81 +184,115 @@ class Composer:
             frame.paste(view.draw(time), (left, top))
         if self.timeline is not None:
             for chart, (left, top, _, _) in self._charts:
-                frame.paste(chart.at(float(self.timeline.film_time(time))), (left, top))
+                frame.paste(chart.at(float(self.timeline.course.film_at(time))), (left, top))
         pen = ImageDraw.Draw(frame)
-        for _, box, number in self._views:
+        for view, box, number in self._views:
             if number >= 0:
                 self._describe(pen, box, number, time, rate)
             else:
-                self._describe_inset(pen, box, time)
+                self._describe_inset(pen, (*box[:2], *view.size), time)
         return frame
 
     def _describe(self, pen: ImageDraw.ImageDraw, box: Box, number: int, time: float, rate: float | None) -> None:
         """Time, state, rate and factor above a view; the colour bar below."""
-        s, theme, geometry = self.scale, self.theme, self.geometries[number]
-        left, y = box[0] + 22 * s, box[1] + 16 * s
-        pen.text((left, y), f"t = {time:.5f} s", fill=theme.ink, font=font(20 * s, True))
-        x = left + pen.textlength("t = 0.00000 s", font=font(20 * s, True)) + 24 * s
+        letters, theme = self.letters, self.theme
+        margin = max(10.0, 22.0 * letters.scale)
+        left, y, right = box[0] + margin, self._top(box[1]), box[0] + box[2] - 0.5 * margin
+        bold = letters.font(_TITLE, True)
+        pen.text((left, y), f"t = {time:.5f} s", fill=theme.ink, font=bold)
+        x = left + bold.getlength("t = 0.00000 s") + max(12.0, 24 * letters.scale)
         if self._overlay:
-            self._legend(pen, x, y)
+            self._legend(pen, x, y, right)
         else:
+            geometry = self.story.geometries[number]
             state = State(int(geometry.history["state"].values[int(geometry.index(time))]))
-            pen.text((x, y), state.name, fill=theme.states[state], font=font(20 * s, True))
-            if len(self.geometries) > 1:
-                x += pen.textlength("STICK", font=font(20 * s, True)) + 24 * s
-                pen.text((x, y + 3 * s), self.names[number], fill=theme.ink, font=font(15 * s))
-        lines = [_rate_text(rate)] if rate is not None else []
-        if geometry.factor != 1.0 and self.style.caption:
-            lines.append(f"deflection drawn ×{geometry.factor:g} about the line from pin to contact point")
-        for n, line in enumerate(lines):
-            pen.text((left, y + (30 + 20 * n) * s), line, fill=theme.dim, font=font(13 * s))
+            pen.text((x, y), state.name, fill=theme.states[state], font=bold)
+            if len(self.story.geometries) > 1:
+                x += bold.getlength("STICK") + max(8.0, 24 * letters.scale)
+                name = letters.fitting(_shortened(self.names[number]), right - x, _NAME)
+                pen.text((x, y + 3 * letters.scale), name, fill=theme.ink, font=letters.font(_NAME))
+        y += 1.5 * letters.size(_TITLE)
+        for texts in self._lines(rate):
+            line = letters.fitting(texts, right - left, _LINE)
+            pen.text((left, y), line, fill=theme.dim, font=letters.font(_LINE))
+            y += 1.5 * letters.size(_LINE)
         if not self._overlay and self.style.caption:
             self._colour_bar(pen, box)
 
-    def _legend(self, pen: ImageDraw.ImageDraw, x: float, y: float) -> None:
-        s = self.scale
-        for name, colour in zip(self.names, self.theme.series, strict=False):
-            pen.rectangle([x, y + 8 * s, x + 22 * s, y + 14 * s], fill=colour)
-            pen.text((x + 28 * s, y + 1 * s), name, fill=self.theme.ink, font=font(15 * s))
-            x += 28 * s + pen.textlength(name, font=font(15 * s)) + 20 * s
+    def _lines(self, rate: float | None) -> list[list[str]]:
+        """Rate and factor in words, each in several lengths."""
+        found = [] if rate is None else [[_rate_text(rate)]]
+        if self.story.factor != 1.0 and self.style.caption:
+            short = f"deflection drawn ×{self.story.factor:g}"
+            found.append([f"{short} about the line from pin to contact point", short, f"×{self.story.factor:g}"])
+        if self._compact and len(found) == 2:
+            return [[" · ".join((found[0][0], text)) for text in found[1]]]
+        return found
+
+    def _legend(self, pen: ImageDraw.ImageDraw, x: float, y: float, right: float) -> None:
+        """Names and colours of the beams, shortened where there is no room."""
+        s, letters = self.letters.scale, self.letters
+        part = (right - x) / len(self.names)
+        for n, (name, colour) in enumerate(zip(self.names, self.theme.series, strict=False)):
+            at = x + n * part
+            pen.rectangle([at, y + 8 * s, at + 18 * s, y + 14 * s], fill=colour)
+            text = letters.fitting(_shortened(name), part - 32 * s, _NAME)
+            pen.text((at + 24 * s, y + 1 * s), text, fill=self.theme.ink, font=letters.font(_NAME))
 
     def _describe_inset(self, pen: ImageDraw.ImageDraw, box: Box, time: float) -> None:
-        s, theme = self.scale, self.theme
-        left, y = box[0] + 14 * s, 16 * s
-        pen.line([(box[0], 0), (box[0], box[1] + box[3])], fill=theme.line, width=max(1, round(s)))
-        pen.text((left, y), "contact point, true scale", fill=theme.ink, font=font(14 * s, True))
-        geometry = self.geometries[0]
+        """Force and gap above the view of the contact point, in the band that is left for them."""
+        letters, theme, geometry = self.letters, self.theme, self.story.geometries[0]
+        margin = max(8.0, 14.0 * letters.scale)
+        band = self._top(0) + 1.3 * letters.size(_HEADING) + 1.5 * (letters.size(_HEADING) + letters.size(_LINE))
+        top = box[1] - round(band)
+        left, y, width = box[0] + margin, self._top(top), box[2] - 1.5 * margin
+        edge = [(box[0], top), (box[0], box[1] + box[3])] if box[0] else [(0, top), (box[2], top)]
+        pen.line(edge, fill=theme.line, width=max(1, round(letters.scale)))
+        title = letters.fitting(["contact point, true scale", "contact point"], width, _HEADING, True)
+        pen.text((left, y), title, fill=theme.ink, font=letters.font(_HEADING, True))
+        y += 1.6 * letters.size(_HEADING)
         k = geometry.index(time)
         if self.style.arrow and not self._overlay:
             size = float(np.linalg.norm(contact_force(geometry, k)))
             text, colour = (f"{size:.0f} N", theme.arrow) if size > 0.5 else ("no contact force", theme.dim)
-            pen.text((left, y + 24 * s), text, fill=colour, font=font(14 * s))
+            pen.text((left, y), text, fill=colour, font=letters.font(_HEADING))
+            y += 1.4 * letters.size(_HEADING)
         if geometry.scenario.contact.enabled:
             gap = 1e3 * float(geometry.value("gap", k))
             text = f"{gap:.3f}" if abs(gap) < 10.0 else f"{gap:.0f}"
             text = f"gap {text.replace('-0.000', '0.000').replace('-', '−')} mm"
-            pen.text((left, y + 44 * s), text, fill=theme.dim, font=font(13 * s))
+            pen.text((left, y), text, fill=theme.dim, font=letters.font(_LINE))
 
     def _colour_bar(self, pen: ImageDraw.ImageDraw, box: Box) -> None:
-        s, theme = self.scale, self.theme
-        factor, unit = _UNITS.get(QUANTITIES[self.style.quantity], (1.0, QUANTITIES[self.style.quantity]))
-        width, height = min(260 * s, 0.5 * box[2]), 12 * s
-        left, top = box[0] + 0.5 * (box[2] - width), box[1] + box[3] - 44 * s
+        s, letters, theme, scale = self.letters.scale, self.letters, self.theme, self.story.colours
+        width = min(max(260 * s, 14.0 * letters.size(_SMALL)), (0.38 if self._compact else 0.8) * box[2])
+        height = max(8.0, 12 * s)
+        left = box[0] + (0.55 * box[2] if self._compact else 0.5 * (box[2] - width))
+        top = box[1] + box[3] - height - 1.3 * letters.size(_SMALL) - 8 * s
         colours = mpl.colormaps[theme.colour_map](np.linspace(0.0, 1.0, round(width)))
         for k, colour in enumerate(colours):
             pen.line([(left + k, top), (left + k, top + height)], fill=tuple(int(255 * c) for c in colour[:3]))
-        small = font(12 * s)
-        title = f"{_NAMES[self.style.quantity]} ({unit})"
-        pen.text((left + 0.5 * width, top - 4 * s), title, fill=theme.ink, font=font(13 * s), anchor="mb")
-        for part in (-1.0, -0.5, 0.0, 0.5, 1.0):
-            text = f"{part * self._limit * factor:.3g}".replace("-", "−")
+        small = letters.size(_SMALL)
+        if self._compact:  # the title beside it
+            at, anchor, free = (left - 2.0 * small, top + height), "rs", left - box[0] - 3.0 * small
+        else:
+            at, anchor, free = (left + 0.5 * width, top - 4 * s), "mb", float(box[2])
+        title = letters.fitting([scale.title, scale.title.split(", ")[0]], free, _LINE)
+        pen.text(at, title, fill=theme.ink, font=letters.font(_LINE), anchor=anchor)
+        widest = max(letters.font(_SMALL).getlength(text) for _, text in scale.ticks)
+        for part, text in scale.ticks if 1.2 * widest < 0.25 * width else scale.ticks[::2]:
             at = left + 0.5 * (part + 1.0) * width, top + height + 4 * s
-            pen.text(at, text, fill=theme.dim, font=small, anchor="mt")
+            pen.text(at, text, fill=theme.dim, font=letters.font(_SMALL), anchor="mt")
 
     def close(self) -> None:
         """Free the windows."""
         for view, _, _ in self._views:
             view.close()
+
+
+def _shortened(name: str) -> list[str]:
+    """Return a name and ever shorter beginnings of it."""
+    return [name, *(f"{name[:n]}…" for n in range(len(name) - 1, 0, -1))]
 
 
 def _rate_text(rate: float) -> str:

@@ -9,10 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from oblique_impact.errors import InputError
-from oblique_impact.instants import jumps
 from renders.geometry import BeamGeometry
 from renders.offscreen import prepare
 from renders.scenery import pin, slope_wedge
@@ -25,6 +24,9 @@ SUPERSAMPLING = 2
 GHOSTS = 3
 _GHOST_STRENGTH = (0.36, 0.25, 0.15)
 _TRACE_POINTS = 600
+_ARROW = 0.16  # length of the largest force's arrow, over that of the beam
+_CLOSE_ARROW = 0.36  # the same close to the contact point, over the height of the picture
+_MARK = 3.0  # pixels: radius of the point of contact, in a picture of 720 pixels
 
 #: where the camera looks from: direction of the eye, and the part of the height that text and colour bar need
 CAMERAS = {
@@ -44,7 +46,6 @@ class Look:
     trace: bool = True
     arrow: bool = True
     plain: bool = False  # beams in one colour each instead of a quantity
-    arrow_length: float = 0.16  # of the largest force's arrow, over the beam's length
 
     def __post_init__(self) -> None:
         if self.camera not in CAMERAS:
@@ -52,7 +53,7 @@ class Look:
 
 
 class Beam3D:
-    """One beam in a window, with its ghosts, trace and force arrow."""
+    """One beam in a window, with its ghosts and trace."""
 
     def __init__(
         self,
@@ -64,6 +65,7 @@ class Beam3D:
         number: int,
     ) -> None:
         self.geometry, self.look = geometry, look
+        self.colour = theme.series[number] if look.plain else theme.arrow
         colour = theme.series[number]
         # beams in one place are not to show through each other
         self._depth = -0.02 * number * geometry.radii.max()
@@ -81,8 +83,7 @@ class Beam3D:
         actor.prop.interpolation = "Phong"
         self._ghosts = [self._ghost(plotter, theme, n) for n in range(GHOSTS)] if look.ghosts else []
         self._trace = self._add_trace(plotter, theme, colour) if look.trace else None
-        self._arrow = self._add_arrow(plotter, theme, colour) if look.arrow else None
-        self._peak = _peak_force(geometry)
+        self.peak_force = _peak_force(geometry)
 
     def _ghost(self, plotter: pv.Plotter, theme: Theme, n: int) -> tuple[pv.PolyData, pv.Actor]:
         mesh = pv.PolyData(self.geometry.surface(0).points, self.geometry.faces)
@@ -105,17 +106,6 @@ class Beam3D:
         )
         return pv.PolyData(mesh)
 
-    def _add_arrow(self, plotter: pv.Plotter, theme: Theme, colour: str) -> tuple[pv.PolyData, pv.Actor, Array]:
-        sides = 24
-        arrow = pv.Arrow(
-            tip_length=0.3, tip_radius=0.09, shaft_radius=0.035, tip_resolution=sides, shaft_resolution=sides
-        )
-        mesh = pv.PolyData(arrow)
-        template = np.array(mesh.points, dtype=float)
-        actor = plotter.add_mesh(mesh, color=theme.arrow if not self.look.plain else colour, smooth_shading=True)
-        actor.visibility = False
-        return mesh, actor, template
-
     def move(self, time: float) -> None:
         """Take the shapes of a physical time (s)."""
         k = self.geometry.index(time)
@@ -129,8 +119,6 @@ class Beam3D:
             shown = self._path.copy()
             shown[self._trace_times > time, :2] = self.geometry.contact_point(k)
             self._trace.points = shown
-        if self._arrow is not None:
-            self._move_arrow(k)
 
     def _move_ghosts(self, time: float) -> None:
         """Earlier positions at fixed instants, the last few of them."""
@@ -146,25 +134,16 @@ class Beam3D:
                 eye = CAMERAS[self.look.camera] / np.linalg.norm(CAMERAS[self.look.camera])
                 mesh.points = surface.points - 4.0 * (n + 1) * self.geometry.radii.max() * eye
 
-    def _move_arrow(self, k: float) -> None:
-        """Contact force on the beam, its length by the root of its size, its foot on the slope."""
-        assert self._arrow is not None
-        mesh, actor, template = self._arrow
-        force = contact_force(self.geometry, k)
-        size = float(np.linalg.norm(force))
-        actor.visibility = size > 1e-3 * self._peak
-        if not actor.visibility:
-            return
-        full = self.look.arrow_length * self.geometry.scenario.beam.length
-        length = full * np.sqrt(size / self._peak)
-        along = np.append(force / size, 0.0)
-        across, out = np.array([-along[1], along[0], 0.0]), np.array([0.0, 0.0, 1.0])
-        angle = self.geometry.scenario.slope.angle
-        normal = np.array([-np.sin(angle), np.cos(angle)])
-        foot = self.geometry.contact_point(k) - self.geometry.radii[-1] * normal
-        foot = np.append(foot, self.geometry.radii.max())
-        thick = min(full, 2.0 * length)
-        mesh.points = foot + template @ np.array([length * along, thick * across, thick * out])
+    def force_at(self, time: float) -> tuple[Array, Array] | None:
+        """Return the point of contact on the slope (3,) and the force on the beam there over its peak (2,).
+
+        None where there is no force.
+        """
+        k = self.geometry.index(time)
+        force = contact_force(self.geometry, k) / self.peak_force
+        if np.linalg.norm(force) < 1e-3:
+            return None
+        return contact_place(self.geometry, k), force
 
 
 class View:
@@ -184,6 +163,8 @@ class View:
         Follow the contact point with a picture so many diameters of the beam high.
     span : tuple, optional
         Times (s) of the positions that have to fit; default the whole run.
+    room : tuple of float
+        Pixels at the top for text, and at the bottom for the colour bar.
     """
 
     def __init__(
@@ -195,9 +176,10 @@ class View:
         limit: float,
         close: float | None = None,
         span: tuple[float, float] | None = None,
+        room: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         prepare()
-        self.size, self._close = size, close
+        self.size, self._close, self._theme, self._look, self._room = size, close, theme, look, room
         window = [SUPERSAMPLING * n for n in size]
         self.plotter = pv.Plotter(off_screen=True, window_size=window, lighting="light kit")
         cast(Any, self.plotter).set_background(theme.background)
@@ -210,7 +192,7 @@ class View:
         if wedge is not None:
             self._add_solid(wedge, theme.slope, theme.slope_edge)
         self._add_solid(pin(geometries[0]), theme.pin, None)
-        self._aim(geometries[0], wedge, look, span)
+        self._aim(geometries, wedge, span)
 
     def _add_solid(self, mesh: pv.PolyData, colour: str, edge: str | None) -> None:
         self.plotter.add_mesh(mesh, color=colour, ambient=0.45, diffuse=0.6, specular=0.0)
@@ -219,27 +201,36 @@ class View:
             self.plotter.add_mesh(lines, color=edge, line_width=SUPERSAMPLING, lighting=False)
 
     def _aim(
-        self, geometry: BeamGeometry, wedge: pv.PolyData | None, look: Look, span: tuple[float, float] | None
+        self, geometries: Sequence[BeamGeometry], wedge: pv.PolyData | None, span: tuple[float, float] | None
     ) -> None:
-        """Place the camera so that everything of the run fits; text stands above, the colour bar below."""
-        eye = CAMERAS[look.camera] / np.linalg.norm(CAMERAS[look.camera])
+        """Place the camera so that everything of the runs fits between text and colour bar."""
+        eye = CAMERAS[self._look.camera] / np.linalg.norm(CAMERAS[self._look.camera])
         right = np.cross([0.0, 1.0, 0.0], eye)
         right /= np.linalg.norm(right)
         up = np.cross(eye, right)
-        places = self._extent(geometry, wedge, span)
+        self._eye, self._up, self._right = eye, up, right
+        places = self._extent(geometries, wedge, span)
         across, high = places @ right, places @ up
-        width, height = np.ptp(across), np.ptp(high)
-        aspect = self.size[0] / self.size[1]
-        # text takes a sixth at the top, the colour bar an eighth at the bottom
-        scale = max(height / (1.0 - 0.30), width / 0.93 / aspect)
-        middle = 0.5 * (across.max() + across.min()), 0.5 * (high.max() + high.min()) + 0.03 * scale
-        focus = middle[0] * right + middle[1] * up
-        self._eye, self._up = eye, up
+        width, height = self.size
+        top, bottom = (pixels + 0.03 * height for pixels in self._room)
+        free = max(height - top - bottom, 0.25 * height)
+        pixel = max(float(np.ptp(high)) / free, float(np.ptp(across)) / (0.93 * width))
+        middle = (
+            0.5 * (across.max() + across.min()),
+            0.5 * (high.max() + high.min()) + 0.5 * (top - bottom) * pixel,
+        )
         if self._close is not None:
-            scale = self._close * 2.0 * geometry.radii[-1]
-        self._look_at(focus)
+            pixel = self._close * 2.0 * geometries[0].radii[-1] / height
+        self._look_at(middle[0] * right + middle[1] * up)
         self.plotter.camera.parallel_projection = True
-        self.plotter.camera.parallel_scale = 0.5 * scale
+        self.plotter.camera.parallel_scale = 0.5 * pixel * height
+        self._longest = self._arrow_length(geometries[0]) / pixel
+
+    def _arrow_length(self, geometry: BeamGeometry) -> float:
+        """Length (m) of the arrow of the largest force."""
+        if self._close is not None:
+            return float(_CLOSE_ARROW * self._close * 2.0 * geometry.radii[-1])
+        return _ARROW * geometry.scenario.beam.length
 
     def _look_at(self, focus: Array) -> None:
         camera = self.plotter.camera
@@ -248,14 +239,22 @@ class View:
         camera.up = self._up
         camera.clipping_range = (1.0, 30.0)
 
-    @staticmethod
-    def _extent(geometry: BeamGeometry, wedge: pv.PolyData | None, span: tuple[float, float] | None) -> Array:
-        """Points that have to be seen: the axis through the run, pin and slope."""
-        first, last = span or (geometry.times[0], geometry.times[-1])
-        found = [geometry.centreline(geometry.index(t))[::8] for t in np.linspace(first, last, 60)]
-        found.append(np.asarray(pin(geometry).points))
+    def _extent(
+        self, geometries: Sequence[BeamGeometry], wedge: pv.PolyData | None, span: tuple[float, float] | None
+    ) -> Array:
+        """Points that have to be seen: axes through the runs, pin and slope, arrows of the largest force."""
+        found = [np.asarray(pin(geometries[0]).points)]
         if wedge is not None:
             found.append(np.asarray(wedge.points))
+        for geometry in geometries:
+            first, last = span or (geometry.times[0], geometry.times[-1])
+            found += [geometry.centreline(geometry.index(t))[::8] for t in np.linspace(first, last, 60)]
+            force = np.nan_to_num(geometry.history["lambda_n"].values)
+            if self._look.arrow and force.max() > 0.0:
+                k = int(np.argmax(force))
+                along = np.append(contact_force(geometry, k), 0.0)
+                tail = contact_place(geometry, k) - self._arrow_length(geometry) * along / np.linalg.norm(along)
+                found.append(tail[None])
         return np.concatenate(found)
 
     def draw(self, time: float) -> Image.Image:
@@ -270,16 +269,45 @@ class View:
             self._look_at(np.append(point, 0.0))
         self.plotter.render()
         picture = self.plotter.screenshot(return_img=True, transparent_background=False)
-        return Image.fromarray(np.asarray(picture)[..., :3]).reduce(SUPERSAMPLING)
+        drawn = Image.fromarray(np.asarray(picture)[..., :3])
+        if self._look.arrow:
+            for beam in self.beams:
+                self._draw_force(ImageDraw.Draw(drawn), beam, time)
+        return drawn.reduce(SUPERSAMPLING)
+
+    def _draw_force(self, pen: ImageDraw.ImageDraw, beam: Beam3D, time: float) -> None:
+        """Mark the point of contact; the arrow of the force ends just before it, outside of the beam."""
+        found = beam.force_at(time)
+        if found is None:
+            return
+        place, force = found
+        unit = SUPERSAMPLING * max(1.0, min(self.size[1] / 480.0, 3.0))
+        to = SUPERSAMPLING * self.project(place[None])[0]
+        along = np.array([force @ self._right[:2], -force @ self._up[:2]])
+        size = float(np.linalg.norm(force))
+        # foreshortened like everything else that does not lie across the line of sight
+        length = SUPERSAMPLING * self._longest * float(np.linalg.norm(along)) / np.sqrt(size)
+        along /= np.linalg.norm(along)
+        if length > 6.0 * unit:
+            shape = arrow_outline(to - (_MARK + 2.5) * unit * along, along, length, unit)
+            pen.polygon([tuple(p) for p in shape], fill=beam.colour)
+            pen.line([tuple(p) for p in [*shape, shape[0]]], fill=self._theme.background, width=round(0.8 * unit))
+        low, high = to - _MARK * unit, to + _MARK * unit
+        pen.ellipse(
+            (*low.tolist(), *high.tolist()),
+            fill=self._theme.background,
+            outline=self._theme.ink,
+            width=round(unit),
+        )
 
     def project(self, points: Array) -> Array:
         """Pixels (n, 2), from the left and from the top, at which points (n, 3) are drawn."""
         camera = self.plotter.camera
-        right = np.cross(self._up, self._eye)
         offset = np.asarray(points) - np.asarray(camera.focal_point)
         unit = 0.5 * self.size[1] / camera.parallel_scale
         return np.stack(
-            [0.5 * self.size[0] + unit * offset @ right, 0.5 * self.size[1] - unit * offset @ self._up], axis=1
+            [0.5 * self.size[0] + unit * offset @ self._right, 0.5 * self.size[1] - unit * offset @ self._up],
+            axis=1,
         )
 
     def close(self) -> None:
@@ -291,6 +319,31 @@ def mixed(colour: str, background: str, part: float) -> str:
     """Return a colour with so large a part of it over the background (#rrggbb)."""
     pairs = zip(*(bytes.fromhex(c[1:]) for c in (colour, background)), strict=True)
     return "#" + "".join(f"{round(part * a + (1.0 - part) * b):02x}" for a, b in pairs)
+
+
+def arrow_outline(tip: Array, along: Array, length: float, unit: float) -> Array:
+    """Return the corners (7, 2) of an arrow in pixels, of a length with its head; `along` is its direction."""
+    head = min(13.0 * unit, 0.6 * length)
+    shaft, wide = min(2.0 * unit, 0.18 * head), 0.42 * head
+    across = np.array([-along[1], along[0]])
+    back = [
+        (length, shaft),
+        (head, shaft),
+        (head, wide),
+        (0.0, 0.0),
+        (head, -wide),
+        (head, -shaft),
+        (length, -shaft),
+    ]
+    return np.array([tip - a * along + b * across for a, b in back])
+
+
+def contact_place(geometry: BeamGeometry, k: float) -> Array:
+    """Return where the beam touches the drawn slope (3,), one radius below the contact point on its axis."""
+    angle = geometry.scenario.slope.angle
+    normal = np.array([-np.sin(angle), np.cos(angle)])
+    at = int(np.argmin(np.abs(geometry.places - geometry.scenario.contact.point)))
+    return np.append(geometry.contact_point(k) - geometry.radii[at] * normal, 0.0)
 
 
 def contact_force(geometry: BeamGeometry, k: float) -> Array:
@@ -305,19 +358,3 @@ def _peak_force(geometry: BeamGeometry) -> float:
     """Largest contact force of the run (N), 1 if there is none."""
     normal, tangential = (np.nan_to_num(geometry.history[name].values) for name in ("lambda_n", "lambda_tau"))
     return float(np.hypot(normal, tangential).max()) or 1.0
-
-
-def colour_limit(geometries: Sequence[BeamGeometry], quantity: str) -> float:
-    """Largest size of a quantity over the runs, rounded up to two digits: the limit of the colour map."""
-    largest = 0.0
-    for geometry in geometries:
-        times = geometry.times
-        left = np.flatnonzero(jumps(times))
-        force = np.argsort(np.nan_to_num(geometry.history["lambda_n"].values))[-20:]
-        even = np.linspace(0, times.size - 1, 240).astype(int)
-        for k in np.unique(np.concatenate([even, left, left + 1, force])):
-            largest = max(largest, float(np.nanmax(np.abs(geometry.surface(k).arrays[quantity]), initial=0.0)))
-    if largest == 0.0:
-        return 1.0
-    unit = 10.0 ** (np.floor(np.log10(largest)) - 1.0)
-    return float(np.ceil(largest / unit) * unit)

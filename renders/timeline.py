@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,53 @@ _GRID = 20_000
 
 
 @dataclass(frozen=True)
+class TimeMap:
+    """From physical to film time: piecewise linear between knots.
+
+    Attributes
+    ----------
+    times : ndarray, shape (knots,)
+        Physical times (s), ascending.
+    film : ndarray, shape (knots,)
+        Film times (s), ascending from 0.
+    rates : ndarray, shape (knots,)
+        Physical over film time.
+    """
+
+    times: Array
+    film: Array
+    rates: Array
+
+    @property
+    def duration(self) -> float:
+        """Length (s) of the film."""
+        return float(self.film[-1])
+
+    def film_at(self, time: Array | float) -> Array:
+        """Film times (s) at which physical times (s) are shown."""
+        return np.asarray(np.interp(time, self.times, self.film))
+
+    def time_at(self, film: Array | float) -> Array:
+        """Physical times (s) shown at film times (s)."""
+        return np.asarray(np.interp(film, self.film, self.times))
+
+    def rate_at(self, time: Array | float) -> Array:
+        """Physical over film time at physical times (s)."""
+        return np.asarray(np.interp(time, self.times, self.rates))
+
+    def part(self, first: float, last: float) -> TimeMap:
+        """Return the stretch between two physical times (s): the same rates, its film from 0."""
+        inner = self.times[(self.times > first) & (self.times < last)]
+        times = np.concatenate([[first], inner, [last]])
+        film = self.film_at(times)
+        return TimeMap(times, film - film[0], self.rate_at(times))
+
+    def slowed(self, stretch: float) -> TimeMap:
+        """Return the map of a film so many times as long."""
+        return TimeMap(self.times, self.film * stretch, self.rates / stretch)
+
+
+@dataclass(frozen=True)
 class Timeline:
     """Times of the frames and their rate.
 
@@ -31,20 +79,19 @@ class Timeline:
         Physical time of each frame (s).
     rates : ndarray, shape (frames,)
         Physical over film time.
+    course : TimeMap
+        What lies between the frames.
     """
 
     fps: int
     times: Array
     rates: Array
+    course: TimeMap
 
     @property
     def duration(self) -> float:
         """Length of the film (s)."""
         return self.times.size / self.fps
-
-    def film_time(self, time: Array | float) -> Array:
-        """Film time (s) at which a physical time (s) is shown."""
-        return np.asarray(np.interp(time, self.times, np.arange(self.times.size) / self.fps))
 
 
 def contact_windows(history: History) -> list[tuple[float, float]]:
@@ -65,6 +112,30 @@ def contact_windows(history: History) -> list[tuple[float, float]]:
     return found
 
 
+def time_map(history: History, speed: float | None = None, contact_speed: float | None = None) -> TimeMap:
+    """Lay out the course of the film of a run, the same for its films, parts of them, and its page.
+
+    Parameters
+    ----------
+    history : History
+        Its contacts are where time is stretched.
+    speed, contact_speed : float, optional
+        Physical over film time in flight and in contact; chosen so that the film of the run lasts about
+        `SECONDS`, from 1, 1/2, 1/5, 1/10..., if not given.
+    """
+    first, last = float(history["time"][0]), float(history["time"][-1])
+    if last <= first:
+        return TimeMap(np.array([first]), np.zeros(1), np.ones(1))
+    spans = np.array(contact_windows(history)).reshape(-1, 2)
+    inside = float(np.sum(spans[:, 1] - spans[:, 0]))
+    free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * SECONDS))
+    closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * SECONDS)), free)
+    grid = _grid(first, last, spans)
+    rate = _rates(grid, spans, free, closed)
+    film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rate[1:] + 1.0 / rate[:-1]))])
+    return TimeMap(grid, film, rate)
+
+
 def make_timeline(
     history: History,
     fps: int = FPS,
@@ -77,37 +148,32 @@ def make_timeline(
 
     Parameters
     ----------
-    history : History
-        Its contacts are where time is stretched.
+    history, speed, contact_speed
+        As in `time_map`.
     fps : int
         Frames per second.
-    speed, contact_speed : float, optional
-        Physical over film time in flight and in contact; chosen so that the film lasts about `SECONDS`, from
-        1, 1/2, 1/5, 1/10..., if not given.
     between : tuple, optional
-        Part of the run (s).
+        Part of the run (s); its rates are those of the film of the whole run.
     frames : int, optional
-        Exactly so many frames: all rates are scaled a little.
+        Exactly so many frames: all rates are scaled.
 
     Raises InputError for values out of range.
     """
     _check(fps, speed, contact_speed, frames)
-    end = float(history["time"][-1])
-    first, last = between or (float(history["time"][0]), end)
-    if not (np.isfinite(first) and np.isfinite(last)) or not float(history["time"][0]) <= first < last <= end:
-        raise InputError(f"--between {first:g},{last:g}: should be two increasing times from 0 to {end:g} s")
-    windows = [(max(a, first), min(b, last)) for a, b in contact_windows(history) if b >= first and a <= last]
-    inside = sum(b - a for a, b in windows)
-    free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * SECONDS))
-    closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * SECONDS)), free)
-    grid = _grid(first, last, windows)
-    rate = _rates(grid, windows, free, closed)
-    film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rate[1:] + 1.0 / rate[:-1]))])
-    count = frames or max(2, round(film[-1] * fps) + 1)
-    at = np.linspace(0.0, film[-1], count)
-    times = np.interp(at, film, grid)
-    stretch = 1.0 if frames is None else film[-1] * fps / max(frames - 1, 1)
-    return Timeline(fps, times, np.interp(times, grid, rate) * stretch)
+    begin, end = float(history["time"][0]), float(history["time"][-1])
+    first, last = between or (begin, end)
+    if not (np.isfinite(first) and np.isfinite(last)) or not begin <= first < last <= end:
+        raise InputError(
+            f"--between {first:g},{last:g}: should be two increasing times from {begin:g} to {end:g} s"
+        )
+    course = time_map(history, speed, contact_speed).part(first, last)
+    if frames is None:
+        frames = math.ceil(course.duration * fps - 1e-9) + 1
+    else:
+        course = course.slowed((frames - 1) / (course.duration * fps))
+    times = course.time_at(np.arange(frames) / fps)
+    times[-1] = last
+    return Timeline(fps, times, course.rate_at(times), course)
 
 
 def _check(fps: int, speed: float | None, contact_speed: float | None, frames: int | None) -> None:
@@ -126,25 +192,34 @@ def _round(rate: float) -> float:
     return float(max(s * decade for s in (0.5, *_SERIES, 10.0) if s * decade <= 1.2 * rate or s == 0.5))
 
 
-def _grid(first: float, last: float, windows: list[tuple[float, float]]) -> Array:
+def _grid(first: float, last: float, spans: Array) -> Array:
     """Physical times fine enough for the ramps and the contacts."""
-    parts = [np.linspace(first, last, _GRID)]
-    for a, b in windows:
-        parts.append(np.linspace(a, max(b, a + 1e-7), 200))
-        parts += [a - np.geomspace(1e-7, 0.05, 200), b + np.geomspace(1e-7, 0.05, 200)]
+    near = np.geomspace(1e-7, 0.05, 200)
+    width = np.maximum(spans[:, 1] - spans[:, 0], 1e-7)
+    parts = [
+        np.linspace(first, last, _GRID),
+        (spans[:, :1] + width[:, None] * np.linspace(0.0, 1.0, 200)).ravel(),
+        (spans[:, :1] - near).ravel(),
+        (spans[:, 1:] + near).ravel(),
+    ]
     return np.unique(np.clip(np.concatenate(parts), first, last))
 
 
-def _rates(grid: Array, windows: list[tuple[float, float]], free: float, closed: float) -> Array:
+def _rates(grid: Array, spans: Array, free: float, closed: float) -> Array:
     """Rate at each time: `closed` in contacts, growing to `free` around them over about `_RAMP` of film.
 
     Growth by a constant factor per film time, d(rate)/d(film) = rate log(free/closed)/ramp, makes the rate
     linear in the physical time from the contact.
     """
-    slope = np.log(free / closed) / _RAMP if free > closed else 0.0
-    distance = np.full(grid.size, np.inf)
-    for a, b in windows:
-        distance = np.minimum(distance, np.maximum(np.maximum(a - grid, grid - b), 0.0))
-    if not windows:
+    if not spans.size or free <= closed:
         return np.full(grid.size, free)
-    return np.minimum(free, closed + slope * distance) if slope else np.full(grid.size, free)
+    return np.asarray(np.minimum(free, closed + np.log(free / closed) / _RAMP * distance_from(spans, grid)))
+
+
+def distance_from(spans: Array, times: Array) -> Array:
+    """Distance (s) of each time from the nearest of the intervals (n, 2), which ascend without overlap."""
+    after = np.searchsorted(spans[:, 0], times, side="right")  # intervals that have begun
+    last, following = np.maximum(after - 1, 0), np.minimum(after, spans.shape[0] - 1)
+    gone = np.where(after > 0, np.maximum(times - spans[last, 1], 0.0), np.inf)
+    ahead = np.where(after < spans.shape[0], spans[following, 0] - times, np.inf)
+    return np.asarray(np.minimum(gone, ahead))

@@ -19,7 +19,17 @@ MAX_STEPS = 20_000
 DEFAULT_TITLE = "Oblique impact of a flexible beam on a slope"
 
 #: in the order in which they build on each other
-SCRIPTS = ("format.js", "run.js", "canvas.js", "beam.js", "scene.js", "inset.js", "charts.js", "controls.js")
+SCRIPTS = (
+    "format.js",
+    "run.js",
+    "canvas.js",
+    "beam.js",
+    "scene.js",
+    "inset.js",
+    "envelope.js",
+    "charts.js",
+    "controls.js",
+)
 
 
 def write_player(

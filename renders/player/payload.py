@@ -19,15 +19,16 @@ from oblique_impact.instants import first_sample, last_sample
 from oblique_impact.scenario import Scenario
 from oblique_impact.stops import stop_of
 from renders.geometry import BeamGeometry
-from renders.player.film import Film, film_of
 from renders.player.selection import chart_points, frames, listed_events
 from renders.slope import drawn_slope
+from renders.story import Story, story_of
 from renders.style import STATE_COLOURS
+from renders.themes import LIGHT
+from renders.timeline import TimeMap
 
 Array = NDArray[np.float64]
 
-STRESS_MAP = "RdBu_r"  # diverging: compression blue, tension red
-_STOPS = 33
+_STOPS = 33  # of the colour map
 
 #: variables of the history that the page carries at the points of its charts, and their names there
 SERIES = {
@@ -69,17 +70,16 @@ def payload(history: History, factor: float | None, steps: int) -> Payload:
         raise InputError(
             f"history: has no variable {missing[0]!r}: it is not one of a beam, or of another version"
         )
-    chosen, true = BeamGeometry(history, factor), BeamGeometry(history, 1.0)
-    film = film_of(history)
-    samples = frames(history, film, steps)
+    story, true = story_of([history], factor=factor), BeamGeometry(history, 1.0)
+    samples = frames(history, story.time_map, steps)
     values = _series(history, true.scenario)
     points = chart_points(list(values.values()), samples, history["state"].values)
-    arrays = _frame_arrays(true, samples, film)
+    arrays = _frame_arrays(true, samples, story.time_map)
     arrays |= {f"chart_{name}": _packed(series[points], "f4") for name, series in values.items()}
     arrays["frame_point"] = _packed(np.searchsorted(points, samples), "i4")
     arrays["chart_time"] = _packed(true.times[points], "f8")
     arrays["chart_state"] = _packed(history["state"].values[points], "u1")
-    return Payload(arrays, _facts(history, true, chosen.factor, samples))
+    return Payload(arrays, _facts(story, true, samples))
 
 
 def unpacked(entry: dict[str, Any]) -> NDArray[Any]:
@@ -106,14 +106,15 @@ def _series(history: History, scenario: Scenario) -> dict[str, Array]:
     return values
 
 
-def _frame_arrays(true: BeamGeometry, samples: NDArray[np.int64], film: Film) -> dict[str, dict[str, Any]]:
+def _frame_arrays(true: BeamGeometry, samples: NDArray[np.int64], course: TimeMap) -> dict[str, dict[str, Any]]:
     """Arrays of the frames: times, axis (n, stations) and stress at the lower fibre (n, stations)."""
     times, history = true.times[samples], true.history
     axis = true.stations_of(samples)
     return {
         "frame_sample": _packed(samples, "i4"),
         "frame_time": _packed(times, "f8"),
-        "frame_film": _packed(film.at(times), "f8"),
+        "frame_film": _packed(course.film_at(times), "f8"),
+        "frame_rate": _packed(course.rate_at(times), "f8"),
         "frame_state": _packed(history["state"].values[samples], "u1"),
         "frame_x": _packed(axis[..., 0], "f4"),
         "frame_y": _packed(axis[..., 1], "f4"),
@@ -123,13 +124,12 @@ def _frame_arrays(true: BeamGeometry, samples: NDArray[np.int64], film: Film) ->
     }
 
 
-def _facts(history: History, true: BeamGeometry, factor: float, samples: NDArray[np.int64]) -> dict[str, Any]:
-    scenario = true.scenario
+def _facts(story: Story, true: BeamGeometry, samples: NDArray[np.int64]) -> dict[str, Any]:
+    history, scenario, scale = true.history, true.scenario, story.colours
     touch = int(np.argmin(np.abs(true.stations - scenario.contact.point)))
-    ramp, slope = mpl.colormaps[STRESS_MAP], drawn_slope(true)
-    largest, limit = _largest(history["bending_stress"].values), _stress_limit(history)
+    ramp, slope = mpl.colormaps[LIGHT.colour_map], drawn_slope(true)
     return {
-        "factor": factor,
+        "factor": story.factor,
         "touch": touch,
         "length": scenario.beam.length,
         "hub_radius": scenario.root.hub_radius,
@@ -140,8 +140,9 @@ def _facts(history: History, true: BeamGeometry, factor: float, samples: NDArray
             "angle": scenario.slope.angle,
             "outline": slope.outline.tolist() if slope else None,
         },
-        "stress_limit": round_up(limit),
-        "stress_beyond": largest > round_up(limit),
+        "stress_limit": scale.limit,
+        "stress_title": scale.title,
+        "stress_ticks": scale.ticks,
         "peak_force": _peak_force(history),
         "events": _events(history, true.times[samples]),
         "collisions": [[m["start"], m["end"]] for m in history.summary["macro_collisions"]],
@@ -200,29 +201,10 @@ def _peak_force(history: History) -> float:
     return _largest(np.hypot(history["lambda_n"].values, history["lambda_tau"].values))
 
 
-def _stress_limit(history: History) -> float:
-    """Largest stress (Pa) of the run; of a run that blew up, that of 99 of 100 samples."""
-    stress = np.abs(history["bending_stress"].values)
-    if history.outcome is Outcome.COMPLETED:
-        return _largest(stress)
-    peaks = np.max(np.where(stress < np.finfo(np.float32).max, stress, 0.0), axis=1)
-    return float(np.quantile(peaks, 0.99, method="lower"))
-
-
 def _largest(values: NDArray[Any]) -> float:
     """Largest finite magnitude that float32 can hold."""
     magnitude = np.abs(values)
     return float(np.max(magnitude[magnitude < np.finfo(np.float32).max], initial=0.0))
-
-
-def round_up(value: float) -> float:
-    """Return the next larger round number, for the ends of a scale; 1 for zero."""
-    if not value > 0.0:
-        return 1.0
-    power = 10.0 ** math.floor(math.log10(value))
-    return float(
-        next(m for m in (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if m * power >= value) * power
-    )
 
 
 def _finite(value: float) -> float | None:

@@ -11,7 +11,7 @@ from oblique_impact.contact import State
 from oblique_impact.history import History
 from oblique_impact.instants import first_sample, last_sample
 from oblique_impact.marching import Event
-from renders.player.film import Film
+from renders.timeline import TimeMap
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -21,7 +21,7 @@ CHART_POINTS = 6000
 _BY_FILM = 0.3  # share of the frames that follow the film; the others follow the motion
 
 
-def frames(history: History, film: Film, steps: int) -> Index:
+def frames(history: History, course: TimeMap, steps: int) -> Index:
     """Choose the samples that become frames, ascending: about `steps`, and besides them both sides of every event.
 
     All samples in contact are frames if they are less than half of `steps`.  The density of the others follows
@@ -29,10 +29,9 @@ def frames(history: History, film: Film, steps: int) -> Index:
     the vibrations of a flight are met.
     """
     times = history["time"].values
-    course = film.at(times)
     contact = np.flatnonzero(history["state"].values != State.FREE)
     contact = contact[:0] if contact.size > steps // 2 else contact
-    measure = _BY_FILM * _share(course) + (1.0 - _BY_FILM) * _share(_activity(history))
+    measure = _BY_FILM * _share(course.film_at(times)) + (1.0 - _BY_FILM) * _share(_activity(history))
     kept = np.concatenate([event_samples(history), _extremes(history), [0, times.size - 1]]).astype(int)
     return np.union1d(np.union1d(kept, contact), _equal_parts(measure, steps - contact.size))
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import pytest
 from PIL import Image
 
-from oblique_impact.cli import main
+from oblique_impact import InputError
+from oblique_impact.cli import app, main
+from renders import Style, render
+from renders.outputs import APPLIES, FILM, PAGE, STILL, STRIP
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +70,11 @@ def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
         (("--out", "a.png", "--magnify-difference", "2"), "--magnify-difference: needs two histories, 1 given"),
         (("--out", "a.png", "--name", "a", "--name", "b"), "--name: 2 given for 1 histories"),
+        (("--out", "a.mp4", "--time", "0.3"), "--time: is for a still or a strip, and a.mp4 is a film"),
+        (("--out", "a.html", "--time", "0.3"), "--time: is for a still or a strip, and a.html is a page"),
+        (("--out", "a.png", "--fps", "30"), "--fps: is for a film, and a.png is a still"),
+        (("--out", "a.html", "--camera", "oblique"), "--camera: is for a still, a strip or a film, and a.html is"),
+        (("--out", "a.png", "--strip", "--event", "2"), "--event: is for a still, and a.png is a strip"),
     ],
 )
 def test_bad_input_is_one_line(folder, tmp_path, capfd, monkeypatch, arguments, words):
@@ -87,3 +95,66 @@ def test_a_file_that_is_no_history_is_one_line(tmp_path, capfd):
     assert code == 2
     assert "no such history" in err
     assert err.count("\n") == 1
+
+
+VALUES = {
+    "--time": "0.3",
+    "--event": "1",
+    "--size": "480x320",
+    "--fps": "30",
+    "--speed": "0.1",
+    "--contact-speed": "0.01",
+    "--between": "0.3,0.4",
+    "--frames": "3",
+    "--deformation": "2",
+    "--colour": "bending_stress",
+    "--camera": "oblique",
+    "--theme": "light",
+    "--layout": "overlay",
+    "--name": "a",
+    "--magnify-difference": "2",
+}
+KINDS = {STILL: ("a.png",), STRIP: ("a.png", "--strip"), FILM: ("a.gif",), PAGE: ("a.html",)}
+
+
+def options_of_the_command():
+    import typer
+
+    command = typer.main.get_command(app).commands["render"]
+    return {o.opts[0]: o for o in command.params if o.name not in ("histories", "out", "help")}
+
+
+def test_the_table_knows_every_option_and_the_help_says_what_it_is_for():
+    said = {(STILL, STRIP): "Stills, strips: ", (STILL,): "Stills: ", (STRIP,): "Strips: ", (FILM,): "Films: "}
+    options = options_of_the_command()
+    assert set(options) == set(APPLIES)
+    for name, kinds in APPLIES.items():
+        begins = next((word for word in said.values() if options[name].help.startswith(word)), None)
+        assert begins == said.get(kinds), name
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_option_that_does_not_apply_is_refused_before_anything_is_read(tmp_path, capfd, kind):
+    """And one that applies is not: then it is the missing history that is named."""
+    for name, kinds in APPLIES.items():
+        typed = [name, VALUES[name]] if name in VALUES else [name]
+        if kind in (STILL, STRIP) and name == "--strip":
+            continue  # it chooses between them
+        code, _, err = call(capfd, tmp_path / "none", "--out", *KINDS[kind], *typed)
+        assert (code, err.count("\n")) == (2, 1)
+        assert ("no such history" in err) == (kind in kinds), err
+        assert (f"{name}: is for " in err) == (kind not in kinds), err
+
+
+def test_the_call_refuses_as_the_command_does(run, tmp_path):
+    history = run("paper")
+    for arguments, word in (
+        ({"times": [0.3]}, "--time"),
+        ({"event": 1}, "--event"),
+        ({"strip": True}, "--strip"),
+    ):
+        with pytest.raises(InputError, match=f"{word}: is for"):
+            render(history, tmp_path / "a.mp4", **arguments)
+    with pytest.raises(InputError, match="--camera: is for"):
+        render(history, tmp_path / "a.html", Style(camera="front"))
+    assert list(tmp_path.iterdir()) == []

@@ -10,7 +10,8 @@ from oblique_impact import InputError
 from renders.difference import magnify_difference
 from renders.frame import Composer, Style
 from renders.geometry import BeamGeometry
-from renders.scene import CAMERAS, Look, View, colour_limit, contact_force
+from renders.scene import CAMERAS, Look, View, contact_force, contact_place
+from renders.story import story_of
 from renders.themes import DARK, LIGHT, theme_of
 
 BARE = Look(ghosts=False, trace=False, arrow=False)
@@ -33,7 +34,7 @@ def drawn(view, time):
 
 @pytest.fixture(scope="module")
 def view(geometry):
-    view = View([geometry], SIZE, LIGHT, BARE, colour_limit([geometry], "bending_stress"))
+    view = View([geometry], SIZE, LIGHT, BARE, 1e8)
     yield view
     view.close()
 
@@ -59,7 +60,7 @@ def test_the_silhouette_is_where_the_points_project_to(geometry, camera):
 
 def test_colour_tells_the_sign_of_the_stress(geometry):
     """Red where the fibre is stretched, blue where it is compressed."""
-    view = View([geometry], (1280, 800), LIGHT, BARE, colour_limit([geometry], "bending_stress"))
+    view = View([geometry], (1280, 800), LIGHT, BARE, 1e8)
     time = strongest(geometry)
     surface = geometry.surface(geometry.index(time))
     picture = drawn(view, time)
@@ -92,25 +93,62 @@ def test_frames_differ_and_repeat(view):
     np.testing.assert_array_equal(drawn(view, 0.1), first)
 
 
-def test_the_arrow_points_along_the_force(geometry):
-    time = strongest(geometry)
-    force = contact_force(geometry, geometry.index(time))
-    plain, arrow = (
-        View([geometry], SIZE, LIGHT, Look(ghosts=False, trace=False, arrow=shown), 1e8) for shown in (False, True)
-    )
-    difference = np.abs(drawn(arrow, time) - drawn(plain, time)).max(axis=2) > 30
-    rows, columns = np.nonzero(difference)
+def rgb(colour):
+    return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)])
+
+
+def arrow_of(geometry, time, camera, close=None):
+    """Pixels (n, 2) in the colour of the arrow; in the picture, direction of the force and point of contact."""
+    view = View([geometry], SIZE, LIGHT, Look(ghosts=False, trace=False, camera=camera), 1e8, close=close)
+    picture = drawn(view, time)
+    k = geometry.index(time)
+    place = contact_place(geometry, k)
+    force = contact_force(geometry, k)
+    ends = view.project(np.array([place, place + 0.1 * np.append(force / np.linalg.norm(force), 0.0)]))
+    view.close()
+    rows, columns = np.nonzero(np.abs(picture - rgb(LIGHT.arrow)).max(axis=2) < 40)
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    return np.stack([columns + 0.5, rows + 0.5], axis=1), along, ends[0]
+
+
+def check_arrow(pixels, along, place):
+    """It lies outside of the beam, behind the point of contact that it points to, and has its head in front."""
+    offsets = pixels - place
+    ahead, aside = offsets @ along, np.abs(offsets @ np.array([-along[1], along[0]]))
+    assert pixels.shape[0] > 40
+    assert np.linalg.norm(offsets, axis=1).min() > 3.0  # the point of contact is not covered
+    assert ahead.max() < 0.0
+    assert ahead.max() > -12.0
+    assert aside.max() < 8.0
+    middle = 0.5 * (ahead.max() + ahead.min())
+    assert aside[ahead > middle].max() > 1.5 * aside[ahead < middle].max()
+
+
+@pytest.mark.parametrize("camera", ["oblique", "front", "above"])
+@pytest.mark.parametrize("close", [None, 6.0])
+def test_the_arrow_points_along_the_force_and_leaves_the_contact_point_free(geometry, camera, close):
+    for time in (strongest(geometry), 0.3256):  # slipping down and up the slope
+        pixels, along, place = arrow_of(geometry, time, camera, close)
+        check_arrow(pixels, along, place)
+        with pytest.raises(AssertionError):  # as it would be with the other sign
+            check_arrow(pixels, -along, place)
+
+
+def test_the_force_is_that_of_the_slope_on_the_beam(geometry):
+    """It pushes the beam off the slope, and friction acts against the velocity of the contact point."""
     angle = geometry.scenario.slope.angle
-    normal = np.array([-np.sin(angle), np.cos(angle)])
-    point = geometry.contact_point(geometry.index(time))
-    foot = plain.project(np.append(point - geometry.radii[-1] * normal, 0.01)[None])[0]
-    ahead = plain.project(np.append(point + 0.1 * force / np.linalg.norm(force), 0.01)[None])[0]
-    along = (ahead - foot) / np.linalg.norm(ahead - foot)
-    offsets = np.stack([columns, rows], axis=1) - foot
-    assert (offsets @ along).max() > 10.0
-    assert np.abs(offsets @ np.array([-along[1], along[0]])).max() < 6.0
-    plain.close()
-    arrow.close()
+    tangent = np.array([np.cos(angle), np.sin(angle)])
+    for time in (0.3185, 0.3232, 0.3256):
+        k = geometry.index(time)
+        force, velocity = contact_force(geometry, k), [geometry.value(n, k) for n in ("tip_vx", "tip_vy")]
+        assert force @ np.array([-tangent[1], tangent[0]]) > 10.0
+        assert (force @ tangent) * (velocity @ tangent) < 0.0
+
+
+def test_without_a_force_there_is_no_arrow(geometry):
+    view = View([geometry], SIZE, LIGHT, Look(ghosts=False, trace=False), 1e8)
+    assert not np.any(np.abs(drawn(view, 0.15) - rgb(LIGHT.arrow)).max(axis=2) < 40)
+    view.close()
 
 
 def test_a_frame_has_all_its_parts(run):
@@ -118,7 +156,7 @@ def test_a_frame_has_all_its_parts(run):
 
     history = run("paper")
     timeline = make_timeline(history, frames=10)
-    composer = Composer([history], ["paper"], Style(size=(960, 540)), timeline)
+    composer = Composer(story_of([history]), ["paper"], Style(size=(960, 540)), timeline)
     picture = np.asarray(composer.draw(0.3232, 0.002)).astype(int)
     composer.close()
     assert picture.shape == (540, 960, 3)
@@ -132,13 +170,13 @@ def test_a_frame_has_all_its_parts(run):
 
 def test_themes_and_layouts(run, tmp_path):
     history = run("paper")
-    dark = Composer([history], ["a"], Style(size=(480, 320), theme="dark"))
+    dark = Composer(story_of([history]), ["a"], Style(size=(480, 320), theme="dark"))
     picture = np.asarray(dark.draw(0.1))
     assert tuple(picture[-1, 0]) == tuple(int(DARK.background[k : k + 2], 16) for k in (1, 3, 5))
     dark.close()
     three = [run("paper", f"contact.friction={f}") for f in ("hybrid", "frictionless", "modified-coulomb")]
     for layout in ("side-by-side", "overlay"):
-        composer = Composer(three, ["a", "b", "c"], Style(size=(960, 320), layout=layout))
+        composer = Composer(story_of(three), ["a", "b", "c"], Style(size=(960, 320), layout=layout))
         assert np.asarray(composer.draw(0.69)).std() > 5.0
         composer.close()
 
@@ -155,7 +193,7 @@ def test_themes_and_layouts(run, tmp_path):
 )
 def test_unknown_names_are_one_line(run, options, key):
     with pytest.raises(InputError) as error:
-        Composer([run("paper")], ["a"], Style(**options))
+        Composer(story_of([run("paper")]), ["a"], Style(**options))
     assert str(error.value).startswith(key)
     assert "should be" in str(error.value)
 

@@ -12,13 +12,16 @@ import pytest
 
 from oblique_impact import InputError
 from oblique_impact.contact import State
+from renders.envelope import drawn
 from renders.geometry import BETWEEN, BeamGeometry
 from renders.player import write_player
-from renders.player.film import _distance, film_of
 from renders.player.payload import SERIES, unpacked
 from renders.player.selection import MAX_EVENTS
+from renders.scene import contact_force
+from renders.story import story_of
 from renders.style import STATE_COLOURS
 from tests.render.browser import NAMES, Page, find_browser
+from tests.render.test_pictures import check_arrow
 
 FAMILIES = {
     "paper": ("paper",),
@@ -186,50 +189,6 @@ def test_a_spring_keeps_the_total_energy(run, pages):
     np.testing.assert_allclose(total, total[0], rtol=1e-6)
 
 
-# The course of the film ---------------------------------------------------------------------------------------
-
-
-def test_the_film_is_slow_in_contact_and_smooth(run):
-    history = run("paper")
-    film = film_of(history)
-    rate = np.diff(film.times) / np.diff(film.film)
-    middle = 0.5 * (film.times[1:] + film.times[:-1])
-    inside = np.zeros(middle.size, dtype=bool)
-    for m in history.summary["macro_collisions"]:
-        inside |= (middle > m["start"]) & (middle < m["end"])
-        flight = (middle > m["start"] - 0.1) & (middle < m["start"] - 0.05)
-        np.testing.assert_allclose(rate[flight], 0.1, rtol=1e-2)
-    np.testing.assert_allclose(rate[inside], 1e-3, rtol=1e-9)
-    assert film.duration < 75.0
-    # between two knots the speed changes by less than a fifth, except far out, where it is high anyway
-    slow = rate[1:] < 0.02
-    assert np.abs(np.diff(np.log(rate)))[slow].max() < 0.25
-
-
-def test_the_film_ends_for_every_family(history):
-    film = film_of(history)
-    assert np.all(np.diff(film.film) > 0.0)
-    assert film.film[0] == 0.0
-    assert 2.0 < film.duration < 75.0
-    assert film.times[[0, -1]] == pytest.approx(history["time"].values[[0, -1]], abs=0.0)
-
-
-def test_a_beam_that_sticks_is_not_shown_slowly_for_ever(run):
-    history = run("sticking")
-    film = film_of(history)
-    last = history.events[-1].time
-    assert film.at(np.array([0.8]))[0] - film.at(np.array([last + 0.05]))[0] < 5.0
-    assert film.duration < 75.0
-
-
-def test_distances_from_intervals():
-    spans = np.array([[1.0, 2.0], [2.5, 2.5], [4.0, 7.0]])
-    times = np.linspace(0.0, 9.0, 181)
-    outside = np.maximum(spans[:, 0] - times[:, None], times[:, None] - spans[:, 1])
-    np.testing.assert_allclose(_distance(times, spans), np.maximum(outside, 0.0).min(axis=1), atol=1e-14)
-    assert np.all(np.isinf(_distance(times, np.empty((0, 2)))))
-
-
 # The file -----------------------------------------------------------------------------------------------------
 
 
@@ -306,7 +265,7 @@ def test_a_run_that_blew_up_still_makes_a_page(run, pages):
     arrays, facts = decoded(write_player(replace(history, data=data, summary=summary), pages / "blown.html"))
     sound = np.abs(history["bending_stress"].values).max()
     assert 0.5 * sound < facts["stress_limit"] < 2.0 * sound
-    assert facts["stress_beyond"]
+    assert [text[0] for _, text in facts["stress_ticks"]][::4] == ["≤", "≥"]
     assert "not valid here" in facts["outcome"]
     assert np.isinf(arrays["frame_stress"][-1]).any()
     assert np.isnan(arrays["chart_normal"][-1])
@@ -402,7 +361,7 @@ def test_time_state_and_numbers_are_written(shown, run, time, state):
     rgb = ", ".join(str(int(colour[k : k + 2], 16)) for k in (1, 3, 5))
     assert shown.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor") == f"rgb({rgb})"
     rate = shown.evaluate("document.getElementById('rate').textContent")
-    assert rate == ("shown at 1/1000 of real time" if state else "shown at 1/10 of real time")
+    assert rate == ("shown at 1/500 of real time" if state else "shown at 1/10 of real time")
     data = run("paper").data
     # of the second, not of the first of two samples at an event
     force = float(np.interp(time, data["time"].values, data["lambda_n"].values))
@@ -530,6 +489,78 @@ def test_frames_differ_and_are_not_blank(shown):
             images.setdefault(name, []).append(pixels.tobytes())
     for name in ("scene", "inset", "force", "energy"):
         assert len(set(images[name])) == 5, name
+
+
+def contact_place(page, name):
+    """Pixels of the point of contact in a view."""
+    return np.array(page.evaluate(f"player.place('{name}')"))
+
+
+@needs_browser
+@pytest.mark.parametrize("name", ["scene", "inset"])
+@pytest.mark.parametrize("time", [0.322, 0.3256])  # slipping down and up the slope
+def test_the_arrow_points_along_the_force_and_leaves_the_contact_point_free(shown, run, name, time):
+    history = run("paper")
+    k = BeamGeometry(history).index(time)
+    along = contact_force(BeamGeometry(history), k) * (1.0, -1.0)  # rows count downward
+    shown.evaluate(f"player.seek({time})")
+    shown.settle()
+    wide, high = shown.evaluate(f"(c => [c.width, c.height])(document.getElementById('{name}'))")
+    pixels = canvas(shown, name).reshape(high, wide, 4)[..., :3].astype(int)
+    if name == "scene":
+        pixels = pixels[:-60]  # the colour bar
+    tint = [int(STATE_COLOURS[1][n : n + 2], 16) for n in (1, 3, 5)]
+    rows, columns = np.nonzero(np.abs(pixels - tint).max(axis=2) < 10)
+    found = np.stack([columns + 0.5, rows + 0.5], axis=1)
+    place = contact_place(shown, name)
+    near = found[np.linalg.norm(found - place, axis=1) < (60 if name == "scene" else 45)]  # without the number
+    check_arrow(near, along / np.linalg.norm(along), place)
+    with pytest.raises(AssertionError):  # as it would be with the other sign
+        check_arrow(near, -along / np.linalg.norm(along), place)
+
+
+@needs_browser
+def test_a_vibration_is_the_same_band_as_in_a_film(shown):
+    """The page's own reduction of a curve to its pixels against the one of the other pictures."""
+    x = np.linspace(0.0, 300.0, 4001)
+    y = np.where((x > 100.0) & (x < 200.0), 30.0 * np.sin(2.0 * np.pi * x / 3.7), 0.0) + 0.1 * x + 3.0 * (x > 50.0)
+    expected = drawn(x, y, 1.0)
+    found = shown.evaluate(f"player.envelope({x.tolist()}, {y.tolist()}, 1)")
+    assert len(found["bands"]) == len(expected.bands) == 1
+    mine, theirs = expected.bands[0], found["bands"][0]
+    np.testing.assert_allclose(theirs["x"], mine.x)
+    np.testing.assert_allclose(theirs["low"], mine.low, atol=1e-9)
+    np.testing.assert_allclose(theirs["high"], mine.high, atol=1e-9)
+    line = np.concatenate([y[found["lines"][0]["from"] : found["lines"][0]["to"]], theirs["mean"]])
+    np.testing.assert_allclose(line, expected.y[: line.size], atol=0.02)  # where the area of a pixel is cut
+
+
+@needs_browser
+def test_vibrations_of_the_whole_run_leave_the_chart_light(shown):
+    """In flight the energies swing many times in a pixel: the band is lighter than a line drawn through them."""
+    shown.evaluate(
+        "(e => { e.value = 'whole'; e.dispatchEvent(new Event('change')); })(document.getElementById('range'))"
+    )
+    shown.evaluate("player.goTo(1e9)")
+    shown.settle()
+    pixels = canvas(shown, "energy").astype(int)
+    tinted, cover = np.ptp(pixels[:, :3], axis=1) > 15, pixels[:, 3]
+    lines, bands = (tinted & (cover > 200)).sum(), (tinted & (cover > 50) & (cover < 160)).sum()
+    assert bands > 2 * lines > 1000
+
+
+@needs_browser
+def test_the_colour_bar_has_the_labels_of_the_other_pictures(shown, run):
+    scale = story_of([run("paper")]).colours
+    assert shown.evaluate("player.facts.stress_limit") == scale.limit
+    assert shown.evaluate("player.facts.stress_ticks") == [list(tick) for tick in scale.ticks]
+    written = shown.evaluate(
+        "(() => { const out = [], p = CanvasRenderingContext2D.prototype, old = p.fillText;"
+        " p.fillText = function (t, ...r) { out.push(t); return old.call(this, t, ...r); };"
+        " player.goTo(5); return new Promise(r => requestAnimationFrame(() => requestAnimationFrame(() => {"
+        " p.fillText = old; r(out); }))); })()"
+    )
+    assert {scale.title, *(text for _, text in scale.ticks)} <= set(written)
 
 
 @needs_browser

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
-from renders.timeline import contact_windows, make_timeline
+from renders.story import story_of
+from renders.timeline import contact_windows, distance_from, make_timeline, time_map
 
 
 def test_contacts_of_the_paper(run):
@@ -40,13 +41,44 @@ def test_rates_are_those_of_the_frames(run):
 def test_film_time_is_linear_in_frames(run):
     timeline = make_timeline(run("paper"), frames=301)
     assert timeline.times.size == 301
-    np.testing.assert_allclose(timeline.film_time(timeline.times), np.arange(301) / 30, atol=1e-9)
+    np.testing.assert_allclose(timeline.course.film_at(timeline.times), np.arange(301) / 30, atol=1e-9)
 
 
 def test_a_run_without_contact_has_one_rate(run):
     timeline = make_timeline(run("spin-up"))
     assert np.ptp(timeline.rates) < 1e-9 * timeline.rates[0]
     assert 10.0 < timeline.duration < 40.0
+
+
+@pytest.mark.parametrize("name", ["paper", "sticking", "spin-up", "mid-span"])
+def test_the_map_of_a_run_ascends_and_ends(run, name):
+    history = run(name)
+    course = time_map(history)
+    assert np.all(np.diff(course.times) > 0.0)
+    assert np.all(np.diff(course.film) > 0.0)
+    assert course.times[[0, -1]] == pytest.approx(history["time"].values[[0, -1]], abs=0.0)
+    assert 10.0 < course.duration < 75.0
+    rates = np.diff(course.times) / np.diff(course.film)
+    np.testing.assert_allclose(rates, 0.5 * (course.rates[1:] + course.rates[:-1]), rtol=0.02)
+
+
+def test_a_part_of_the_film_runs_as_the_whole_film(run):
+    """Between two physical times the same film time passes, at the same rates."""
+    history = run("paper")
+    whole, part = make_timeline(history), make_timeline(history, between=(0.31, 0.335))
+    times = np.linspace(0.31, 0.335, 200)
+    shown = whole.course.film_at(times) - whole.course.film_at(0.31)
+    np.testing.assert_allclose(part.course.film_at(times), shown, atol=1e-9)
+    np.testing.assert_allclose(part.course.rate_at(times), whole.course.rate_at(times), rtol=1e-9)
+    assert part.times[[0, -1]] == pytest.approx([0.31, 0.335], abs=0.0)
+    np.testing.assert_array_equal(story_of([history]).time_map.film, time_map(history).film)
+
+
+def test_distances_from_intervals():
+    spans = np.array([[1.0, 2.0], [2.5, 2.5], [4.0, 7.0]])
+    times = np.linspace(0.0, 9.0, 181)
+    outside = np.maximum(spans[:, 0] - times[:, None], times[:, None] - spans[:, 1])
+    np.testing.assert_allclose(distance_from(spans, times), np.maximum(outside, 0.0).min(axis=1), atol=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -133,29 +133,45 @@ function resultant(moment) {
   return [0, 1].map((k) => moment.normal * NORMAL[k] + moment.tangential * TANGENT[k]);
 }
 
-/** Arrow of the contact force from the place of contact; `longest` pixels at the largest force of the run. */
+const MARK = 3; // radius of the mark at the place of contact
+
+/** Place of contact on the slope's surface, in pixels. */
+function touchPlace(view, moment) {
+  const t = facts.touch, below = view.thick * TOUCH_RADIUS;
+  return [toX(view, moment.x[t] - below * NORMAL[0]), toY(view, moment.y[t] - below * NORMAL[1])];
+}
+
+/**
+ * Mark at the place of contact and, ending just before it outside of the beam, the arrow of the force on the beam;
+ * `longest` pixels at the largest force of the run, its length by the root of its size. Returns where it begins.
+ */
 function drawForce(c, view, moment, longest) {
   const [fx, fy] = resultant(moment), size = Math.hypot(fx, fy);
   if (!(size > 0) || moment.state === 0) return;
-  const length = (longest * size) / facts.peak_force, ux = fx / size, uy = -fy / size;
-  const t = facts.touch;
-  const below = view.thick * TOUCH_RADIUS;
-  const x = toX(view, moment.x[t] - below * NORMAL[0]), y = toY(view, moment.y[t] - below * NORMAL[1]);
-  const head = Math.min(15, 0.6 * length), bx = x + (length - head) * ux, by = y + (length - head) * uy;
+  const length = longest * Math.sqrt(size / facts.peak_force), ux = fx / size, uy = -fy / size;
+  const [x, y] = touchPlace(view, moment), away = MARK + 2.5;
+  const tipX = x - away * ux, tipY = y - away * uy;
+  if (length > 6) fillArrow(c, tipX, tipY, ux, uy, length, stateColour[moment.state]);
+  c.beginPath();
+  c.arc(x, y, MARK, 0, 2 * Math.PI);
+  c.fillStyle = colour.paper;
+  c.fill();
+  c.strokeStyle = colour.ink;
+  c.lineWidth = 1.2;
+  c.stroke();
+  return { x: tipX - length * ux, y: tipY - length * uy, ux: -ux, uy: -uy, size };
+}
+
+function fillArrow(c, tipX, tipY, ux, uy, length, tint) {
+  const head = Math.min(13, 0.6 * length), shaft = Math.min(2.2, 0.18 * head), wide = 0.42 * head;
   const path = new Path2D();
-  const shaft = Math.min(2.2, 0.18 * head), wide = 0.42 * head;
-  path.moveTo(x - shaft * uy, y + shaft * ux);
-  path.lineTo(bx - shaft * uy, by + shaft * ux);
-  path.lineTo(bx - wide * uy, by + wide * ux);
-  path.lineTo(x + length * ux, y + length * uy);
-  path.lineTo(bx + wide * uy, by - wide * ux);
-  path.lineTo(bx + shaft * uy, by - shaft * ux);
-  path.lineTo(x + shaft * uy, y - shaft * ux);
+  for (const [back, aside] of [[length, shaft], [head, shaft], [head, wide], [0, 0], [head, -wide], [head, -shaft], [length, -shaft]]) {
+    path.lineTo(tipX - back * ux - aside * uy, tipY - back * uy + aside * ux);
+  }
   path.closePath();
   c.strokeStyle = colour.halo;
   c.lineWidth = 2.5;
   c.stroke(path);
-  c.fillStyle = stateColour[moment.state];
+  c.fillStyle = tint;
   c.fill(path);
-  return { x: x + length * ux, y: y + length * uy, ux, uy, size };
 }

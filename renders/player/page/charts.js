@@ -1,6 +1,7 @@
 /* Charts over time: the past solid, the future faint, a cursor between them. */
 
 const FAINT = 0.3;
+const BAND = 0.3; // strength of a band over that of its line
 const PAD = { left: 62, right: 12, top: 6, bottom: 24 };
 const MARGIN = 0.12; // of a collision, shown on both sides of it
 
@@ -120,33 +121,63 @@ function drawAxes(c, chart, area, x, y) {
   c.restore();
 }
 
-/** Lines of a series inside the window: one per colour; [{path, colour}]. */
+/** What is drawn of a series inside the window: [{line, band, tint}], one for each colour. */
 function seriesPaths(one, x, y, window) {
   const times = arrays.chart_time, states = arrays.chart_state, found = new Map();
-  const from = Math.max(0, lastNotAbove(times, window[0]) - 1);
-  let open = null;
-  for (let k = from; k < times.length; k++) {
-    const tint = one.colour ?? states[k];
-    if (!Number.isFinite(one.values[k])) {
-      open = null;
-      continue;
-    }
-    if (!found.has(tint)) found.set(tint, new Path2D());
-    const path = found.get(tint);
-    if (open === tint) path.lineTo(x(times[k]), y(one.values[k]));
-    else if (open !== null) joinRuns(path, one, k, x, y);
-    else path.moveTo(x(times[k]), y(one.values[k]));
-    open = tint;
-    if (times[k] > window[1]) break;
+  const from = Math.max(0, lastNotAbove(times, window[0]) - 1), to = lastNotAbove(times, window[1]) + 2;
+  const at = [], value = [], tints = [];
+  for (let k = from; k < Math.min(to, times.length); k++) {
+    at.push(x(times[k]));
+    value.push(y(one.values[k]));
+    tints.push(one.colour ?? states[k]);
   }
-  return [...found].map(([tint, path]) => ({ path, tint }));
+  const paths = (tint) => {
+    if (!found.has(tint)) found.set(tint, { line: new Path2D(), band: new Path2D(), tint });
+    return found.get(tint);
+  };
+  const whole = { lines: [{ from: 0, to: at.length }], bands: [] };
+  const { lines, bands } = value.every(Number.isFinite) ? envelope(at, value, 1) : whole;
+  let last = null; // the point that the next line starts from
+  lines.forEach((piece, n) => {
+    last = addLine(paths, at, value, tints, piece, last);
+    if (bands[n]) last = addBand(paths(bandTint(tints, piece.to, lines[n + 1].from)), bands[n], last);
+  });
+  return [...found.values()];
 }
 
-/** A change of state: the jump belongs to the state after it. */
-function joinRuns(path, one, k, x, y) {
-  const times = arrays.chart_time;
-  path.moveTo(x(times[k - 1]), y(one.values[k - 1]));
-  path.lineTo(x(times[k]), y(one.values[k]));
+/** A stretch of the curve itself; a change of state belongs to the state after it. */
+function addLine(paths, at, value, tints, { from, to }, last) {
+  let point = last, open = null;
+  for (let k = from; k < to; k++) {
+    if (!Number.isFinite(value[k])) {
+      point = open = null;
+      continue;
+    }
+    const { line } = paths(tints[k]);
+    if (point && open !== tints[k]) line.moveTo(...point);
+    if (point) line.lineTo(at[k], value[k]);
+    else line.moveTo(at[k], value[k]);
+    point = [at[k], value[k]];
+    open = tints[k];
+  }
+  return point;
+}
+
+/** A vibration: its band, and its mean as the line. */
+function addBand({ line, band }, { x, low, high, at, mean }, last) {
+  x.forEach((edge, n) => (n ? band.lineTo(edge, low[n]) : band.moveTo(edge, low[n])));
+  for (let n = x.length - 1; n >= 0; n--) band.lineTo(x[n], high[n]);
+  band.closePath();
+  line.moveTo(...(last || [at[0], mean[0]]));
+  mean.forEach((value, n) => line.lineTo(at[n], value));
+  return [at.at(-1), mean.at(-1)];
+}
+
+/** Colour of a vibration: the one of the series, or of the state that most of its samples have. */
+function bandTint(tints, from, to) {
+  const counts = new Map();
+  for (let k = from; k < to; k++) counts.set(tints[k], (counts.get(tints[k]) || 0) + 1);
+  return [...counts].reduce((most, one) => (one[1] > most[1] ? one : most))[0];
 }
 
 function drawPart(c, chart, area, from, to, strength) {
@@ -155,13 +186,15 @@ function drawPart(c, chart, area, from, to, strength) {
   c.beginPath();
   c.rect(from, area.y - 2, to - from, area.h + 4);
   c.clip();
-  c.globalAlpha = strength;
   chart.series.forEach((one, n) => {
     c.setLineDash(one.dash || []);
     c.lineWidth = one.wide || 1.5;
-    for (const { path, tint } of chart.paths[n]) {
-      c.strokeStyle = typeof tint === "number" ? stateColour[tint] : colour[tint];
-      c.stroke(path);
+    for (const { line, band, tint } of chart.paths[n]) {
+      c.fillStyle = c.strokeStyle = typeof tint === "number" ? stateColour[tint] : colour[tint];
+      c.globalAlpha = BAND * strength;
+      c.fill(band);
+      c.globalAlpha = strength;
+      c.stroke(line);
     }
   });
   c.restore();

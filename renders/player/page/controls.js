@@ -373,5 +373,6 @@ window.player = {
   play, pause, step, stepEvent, goTo,
   seek: (time) => goTo(placeAtTime(time)),
   now: () => ({ ...momentAt(show.place, newMoment()), playing: show.playing, frames: FRAMES }),
-  facts, arrays,
+  facts, arrays, envelope,
+  place: (name) => touchPlace(name === "inset" ? insetView(moment, inset.surface.width, inset.surface.height) : sceneView(scene.surface.width, scene.surface.height), moment),
 };

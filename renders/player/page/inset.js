@@ -26,7 +26,7 @@ function drawInset(moment) {
   const axis = magnified(moment, 1);
   drawTube(c, view, axis, moment.stress);
   drawAxisMark(c, view, axis);
-  drawForce(c, view, moment, 0.55 * Math.min(width, height));
+  drawForce(c, view, moment, 0.36 * Math.min(width, height));
   drawScaleBar(c, view, width, height);
 }
 

@@ -45,10 +45,8 @@ const placeAtFilm = (film) => placeOf(arrays.frame_film, film);
 
 /** Real time that passes in a second of film at normal speed. */
 function rateAt(place) {
-  let k = Math.min(Math.floor(place), LAST - 1);
-  while (k < LAST - 1 && arrays.frame_time[k + 1] === arrays.frame_time[k]) k++;
-  const film = arrays.frame_film[k + 1] - arrays.frame_film[k];
-  return film > 0 ? (arrays.frame_time[k + 1] - arrays.frame_time[k]) / film : 0;
+  const k = Math.floor(place), u = place - k, rates = arrays.frame_rate;
+  return u ? (1 - u) * rates[k] + u * rates[k + 1] : rates[k];
 }
 
 function newMoment() {

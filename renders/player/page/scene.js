@@ -8,7 +8,7 @@ const scene = {
 };
 
 const BAR = 52; // pixels at the bottom for the colour bar
-const ARROW = 0.22; // of the length, at the largest force
+const ARROW = 0.16; // of the length, at the largest force
 const THIN = 2.2; // pixels: a thinner radius is drawn thicker
 const STROBE = 0.11 * facts.length; // path of the contact point between two ghosts
 const GHOSTS = 4;
@@ -37,10 +37,13 @@ function setScene(factor) {
     box.low = Math.min(box.low, y - margin);
     box.high = Math.max(box.high, y + margin);
   };
-  const moment = newMoment();
+  const moment = newMoment(), t = facts.touch;
   for (let k = 0; k < FRAMES; k++) {
     const axis = magnified(momentAt(k, moment), factor);
     for (let j = 0; j < STATIONS; j++) include(axis.x[j], axis.y[j], 2 * arrays.radius[j]);
+    const [fx, fy] = resultant(moment), size = Math.hypot(fx, fy); // the arrow begins outside of the beam
+    const arrow = size > 0 ? (1.2 * ARROW * facts.length * Math.sqrt(size / facts.peak_force)) / size : 0;
+    if (Number.isFinite(arrow)) include(moment.x[t] - arrow * fx, moment.y[t] - arrow * fy, 0);
   }
   for (const [x, y] of facts.slope.outline || []) include(x, y, 0);
   if (facts.hub_radius) [-1, 1].forEach((s) => include(s * facts.hub_radius, s * facts.hub_radius, 0));
@@ -63,19 +66,19 @@ function drawScene(moment) {
   drawTrace(c, view, moment, 3 * facts.length);
   drawTube(c, view, magnified(moment, scene.factor), moment.stress);
   drawHinge(c, view);
-  const tip = drawForce(c, view, moment, ARROW * facts.length * view.scale);
-  if (tip) labelForce(c, tip, width, stateColour[moment.state]);
+  const tail = drawForce(c, view, moment, ARROW * facts.length * view.scale);
+  if (tail) labelForce(c, tail, width, height, stateColour[moment.state]);
   drawColourBar(c, width, height);
 }
 
-/** The size of the force beyond the head of its arrow. */
-function labelForce(c, { x, y, ux, uy, size }, width, tint) {
+/** The size of the force where its arrow begins. */
+function labelForce(c, { x, y, ux, uy, size }, width, height, tint) {
   c.font = `600 ${FONT}`;
   c.textAlign = "center";
   c.textBaseline = "middle";
   const text = `${significant(size, 3)} N`, half = c.measureText(text).width / 2;
   const at = x + (half + 8) * ux;
-  labelled(c, text, Math.min(width - half - 4, Math.max(half + 4, at)), Math.max(10, y + 14 * uy), tint);
+  labelled(c, text, Math.min(width - half - 4, Math.max(half + 4, at)), Math.min(height - BAR - 8, Math.max(10, y + 14 * uy)), tint);
   c.font = FONT;
 }
 
@@ -164,15 +167,8 @@ function drawHinge(c, view) {
   c.stroke();
 }
 
-/** Unit of the stresses: the one in which the ends of the scale read well. */
-function stressUnit() {
-  const units = [[1e9, "GPa"], [1e6, "MPa"], [1e3, "kPa"], [1, "Pa"]];
-  return units.find(([size]) => facts.stress_limit >= size * (size === 1e9 ? 10 : 0.1)) || units[3];
-}
-
 function drawColourBar(c, width, height) {
   const wide = Math.min(360, width - 80), x = (width - wide) / 2, y = height - BAR + 22, high = 11;
-  const [unit, name] = stressUnit();
   const ramp = c.createLinearGradient(x, 0, x + wide, 0);
   facts.stress_colours.forEach((tint, k, all) => ramp.addColorStop(k / (all.length - 1), tint));
   c.fillStyle = ramp;
@@ -183,18 +179,11 @@ function drawColourBar(c, width, height) {
   c.fillStyle = colour.ink;
   c.textAlign = "center";
   c.textBaseline = "alphabetic";
-  c.fillText(`bending stress (${name}), tension positive`, width / 2, y - 6);
+  c.fillText(facts.stress_title, width / 2, y - 6);
   c.textBaseline = "top";
-  const round = stepDecimals(facts.stress_limit / unit / 2);
-  for (const part of [-1, -0.5, 0, 0.5, 1]) {
+  for (const [part, text] of facts.stress_ticks) {
     const at = x + (wide * (part + 1)) / 2;
     c.fillRect(at - 0.5, y + high, 1, 3);
-    const sign = !facts.stress_beyond || Math.abs(part) < 1 ? "" : part > 0 ? "≥ " : "≤ ";
-    c.fillText(sign + fixed((part * facts.stress_limit) / unit, round), at, y + high + 4);
+    c.fillText(text, at, y + high + 4);
   }
-}
-
-/** Decimals that a number needs, up to three. */
-function stepDecimals(value) {
-  return [0, 1, 2].find((d) => Math.abs(value * 10 ** d - Math.round(value * 10 ** d)) < 1e-6) ?? 3;
 }

@@ -1,0 +1,184 @@
+"""What all pictures of a run share, made once: drawn shapes, scale of colours, course of the film."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from oblique_impact.errors import Outcome
+from oblique_impact.history import History
+from renders.geometry import QUANTITIES, BeamGeometry
+from renders.timeline import TimeMap, time_map
+
+Array = NDArray[np.float64]
+
+_ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+_PREFIXES = ((1e10, 1e9, "GPa"), (1e5, 1e6, "MPa"), (1e2, 1e3, "kPa"))  # from which limit on, size, name
+_HELD = np.finfo(np.float32).max  # what is larger cannot be drawn
+_CHUNK = 4096  # samples at a time
+
+
+@dataclass(frozen=True)
+class ColourScale:
+    """Scale of a quantity in colour, from -limit to limit.
+
+    Attributes
+    ----------
+    quantity : str
+        One of `renders.geometry.QUANTITIES`.
+    limit : float
+        Value at the end of the scale, in the quantity's SI unit.
+    exceeded : bool
+        Whether the run goes beyond it; the labels say so.
+    """
+
+    quantity: str
+    limit: float
+    exceeded: bool
+
+    @property
+    def title(self) -> str:
+        """Name and unit, and what the sign means."""
+        sign = ", tension positive" if self.quantity.endswith("_stress") else ""
+        return f"{self.quantity.replace('_', ' ')} ({self._unit[1]}){sign}"
+
+    @property
+    def ticks(self) -> list[tuple[float, str]]:
+        """Places on the scale, as parts of the limit, and their labels."""
+        value = self.limit / self._unit[0]
+        places = next((d for d in range(9) if abs(0.5 * value - round(0.5 * value, d)) < 1e-9 * value), 9)
+        ends = {-1.0: "≤ ", 1.0: "≥ "} if self.exceeded else {}
+        form = f".{places}f" if 1e-6 < value < 1e6 else "g"
+        parts = (-1.0, -0.5, 0.0, 0.5, 1.0)
+        return [(p, ends.get(p, "") + (f"{p * value:{form}}" if p else "0").replace("-", "−")) for p in parts]
+
+    @property
+    def _unit(self) -> tuple[float, str]:
+        """Size and name of the unit in which the ends of the scale read well."""
+        unit = QUANTITIES[self.quantity]
+        fitting = [(size, name) for least, size, name in _PREFIXES if unit == "Pa" and self.limit >= least]
+        return fitting[0] if fitting else (1.0, unit)
+
+
+@dataclass(frozen=True)
+class Story:
+    """One to three runs as every picture shows them.
+
+    Attributes
+    ----------
+    geometries : tuple of BeamGeometry
+        All with the same deformation factor, the smallest that one of them would have alone.
+    colours : ColourScale
+        One for all.
+    """
+
+    geometries: tuple[BeamGeometry, ...]
+    colours: ColourScale
+
+    @property
+    def histories(self) -> tuple[History, ...]:
+        """The runs."""
+        return tuple(geometry.history for geometry in self.geometries)
+
+    @property
+    def factor(self) -> float:
+        """Deformation factor."""
+        return self.geometries[0].factor
+
+    @cached_property
+    def time_map(self) -> TimeMap:
+        """Film time over physical time, from the contacts of the first run."""
+        return time_map(self.histories[0])
+
+
+def story_of(histories: Sequence[History], quantity: str = "bending_stress", factor: float | None = None) -> Story:
+    """Make what the pictures of one or several runs share.
+
+    Parameters
+    ----------
+    histories : sequence of History
+        Of beams.
+    quantity : str
+        The one in colour.
+    factor : float, optional
+        Deformation factor; chosen from the runs if None.
+
+    Raises InputError for a history without a beam or a factor that is not positive and finite.
+    """
+    alone = [BeamGeometry(history, factor) for history in histories]
+    common = min(geometry.factor for geometry in alone)
+    geometries = tuple(BeamGeometry(history, common) for history in histories)
+    return Story(geometries, colour_scale(geometries, quantity))
+
+
+def colour_scale(geometries: Sequence[BeamGeometry], quantity: str) -> ColourScale:
+    """Return the scale that covers a quantity over all samples and all places of the drawn surfaces.
+
+    Of a run that stopped early it covers 99 of 100 samples, as the last ones may be of any size.
+    """
+    largest = covered = 0.0
+    for geometry in geometries:
+        peaks = peaks_of(geometry, quantity)
+        sound = peaks[peaks < _HELD]
+        if sound.size == 0:
+            continue
+        completed = geometry.history.outcome is Outcome.COMPLETED
+        covered = max(covered, float(np.quantile(sound, 1.0 if completed else 0.99, method="lower")))
+        largest = max(largest, float(sound.max()))
+    limit = round_up(covered)
+    return ColourScale(quantity, limit, largest > limit)
+
+
+def peaks_of(geometry: BeamGeometry, quantity: str) -> Array:
+    """Return the largest magnitude of a quantity on the drawn surface at each sample, (samples,), in SI units."""
+    samples = geometry.times.size
+    parts = [slice(k, min(k + _CHUNK, samples)) for k in range(0, samples, _CHUNK)]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.concatenate([_peaks(geometry, quantity, part) for part in parts])
+
+
+def _peaks(geometry: BeamGeometry, quantity: str, part: slice) -> Array:
+    """Largest magnitude at some samples: stresses are those of the outer fibres, on both sides of the axis."""
+    sections, x = geometry.sections, geometry.places
+
+    def at_rings(name: str, curved: bool) -> Array:
+        values = np.nan_to_num(geometry.history[name].values[part], posinf=np.inf, neginf=-np.inf)
+        found = _straight(geometry.stations, x, values)
+        smooth = np.all(np.abs(values) < _HELD, axis=1)
+        if curved and smooth.any():
+            found[smooth] = CubicSpline(geometry.stations, values[smooth], axis=1)(x)
+        return found
+
+    if quantity in ("shear_force", "axial_force"):
+        shown = at_rings({"shear_force": "shear"}.get(quantity, quantity), False)
+    elif quantity == "slope":
+        deflection = np.nan_to_num(geometry.history["uy"].values[part], posinf=0.0, neginf=0.0)
+        shown = CubicSpline(geometry.stations, deflection, axis=1)(x, 1)
+    else:
+        shown = at_rings("moment", True)
+        if quantity != "bending_moment":
+            shown = np.abs(shown) * geometry.radii / sections.second_moment(x)
+        if quantity == "axial_stress":
+            shown = shown + np.abs(at_rings("axial_force", False)) / sections.area(x)
+    return np.asarray(np.max(np.abs(shown), axis=1))
+
+
+def _straight(stations: Array, x: Array, values: Array) -> Array:
+    """Values (samples, stations) at other places, linearly between stations."""
+    k = np.clip(np.searchsorted(stations, x, side="right") - 1, 0, stations.size - 2)
+    part = (x - stations[k]) / (stations[k + 1] - stations[k])
+    return np.asarray((1.0 - part) * values[:, k] + part * values[:, k + 1])
+
+
+def round_up(value: float) -> float:
+    """Return the next larger round number, for the ends of a scale; 1 for zero."""
+    if not value > 0.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(next(m for m in _ROUND if m * power >= value * (1.0 - 1e-12)) * power)

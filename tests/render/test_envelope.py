@@ -1,0 +1,65 @@
+"""Fast vibrations as bands: they contain all samples, and what is slow is the curve itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from renders.envelope import PERIOD, drawn, fast_spans, turning_points
+
+
+def swinging(period, width=400.0, samples=8000):
+    """A curve with a period in pixels, and a slow course below it."""
+    x = np.linspace(0.0, width, samples)
+    return x, 5.0 * np.sin(2.0 * np.pi * x / period) + 0.02 * x
+
+
+@pytest.mark.parametrize("period", [0.8, 2.0, 4.0, 5.5])
+def test_the_band_contains_all_samples_and_the_line_is_their_mean(period):
+    x, y = swinging(period)
+    shown = drawn(x, y, 0.1)
+    assert len(shown.bands) == 1
+    band = shown.bands[0]
+    assert band.x[0] < 2.0 * PERIOD
+    assert band.x[-1] > 400.0 - 2.0 * PERIOD
+    inside = (x >= band.x[0]) & (x <= band.x[-1])
+    assert np.all(np.interp(x[inside], band.x, band.low) <= y[inside])
+    assert np.all(np.interp(x[inside], band.x, band.high) >= y[inside])
+    # not much more than them either
+    assert np.max(band.high - band.low) < 10.0 + 0.02 * 3.0 * PERIOD
+    middle = (shown.x > 20.0) & (shown.x < 380.0)
+    np.testing.assert_allclose(shown.y[middle], 0.02 * shown.x[middle], atol=0.5)
+
+
+@pytest.mark.parametrize("period", [7.0, 20.0, 300.0])
+def test_a_slow_curve_is_the_curve(period):
+    x, y = swinging(period)
+    shown = drawn(x, y, 0.1)
+    assert shown.bands == []
+    np.testing.assert_array_equal(shown.x, x)
+    np.testing.assert_array_equal(shown.y, y)
+
+
+def test_only_the_fast_stretch_becomes_a_band():
+    x = np.linspace(0.0, 300.0, 30_000)
+    y = np.where((x > 100.0) & (x < 200.0), np.sin(2.0 * np.pi * x / 2.0), 0.0) + x
+    shown = drawn(x, y, 0.1)
+    assert [(round(b.x[0], -1), round(b.x[-1], -1)) for b in shown.bands] == [(100.0, 200.0)]
+    slow = (shown.x < 98.0) | (shown.x > 202.0)
+    np.testing.assert_array_equal(shown.y[slow], y[(x < 98.0) | (x > 202.0)])
+    assert np.all(np.diff(shown.x) >= 0.0)
+
+
+def test_rounding_and_jumps_are_no_vibration():
+    noise = 1e-9 * np.random.default_rng(1).standard_normal(4000)
+    x = np.sort(np.concatenate([np.linspace(0.0, 300.0, 3998), [150.0, 150.0]]))
+    steps = np.floor(x / 100.0)
+    assert fast_spans(x, steps + noise, 0.01) == []
+    assert turning_points(np.zeros(50), 0.01) == []
+    assert drawn(x[:1], steps[:1], 0.01).y.size == 1
+
+
+def test_turning_points_are_those_of_the_sine():
+    x, y = swinging(40.0)
+    found = x[turning_points(y - 0.02 * x, 1.0)]
+    np.testing.assert_allclose(found[-19:], np.arange(30.0, 400.0, 20.0), atol=0.1)

@@ -1,0 +1,134 @@
+"""Letters of pictures: large enough to be read, none over another, none cut off, at every size."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import ImageDraw
+
+from renders.charts import round_times
+from renders.frame import Composer, Style
+from renders.layout import lay_out
+from renders.letters import LEAST, Letters
+from renders.story import story_of
+from renders.timeline import TimeMap, make_timeline, time_map
+
+SIZES = [(640, 360), (854, 480), (1280, 720), (1920, 1080), (720, 1280), (480, 270)]
+
+
+class Written:
+    """Texts of a frame with their sizes and boxes (pixels): those of Pillow, and those of the charts."""
+
+    def __init__(self, monkeypatch):
+        self.texts = []
+        write, draw = ImageDraw.ImageDraw.text, Text.draw
+
+        def spy(pen, place, text, *args, **options):
+            if text:
+                box = pen.textbbox(place, text, font=options["font"], anchor=options.get("anchor"))
+                self.texts.append((text, options["font"].size, box, "frame", pen.im.size))
+            return write(pen, place, text, *args, **options)
+
+        def draw_spy(artist, renderer, *args, **options):
+            if artist.get_visible() and artist.get_text():
+                box = artist.get_window_extent(renderer)
+                height = renderer.height
+                size = artist.get_fontsize() * artist.get_figure().dpi / 72.0
+                place = (box.x0, height - box.y1, box.x1, height - box.y0)
+                self.texts.append((artist.get_text(), size, place, renderer, (renderer.width, height)))
+            return draw(artist, renderer, *args, **options)
+
+        monkeypatch.setattr(ImageDraw.ImageDraw, "text", spy)
+        monkeypatch.setattr(Text, "draw", draw_spy)
+
+    def check(self):
+        assert self.texts
+        for text, size, box, _, room in self.texts:
+            assert size >= LEAST - 0.5, (text, size)
+            assert box[0] >= -0.5, (text, box)
+            assert box[1] >= -0.5, (text, box)
+            assert box[2] <= room[0] + 0.5, (text, box, room)
+            assert box[3] <= room[1] + 0.5, (text, box, room)
+        for (a, _, one, where, _), (b, _, other, there, _) in combinations(self.texts, 2):
+            if where is not there:
+                continue
+            across = min(one[2], other[2]) - max(one[0], other[0])
+            high = min(one[3], other[3]) - max(one[1], other[1])
+            assert across <= 0.0 or high <= 0.0, (a, b, one, other)
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
+@pytest.mark.parametrize("case", ["one", "two", "overlay"])
+def test_letters_are_readable_and_apart(run, monkeypatch, size, case):
+    histories = [run("paper")] if case == "one" else [run("paper"), run("paper", "contact.friction=frictionless")]
+    layout = "overlay" if case == "overlay" else "side-by-side"
+    names = ["hybrid friction", "frictionless, a rather long name"][: len(histories)]
+    written = Written(monkeypatch)
+    composer = Composer(story_of(histories), names, Style(size=size, layout=layout), make_timeline(histories[0]))
+    composer.draw(0.3232, 0.002)
+    composer.close()
+    written.check()
+
+
+def test_the_check_notices_small_and_overlapping_letters(monkeypatch):
+    from PIL import Image
+
+    pen = ImageDraw.Draw(Image.new("RGB", (200, 100)))
+    for place, pixels in (((0, 0), 6), ((190, 10), 14)):
+        written = Written(monkeypatch)
+        pen.text(place, "label", font=Letters(1.0).font(14).font_variant(size=pixels))
+        with pytest.raises(AssertionError):
+            written.check()
+    written = Written(monkeypatch)
+    for x in (0, 20):
+        pen.text((x, 0), "label", font=Letters(1.0).font(14))
+    with pytest.raises(AssertionError):
+        written.check()
+    figure = Figure(figsize=(2, 1), dpi=100)
+    written = Written(monkeypatch)
+    figure.text(0.5, 0.5, "label", fontsize=5)
+    figure.canvas.draw()
+    with pytest.raises(AssertionError):
+        written.check()
+
+
+def test_what_would_be_too_small_is_left_out():
+    plan = lay_out((1280, 720), 1, inset=True, charts=True)
+    assert (len(plan.views), len(plan.charts)) == (1, 2)
+    assert plan.inset
+    assert len(lay_out((640, 360), 1, inset=True, charts=True).charts) == 1
+    small = lay_out((320, 180), 1, inset=True, charts=True)
+    assert (small.inset, small.charts) == (None, [])
+    for size in SIZES:
+        for count in (1, 2, 3):
+            plan = lay_out(size, count, inset=count == 1, charts=True)
+            boxes = [*plan.views, *plan.charts, *([plan.inset] if plan.inset else [])]
+            covered = np.zeros(size, dtype=int)
+            for left, top, width, height in boxes:
+                covered[left : left + width, top : top + height] += 1
+            assert covered.max() == 1
+            assert (covered == 0).mean() < 0.01  # what does not divide by three
+
+
+@pytest.mark.parametrize("width", [180.0, 420.0, 560.0, 1100.0])
+@pytest.mark.parametrize("name", ["paper", "sticking", "spin-up"])
+def test_ticks_are_round_times_with_the_same_decimals(run, width, name):
+    course = time_map(run(name))
+    check_ticks(course, width)
+    check_ticks(course.part(0.31, 0.335), width)
+
+
+def check_ticks(course: TimeMap, width: float) -> None:
+    times, labels = round_times(course, width, Letters(1.0).font(12.5).getlength)
+    assert len(labels) >= 2
+    assert len({len(label.partition(".")[2]) for label in labels}) == 1
+    np.testing.assert_allclose([float(label) for label in labels], times, atol=1e-12)
+    at = course.film_at(times) * width / course.duration
+    longest = max(map(Letters(1.0).font(12.5).getlength, labels))
+    assert np.diff(at).min() > longest
+    assert at.min() >= 0.0
+    assert at.max() <= width + 1e-9

@@ -1,0 +1,176 @@
+"""What the pictures of a run share: one scale of colours, one magnification, one time map."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw
+
+from renders import render
+from renders.frame import Composer, Style
+from renders.geometry import BeamGeometry
+from renders.player.payload import payload, unpacked
+from renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
+from renders.timeline import make_timeline
+
+QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "slope")
+TAPERED = ("tapered", "end_time=0.34")
+
+
+@pytest.fixture(params=[("paper",), TAPERED, ("mid-span",)], ids=lambda names: names[0])
+def history(run, request):
+    return run(*request.param)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_the_peaks_are_those_of_the_drawn_surface(history, quantity):
+    """At any sample no point of the surface carries more, and one carries as much."""
+    geometry = BeamGeometry(history)
+    peaks = peaks_of(geometry, quantity)
+    for k in np.linspace(0, peaks.size - 1, 25).astype(int):
+        drawn = np.nanmax(np.abs(geometry.surface(k).arrays[quantity]))
+        assert peaks[k] == pytest.approx(drawn, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_the_scale_covers_all_samples(history, quantity):
+    geometry = BeamGeometry(history)
+    scale = colour_scale([geometry], quantity)
+    largest = peaks_of(geometry, quantity).max()
+    assert largest <= scale.limit <= 1.35 * largest
+    assert not scale.exceeded
+
+
+def test_the_stress_of_the_scale_is_that_of_the_bending_moment(history):
+    """M e / I with the section at each station: a circle of the local area where no outer fibre is given."""
+    beam = BeamGeometry(history).scenario.beam
+    x = history["station"].values
+
+    def at(table):
+        return np.interp(x, *np.array(table).T) if isinstance(table, list | tuple) else np.full(x.shape, table)
+
+    fibre = beam.outer_fibre or np.sqrt(at(beam.area) / np.pi)
+    stress = np.abs(history["moment"].values) * fibre / at(beam.second_moment)
+    np.testing.assert_allclose(np.abs(history["bending_stress"].values), stress, rtol=1e-9, atol=1e-3)
+    limit = story_of([history]).colours.limit
+    assert 0.7 * limit < stress.max() <= limit
+
+
+def labels_of(monkeypatch, draw):
+    """Texts that a picture writes with Pillow."""
+    found = []
+    write = ImageDraw.ImageDraw.text
+
+    def spy(pen, place, text, *args, **options):
+        found.append(text)
+        return write(pen, place, text, *args, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ImageDraw.ImageDraw, "text", spy)
+        draw()
+    return found
+
+
+def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(run, tmp_path, monkeypatch):
+    """Read from what is written into the pictures, and from what the page embeds."""
+    history = run("paper")
+    facts = payload(history, None, 200).facts
+    ends = [text for _, text in facts["stress_ticks"]]
+    factor = f"×{facts['factor']:g}"
+    style = Style(size=(640, 360))
+    kinds = {
+        "still": lambda: render(history, tmp_path / "a.png", style),
+        "other still": lambda: render(history, tmp_path / "a.png", style, times=[0.1]),
+        "film": lambda: render(history, tmp_path / "a.gif", style, frames=2),
+        "part": lambda: render(history, tmp_path / "a.gif", style, frames=2, between=(0.0, 0.1)),
+        "strip": lambda: render(history, tmp_path / "a.png", strip=True, times=[0.1, 0.3]),
+    }
+    for kind, draw in kinds.items():
+        written = labels_of(monkeypatch, draw)
+        assert [w for w in written if w in ends][: len(ends)] == ends, kind
+        assert any(factor in w for w in written), kind
+        assert facts["stress_title"] in written or facts["stress_title"].split(",")[0] in written, kind
+
+
+def test_film_and_page_show_a_physical_time_at_the_same_film_time(run):
+    history = run("paper")
+    arrays = {name: unpacked(entry) for name, entry in payload(history, None, 400).arrays.items()}
+    course = make_timeline(history).course
+    np.testing.assert_array_equal(arrays["frame_film"], course.film_at(arrays["frame_time"]))
+    np.testing.assert_array_equal(arrays["frame_rate"], course.rate_at(arrays["frame_time"]))
+
+
+def test_two_histories_have_one_scale_and_one_factor(run, monkeypatch):
+    """The larger stress of both, the smaller magnification of both, written into both halves."""
+    soft, hard = run("paper"), run("sticking")
+    alone = [story_of([history]) for history in (soft, hard)]
+    both = story_of([soft, hard])
+    assert both.colours.limit == max(s.colours.limit for s in alone)
+    assert [g.factor for g in both.geometries] == [min(s.factor for s in alone)] * 2
+    composer = Composer(both, ["a", "b"], Style(size=(960, 540)))
+    written = labels_of(monkeypatch, lambda: composer.draw(0.1))
+    composer.close()
+    ticks = [text for _, text in both.colours.ticks]
+    assert [w for w in written if w in ticks] == 2 * ticks
+    assert sum(f"×{both.factor:g}" in w for w in written) == 2
+
+
+def test_a_run_that_blew_up_is_exceeded_and_says_so(run):
+    history = run("paper")
+    data = history.data.copy(deep=True)
+    data["moment"].values[-1] = 1e300
+    data["moment"].values[-2] = 1e25
+    blown = BeamGeometry(replace(history, data=data, summary=history.summary | {"outcome": "diverged"}))
+    scale = colour_scale([blown], "bending_stress")
+    sound = colour_scale([BeamGeometry(history)], "bending_stress")
+    assert 0.5 * sound.limit < scale.limit <= sound.limit
+    assert scale.exceeded
+    assert [text[0] for _, text in scale.ticks] == ["≤", "−", "0", *scale.ticks[3][1][0], "≥"]
+
+
+@pytest.mark.parametrize(
+    ("limit", "title", "labels"),
+    [
+        (1e8, "bending stress (MPa), tension positive", ["−100", "−50", "0", "50", "100"]),
+        (2.5e6, "bending stress (MPa), tension positive", ["−2.50", "−1.25", "0", "1.25", "2.50"]),
+        (1.5e10, "bending stress (GPa), tension positive", ["−15.0", "−7.5", "0", "7.5", "15.0"]),
+        (5e3, "bending stress (kPa), tension positive", ["−5.0", "−2.5", "0", "2.5", "5.0"]),
+        (4.0, "bending stress (Pa), tension positive", ["−4", "−2", "0", "2", "4"]),
+    ],
+)
+def test_labels_of_the_scale_are_their_numbers(limit, title, labels):
+    scale = ColourScale("bending_stress", limit, False)
+    assert (scale.title, [text for _, text in scale.ticks]) == (title, labels)
+    assert ColourScale("shear_force", 1.2, False).title == "shear force (N)"
+
+
+def test_the_ends_of_a_scale_are_round_and_not_below():
+    for value in np.geomspace(1e-7, 1e9, 400):
+        assert value * (1.0 - 1e-9) <= round_up(value) <= 1.34 * value
+    assert [round_up(v) for v in (0.0, 1.0, 86.0, 100.0, 100.1)] == [1.0, 1.0, 100.0, 100.0, 120.0]
+
+
+def test_the_colour_at_the_end_of_the_bar_is_that_of_the_limit(run, monkeypatch):
+    """What a reader takes from bar and beam: the pixel under a label has the colour of that value."""
+    import matplotlib as mpl
+
+    story = story_of([run("paper")])
+    places = {}
+    write = ImageDraw.ImageDraw.text
+
+    def spy(pen, place, text, *args, **options):
+        places[text] = place
+        return write(pen, place, text, *args, **options)
+
+    composer = Composer(story, ["a"], Style(size=(1280, 720), inset=False))
+    with monkeypatch.context() as patch:
+        patch.setattr(ImageDraw.ImageDraw, "text", spy)
+        picture: Image.Image = composer.draw(0.1)
+    composer.close()
+    for part, text in story.colours.ticks:
+        x, y = places[text]
+        found = np.array(picture.getpixel((round(x - 2 * part), round(y - 10))))
+        wanted = 255 * np.array(mpl.colormaps["RdBu_r"](0.5 * (part + 1.0))[:3])
+        np.testing.assert_allclose(found, wanted, atol=12)
