@@ -76,11 +76,11 @@ def progress_bar(console: Console) -> Iterator[Callable[[Status], None]]:
     columns = (
         TextColumn("{task.fields[state]:>5}"),
         BarColumn(),
-        TextColumn("t = {task.completed:.4f} of {task.total:g} s, {task.fields[events]} events"),
+        TextColumn("{task.fields[said]}"),
         TimeElapsedColumn(),
     )
     with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("run", total=None, state="", events=0)
+        task = bar.add_task("run", total=None, state="", said="")
 
         def show(status: Status) -> None:
             bar.update(
@@ -88,7 +88,7 @@ def progress_bar(console: Console) -> Iterator[Callable[[Status], None]]:
                 total=status.end_time,
                 completed=status.time,
                 state=status.state.name,
-                events=status.events,
+                said=f"t = {status.time:.4f} of {status.end_time:g} s, {status.events} events",
             )
 
         yield show
