@@ -49,7 +49,6 @@ def run(
     from oblique_impact.files import writing
 
     with writing(out), Draft(out) as draft:
-        _announce_compilation(chosen)
         history = _simulate(chosen, draft)
         folder = _save(history, out, draft)
     _print_summary(history, folder)
@@ -307,15 +306,7 @@ def _pair(option: str, text: str | None) -> tuple[float, float] | None:
     return first, second
 
 
-def _announce_compilation(scenario: Scenario) -> None:
-    from oblique_impact.jit import is_compiled
-
-    if not is_compiled(scenario.solver.scheme):
-        _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
-
-
 def _simulate(scenario: Scenario, draft: Draft) -> History:
-    from rich.console import Console
     from xarray import DataArray
 
     from oblique_impact.marching import Status
@@ -324,7 +315,7 @@ def _simulate(scenario: Scenario, draft: Draft) -> History:
 
     # xarray looks for array libraries when it makes its first array: an interrupted run should not wait for that
     DataArray(0.0)
-    with progress_bar(Console(stderr=True)) as show:
+    with progress_bar() as show:
 
         def proceed(status: Status) -> None:
             interrupts.keep()
@@ -356,12 +347,13 @@ def _print_summary(history: History, folder: Path) -> None:
     for number, m in enumerate(summary["macro_collisions"], start=1):
         typer.echo(
             f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts, "
-            f"impulse {m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
+            f"{m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
         )
     losses = ", ".join(
         f"{name} {energy[f'lost_{name}']:.4g}" for name in ("impact", "friction", "damping", "scheme")
     )
-    typer.echo(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J; lost: {losses}")
+    typer.echo(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J")
+    typer.echo(f"  lost: {losses} J")
     typer.echo(
         f"  unaccounted: {energy['unaccounted']:.2e} J; {summary['steps']} steps, {summary['wall_time']:.2f} s"
     )

@@ -24,7 +24,6 @@ from validation.sweep.figures import sweep_pictures
 from validation.sweep.keys import UNITS, kind, known_keys, unit
 from validation.sweep.plan import MAX_RUNS, Plan, load_plan, make_plan, shipped_names
 from validation.sweep.pool import LocalPool
-from validation.sweep.progress import sweep_bar
 from validation.sweep.report import sweep_document
 from validation.sweep.store import open_store
 from validation.sweep.table import make_table, read_table, write_table
@@ -539,7 +538,7 @@ def test_every_axis_of_a_picture_has_its_unit():
 
 def test_the_bar_shows_rate_and_remaining_time():
     console = Console(force_terminal=True, width=120, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    with console.file, sweep_bar(console) as show:
+    with console.file, counting_bar("sweep", console, rate="runs") as show:
         show(Progress(4, 10))
         show(Progress(7, 10, "run 6"))
     text = console.export_text()
