@@ -127,7 +127,7 @@ def run_columns(width: int) -> Sequence[ProgressColumn]:
 
 
 def counting_columns(title: str, rate: str = "") -> Callable[[int], Sequence[ProgressColumn]]:
-    """Return the columns for a call that does many things; with the `rate` of so called things, if they have a name."""
+    """Return the columns for a call that does many things, and how fast if these have a name, `rate`."""
 
     def columns(width: int) -> Sequence[ProgressColumn]:
         rates = [Rate(rate)] if rate else []

@@ -58,7 +58,9 @@ def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], 
     """
     from oblique_impact.bars import Bar, digits_of, run_columns
 
-    with _shown(Bar(_console(console), run_columns, state="", said="", short=""), "said", "short") as bar:
+    with _shown(
+        Bar(_console(console), run_columns, state="", said="preparing", short="preparing"), "said", "short"
+    ) as bar:
 
         def show(status: Status) -> None:
             end, time = status.end_time, f"{status.time:.{digits_of(status.end_time)}f}"
@@ -81,13 +83,13 @@ def _console(given: Console | None) -> Console:
 
 @contextmanager
 def _shown(bar: Bar, *fields: str) -> Iterator[Bar]:
-    """Draw a bar while the block runs, also if that is interrupted; what is compiled is said, and stands in `fields`."""
+    """Draw a bar while the block runs and take it away, whatever ends it; what is compiled stands in `fields`."""
     known: set[str] = set()
 
     def tell(name: str) -> None:
         if name not in known:
             known.add(name)
-            bar.say(f"oblique-impact: compiling {name} for this machine, once (up to 30 s)")
+            bar.say(f"oblique-impact: compiling {name} (once on this machine, up to 30 s)")
         bar.tell(**dict.fromkeys(fields, f"compiling {name}"))
 
     with bar, interrupts.ends_with_us(bar), compilations(tell):

@@ -158,7 +158,7 @@ def render_command(
         raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
     histories = [History.load(path) for path in paths]
     called = names or [(path if path.is_dir() else path.parent).resolve().name for path in paths]
-    with counting_bar("frames") as show:
+    with counting_bar("film" if out.suffix.lower() in FILMS else "picture") as show:
         result = render(histories, out, style, names=called, on_progress=show, **options)
     lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
     if result.timeline is not None:
