@@ -38,7 +38,7 @@ class Bar(Progress):
     ) -> None:
         terminal = console.file.isatty()
         self._plain = terminal and (console.is_dumb_terminal or not console.is_terminal)
-        self._columns = lambda: columns(console.width)
+        self._columns: Callable[[], Sequence[ProgressColumn]] = lambda: columns(console.width)
         self._said = time.monotonic()
         super().__init__(console=console, transient=True, disable=self._plain or not terminal)
         self._task = self.add_task("", total=None, **fields)
@@ -73,13 +73,15 @@ class Bar(Progress):
 class Left(TimeRemainingColumn):
     """The time that is left; the time that has passed where nobody knows how much there is to do."""
 
-    max_refresh = None
+    def __init__(self, word: str = " left") -> None:
+        super().__init__(table_column=Column(no_wrap=True))
+        self._word = word
 
     def render(self, task: Task) -> Text:
         """Return the column's text."""
         if task.total is None:
             return Text(f"{_clock(task.elapsed)}", style="progress.elapsed")
-        return super().render(task).append(" left")
+        return super().render(task).append(self._word)
 
 
 class Passed(ProgressColumn):
@@ -116,7 +118,7 @@ class Rate(ProgressColumn):
 def run_columns(width: int) -> Sequence[ProgressColumn]:
     """Return the columns for one run: state, simulated time, events, time left."""
     if width < 60:
-        return [_text("{task.fields[state]:>5}"), _text("{task.fields[short]}"), Left()]
+        return [_text("{task.fields[state]:>5}"), _text("{task.fields[short]}"), Left("")]
     columns = [
         _text("{task.fields[state]:>5}"),
         BarColumn(max(4, min(40, width - 60))),
@@ -132,7 +134,7 @@ def counting_columns(title: str, rate: str = "") -> Callable[[int], Sequence[Pro
     def columns(width: int) -> Sequence[ProgressColumn]:
         rates = [Rate(rate)] if rate else []
         if width < 60:
-            return [_text(title), Count(), Left()]
+            return [_text(title), Count(), Left("")]
         bar = max(4, min(40, width - 60))
         # what stands to the left of it, at its widest
         room = width - len(title) - bar - len("100000/100000 99:59:59 left") - 6 - (14 if rate else 0)

@@ -38,7 +38,7 @@ _NUMERIC_MODULES = [*_CONTACT, "floating_frame", "banded", "nodal_frame"]
 _NUMERIC_SOURCE = (*(f"{name}.py" for name in _NUMERIC_MODULES), "integrators")
 
 
-class _Compilations(event.Listener):  # type: ignore[misc]
+class _Compilations(event.Listener):
     """Announces kernels when numba compiles them; what they call and what others compile is not told."""
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class _Compilations(event.Listener):  # type: ignore[misc]
 
 
 _compilations = _Compilations()
-event.register("numba:compile", _compilations)
+event.register("numba:compile", _compilations)  # type: ignore[no-untyped-call]
 
 
 def jitable(function: F) -> F:

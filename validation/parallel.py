@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from multiprocessing import SimpleQueue, connection, get_context, parent_process, resource_tracker
 from typing import TypeVar
 
-from oblique_impact.compiling import announce, compilations
+from oblique_impact.compiling import announce, listen
 from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
@@ -74,7 +74,7 @@ def map_parallel(
 def _begin(compiled: SimpleQueue[str]) -> None:
     """Prepare a process: it leaves with its parent, and tells it what it compiles."""
     leave_with_parent()
-    compilations(compiled.put).__enter__()
+    listen(compiled.put)
 
 
 def _collect(

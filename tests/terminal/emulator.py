@@ -155,7 +155,7 @@ class Command:
 
 
 class Program(Protocol):
-    """A way to start a command, one at a time: in a session of its own, with a terminal for its standard streams."""
+    """A way to start a command, one at a time: in a session and with a terminal of its own."""
 
     def start(self, order: dict[str, Any]) -> int:
         """Start it and return its number."""

@@ -8,6 +8,8 @@ import shutil
 from pathlib import Path
 from typing import NamedTuple
 
+from oblique_impact import simulate
+from oblique_impact.progress import OnProgress
 from tests.unit.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
 
 OURS = "oblique-impact"
@@ -44,7 +46,7 @@ def _options_of_a_table(page: Path) -> list[list[str]]:
 
 
 def forms() -> list[Form]:
-    """All of them, each once."""
+    """Those of README, first run, how-tos and the pages beside them, each once."""
     found: dict[tuple[str, ...], Form] = {}
     for page in PAGES:
         tables = _options_of_a_table(page) if page == DOCS / "howto" / "film.md" else []
@@ -88,7 +90,14 @@ def reduced(form: Form) -> list[str]:
         words += [] if understood.get("scheduler") else ["--workers", "1"]
     elif form.command == "validate":
         at = words.index("--only") if "--only" in words else len(words)
-        words[at : at + 2] = ["--only", "small-systems.belt", "--only", "small-systems.thrown-up", "--workers", "1"]
+        words[at : at + 2] = [
+            "--only",
+            "small-systems.belt",
+            "--only",
+            "small-systems.thrown-up",
+            "--workers",
+            "1",
+        ]
     elif form.command == "reproduce":
         words += ["--workers", "1"]
     elif form.command == "render" and not str(understood["out"]).endswith(".html"):
@@ -97,17 +106,23 @@ def reduced(form: Form) -> list[str]:
     return words
 
 
-def few_cases() -> None:
-    """Leave of `reproduce` what it cannot do without."""
-    from validation.reproduction import command
-    from validation.reproduction.cases import combinations
+def lines_at_once() -> None:
+    """Let dumb terminals get each line that they could get every few seconds."""
+    from oblique_impact import bars
 
-    cases = [
-        type(case)(case.key, case.scenario.replace(solver__output_interval=1e-3), case.sticking)
-        for case in command.main_cases()
-    ]
-    few = combinations()[:1]
-    command.main_cases = lambda: cases
-    command.sticking_cases = list
-    command.combinations = lambda: few
-    command.variant_cases = list
+    bars.PLAIN = 0.0
+
+
+def few_cases() -> None:
+    """Leave of `reproduce` the command around it and two short runs: nothing is judged, drawn or written."""
+    from types import SimpleNamespace
+
+    from validation.parallel import map_parallel, told
+    from validation.reproduction import command
+
+    def brief(out: Path, workers: int | None, on_progress: OnProgress) -> SimpleNamespace:
+        scenarios = [case.scenario.replace(end_time=0.05) for case in command.main_cases()[:2]]
+        map_parallel(simulate, scenarios, workers, told(on_progress, ["one", "two"]))
+        return SimpleNamespace(verdicts={"reproduced": 0}, claims=(), report=out / "report.html")
+
+    command.reproduce = brief

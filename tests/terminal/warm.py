@@ -1,7 +1,7 @@
 """Starts programs without importing everything each time: this process has done so, and forks for each of them.
 
-`python -m tests.terminal.warm` reads orders from its standard input, an object of JSON in each line, and answers with
-the number of the process and, later, with its exit code.
+`python -m tests.terminal.warm` reads orders from its standard input, an object of JSON in each line, and answers
+with the number of the process and, later, with its exit code.
 """
 
 from __future__ import annotations
@@ -13,13 +13,15 @@ import runpy
 import sys
 from typing import Any
 
+from oblique_impact import Scenario, simulate
+
 #: what the commands import by themselves, late
 MODULES = """
     oblique_impact.cli oblique_impact.simulate oblique_impact.integrators.kernels oblique_impact.draft
     oblique_impact.bars oblique_impact.spectrum validation.suite validation.refinement.command
     validation.reproduction.command validation.sweep.command validation.sweep.report renders.command
     renders.campbell renders.player renders.overview renders.export.command renders.export.pvd
-    renders.export.vtkhdf rich.table
+    renders.export.vtkhdf rich.table validation.sweep.table renders.scene renders.film
 """
 
 
@@ -27,6 +29,7 @@ def main() -> None:
     """Fork for each order."""
     for module in MODULES.split():
         importlib.import_module(module)
+    simulate(Scenario.builtin("paper", ["end_time=1e-3"]))  # the kernels are loaded
     for line in sys.stdin:
         order = json.loads(line)
         child = os.fork()

@@ -12,7 +12,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from oblique_impact import interrupts
-from oblique_impact.compiling import announce, compilations
+from oblique_impact.compiling import announce, listen
 from oblique_impact.errors import InputError
 from validation.parallel import deaf_to_interrupts, leave_with_parent, single_threaded
 from validation.sweep.design import Design
@@ -177,7 +177,8 @@ def _serve(pipe: Connection[Any, Any], job: Job, design: Design) -> None:
     import oblique_impact.simulate  # noqa: F401  what takes long is loaded before the first run
     from validation.sweep.work import run_one
 
-    with suppress(EOFError, BrokenPipeError, ConnectionResetError), compilations(pipe.send):
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        listen(pipe.send)
         pipe.send(None)
         while True:
             number, scratch = pipe.recv()
