@@ -14,12 +14,10 @@ import sys
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from oblique_impact import History, InputError, Scenario, simulate
-from oblique_impact.jit import is_compiled
-from oblique_impact.progress import progress_bar
+from oblique_impact.progress import Progress, counting_bar, progress_bar
 from renders.film import write_film, write_strip
 from renders.frame import Style
 from renders.overview import overview_figure
@@ -36,11 +34,9 @@ def run_both(console: Console) -> dict[str, History]:
         "modal": Scenario.builtin("paper"),
         "fem": Scenario.builtin("paper").replace(discretization__method="fem", discretization__elements=ELEMENTS),
     }
-    if not is_compiled("event"):
-        console.print("first run on this machine: compiling the numerical kernels, about 20 s, once")
     histories = {}
     for name, scenario in scenarios.items():
-        with progress_bar(console) as show:
+        with progress_bar() as show:
             histories[name] = simulate(scenario, show)
         seconds = histories[name].summary["wall_time"]
         console.print(f"{name:>5}: {histories[name].summary['events']} events, {seconds:.2f} s")
@@ -49,9 +45,13 @@ def run_both(console: Console) -> dict[str, History]:
 
 def show_table(console: Console, pairs: list) -> None:
     """Print the two event logs side by side."""
-    table = Table(title=f"Events: assumed modes against {ELEMENTS} finite elements")
+    title = f"Events: assumed modes against {ELEMENTS} finite elements"
+    table = Table(title=title, box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for heading in ("#", "event", "modal t (s)", "fem t (s)", "difference (s)", "modal I (N s)", "fem I (N s)"):
-        table.add_column(heading, justify="left" if heading == "event" else "right", no_wrap=True)
+        # the unit below the name, so that the table fits into 80 columns
+        table.add_column(
+            heading.replace(" (", "\n("), justify="left" if heading == "event" else "right", no_wrap=True
+        )
     for row in table_rows(pairs):
         table.add_row(*row)
     console.print(table)
@@ -61,22 +61,28 @@ def draw(console: Console, history: History, target: Path, frames: int) -> None:
     """Draw the film, the strip and the page; say where they are, or what is missing to draw them."""
     timeline = make_timeline(history, frames=frames)
     try:
-        page = write_player(history, target / "paper.html")
-        strip = write_strip([history], ["paper"], Style(size=(1000, 250)), [], target / "strip.png")
-        with Progress(console=console, transient=True) as bar:
-            task = bar.add_task("film", total=frames)
+        with counting_bar("page and strip"):
+            page = write_player(history, target / "paper.html")
+            strip = write_strip([history], ["paper"], Style(size=(1000, 250)), [], target / "strip.png")
+        with counting_bar("film") as show:
             film = write_film(
                 [history],
                 ["paper"],
                 Style(),
                 timeline,
                 target / "paper.mp4",
-                lambda done, _: bar.update(task, completed=done),
+                lambda done, total: show(Progress(done, total)),
             )
     except InputError as error:
-        console.print(f"no pictures: {error}")
+        console.print(f"no pictures: {error}", soft_wrap=True)
         return
-    console.print(f"film: {film}   strip: {strip}   page for a browser: {page}")
+    say(console, film=film, strip=strip, page=page)
+
+
+def say(console: Console, **files: Path) -> None:
+    """Say where files are, each in a line of its own that can be copied."""
+    for name, file in files.items():
+        console.print(f"{name:>6}: {file}", soft_wrap=True)
 
 
 def main(folder: str = "out/demo", frames: str = str(FRAMES)) -> None:
@@ -84,8 +90,10 @@ def main(folder: str = "out/demo", frames: str = str(FRAMES)) -> None:
     console = Console(width=118) if not sys.stdout.isatty() else Console()
     target = Path(folder)
     histories = run_both(console)
-    for name, history in histories.items():
-        history.save(target / name)
+    with counting_bar("files"):
+        for name, history in histories.items():
+            history.save(target / name)
+        picture = overview_figure(histories, target / "overview.png")
     pairs = compare_events(histories["modal"], histories["fem"])
     show_table(console, pairs)
     (target / "events.md").write_text(markdown_table(pairs, "modal", "fem"), encoding="utf-8")
@@ -95,10 +103,7 @@ def main(folder: str = "out/demo", frames: str = str(FRAMES)) -> None:
         console.print(
             f"{name:>5}: energy unaccounted for {energy['unaccounted']:+.1e} J of {energy['initial']:.4f} J"
         )
-    picture = overview_figure(histories, target / "overview.png")
-    console.print(
-        f"figure: {picture}   events: {target / 'events.md'}   runs: {target / 'modal'}, {target / 'fem'}"
-    )
+    say(console, figure=picture, events=target / "events.md", modal=target / "modal", fem=target / "fem")
     draw(console, histories["modal"], target, int(frames))
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -50,7 +52,6 @@ def run(
 
     replaced = (out / "history.nc").exists()
     with writing(out), Draft(out) as draft:
-        _announce_compilation(chosen)
         history = _simulate(chosen, draft)
         folder = _save(history, out, draft)
     _print_summary(history, folder, replaced)
@@ -79,10 +80,11 @@ def modes(
         from oblique_impact.files import prepare_folder
 
         prepare_folder(out.parent if out.suffix else out)
+    from oblique_impact.progress import counting_bar
     from oblique_impact.spectrum import natural_frequencies
 
     # one call of LAPACK, of minutes on fine meshes
-    with interrupts.ending_at_once():
+    with interrupts.ending_at_once(), counting_bar("frequencies"):
         found = natural_frequencies(chosen, rates, count)
     if as_json:
         typer.echo(json.dumps(found.to_dict()))
@@ -112,7 +114,7 @@ def validate(
     failed = [result for result in results if result.verdict == "fail"]
     for result in failed:
         _say(f"{result.id}: {result.quantity}: {result.computed} against {result.reference} {result.unit}")
-    typer.echo(f"{len(results) - len(failed)} of {len(results)} checks passed; report: {out / 'report.html'}")
+    _print(f"{len(results) - len(failed)} of {len(results)} checks passed; report: {out / 'report.html'}")
     if failed:
         raise typer.Exit(1)
 
@@ -148,7 +150,7 @@ def refine(
         scenario, elements, modes, steps, quantities, study, out, changes, workers, tolerances, within
     )
     for line in lines:
-        typer.echo(line)
+        _print(line)
 
 
 @app.command()
@@ -160,7 +162,7 @@ def reproduce(
     from validation.reproduction.command import reproduce_command
 
     for line in reproduce_command(out, workers):
-        typer.echo(line)
+        _print(line)
 
 
 @app.command()
@@ -178,7 +180,7 @@ def sweep(
     from validation.sweep.command import sweep_command
 
     for line in sweep_command(source, out, scheduler, workers):
-        typer.echo(line)
+        _print(line)
 
 
 @app.command()
@@ -264,7 +266,7 @@ def render(
         names=names or (),
         magnify_difference=magnify,
     ):
-        typer.echo(line)
+        _print(line)
 
 
 def _typed(context: typer.Context) -> list[str]:
@@ -273,7 +275,7 @@ def _typed(context: typer.Context) -> list[str]:
         parameter.opts[0]
         for parameter in context.command.params
         if parameter.name not in ("histories", "out")
-        and context.get_parameter_source(str(parameter.name)).name == "COMMANDLINE"
+        and getattr(context.get_parameter_source(str(parameter.name)), "name", "") == "COMMANDLINE"
     ]
 
 
@@ -302,7 +304,7 @@ def export(
 
     span = _pair("--between", between)
     for line in export_command(history, out, format, every, span, around_events, deformation):
-        typer.echo(line)
+        _print(line)
 
 
 def _load(source: str, changes: list[str] | None) -> Scenario:
@@ -334,15 +336,7 @@ def _pair(option: str, text: str | None) -> tuple[float, float] | None:
     return first, second
 
 
-def _announce_compilation(scenario: Scenario) -> None:
-    from oblique_impact.jit import is_compiled
-
-    if not is_compiled(scenario.solver.scheme):
-        _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
-
-
 def _simulate(scenario: Scenario, draft: Draft) -> History:
-    from rich.console import Console
     from xarray import DataArray
 
     from oblique_impact.marching import Status
@@ -351,7 +345,7 @@ def _simulate(scenario: Scenario, draft: Draft) -> History:
 
     # xarray looks for array libraries when it makes its first array: an interrupted run should not wait for that
     DataArray(0.0)
-    with progress_bar(Console(stderr=True)) as show:
+    with progress_bar() as show:
 
         def proceed(status: Status) -> None:
             interrupts.keep()
@@ -379,29 +373,38 @@ def _save(history: History, out: Path, draft: Draft) -> Path:
 
 def _print_summary(history: History, folder: Path, replaced: bool) -> None:
     summary, energy = history.summary, history.summary["energy"]
-    typer.echo(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
+    _print(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
     for number, m in enumerate(summary["macro_collisions"], start=1):
-        typer.echo(
+        _print(
             f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts, "
-            f"impulse {m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
+            f"{m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
         )
     losses = ", ".join(
         f"{name} {energy[f'lost_{name}']:.4g}" for name in ("impact", "friction", "damping", "scheme")
     )
-    typer.echo(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J; lost: {losses}")
-    typer.echo(
-        f"  unaccounted: {energy['unaccounted']:.2e} J; {summary['steps']} steps, {summary['wall_time']:.2f} s"
-    )
+    _print(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J")
+    _print(f"  lost: {losses} J")
+    _print(f"  unaccounted: {energy['unaccounted']:.2e} J; {summary['steps']} steps, {summary['wall_time']:.2f} s")
     for warning in summary.get("warnings", []):
-        typer.echo(f"  warning: {warning}")
-    typer.echo(f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}")
+        _print(f"  warning: {warning}")
+    _print(f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}")
 
 
 def _print_modes(found: Frequencies) -> None:
     for direction, table in (("flapwise", found.flapwise), ("chordwise", found.chordwise)):
-        typer.echo(f"{direction} (rad/s)")
+        _print(f"{direction} (rad/s)")
         for rate, row in zip(found.speeds, table, strict=True):
-            typer.echo(f"  at {rate:10.4g} rad/s: " + " ".join(f"{value:14.6f}" for value in row))
+            _print(f"  at {rate:10.4g} rad/s: " + " ".join(f"{value:14.6f}" for value in row))
+
+
+def _print(line: str) -> None:
+    """Write a result to standard output; on a terminal it is broken between words, not within them."""
+    if sys.stdout.isatty():
+        width = shutil.get_terminal_size().columns - 1
+        line = textwrap.fill(
+            line, max(width, 20), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+        )
+    typer.echo(line)
 
 
 def _say(line: str) -> None:

@@ -30,7 +30,7 @@ _TICK = 0.05
 
 
 class Process(Protocol):
-    """What is known of a process that was started."""
+    """What is known of what ends with this process: one that was started, a bar on the terminal."""
 
     def kill(self) -> None:
         """End it."""

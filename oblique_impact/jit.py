@@ -21,7 +21,10 @@ from typing import Any, TypeVar, cast
 
 import numba
 import platformdirs
+from numba.core import event
 from numba.extending import register_jitable
+
+from oblique_impact.compiling import announce
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -34,8 +37,24 @@ _CONTACT = ["jit", "pointers", "system", "dense", "implicit", "contact"]
 _NUMERIC_MODULES = [*_CONTACT, "floating_frame", "banded", "nodal_frame"]
 _NUMERIC_SOURCE = (*(f"{name}.py" for name in _NUMERIC_MODULES), "integrators")
 
-#: kernel that marches a built-in scheme; integrators of one's own call the derivative
-_MARCHES = {"event": "march_event", "fixed-step": "march_fixed", "generalized-alpha": "march_alpha"}
+
+class _Compilations(event.Listener):
+    """Announces kernels when numba compiles them; what they call and what others compile is not told."""
+
+    def __init__(self) -> None:
+        self.names: dict[Any, str] = {}
+
+    def on_start(self, event: Any) -> None:
+        name = self.names.get(event.data["dispatcher"])
+        if name is not None:
+            announce(name)
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+_compilations = _Compilations()
+event.register("numba:compile", _compilations)  # type: ignore[no-untyped-call]
 
 
 def jitable(function: F) -> F:
@@ -65,21 +84,18 @@ def cache_folder() -> Path | None:
     return folder
 
 
-def is_compiled(scheme: str) -> bool:
-    """Whether the kernel that marches a scheme, of this very source, was compiled on this machine before."""
-    folder = cache_folder()
-    return folder is not None and any(folder.rglob(f"*.{_MARCHES.get(scheme, 'derivative')}-*.nbi"))
+def kernel(function: F, name: str) -> F:
+    """Compile `function` on its first call and cache the machine code on disk.
 
-
-def kernel(function: F) -> F:
-    """Compile `function` on its first call and cache the machine code on disk."""
+    `name` is what a person is told meanwhile, see :mod:`oblique_impact.compiling`.
+    """
     folder = cache_folder()
-    if folder is None:
-        return cast(F, numba.njit(**_OPTIONS)(function))
     config: Any = numba.config
     previous = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
+    config.CACHE_DIR = str(folder or "")
     try:
-        return cast(F, numba.njit(cache=True, **_OPTIONS)(function))
+        compiled = numba.njit(cache=folder is not None, **_OPTIONS)(function)
     finally:
         config.CACHE_DIR = previous
+    _compilations.names[compiled] = name
+    return cast(F, compiled)

@@ -7,10 +7,12 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
 from oblique_impact import interrupts
+from oblique_impact.compiling import compilations
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from oblique_impact.bars import Bar
     from oblique_impact.marching import Status
 
 
@@ -30,65 +32,65 @@ def silent(progress: Progress) -> None:
 
 
 @contextmanager
-def counting_bar(title: str, console: Console | None = None) -> Iterator[OnProgress]:
+def counting_bar(title: str, console: Console | None = None, rate: str = "") -> Iterator[OnProgress]:
     """Show a bar while the block runs, on standard error or on `console`; yields an `on_progress`.
 
-    Nothing is drawn where that is not a terminal.
+    Nothing is drawn where that is not a terminal; what is compiled is said there too.  With `rate`, the name of
+    what is counted, the bar tells how many are done in a second.
     """
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-    from rich.progress import Progress as Bar
+    from oblique_impact.bars import Bar, counting_columns
 
-    console = console or Console(stderr=True)
-    columns = (
-        TextColumn(title),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[last]}"),
-    )
-    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title, total=None, last="")
+    with _shown(Bar(_console(console), counting_columns(title, rate), last=""), "last") as bar:
 
         def show(progress: Progress) -> None:
             interrupts.check()
-            bar.update(task, completed=progress.done, total=progress.total, last=progress.last)
+            last = progress.last if progress.done < progress.total else "writing"
+            bar.tell(completed=progress.done, total=progress.total, last=last)
 
         yield show
 
 
 @contextmanager
-def progress_bar(console: Console) -> Iterator[Callable[[Status], None]]:
-    """Show a bar while the block runs; yields the callback for `simulate`.
+def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], None]]:
+    """Show a bar while the block runs, on standard error or on `console`; yields the callback for `simulate`.
 
-    Nothing is drawn where `console` is not a terminal.
+    Nothing is drawn where that is not a terminal; what is compiled is said there too.
     """
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
+    from oblique_impact.bars import Bar, digits_of, run_columns
 
-    columns = (
-        TextColumn("{task.fields[state]:>5}"),
-        BarColumn(),
-        TextColumn("t = {task.completed:.4f} of {task.total:g} s, {task.fields[events]} events"),
-        TimeElapsedColumn(),
-    )
-    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("run", total=None, state="", events=0)
+    with _shown(
+        Bar(_console(console), run_columns, state="", said="preparing", short="preparing"), "said", "short"
+    ) as bar:
 
         def show(status: Status) -> None:
-            bar.update(
-                task,
-                total=status.end_time,
+            end, time = status.end_time, f"{status.time:.{digits_of(status.end_time)}f}"
+            bar.tell(
+                total=end,
                 completed=status.time,
                 state=status.state.name,
-                events=status.events,
+                said=f"t = {time} of {end:g} s, {status.events} events",
+                short=f"{time}/{end:g} s, {status.events} events",
             )
 
         yield show
+
+
+def _console(given: Console | None) -> Console:
+    from rich.console import Console
+
+    return given or Console(stderr=True)
+
+
+@contextmanager
+def _shown(bar: Bar, *fields: str) -> Iterator[Bar]:
+    """Draw a bar while the block runs and take it away, whatever ends it; what is compiled stands in `fields`."""
+    known: set[str] = set()
+
+    def tell(name: str) -> None:
+        if name not in known:
+            known.add(name)
+            bar.say(f"oblique-impact: compiling {name} (once on this machine, up to 30 s)")
+        bar.tell(**dict.fromkeys(fields, f"compiling {name}"))
+
+    with bar, interrupts.ends_with_us(bar), compilations(tell):
+        yield bar

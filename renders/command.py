@@ -199,7 +199,7 @@ def render_command(
     histories = [History.load(path) for path in paths]
     if kind != PAGE and not options["names"]:
         options["names"] = [(path if path.is_dir() else path.parent).resolve().name for path in paths]
-    with counting_bar("frames") as show:
+    with counting_bar("film" if kind == FILM else "picture") as show:
         result = render(histories, out, style, on_progress=show, **options)
     lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
     if result.timeline is not None:

@@ -9,9 +9,10 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from multiprocessing import connection, get_context, parent_process, resource_tracker
+from multiprocessing import SimpleQueue, connection, get_context, parent_process, resource_tracker
 from typing import TypeVar
 
+from oblique_impact.compiling import announce, listen
 from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
@@ -19,6 +20,9 @@ Result = TypeVar("Result")
 
 #: one process a core is enough: threads inside of one would only wait for each other
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+#: s; how often we hear of what is compiled
+TICK = 0.1
 
 
 def default_workers() -> int:
@@ -57,21 +61,34 @@ def map_parallel(
         for index, item in enumerate(items):
             take(index, function(item))
     else:
-        with single_threaded(), ProcessPoolExecutor(count, get_context("spawn"), leave_with_parent) as pool:
+        context = get_context("spawn")
+        compiled = context.SimpleQueue()
+        with single_threaded(), ProcessPoolExecutor(count, context, _begin, (compiled,)) as pool:
             with deaf_to_interrupts():
                 submitted = [pool.submit(function, item) for item in items]
             futures = {future: index for index, future in enumerate(submitted)}
-            _collect(pool, futures, take)
+            _collect(pool, futures, take, compiled)
     return [results[index] for index in range(len(items))]
 
 
+def _begin(compiled: SimpleQueue[str]) -> None:
+    """Prepare a process: it leaves with its parent, and tells it what it compiles."""
+    leave_with_parent()
+    listen(compiled.put)
+
+
 def _collect(
-    pool: ProcessPoolExecutor, futures: dict[Future[Result], int], take: Callable[[int, Result], None]
+    pool: ProcessPoolExecutor,
+    futures: dict[Future[Result], int],
+    take: Callable[[int, Result], None],
+    compiled: SimpleQueue[str],
 ) -> None:
     pending = set(futures)
     try:
         while pending:
-            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            done, pending = wait(pending, TICK, return_when=FIRST_COMPLETED)
+            while not compiled.empty():
+                announce(compiled.get())
             for future in sorted(done, key=futures.__getitem__):
                 take(futures[future], future.result())
     except BaseException:

@@ -131,9 +131,9 @@ def test_first_run_prints_what_its_page_shows(run, capsys):
     _print_summary(run("paper"), Path("out/paper"))
     printed = capsys.readouterr().out.splitlines()
     shown = blocks(DOCS / "first-run.md", "text")[0].splitlines()
-    assert printed[:4] == shown[:4]
-    assert printed[4].partition(", scheme")[0] == shown[4].partition(", scheme")[0]
-    assert printed[6] == shown[6]
+    assert printed[:5] == shown[:5]
+    assert printed[5].partition(", scheme")[0] == shown[5].partition(", scheme")[0]
+    assert printed[7] == shown[7]
 
 
 def test_wrong_commands_would_be_noticed():

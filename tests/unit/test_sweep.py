@@ -10,11 +10,9 @@ import sys
 import numpy as np
 import pyarrow as pa
 import pytest
-from rich.console import Console
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.errors import Outcome
-from oblique_impact.progress import Progress
 from validation.refinement.quantities import GapError, quantity
 from validation.report.document import render_html
 from validation.sweep import store as store_module
@@ -24,7 +22,6 @@ from validation.sweep.figures import sweep_pictures
 from validation.sweep.keys import UNITS, kind, known_keys, unit
 from validation.sweep.plan import MAX_RUNS, Plan, load_plan, make_plan, shipped_names
 from validation.sweep.pool import LocalPool
-from validation.sweep.progress import sweep_bar
 from validation.sweep.report import sweep_document
 from validation.sweep.store import open_store
 from validation.sweep.table import make_table, read_table, write_table
@@ -535,17 +532,6 @@ def test_every_axis_of_a_picture_has_its_unit():
         assert "<!-- gravity (m/s²) -->" in picture.svg
     for name, its_unit in (("impulse", "N s"), ("first impact", "s"), ("energy final", "J")):
         assert f"<!-- {name} ({its_unit}) -->" in second.svg
-
-
-def test_the_bar_shows_rate_and_remaining_time():
-    console = Console(force_terminal=True, width=120, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    with console.file, sweep_bar(console) as show:
-        show(Progress(4, 10))
-        show(Progress(7, 10, "run 6"))
-    text = console.export_text()
-    assert "7/10" in text
-    assert "runs/" in text
-    assert "remaining" in text
 
 
 # --- processes

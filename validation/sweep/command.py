@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Protocol
 
 from oblique_impact import interrupts
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
 from oblique_impact.scenario import Scenario
 from validation.parallel import default_workers
 from validation.sweep.cluster import Cluster, check_address
 from validation.sweep.design import Design
 from validation.sweep.plan import Plan, SweepFile, load_plan, plan_of
 from validation.sweep.pool import LocalPool, TakeRows
-from validation.sweep.progress import sweep_bar
 from validation.sweep.store import Store, open_store
 from validation.sweep.work import Done, Job, make_job
 
@@ -154,14 +153,8 @@ def sweep_command(source: str, out: Path, scheduler: str | None = None, workers:
     plan = load_plan(source)
     if plan.impossible:
         _say(f"{plan.impossible} of {plan.design.size} runs are not possible; the first is {plan.fault}")
-    with sweep_bar() as show:
-
-        def tell(progress: Progress) -> None:
-            if scheduler is None and not progress.last and progress.done < progress.total:
-                _announce_compilation(plan)
-            show(progress)
-
-        result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=tell)
+    with counting_bar("sweep", rate="runs") as show:
+        result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=show)
     return [*_lines(result), f"results: {out}"]
 
 
@@ -240,13 +233,6 @@ def _lines(result: SweepResult) -> list[str]:
             lines.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
             break
     return lines
-
-
-def _announce_compilation(plan: Plan) -> None:
-    from oblique_impact.jit import is_compiled
-
-    if not is_compiled(plan.base.solver.scheme):
-        _say("first run on this machine: compiling the numerical kernels, about 20 s, once")
 
 
 def _say(line: str) -> None:

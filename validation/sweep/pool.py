@@ -12,6 +12,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from oblique_impact import interrupts
+from oblique_impact.compiling import announce, listen
 from oblique_impact.errors import InputError
 from validation.parallel import deaf_to_interrupts, leave_with_parent, single_threaded
 from validation.sweep.design import Design
@@ -111,6 +112,9 @@ class LocalPool:
                 if done is None:
                     worker.ready = True
                     continue
+                if isinstance(done, str):  # what it compiles
+                    announce(done)
+                    continue
                 worker.assigned.remove(done.row["run"])
                 self._seconds.add(done.row["wall_time"])
                 finished.append(done)
@@ -174,6 +178,7 @@ def _serve(pipe: Connection[Any, Any], job: Job, design: Design) -> None:
     from validation.sweep.work import run_one
 
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        listen(pipe.send)
         pipe.send(None)
         while True:
             number, scratch = pipe.recv()

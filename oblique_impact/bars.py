@@ -1,0 +1,160 @@
+"""What a bar looks like: one line that is never as wide as the terminal, whatever its width becomes."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.table import Column
+from rich.text import Text
+
+#: s; a terminal that cannot erase gets a line so often
+PLAIN = 5.0
+
+
+class Bar(Progress):
+    """A bar of one task that vanishes at its end, drawn where `console` is a terminal.
+
+    Parameters
+    ----------
+    console : Console
+        Where to draw.  Nothing is written if its file is no terminal, whatever FORCE_COLOR says.
+    columns : callable
+        Columns for a number of characters; it is asked each time the bar is drawn.
+    **fields
+        Of the task, at first.
+
+    Notes
+    -----
+    Dumb terminals, which cannot move their cursor, get a plain line every few seconds.
+    """
+
+    def __init__(
+        self, console: Console, columns: Callable[[int], Sequence[ProgressColumn]], **fields: Any
+    ) -> None:
+        terminal = console.file.isatty()
+        self._plain = terminal and (console.is_dumb_terminal or not console.is_terminal)
+        self._columns: Callable[[], Sequence[ProgressColumn]] = lambda: columns(console.width)
+        self._said = time.monotonic()
+        super().__init__(console=console, transient=True, disable=self._plain or not terminal)
+        self._task = self.add_task("", total=None, **fields)
+
+    def start(self) -> None:
+        """Draw from now on; the cursor stays, so that nothing can leave the terminal without it."""
+        super().start()
+        if not self.disable:
+            self.console.show_cursor(True)
+
+    def kill(self) -> None:
+        """Take the bar away: a program that leaves in haste ends this like its processes."""
+        self.stop()
+
+    def say(self, line: str) -> None:
+        """Write a line that stays, above the bar; to a file or a pipe too."""
+        self.console.print(line, soft_wrap=True, markup=False, highlight=False)
+
+    def tell(self, **fields: Any) -> None:
+        """Update the task."""
+        self.update(self._task, **fields)
+        if self._plain and time.monotonic() - self._said >= PLAIN:
+            self._said = time.monotonic()
+            self.console.print(self.make_tasks_table(self.tasks))
+
+    def make_tasks_table(self, tasks: Any) -> Any:
+        """Return the line for the present width of the terminal."""
+        self.columns = tuple(c for c in self._columns() if not (self._plain and isinstance(c, BarColumn)))
+        return super().make_tasks_table(tasks)
+
+
+class Left(TimeRemainingColumn):
+    """The time that is left; the time that has passed where nobody knows how much there is to do."""
+
+    def __init__(self, word: str = " left") -> None:
+        super().__init__(table_column=Column(no_wrap=True))
+        self._word = word
+
+    def render(self, task: Task) -> Text:
+        """Return the column's text."""
+        if task.total is None:
+            return Text(f"{_clock(task.elapsed)}", style="progress.elapsed")
+        return super().render(task).append(self._word)
+
+
+class Passed(ProgressColumn):
+    """The time that has passed."""
+
+    def render(self, task: Task) -> Text:
+        """Return the column's text."""
+        return Text("" if task.total is None else f"after {_clock(task.elapsed)}", style="progress.elapsed")
+
+
+class Count(ProgressColumn):
+    """How many are done, of how many."""
+
+    def render(self, task: Task) -> Text:
+        """Return the column's text."""
+        return Text("" if task.total is None else f"{task.completed:.0f}/{task.total:.0f}", "progress.download")
+
+
+class Rate(ProgressColumn):
+    """How many are done in a second, or in a minute if there are few."""
+
+    def __init__(self, unit: str) -> None:
+        super().__init__()
+        self._unit = unit
+
+    def render(self, task: Task) -> Text:
+        """Return the column's text."""
+        speed = task.finished_speed or task.speed
+        if not speed:
+            return Text(f"– {self._unit}/s")
+        return Text(f"{speed:.1f} {self._unit}/s" if speed >= 1.0 else f"{60.0 * speed:.1f} {self._unit}/min")
+
+
+def run_columns(width: int) -> Sequence[ProgressColumn]:
+    """Return the columns for one run: state, simulated time, events, time left."""
+    if width < 60:
+        return [_text("{task.fields[state]:>5}"), _text("{task.fields[short]}"), Left("")]
+    columns = [
+        _text("{task.fields[state]:>5}"),
+        BarColumn(max(4, min(40, width - 60))),
+        _text("{task.fields[said]}"),
+        Left(),
+    ]
+    return [*columns, Passed()] if width >= 110 else columns
+
+
+def counting_columns(title: str, rate: str = "") -> Callable[[int], Sequence[ProgressColumn]]:
+    """Return the columns for a call that does many things, and how fast if these have a name, `rate`."""
+
+    def columns(width: int) -> Sequence[ProgressColumn]:
+        rates = [Rate(rate)] if rate else []
+        if width < 60:
+            return [_text(title), Count(), Left("")]
+        bar = max(4, min(40, width - 60))
+        # what stands to the left of it, at its widest
+        room = width - len(title) - bar - len("100000/100000 99:59:59 left") - 6 - (14 if rate else 0)
+        if width < 110:
+            return [_text(title), BarColumn(bar), Count(), *rates, Left(), _text("{task.fields[last]}", room)]
+        last = _text("{task.fields[last]}", room - len("after 9:59:59 "))
+        return [_text(title), BarColumn(bar), Count(), *rates, Left(), Passed(), last]
+
+    return columns
+
+
+def digits_of(end: float) -> int:
+    """Return the decimals with which times up to `end` (s) are told: so that `end` has five digits."""
+    return max(0, 4 - math.floor(math.log10(end)))
+
+
+def _text(form: str, room: int | None = None) -> TextColumn:
+    return TextColumn(form, markup=False, table_column=Column(no_wrap=True, overflow="ellipsis", max_width=room))
+
+
+def _clock(seconds: float | None) -> str:
+    minutes, rest = divmod(int(seconds or 0.0), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"

@@ -1,0 +1,179 @@
+"""What happens while a command runs: a terminal gets another size, an interrupt comes, something is compiled."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from oblique_impact.compiling import announce, compilations
+from oblique_impact.jit import kernel
+from tests.terminal import reading
+from validation.parallel import map_parallel
+
+LONG = [
+    "oblique-impact",
+    "run",
+    "paper",
+    "--set",
+    "end_time=20",
+    "--set",
+    "solver.output_interval=1e-2",
+    "--out",
+    "out",
+]
+SHORT = ["oblique-impact", "run", "paper", "--set", "end_time=0.33", "--out", "out"]
+
+
+def shows_events(terminal):
+    return re.search(r"of 20 s, [1-9]\d* events", terminal.text)
+
+
+def test_a_terminal_that_is_resized(start):
+    """The next bar fits; nothing is left of the last one, and the cursor is where it was."""
+    command = start(LONG, columns=120)
+    command.wait_for(shows_events)
+    for columns in (80, 40, 100):
+        command.terminal.resize(columns)
+        seen = len(command.terminal.screens)
+        form = reading.NARROW_RUN if columns < 60 else reading.RUN
+        command.wait_for(
+            lambda terminal, seen=seen, form=form: any(
+                re.search(form, line) for screen in terminal.screens[seen + 2 :] for line in screen
+            )
+        )
+    command.terminal.press(b"\x03")
+    terminal = command.finish()
+    reading.check_ended_well(command, "interrupted", 130)
+    assert all(len(line) < 100 for line in terminal.lines)
+
+
+def test_ctrl_c_takes_the_bar_away_and_keeps_the_results(start, tmp_path):
+    command = start(LONG)
+    command.wait_for(shows_events)
+    command.terminal.press(b"\x03")
+    terminal = command.finish()
+    reading.check_ended_well(command, "interrupted", 130)
+    assert "results: out" in terminal.text
+    assert (tmp_path / "out" / "history.nc").exists()
+
+
+@pytest.fixture
+def nothing_compiled(tmp_path):
+    return {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+
+def test_what_is_compiled_is_said_meanwhile(start, nothing_compiled):
+    """Before the march, in the bar and above it; an interrupt then ends the bar too."""
+    command = start(SHORT, real=True, environment=nothing_compiled)
+    command.wait_for(
+        lambda terminal: (
+            re.search(r"━ compiling the contact forces 0:00:0[1-9]", terminal.text)
+            and terminal.text.startswith("oblique-impact: compiling the contact forces (once")
+        )
+    )
+    command.terminal.press(b"\x03")
+    terminal = command.finish()
+    reading.check_ended_well(command, "interrupted", 130)
+    assert not reading.saw(terminal, reading.RUN)
+    reading.check_words_are_whole(terminal, 80)
+    reading.check_bars_stay_in_one_line(terminal)
+
+
+def test_what_is_compiled_in_the_dark_is_one_line(nothing_compiled, tmp_path):
+    """Where standard error is no terminal, whatever the environment says."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "oblique_impact", *SHORT[1:]],
+        cwd=tmp_path,
+        env={**os.environ, **nothing_compiled, "FORCE_COLOR": "1", "TTY_COMPATIBLE": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stderr
+    first = process.stderr.readline()
+    process.send_signal(signal.SIGTERM)
+    out, rest = process.communicate(timeout=60)
+    assert first == b"oblique-impact: compiling the contact forces (once on this machine, up to 30 s)\n"
+    assert (out, rest) == (b"", b"oblique-impact: interrupted\n")
+
+
+def test_a_piped_run_is_clean_even_if_colours_are_forced(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "oblique_impact", *SHORT[1:]],
+        cwd=tmp_path,
+        env={**os.environ, "FORCE_COLOR": "1", "TTY_COMPATIBLE": "1"},
+        capture_output=True,
+        check=True,
+    )
+    assert not re.search(rb"[^\n -~]", done.stdout + done.stderr), done
+    assert done.stdout.startswith(b"completed: t = 0.33 s")
+    assert all(line.startswith(b"oblique-impact: compiling ") for line in done.stderr.splitlines()), done.stderr
+
+
+def test_a_reader_that_has_gone_is_no_traceback():
+    """As of `| head`."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    words = ["modes", "spin-up", "--speeds", "0,1"]
+    done = subprocess.run([sys.executable, "-m", "oblique_impact", *words], stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, b"")
+
+
+def cube(x):
+    return x * x * x
+
+
+def test_a_kernel_is_told_once_for_each_kind_of_arguments(tmp_path, monkeypatch):
+    """That it was compiled for others does not help: the nodal beam has a compilation of its own."""
+    monkeypatch.setattr("oblique_impact.jit.cache_folder", lambda: tmp_path)
+    told = []
+    with compilations(told.append):
+        compiled = kernel(cube, "the cube")
+        assert told == []
+        for argument, count in ((2, 1), (3, 1), (2.0, 2), (3.0, 2)):
+            assert compiled(argument) == argument**3
+            assert told == ["the cube"] * count
+        again = kernel(cube, "the cube")  # from the cache
+        assert again(2) == 8
+        assert told == ["the cube"] * 2
+    kernel(cube, "another")(1j)
+    assert len(told) == 2
+
+
+def compile_something(number):
+    announce(f"part {number}")
+    return number
+
+
+def test_processes_tell_what_they_compile():
+    told = []
+    with compilations(told.append):
+        assert map_parallel(compile_something, [1, 2, 3], workers=2) == [1, 2, 3]
+    assert sorted(told) == ["part 1", "part 2", "part 3"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        "validate --only small-systems --only elastic-stop --workers 2 --out out",
+        "refine paper --elements 4,8,16 --set end_time=0.33 --quantity energy_final --workers 2 --out out",
+        "sweep small.toml --workers 2 --out out",
+        "run elastic-stop --set end_time=0.33 --out out",
+    ],
+    ids=lambda words: words.split()[0],
+)
+def test_all_that_is_compiled_is_said_once_above_the_bar(start, nothing_compiled, tmp_path, words):
+    from tests.terminal.forms import SWEEP
+
+    (tmp_path / "small.toml").write_text(SWEEP, encoding="utf-8")
+    command = start(["oblique-impact", *words.split()], real=True, environment=nothing_compiled)
+    terminal = command.finish()
+    reading.check_ended_well(command, r"(report|results): out")
+    reading.check_bars_stay_in_one_line(terminal)
+    assert terminal.text.count("compiling the contact forces") == 1

@@ -1,0 +1,69 @@
+"""Starts programs without importing everything each time: this process has done so, and forks for each of them.
+
+`python -m tests.terminal.warm` reads orders from its standard input, an object of JSON in each line, and answers
+with the number of the process and, later, with its exit code.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import runpy
+import sys
+from typing import Any
+
+from oblique_impact import Scenario, simulate
+
+#: what the commands import by themselves, late
+MODULES = """
+    oblique_impact.cli oblique_impact.simulate oblique_impact.integrators.kernels oblique_impact.draft
+    oblique_impact.bars oblique_impact.spectrum validation.suite validation.refinement.command
+    validation.reproduction.command validation.sweep.command validation.sweep.report renders.command
+    renders.campbell renders.player renders.overview renders.export.command renders.export.pvd
+    renders.export.vtkhdf rich.table validation.sweep.table renders.scene renders.film
+"""
+
+
+def main() -> None:
+    """Fork for each order."""
+    for module in MODULES.split():
+        importlib.import_module(module)
+    simulate(Scenario.builtin("paper", ["end_time=1e-3"]))  # the kernels are loaded
+    for line in sys.stdin:
+        order = json.loads(line)
+        child = os.fork()
+        if child == 0:
+            _become(order)
+            return
+        print(child, flush=True)
+        _, status = os.waitpid(child, 0)
+        print(os.waitstatus_to_exitcode(status), flush=True)
+
+
+def _become(order: dict[str, Any]) -> None:
+    """Be the program of an order in its terminal, as if a shell had started it there."""
+    os.setsid()
+    terminal = os.open(order["terminal"], os.O_RDWR)  # the first one of a session becomes its own
+    out = os.open(order["stdout"], os.O_WRONLY) if order["stdout"] else terminal
+    for number, source in enumerate((terminal, out, terminal)):
+        os.dup2(source, number)
+    sys.stdin = open(0, closefd=False)  # noqa: SIM115
+    sys.stdout = open(1, "w", buffering=1 if os.isatty(1) else -1, closefd=False, encoding="utf-8")  # noqa: SIM115
+    sys.stderr = open(2, "w", buffering=1, closefd=False, encoding="utf-8")  # noqa: SIM115
+    os.environ.clear()
+    os.environ.update(order["environment"])
+    os.chdir(order["folder"])
+    if order["prepare"]:
+        module, _, function = order["prepare"].partition(":")
+        getattr(importlib.import_module(module), function)()
+    program, *arguments = order["words"]
+    sys.argv = [program, *arguments]
+    if program.endswith(".py"):
+        runpy.run_path(program, run_name="__main__")
+    else:
+        runpy.run_module(program.replace("-", "_"), run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__":
+    main()
