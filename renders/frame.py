@@ -27,7 +27,9 @@ Box = tuple[int, int, int, int]  # left, top, width, height (pixels)
 ThemeName = Literal["light", "dark", "auto"]
 CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
-Colour = Literal["bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "slope"]
+Colour = Literal[
+    "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation"
+]
 
 _LAYOUTS, _SHOWN = get_args(Layout), get_args(Colour)
 _UNITS = {"Pa": (1e-6, "MPa")}
@@ -37,7 +39,7 @@ _NAMES = {
     "bending_moment": "bending moment",
     "shear_force": "shear force",
     "axial_force": "axial force",
-    "slope": "slope",
+    "section_rotation": "section rotation",
 }
 
 
@@ -55,7 +57,7 @@ class Style:
         Where the eye is.
     quantity : str
         The result in colour: "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force" or
-        "slope".
+        "section_rotation".
     deformation : float or None
         Factor; None chooses it.
     charts, inset, ghosts, trace, arrow : bool
