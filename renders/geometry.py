@@ -278,7 +278,7 @@ class BeamGeometry:
 
     @cached_property
     def _splines(self) -> tuple[Array, Array]:
-        """Values and derivatives (rings, stations) at the rings of the splines that are 1 at a station, 0 at others."""
+        """Splines that are 1 at a station, 0 at others: values and derivatives (rings, stations) there."""
         splines = CubicSpline(self.stations, np.eye(self.stations.size))
         return splines(self.places), splines(self.places, 1)
 

@@ -100,10 +100,11 @@ class Scene:
 
     @classmethod
     def of(cls, geometry: BeamGeometry, frames: Frames) -> Scene:
-        """Return the scene of a beam: its surface and axis, the contact point, and what stands still."""
-        parts = list(beam_parts(geometry))
-        still = {"slope": slope_wedge(geometry), "pin": pin(geometry)}
-        parts += [static_part(name, mesh) for name, mesh in still.items() if mesh is not None]
+        """Return the scene of a beam: itself, the pin, and if there is contact its point and the slope."""
+        parts = [*beam_parts(geometry), static_part("pin", pin(geometry))]
+        wedge = slope_wedge(geometry)
+        if wedge is not None:  # last, so that the numbers of the others are always the same
+            parts += [contact_part(geometry), static_part("slope", wedge)]
         return cls(geometry, frames, tuple(parts))
 
     @property
@@ -133,10 +134,10 @@ class Scene:
 
 
 def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
-    """Yield the swept tube, the axis as one polyline, the contact point if there is one, and the initial tube.
+    """Yield the swept tube, the axis as one polyline, and the initial tube.
 
-    The initial tube alone carries `displacement`: its points do not move, and Warp By Vector makes the true shape of
-    them.  Drawn points are magnified, displacements never are.
+    The initial tube alone carries `displacement`: its points do not move, and Warp By Vector makes them the true
+    shape.  Drawn points are magnified, displacements never are.
     """
     true = geometry if geometry.factor == 1.0 else BeamGeometry(geometry.history, 1.0)
     tube = lru_cache(maxsize=1)(true.surface)
@@ -153,8 +154,6 @@ def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
         lambda k: Shape(geometry.centreline(k), geometry.along(k)),
         lines=np.concatenate([[rings], np.arange(rings)]),
     )
-    if geometry.scenario.contact.enabled:
-        yield contact_part(geometry)
     yield Part(
         "reference", lambda k: Shape(start, {"displacement": tube(k).points - start}), polygons=geometry.faces
     )
