@@ -287,8 +287,12 @@ def export(
         str | None, typer.Option("--format", help="vtkhdf, pvd or xdmf; default: as the suffix of --out says.")
     ] = None,
     every: Annotated[
-        int, typer.Option("--every", metavar="N", help="Every N-th sample; all events are kept.")
-    ] = 1,
+        int | None,
+        typer.Option(
+            "--every", metavar="N", help="Every N-th sample and all events; default: about 1000 and them."
+        ),
+    ] = None,
+    all_samples: Annotated[bool, typer.Option("--all", help="Every sample.")] = False,
     between: Annotated[
         str | None, typer.Option("--between", metavar="T0,T1", help="Only this span of time (s).")
     ] = None,
@@ -301,9 +305,12 @@ def export(
 ) -> None:
     """Write a history as a time series for ParaView: VTKHDF, PVD with .vtp files, or XDMF with an .h5 file."""
     from renders.export.command import export_command
+    from renders.export.selection import Selection
 
-    span = _pair("--between", between)
-    for line in export_command(history, out, format, every, span, around_events, deformation):
+    if all_samples and every is not None:
+        raise InputError("--all and --every: one of the two at a time")
+    selection = Selection(1 if all_samples else every, _pair("--between", between), around_events)
+    for line in export_command(history, out, format, selection, deformation):
         _print(line)
 
 

@@ -24,7 +24,9 @@ from renders.timeline import Timeline
 ThemeName = Literal["light", "dark", "auto"]
 CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
-Colour = Literal["bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "slope"]
+Colour = Literal[
+    "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation"
+]
 
 _LAYOUTS, _SHOWN = get_args(Layout), get_args(Colour)
 _TITLE, _NAME, _HEADING, _LINE, _SMALL = 20, 15, 14, 13, 12  # pixels of letters in a picture of 1280 x 720
@@ -45,7 +47,7 @@ class Style:
         Where the eye is.
     quantity : str
         The result in colour: "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force" or
-        "slope".
+        "section_rotation".
     deformation : float or None
         Factor; None chooses it.
     charts, inset, ghosts, trace, arrow : bool

@@ -32,9 +32,9 @@ _VISIBLE = 0.06  # of the length: what a deviation is magnified to
 
 #: results along the beam that the surface carries, with their units
 QUANTITIES = {
-    "displacement": "m",
+    "elastic_displacement": "m",
     "velocity": "m/s",
-    "slope": "rad",
+    "section_rotation": "rad",
     "bending_moment": "N m",
     "shear_force": "N",
     "axial_force": "N",
@@ -82,6 +82,7 @@ class BeamGeometry:
         self.scenario = Scenario.from_toml(history.scenario_toml)
         self.sections = Sections.from_scenario(self.scenario)
         self._given = factor
+        self._read: dict[str, Array] = {}
 
     @cached_property
     def times(self) -> Array:
@@ -151,6 +152,11 @@ class BeamGeometry:
     def contact_point(self, k: float) -> Array:
         """Inertial position (2,) of the contact point."""
         return np.asarray(self.stations_at(k)[self._touch])
+
+    def contact_forces(self, k: float) -> tuple[Array, Array]:
+        """Return normal and tangential force (2,) of the slope on the beam in the inertial frame (N)."""
+        s, c = np.sin(self.scenario.slope.angle), np.cos(self.scenario.slope.angle)
+        return self.value("lambda_n", k) * np.array([-s, c]), self.value("lambda_tau", k) * np.array([c, s])
 
     def centreline(self, k: float) -> Array:
         """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
@@ -257,16 +263,19 @@ class BeamGeometry:
         return found | {"bending_stress": stress, "axial_stress": stress + normal}
 
     def along(self, k: float) -> dict[str, Array]:
-        """Results on the axis at the rings: vectors (rings, 3) in the inertial frame, scalars (rings,)."""
+        """Results on the axis at the rings: vectors (rings, 3) in the inertial frame, scalars (rings,).
+
+        The elastic displacement is that from the straight beam in the floating frame, the section's rotation that
+        against this frame.
+        """
         theta, spin = self.value("theta", k), self.value("theta_dot", k)
         radius = self.scenario.root.hub_radius
         ux, uy, u_rate, v_rate = (self._between(name, k) for name in ("ux", "uy", "ux_dot", "uy_dot"))
         arm = radius + self.places + ux
-        slope = CubicSpline(self.stations, self.value("uy", k))(self.places, 1)
         return {
-            "displacement": _flat(_turned(theta, ux, uy)),
+            "elastic_displacement": _flat(_turned(theta, ux, uy)),
             "velocity": _flat(_turned(theta, u_rate - spin * uy, v_rate + spin * arm)),
-            "slope": np.asarray(slope),
+            "section_rotation": np.asarray(self._splines[1] @ self.value("uy", k)),
             "bending_moment": self._between("moment", k),
             "shear_force": self._linear("shear", k),
             "axial_force": self._linear("axial_force", k),
@@ -275,14 +284,22 @@ class BeamGeometry:
     # Samples --------------------------------------------------------------------------------------------------
 
     def _values(self, name: str) -> Array:
-        return np.asarray(self.history[name].values, dtype=float)
+        if name not in self._read:
+            self._read[name] = np.asarray(self.history[name].values, dtype=float)
+        return self._read[name]
+
+    @cached_property
+    def _splines(self) -> tuple[Array, Array]:
+        """Splines that are 1 at a station, 0 at others: values and derivatives (rings, stations) there."""
+        splines = CubicSpline(self.stations, np.eye(self.stations.size))
+        return splines(self.places), splines(self.places, 1)
 
     def _between(self, name: str, k: float) -> Array:
         """Values of a smooth variable at the rings; the stations exactly."""
         values = self.value(name, k)
         if not np.all(np.abs(values) < _SMOOTH):
             return self._linear(name, k)
-        found = CubicSpline(self.stations, values)(self.places)
+        found = self._splines[0] @ values
         found[:: BETWEEN + 1] = values
         return np.asarray(found)
 

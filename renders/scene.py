@@ -348,10 +348,7 @@ def contact_place(geometry: BeamGeometry, k: float) -> Array:
 
 def contact_force(geometry: BeamGeometry, k: float) -> Array:
     """Force (2,) of the slope on the beam in the inertial frame (N)."""
-    angle = geometry.scenario.slope.angle
-    normal, tangential = (float(np.nan_to_num(geometry.value(name, k))) for name in ("lambda_n", "lambda_tau"))
-    s, c = np.sin(angle), np.cos(angle)
-    return np.array([-s * normal + c * tangential, c * normal + s * tangential])
+    return np.asarray(np.nan_to_num(sum(geometry.contact_forces(k))))
 
 
 def _peak_force(geometry: BeamGeometry) -> float:

@@ -157,7 +157,7 @@ def _peaks(geometry: BeamGeometry, quantity: str, part: slice) -> Array:
 
     if quantity in ("shear_force", "axial_force"):
         shown = at_rings({"shear_force": "shear"}.get(quantity, quantity), False)
-    elif quantity == "slope":
+    elif quantity == "section_rotation":
         deflection = np.nan_to_num(geometry.history["uy"].values[part], posinf=0.0, neginf=0.0)
         shown = CubicSpline(geometry.stations, deflection, axis=1)(x, 1)
     else:

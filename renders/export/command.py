@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import dataclass
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 
@@ -15,14 +16,13 @@ from oblique_impact.files import cannot_write, only_writer
 from oblique_impact.history import History
 from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
 from renders.export.scene import Scene, missing_variables
-from renders.export.selection import Selection
-from renders.export.target import resolve
+from renders.export.selection import Integers, Selection
+from renders.export.target import READERS, resolve
 from renders.geometry import BeamGeometry
 
-if TYPE_CHECKING:
-    Write = Callable[[Scene, Path, Callable[[], None]], None]
-
 Format = Literal["vtkhdf", "pvd", "xdmf"]
+
+_TRIAL = 6  # frames written to learn how large one is
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,13 @@ def export(
     out: str | os.PathLike[str],
     *,
     format: Format | None = None,
-    every: int = 1,
+    every: int | None = None,
     between: tuple[float, float] | None = None,
     around_events: float | None = None,
     deformation: float = 1.0,
     on_progress: OnProgress = silent,
 ) -> Exported:
-    """Write a history as a time series for ParaView: surface, axis, slope and pin with all results.
+    """Write a history as a time series for ParaView: surface, axis, contact point, slope and pin with all results.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ def export(
         The file; the suffix of the format is appended if it has none.
     format : {"vtkhdf", "pvd", "xdmf"}, optional
         Default: as the suffix of `out` says.
-    every : int
-        Every n-th sample; those at events and jumps are all kept.
+    every : int, optional
+        Every n-th sample, 1 for all; default: about 1000, evenly in time.  Those at events and jumps are all kept.
     between : tuple of float, optional
         First and last time (s).
     around_events : float, optional
@@ -104,62 +104,99 @@ def export(
     >>> export(history, "beam", format="vtkhdf", every=10, between=(0.3, 0.34)).file  # doctest: +SKIP
     """
     selection = Selection(every, between, around_events)
-    _check_beam(history, "history")
-    geometry = BeamGeometry(history, deformation)
-    scene = Scene.of(geometry, selection.frames(history))
-    target, chosen = resolve(Path(out), format)
-    count = scene.frames.sample.size
-    done = 0
-
-    def advance() -> None:
-        nonlocal done
-        done += 1
-        on_progress(Progress(done, count))
-
-    on_progress(Progress(0, count))
-    try:
-        # runs that blew up hold numbers of any size
-        with np.errstate(over="ignore", invalid="ignore"), only_writer(target):
-            _writer(chosen)(scene, target, advance)
-    except OSError as error:
-        raise cannot_write(target, error) from None
-    time, side = scene.frames.time, scene.frames.side
-    span = float(time[0]), float(time[-1])
-    return Exported(
-        target, cast(Format, chosen), count, geometry.times.size, span, int((side > 0).sum()), geometry.factor
-    )
+    return _Job.of(history, Path(out), format, selection, deformation).write(on_progress)
 
 
 def export_command(
     source: Path,
     out: Path,
     format: str | None,
-    every: int,
-    between: tuple[float, float] | None,
-    around_events: float | None,
+    selection: Selection,
     deformation: float,
-) -> list[str]:
-    """Read a history, call `export` with a progress bar; returns the lines to print.  Raises InputError."""
-    Selection(every, between, around_events)  # what can be refused before reading is refused
+) -> Iterator[str]:
+    """Read a history and export it with a progress bar; yields the lines to print.  Raises InputError."""
     history = History.load(source)
     _check_beam(history, str(source))
-    with counting_bar(f"export {format or out.suffix.removeprefix('.')}") as show:
-        result = export(
-            history,
-            out,
-            format=cast(Format | None, format),
-            every=every,
-            between=between,
-            around_events=around_events,
-            deformation=deformation,
-            on_progress=show,
-        )
+    job = _Job.of(history, out, format, selection, deformation)
+    yield job.forecast(thinned=selection.every is None)
+    with counting_bar(f"export {job.format}") as show:
+        result = job.write(show)
     shapes = "true shapes" if result.factor == 1.0 else "magnified shapes"
-    return [
+    yield (
         f"{result.samples} of {result.of} samples, {result.span[0]:g} to {result.span[1]:g} s, "
-        f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})",
-        f"  {result.format}: {result.file}",
-    ]
+        f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})"
+    )
+    yield f"  {result.format}: {result.file}"
+    yield f"  read by {READERS[result.format]}"
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What to write, where, and in which format."""
+
+    scene: Scene
+    target: Path
+    format: Format
+
+    @classmethod
+    def of(cls, history: History, out: Path, format: str | None, selection: Selection, deformation: float) -> _Job:
+        _check_beam(history, "history")
+        scene = Scene.of(BeamGeometry(history, deformation), selection.frames(history))
+        target, chosen = resolve(out, format)
+        return cls(scene, target, cast(Format, chosen))
+
+    def forecast(self, thinned: bool) -> str:
+        """Return what is about to be written, and how large that is: measured on a few frames, spread over all."""
+        count, total = self.scene.frames.sample.size, self.scene.geometry.times.size
+        sizes = self._trial()
+        line = f"{count} frames"
+        if sizes:
+            line += f", about {_megabytes(sizes[0] + count * sizes[1])}"
+        if thinned and count < total:
+            line += f" (--all: {total} frames"
+            line += f", {_megabytes(sizes[0] + total * sizes[1])})" if sizes else ")"
+        return line
+
+    def _trial(self) -> tuple[float, float] | None:
+        """Size (bytes) of what is written once and of one frame; None if there is no room to try."""
+        count = self.scene.frames.sample.size
+        numbers = np.unique(np.linspace(0, count - 1, min(count, _TRIAL)).astype(int))
+        try:
+            one, some = self._size(numbers[:1]), self._size(numbers)
+        except OSError:
+            return None
+        each = (some - one) / max(numbers.size - 1, 1)
+        return one - each, each
+
+    def _size(self, numbers: Integers) -> int:
+        """Size (bytes) of an export of these frames alone."""
+        scene = replace(self.scene, frames=self.scene.frames.some(numbers))
+        with tempfile.TemporaryDirectory() as folder:
+            _write(scene, Path(folder) / self.target.name, self.format, lambda: None)
+            return sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
+
+    def write(self, on_progress: OnProgress) -> Exported:
+        frames, count = self.scene.frames, self.scene.frames.sample.size
+        done = 0
+
+        def advance() -> None:
+            nonlocal done
+            done += 1
+            on_progress(Progress(done, count))
+
+        on_progress(Progress(0, count))
+        try:
+            with only_writer(self.target):
+                _write(self.scene, self.target, self.format, advance)
+        except OSError as error:
+            raise cannot_write(self.target, error) from None
+        span = float(frames.time[0]), float(frames.time[-1])
+        jumps, geometry = int((frames.side > 0).sum()), self.scene.geometry
+        return Exported(self.target, self.format, count, geometry.times.size, span, jumps, geometry.factor)
+
+
+def _megabytes(size: float) -> str:
+    return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:.3g} GB"
 
 
 def _check_beam(history: History, name: str) -> None:
@@ -168,12 +205,14 @@ def _check_beam(history: History, name: str) -> None:
         raise InputError(f"{name}: has no variable {missing[0]!r}: it is not of a beam, or of another version")
 
 
-def _writer(format: str) -> Write:
-    """Return the writer of a format; each loads a large library, so only the one that is wanted."""
+def _write(scene: Scene, target: Path, format: Format, advance: Callable[[], None]) -> None:
+    """Write a format; each writer loads a large library, so only the one that is wanted."""
     if format == "pvd":
         from renders.export.pvd import write
     elif format == "vtkhdf":
         from renders.export.vtkhdf import write
     else:
         from renders.export.xdmf import write
-    return write
+    # runs that blew up hold numbers of any size
+    with np.errstate(over="ignore", invalid="ignore"):
+        write(scene, target, advance)

@@ -1,13 +1,16 @@
-"""ParaView's collection: NAME.pvd, and a folder NAME/ beside it with a compressed .vtp per part and frame."""
+"""ParaView's collection: NAME.pvd, and a folder NAME/ beside it with a compressed .vtp per part and frame.
+
+Slope and pin are written once, and with them the field data that hold for all frames.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 from xml.sax.saxutils import quoteattr
 
+import numpy as np
 import pyvista as pv
 from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
@@ -16,7 +19,7 @@ from oblique_impact.errors import InputError
 from renders.export.scene import Part, Scene
 from renders.export.target import part_of, partial, replace_all
 
-_OURS = re.compile(r"[a-z]+_\d{6,}\.vtp")
+_OURS = re.compile(r"[a-z_]+_\d{6,}\.vtp")
 _LEVEL = 1  # of zlib: a level higher costs more time than it saves space
 
 
@@ -31,10 +34,10 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
         _refuse_others(place)
     with partial(folder, target) as (folder_part, target_part):
         folder_part.mkdir()
-        writers = [_PartWriter(part, scene.fields, folder_part) for part in scene.parts]
+        writers = [_PartWriter(number, part, scene.fields, folder_part) for number, part in enumerate(scene.parts)]
         with target_part.open("w", encoding="utf-8") as index:
             index.write('<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0">\n<Collection>\n')
-            for frame, stamp in enumerate(scene.frames.stamp):
+            for frame, stamp in enumerate(scene.frames.time):
                 for number, writer in enumerate(writers):
                     name = writer.write(frame, int(scene.frames.sample[frame]), scene.fields_at(frame))
                     index.write(
@@ -49,15 +52,14 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
 class _PartWriter:
     """Writes the frames of one part; the mesh is made once and its values are replaced."""
 
-    def __init__(self, part: Part, fields: dict[str, list[str] | float], folder: Path) -> None:
+    def __init__(self, number: int, part: Part, fields: dict[str, str | float], folder: Path) -> None:
         self.part = part
+        self._number = number
         self._folder = folder
         self._mesh = pv.PolyData()
-        for name, value in fields.items():
-            if isinstance(value, list):
-                self._mesh.GetFieldData().AddArray(_strings(name, value))
-            else:
-                self._mesh.field_data[name] = [value]
+        # what holds for all frames goes where it is written once
+        for name, value in () if part.moves else fields.items():
+            self._add_field(name, value)
         self._writer = vtkXMLPolyDataWriter()
         self._writer.SetInputData(self._mesh)
         self._writer.SetDataModeToAppended()
@@ -75,25 +77,27 @@ class _PartWriter:
         mesh = self._mesh
         mesh.points = shape.points
         if not frame:
-            mesh.faces, mesh.lines = self.part.polygons, self.part.lines
+            mesh.verts, mesh.lines, mesh.faces = self.part.vertices, self.part.lines, self.part.polygons
+            mesh.cell_data["part"] = np.full(mesh.n_cells, self._number)
         for name, values in shape.arrays.items():
             mesh.point_data[name] = values
         if self.part.moves:
             for name, value in fields.items():
-                mesh.field_data[name] = [value]
+                self._add_field(name, value)
         name = f"{self.part.name}_{frame:06d}.vtp"
         self._writer.Write()
         text = self._writer.GetOutputString()
         (self._folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
         return name
 
-
-def _strings(name: str, values: list[str]) -> Any:
-    array = vtkStringArray()
-    array.SetName(name)
-    for value in values:
-        array.InsertNextValue(value)
-    return array
+    def _add_field(self, name: str, value: str | float) -> None:
+        if isinstance(value, str):
+            array = vtkStringArray()  # PyVista's take ASCII alone
+            array.SetName(name)
+            array.InsertNextValue(value)
+            self._mesh.GetFieldData().AddArray(array)
+        else:
+            self._mesh.field_data[name] = [value]
 
 
 def _refuse_others(folder: Path) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
@@ -22,23 +22,35 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-FORMAT = "oblique-impact export 1"
-#: per frame, besides the arrays on the parts: name -> unit or meaning
+FORMAT = "oblique-impact export 2"
+#: results on the parts besides `QUANTITIES`: name -> unit or meaning
+_MORE = {
+    "displacement": "m, from the initial shape",
+    "contact_force": "N, of the slope on the beam: normal_force + friction_force",
+    "normal_force": "N",
+    "friction_force": "N",
+    "gap": "m",
+    "gap_rate": "m/s",
+    "slip_rate": "m/s",
+    "state": "0 free, 1 slip, 2 stick",
+}
+#: all results on the parts: name -> unit or meaning
+RESULTS = QUANTITIES | _MORE
+#: per frame, besides the results on the parts: name -> unit or meaning
 FRAME_QUANTITIES = {
     "time": "s",
     "side": "-1 left of a jump, 1 right of it, 0 none",
     "sample": "number in the history",
-    "state": "0 free, 1 slip, 2 stick",
-    "normal_force": "N",
-    "tangential_force": "N",
 }
 #: variables of a history that an export reads besides those of BeamGeometry
-NEEDED = ("time", "theta_dot", "shear", "axial_force", "state", "lambda_n", "lambda_tau")
+NEEDED = (
+    *("time", "theta_dot", "shear", "axial_force", "state", "lambda_n", "lambda_tau"),
+    *("gap", "gap_rate", "slip_rate", "tip_vx", "tip_vy"),
+)
 
 _TIMES = (
-    "The frames carry the times of the history exactly. At a jump the history has two samples with the same "
-    "time: the left one keeps it, the right one carries the next larger double (one ulp). The field 'time' holds "
-    "the time of the history for both, 'side' tells them apart."
+    "The frames carry the times of the history exactly. At a jump there are two frames: the left one carries its "
+    "time, the right one the next larger double (one ulp). The field 'side' tells them apart."
 )
 
 
@@ -61,17 +73,18 @@ class Part:
     Attributes
     ----------
     name : str
-        Lower-case letters.
+        Lower-case letters and underscores.
     shape : callable
         The :class:`Shape` at a sample of the history.
-    lines, polygons : integer array
+    vertices, lines, polygons : integer array
         Cells in VTK's form: how many points, then the points.
     moves : bool
-        False if the shape is the same at all samples.
+        False if points and results are the same at all samples.
     """
 
     name: str
     shape: Callable[[int], Shape]
+    vertices: Integers = field(default_factory=_no_cells)
     lines: Integers = field(default_factory=_no_cells)
     polygons: Integers = field(default_factory=_no_cells)
     moves: bool = True
@@ -87,66 +100,82 @@ class Scene:
 
     @classmethod
     def of(cls, geometry: BeamGeometry, frames: Frames) -> Scene:
-        """Return the scene of a beam: its surface, its centreline, and what stands still."""
-        still = {"slope": slope_wedge(geometry), "pin": pin(geometry)}
-        parts = [static_part(name, mesh) for name, mesh in still.items() if mesh is not None]
-        return cls(geometry, frames, (surface_part(geometry), centreline_part(geometry), *parts))
+        """Return the scene of a beam: itself, the pin, and if there is contact its point and the slope."""
+        parts = [*beam_parts(geometry), static_part("pin", pin(geometry))]
+        wedge = slope_wedge(geometry)
+        if wedge is not None:  # last, so that the numbers of the others are always the same
+            parts += [contact_part(geometry), static_part("slope", wedge)]
+        return cls(geometry, frames, tuple(parts))
 
     @property
-    def fields(self) -> dict[str, list[str] | float]:
+    def fields(self) -> dict[str, str | float]:
         """Field data that hold for all frames."""
         history = self.geometry.history
-        units = {"points": "m", **QUANTITIES, **FRAME_QUANTITIES}
+        units = {"points": "m", **RESULTS, **FRAME_QUANTITIES}
         return {
-            "format": [FORMAT],
-            "version": [_version()],
-            "scenario": [history.scenario_toml],
-            "events": [history.events_csv()],
-            "units": [f"{name} = {unit}" for name, unit in units.items()],
-            "times": [_TIMES],
+            "format": FORMAT,
+            "version": _version(),
+            "scenario": history.scenario_toml,
+            "events": history.events_csv(),
+            "units": "\n".join(f"{name} = {unit}" for name, unit in units.items()),
+            "parts": "\n".join(f"{number} = {part.name}" for number, part in enumerate(self.parts)),
+            "times": _TIMES,
             "deformation_factor": self.geometry.factor,
         }
 
     @cached_property
     def frame_fields(self) -> dict[str, NDArray[Any]]:
         """Field data that change, (frames,) each, as named in `FRAME_QUANTITIES`."""
-        history, frames = self.geometry.history, self.frames
-
-        def values(name: str) -> NDArray[Any]:
-            return np.asarray(history[name].values)[frames.sample]
-
-        return {
-            "time": frames.time,
-            "side": frames.side,
-            "sample": frames.sample,
-            "state": values("state").astype(np.int64),
-            "normal_force": values("lambda_n").astype(float),
-            "tangential_force": values("lambda_tau").astype(float),
-        }
+        return {"time": self.frames.time, "side": self.frames.side, "sample": self.frames.sample}
 
     def fields_at(self, frame: int) -> dict[str, float]:
         """Field data of one frame."""
         return {name: values[frame].item() for name, values in self.frame_fields.items()}
 
 
-def surface_part(geometry: BeamGeometry) -> Part:
-    """Return the swept tube with all results of `BeamGeometry.surface`."""
+def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
+    """Yield the swept tube, the axis as one polyline, and the initial tube.
 
-    def shape(k: int) -> Shape:
-        surface = geometry.surface(k)
-        return Shape(surface.points, surface.arrays)
+    The initial tube alone carries `displacement`: its points do not move, and Warp By Vector makes them the true
+    shape.  Drawn points are magnified, displacements never are.
+    """
+    true = geometry if geometry.factor == 1.0 else BeamGeometry(geometry.history, 1.0)
+    tube = lru_cache(maxsize=1)(true.surface)
+    start = tube(0).points
 
-    return Part("surface", shape, polygons=geometry.faces)
+    def surface(k: int) -> Shape:
+        drawn = tube(k) if true is geometry else geometry.surface(k)
+        return Shape(drawn.points, drawn.arrays)
 
-
-def centreline_part(geometry: BeamGeometry) -> Part:
-    """Return the axis as one polyline with the results of `BeamGeometry.along`."""
     rings = geometry.places.size
+    yield Part("surface", surface, polygons=geometry.faces)
+    yield Part(
+        "centreline",
+        lambda k: Shape(geometry.centreline(k), geometry.along(k)),
+        lines=np.concatenate([[rings], np.arange(rings)]),
+    )
+    yield Part(
+        "reference", lambda k: Shape(start, {"displacement": tube(k).points - start}), polygons=geometry.faces
+    )
+
+
+def contact_part(geometry: BeamGeometry) -> Part:
+    """Return the contact point as a vertex with the forces on the beam there."""
+
+    def flat(*vectors: Array) -> list[Array]:
+        return [np.append(vector, 0.0)[None] for vector in vectors]
 
     def shape(k: int) -> Shape:
-        return Shape(geometry.centreline(k), geometry.along(k))
+        velocity = np.array([geometry.value("tip_vx", k), geometry.value("tip_vy", k)])
+        normal, friction = geometry.contact_forces(k)
+        vectors = flat(geometry.contact_point(k), velocity, normal + friction, normal, friction)
+        names = ("velocity", "contact_force", "normal_force", "friction_force")
+        arrays = dict(zip(names, vectors[1:], strict=True))
+        for name in ("gap", "gap_rate", "slip_rate", "state"):
+            arrays[name] = np.array([geometry.value(name, k)], dtype=float)
+        return Shape(vectors[0], arrays)
 
-    return Part("centreline", shape, lines=np.concatenate([[rings], np.arange(rings)]))
+    return Part("contact_point", shape, vertices=np.array([1, 0]))
 
 
 def static_part(name: str, mesh: pyvista.PolyData) -> Part:

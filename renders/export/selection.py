@@ -1,9 +1,4 @@
-"""Which samples of a history become frames, and the times they carry.
-
-A history has two samples at a jump, with the same time; file formats want increasing times.  So the left
-sample keeps its time, and the right one carries the next larger double: one ulp later, 1e-16 of a second at
-t = 1 s.  All other times are exact.  The time of the history stands in the field data of every frame.
-"""
+"""Which samples of a history become frames."""
 
 from __future__ import annotations
 
@@ -15,9 +10,13 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.history import History
+from oblique_impact.instants import jumps
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+FRAMES = 1000  # of an export that asks for nothing else, besides those at events
 
 
 @dataclass(frozen=True)
@@ -29,40 +28,40 @@ class Frames:
     sample : (frames,) integer array
         Their numbers in the history.
     time : (frames,) array
-        Their times (s) in the history; two at a jump are equal.
-    stamp : (frames,) array
-        The times (s) of the frames: strictly increasing.
+        Their times (s), strictly increasing.
     side : (frames,) integer array
         -1 left of a jump, 1 right of it, 0 where there is none.
     """
 
     sample: Integers
     time: Array
-    stamp: Array
     side: Integers
+
+    def some(self, numbers: Integers) -> Frames:
+        """Return the frames of these numbers."""
+        return Frames(self.sample[numbers], self.time[numbers], self.side[numbers])
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What to keep of a history.
+    """What to keep of a history; samples at events and jumps and the last one always belong to it.
 
     Attributes
     ----------
-    every : int
-        Keep the samples whose number is a multiple of this; those at events and jumps and the last one are
-        always kept.
+    every : int or None
+        Keep the samples whose number is a multiple of this, 1 for all; None keeps about `FRAMES`, evenly in time.
     between : (float, float) or None
         Keep this span of time (s), both ends included.
     around_events : float or None
         Keep only what is within so many seconds of an event.
     """
 
-    every: int = 1
+    every: int | None = None
     between: tuple[float, float] | None = None
     around_events: float | None = None
 
     def __post_init__(self) -> None:
-        if self.every < 1:
+        if self.every is not None and self.every < 1:
             raise InputError(f"--every {self.every}: should be at least 1")
         if self.between is not None:
             start, end = self.between
@@ -75,49 +74,68 @@ class Selection:
         """Choose the frames; what has no finite shape is left out.  Raises InputError if nothing is left."""
         time = np.asarray(history["time"].values, dtype=float)
         events = np.unique([event.time for event in history.events])
-        sides = _sides(time)
-        keep = (np.arange(time.size) % self.every == 0) | np.isin(time, events) | (sides != 0)
-        keep[-1:] = True
-        keep &= _finite(history)
+        side = sides(time)
+        instant = np.where(side > 0, np.roll(time, 1), time)  # both sides of a jump are of one instant
+        wanted = _finite(history) & self._inside(instant) & self._near(instant, events)
+        always = np.isin(time, events) | (side != 0)
+        always[-1:] = True
+        each = np.arange(time.size)
+        chosen = _evenly(time, wanted, FRAMES) if self.every is None else each % self.every == 0
+        sample = np.flatnonzero(wanted & (chosen | always))
+        if not sample.size:
+            raise InputError(f"{self._options()}: no sample is left")
+        return Frames(sample, time[sample], side[sample])
+
+    def _options(self) -> str:
+        options = [f"--every {self.every}"] if self.every is not None else []
         if self.between is not None:
-            keep &= (time >= self.between[0]) & (time <= self.between[1])
-            if not np.any(keep):
-                raise InputError(
-                    f"--between {self.between[0]:g},{self.between[1]:g}: holds none of the samples kept; "
-                    f"the history covers {time[0]:g} to {time[-1]:g} s"
-                )
+            options.append(f"--between {self.between[0]:g},{self.between[1]:g}")
         if self.around_events is not None:
-            if not events.size:
-                raise InputError(f"--around-events {self.around_events:g}: the history has no events")
-            keep &= _distance(time, events) <= self.around_events
-            if not np.any(keep):
-                raise InputError(f"--around-events {self.around_events:g}: holds none of the samples kept")
-        sample = np.flatnonzero(keep)
-        return Frames(sample, time[sample], increasing(time)[sample], sides[sample])
+            options.append(f"--around-events {self.around_events:g}")
+        return " ".join(options) or "history"
+
+    def _inside(self, time: Array) -> Flags:
+        if self.between is None:
+            return np.ones(time.size, dtype=bool)
+        inside = (time >= self.between[0]) & (time <= self.between[1])
+        if not np.any(inside):
+            raise InputError(
+                f"--between {self.between[0]:g},{self.between[1]:g}: holds no sample; "
+                f"the history covers {time[0]:g} to {time[-1]:g} s"
+            )
+        return np.asarray(inside)
+
+    def _near(self, time: Array, events: Array) -> Flags:
+        if self.around_events is None:
+            return np.ones(time.size, dtype=bool)
+        if not events.size:
+            raise InputError(f"--around-events {self.around_events:g}: the history has no events")
+        return np.asarray(_distance(time, events) <= self.around_events)
 
 
-def increasing(times: Array) -> Array:
-    """Return the times (s) with every one that does not increase moved to the next double after its forerunner."""
-    found = np.array(times, dtype=float)
-    for k in np.flatnonzero(np.diff(times) <= 0.0) + 1:
-        # the moved one may meet the next: go on until there is room
-        while k < found.size and found[k] <= found[k - 1]:
-            found[k] = np.nextafter(found[k - 1], np.inf)
-            k += 1
+def sides(time: Array) -> Integers:
+    """Return -1 for samples left of a jump, 1 for those right of it, 0 elsewhere."""
+    jump = jumps(time)
+    right, left = np.concatenate([[False], jump]), np.concatenate([jump, [False]])
+    return np.where(right, 1, np.where(left, -1, 0))
+
+
+def _evenly(time: Array, wanted: Flags, count: int) -> Flags:
+    """Mark `count` of the wanted samples, evenly in time; where some are left out in between, no time passes."""
+    sample = np.flatnonzero(wanted)
+    if sample.size <= count:
+        return wanted
+    steps = np.where(np.diff(sample) == 1, np.diff(time[sample]), 0.0)
+    passed = np.concatenate([[0.0], np.cumsum(steps)])
+    found = np.zeros_like(wanted)
+    found[sample[np.searchsorted(passed, np.linspace(0.0, passed[-1], count))]] = True
     return found
 
 
-def _finite(history: History) -> NDArray[np.bool_]:
+def _finite(history: History) -> Flags:
     """Where the shape is finite: the last sample of a run that diverged may not be."""
     theta, ux, uy = (np.isfinite(history[name].values) for name in ("theta", "ux", "uy"))
     return np.asarray(theta & ux.all(axis=1) & uy.all(axis=1))
-
-
-def _sides(times: Array) -> Integers:
-    same = np.diff(times) == 0.0
-    right = np.concatenate([[False], same])
-    left = np.concatenate([same, [False]])
-    return np.where(right, 1, np.where(left, -1, 0))
 
 
 def _distance(times: Array, events: Array) -> Array:

@@ -13,6 +13,12 @@ from oblique_impact.files import prepare_folder, remove, unfinished
 
 #: formats and what their files end in
 SUFFIXES = {"vtkhdf": ".vtkhdf", "pvd": ".pvd", "xdmf": ".xdmf"}
+#: what reads them, tried with ParaView 5.11.0, VTK 9.3.1 and 9.7.2, PyVista 0.49 and meshio 5.3
+READERS = {
+    "vtkhdf": "ParaView 5.12 or newer, VTK 9.3 or newer (ParaView 5.11: the first frame alone, if named .hdf)",
+    "pvd": "ParaView 5.11 or newer, PyVista",
+    "xdmf": 'ParaView 5.11 or newer (choose "Xdmf3 Reader S"), PyVista, meshio',
+}
 
 
 def resolve(out: Path, format: str | None) -> tuple[Path, str]:

@@ -1,8 +1,9 @@
 """VTKHDF: one file, topology once, points and results per frame, times in double precision.
 
 It is written through h5py because VTK's own writer stores times in single precision.  All parts are in one
-vtkPolyData, and the cell array `part` tells them apart: VTK 9.7 reads only the first step of composite data.
-Results that a part does not carry are NaN there.
+vtkUnstructuredGrid, and the cell array `part` tells them apart: VTK 9.7 reads only the first step of composite
+data.  VTK before 9.3 knows neither steps nor vtkPolyData: it reads the first frame of an unstructured grid.
+Results that a part does not carry are 0 there.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renders.export.heavy import COMPRESSION, heavy_file
-from renders.export.scene import Part, Scene, Shape
+from renders.export.scene import RESULTS, Scene, Shape
 from renders.export.target import partial, replace_all
-from renders.geometry import QUANTITIES
 
 Integers = NDArray[np.int64]
 
-_VERSION = (2, 3)  # of VTKHDF: newer ones add nothing that is used here
+_VERSION = (2, 0)  # of VTKHDF: the first one with steps
 _STRING = h5py.string_dtype("ascii")  # VTK reads no other; the bytes are UTF-8 all the same
-_CELLS = ("Vertices", "Lines", "Polygons", "Strips")
+_CELL_TYPES = {3: 5, 4: 9}  # of VTK, for polygons of so many corners
+_VERTEX, _POLYLINE, _POLYGON = 1, 4, 7
 
 
 def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
@@ -56,14 +57,14 @@ class _Writer:
     def write(self, advance: Callable[[], None]) -> None:
         root, steps = self._root, self._root.create_group("Steps")
         root.attrs["Version"] = _VERSION
-        root.attrs.create("Type", np.bytes_("PolyData"))
+        root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
         self._write_steps(steps)
         self._write_cells(steps)
         self._write_fields(steps)
         points = self._per_frame(root, "Points", (3,), "m")
         results = root.create_group("PointData")
         datasets = {
-            name: self._per_frame(results, name, tail, QUANTITIES[name]) for name, tail in self._arrays.items()
+            name: self._per_frame(results, name, tail, RESULTS[name]) for name, tail in self._arrays.items()
         }
         offsets = steps.create_group("PointDataOffsets")
         size = sum(self._sizes)
@@ -81,10 +82,10 @@ class _Writer:
         return [self._still.get(part.name) or part.shape(sample) for part in self._scene.parts]
 
     def _joined(self, name: str, shapes: list[Shape]) -> NDArray[np.float64]:
-        """Values of a result on all parts, NaN on those that do not carry it."""
+        """Values of a result on all parts, 0 on those that do not carry it."""
         return np.concatenate(
             [
-                shape.arrays[name] if name in shape.arrays else np.full((size, *self._arrays[name]), np.nan)
+                shape.arrays[name] if name in shape.arrays else np.zeros((size, *self._arrays[name]))
                 for shape, size in zip(shapes, self._sizes, strict=True)
             ]
         )
@@ -101,61 +102,47 @@ class _Writer:
         count, size = self._frames, sum(self._sizes)
         nothing = np.zeros(count, dtype=np.int64)
         steps.attrs["NSteps"] = count
-        steps["Values"] = self._scene.frames.stamp
+        steps["Values"] = self._scene.frames.time
         steps["PointOffsets"] = size * np.arange(count)
         steps["PartOffsets"] = nothing
         steps["NumberOfParts"] = nothing + 1
-        for name in ("CellOffsets", "ConnectivityIdOffsets"):
-            steps[name] = np.zeros((count, len(_CELLS)), dtype=np.int64)
+        steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = nothing
         self._root["NumberOfPoints"] = [size]
 
     def _write_cells(self, steps: h5py.Group) -> None:
         """Cells of all parts, once; the offsets of every step point to them."""
-        owner = []
-        for name in _CELLS:
-            connectivity, counts, parts = self._cells(name)
-            group = self._root.create_group(name)
-            group["NumberOfConnectivityIds"] = [connectivity.size]
-            group["NumberOfCells"] = [counts.size]
-            group["Connectivity"] = connectivity
-            group["Offsets"] = np.concatenate([[0], np.cumsum(counts)])
-            owner.append(parts)
-        self._root.create_group("CellData")["part"] = np.concatenate(owner)
-        steps.create_group("CellDataOffsets")["part"] = np.zeros(self._frames, dtype=np.int64)
-
-    def _cells(self, name: str) -> tuple[Integers, Integers, Integers]:
-        """Points of the cells of one kind, the number of points of each, and the part it belongs to."""
-        first = np.cumsum([0, *self._sizes])
-        found = []
+        first, root = np.cumsum([0, *self._sizes]), self._root
+        points, counts, types, owners = [], [], [], []
         for number, part in enumerate(self._scene.parts):
-            points, counts = _unpacked(_of_kind(part, name))
-            found.append((points + first[number], counts, np.full(counts.size, number)))
-        connectivity, counts, parts = (
-            np.concatenate(column).astype(np.int64) for column in zip(*found, strict=True)
-        )
-        return connectivity, counts, parts
+            for kind, cells in enumerate((part.vertices, part.lines, part.polygons)):
+                corners, sizes = _unpacked(cells)
+                points.append(corners + first[number])
+                counts.append(sizes)
+                owners.append(np.full(sizes.size, number))
+                types += [(_VERTEX, _POLYLINE, _CELL_TYPES.get(size, _POLYGON))[kind] for size in sizes.tolist()]
+        root["Connectivity"] = np.concatenate(points).astype(np.int64)
+        root["Offsets"] = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
+        root["Types"] = np.array(types, dtype=np.uint8)
+        root["NumberOfConnectivityIds"] = [root["Connectivity"].size]
+        root["NumberOfCells"] = [len(types)]
+        root.create_group("CellData")["part"] = np.concatenate(owners)
+        steps.create_group("CellDataOffsets")["part"] = np.zeros(self._frames, dtype=np.int64)
 
     def _write_fields(self, steps: h5py.Group) -> None:
         group = self._root.create_group("FieldData")
         offsets, sizes = steps.create_group("FieldDataOffsets"), steps.create_group("FieldDataSizes")
-        names = [f"{number} = {part.name}" for number, part in enumerate(self._scene.parts)]
-        for name, value in (self._scene.fields | {"parts": names}).items():
-            if isinstance(value, list):
+        for name, value in self._scene.fields.items():
+            if isinstance(value, str):
                 # bytes, not text: they pass unchanged under the label that VTK expects
-                group.create_dataset(name, data=[text.encode() for text in value], dtype=_STRING)
+                group.create_dataset(name, data=[value.encode()], dtype=_STRING)
             else:
                 group[name] = [value]
             offsets[name] = np.zeros(self._frames, dtype=np.int64)
-            sizes[name] = np.tile([1, len(value) if isinstance(value, list) else 1], (self._frames, 1))
+            sizes[name] = np.ones((self._frames, 2), dtype=np.int64)
         for name, values in self._scene.frame_fields.items():
             group[name] = values
             offsets[name] = np.arange(self._frames)
             sizes[name] = np.ones((self._frames, 2), dtype=np.int64)
-
-
-def _of_kind(part: Part, name: str) -> Integers:
-    kinds = {"Lines": part.lines, "Polygons": part.polygons}
-    return kinds.get(name, np.zeros(0, dtype=np.int64))
 
 
 def _unpacked(cells: Integers) -> tuple[Integers, Integers]:

@@ -32,7 +32,8 @@ from renders.export.target import partial, replace_all
 
 Integers = NDArray[np.int64]
 
-_LINE, _CELLS = "line", {3: "triangle", 4: "quad"}
+_SMALL = 100  # numbers: fewer are not worth to be packed
+_CELLS = {3: "triangle", 4: "quad"}
 
 
 def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
@@ -47,10 +48,10 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
             file = stack.enter_context(heavy_file(heavy_part))
             file.root.attrs["format"] = FORMAT
             writers = []
-            for part in scene.parts:
+            for number, part in enumerate(scene.parts):
                 light = stack.enter_context(tempfile.TemporaryFile("w+", encoding="utf-8", dir=target.parent))
-                writers.append(_Collection(part, file.root, heavy.name, light))
-            for frame, stamp in enumerate(scene.frames.stamp):
+                writers.append(_Collection(number, part, file.root, heavy.name, light))
+            for frame, stamp in enumerate(scene.frames.time):
                 for writer in writers:
                     sample = int(scene.frames.sample[frame])
                     writer.write_frame(frame, sample, float(stamp), scene.fields_at(frame))
@@ -63,7 +64,7 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
 class _Collection(TimeSeriesWriter):  # type: ignore[misc]
     """The steps of one part: meshio's elements, written to `light` one by one, their numbers to `heavy`."""
 
-    def __init__(self, part: Part, heavy: h5py.File, reference: str, light: IO[str]) -> None:
+    def __init__(self, number: int, part: Part, heavy: h5py.File, reference: str, light: IO[str]) -> None:
         super().__init__(Path(reference))
         self.part, self.light = part, light
         self._heavy, self._reference = heavy, reference
@@ -71,15 +72,20 @@ class _Collection(TimeSeriesWriter):  # type: ignore[misc]
         self._label = "topology"
         holder = ElementTree.Element("Grid")
         self.cells(_blocks(part), holder)
-        self._topology = holder[0]
-        if self._topology.get("TopologyType") == "Polyline":
-            self._topology.set("NodesPerElement", "2")  # XDMF asks for it, meshio leaves it out
+        topology = holder[0]
+        corners = {"Polyvertex": "1", "Polyline": "2"}.get(topology.get("TopologyType", ""))
+        if corners:
+            topology.set("NodesPerElement", corners)  # XDMF asks for it, meshio leaves it out
+        self._label = "part"
+        self.cell_data({"part": [np.full(len(cells), number) for _, cells in _blocks(part)]}, holder)
+        self._topology = list(holder)
         self._constant: list[ElementTree.Element] = []
 
     def numpy_to_xml_string(self, data: NDArray[Any]) -> str:
         """Store `data` under the current label and return the reference to it."""
         path = f"/{self._prefix}/{self._label}"
-        self._heavy.create_dataset(path, data=data, chunks=data.shape, **COMPRESSION)
+        packed = {"chunks": data.shape, **COMPRESSION} if data.size > _SMALL else {}
+        self._heavy.create_dataset(path, data=data, **packed)
         return f"{self._reference}:{path}"
 
     def write_frame(self, frame: int, sample: int, stamp: float, fields: dict[str, float]) -> None:
@@ -91,7 +97,7 @@ class _Collection(TimeSeriesWriter):  # type: ignore[misc]
         if self.part.moves or not frame:
             self._prefix = f"{self.part.name}/{frame:06d}"
             self._constant = self._elements(sample)
-        grid.extend([self._topology, *self._constant])
+        grid.extend([*self._topology, *self._constant])
         self.light.write(ElementTree.tostring(grid, encoding="unicode") + "\n")
 
     def _elements(self, sample: int) -> list[ElementTree.Element]:
@@ -111,9 +117,11 @@ class _Collection(TimeSeriesWriter):  # type: ignore[misc]
 def _blocks(part: Part) -> list[tuple[str, Integers]]:
     """Cells as meshio has them: a polyline as lines of two points, polygons in runs of one size."""
     blocks = []
+    if part.vertices.size:
+        blocks.append(("vertex", np.stack(_cells(part.vertices))))
     if part.lines.size:
         ends = [np.stack([p[:-1], p[1:]], axis=1) for p in _cells(part.lines)]
-        blocks.append((_LINE, np.concatenate(ends)))
+        blocks.append(("line", np.concatenate(ends)))
     runs: list[list[Integers]] = []
     for points in _cells(part.polygons):
         if not runs or runs[-1][0].size != points.size:
@@ -136,7 +144,7 @@ def _assemble(path: Path, scene: Scene, writers: list[_Collection]) -> None:
     with path.open("w", encoding="utf-8") as out:
         out.write('<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n')
         for name, value in scene.fields.items():
-            text = "\n".join(value) if isinstance(value, list) else repr(value)
+            text = value if isinstance(value, str) else repr(value)
             out.write(f"<Information Name={quoteattr(name)} Value={quoteattr(text)}/>\n")
         for writer in reversed(writers):
             out.write(f'<Grid Name="{writer.part.name}" GridType="Collection" CollectionType="Temporal">\n')

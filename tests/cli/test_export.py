@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import re
 import resource
 import signal
 import stat
@@ -50,10 +51,33 @@ def test_export_says_what_it_wrote_and_nothing_else(folder, tmp_path, cli, forma
     assert code == 0
     assert err == ""
     frames = read(target)
-    assert out.splitlines()[0].startswith(f"{len(frames)} of 10043 samples, 0 to 1 s, both sides of 21 jumps")
-    assert "true shapes (deformation factor 1)" in out
-    assert out.splitlines()[1].strip() == f"{format}: {target}"
+    forecast, done, file, readers = out.splitlines()
+    assert re.fullmatch(rf"{len(frames)} frames, about [\d.]+ MB", forecast)
+    assert done.startswith(f"{len(frames)} of 10043 samples, 0 to 1 s, both sides of 21 jumps")
+    assert "true shapes (deformation factor 1)" in done
+    assert file == f"  {format}: {target}"
+    assert readers.startswith("  read by ParaView 5.1")
     assert float(frames[0].fields["deformation_factor"]) == 1.0
+
+
+def test_all_takes_every_sample_and_the_default_about_a_thousand(folder, tmp_path, cli):
+    code, out, _ = cli("export", folder, "--out", tmp_path / "all.vtkhdf", "--all", "--between", "0.3,0.32")
+    assert code == 0
+    with xr.open_dataset(folder / "history.nc") as data:
+        times = data["time"].values
+    inside = int(np.sum((times >= 0.3) & (times <= 0.32)))
+    assert len(read(tmp_path / "all.vtkhdf")) == inside
+    assert out.startswith(f"{inside} frames, about ")
+    assert "--all" not in out
+    code, out, _ = cli("export", folder, "--out", tmp_path / "beam.vtkhdf")
+    assert code == 0
+    frames, size, whole, gigabytes = re.match(
+        r"(\d+) frames, about ([\d.]+) MB \(--all: (\d+) frames, ([\d.]+) GB\)\n", out
+    ).groups()
+    assert 1000 <= int(frames) <= 1043
+    assert int(whole) == times.size
+    assert float(size) == pytest.approx((tmp_path / "beam.vtkhdf").stat().st_size / 1e6, rel=0.2)
+    assert float(gigabytes) == pytest.approx(float(size) * times.size / int(frames) / 1e3, rel=0.1)
 
 
 def test_a_history_file_alone_is_enough(folder, tmp_path, cli):
@@ -105,6 +129,7 @@ BAD = {
     ("--around-events", "inf"): "--around-events",
     ("--deformation", "0"): "--deformation",
     ("--deformation", "nan"): "--deformation",
+    ("--every", "5", "--all"): "--all and --every",
     ("--nonsense",): "--nonsense",
 }
 
@@ -159,7 +184,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(folder, tmp_path, format):
     arguments = command(folder, "--out", tmp_path / f"beam.{format}", "--every", 20)
     done = subprocess.run(arguments, capture_output=True, text=True, preexec_fn=bound, timeout=120)
     assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
+    assert re.fullmatch(r"543 frames, about [\d.]+ MB\n|543 frames\n", done.stdout)
     assert done.stderr.count("\n") == 1
     assert "cannot be written" in done.stderr
     assert list(tmp_path.iterdir()) == []
@@ -235,5 +260,5 @@ def test_a_terminal_sees_a_progress_bar(folder, tmp_path):
 def test_help_names_the_options(cli):
     code, out, _ = cli("export", "--help")
     assert code == 0
-    for option in ("--format", "--out", "--every", "--between", "--around-events", "--deformation"):
+    for option in ("--format", "--out", "--every", "--all", "--between", "--around-events", "--deformation"):
         assert option in out

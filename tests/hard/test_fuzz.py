@@ -25,6 +25,7 @@ from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.cli import main
 from oblique_impact.scenario import builtin_names
 from renders.export.command import export_command
+from renders.export.selection import Selection
 from renders.player.payload import payload
 from validation.sweep.plan import load_plan, make_plan, shipped_names
 from validation.sweep.store import open_store
@@ -168,7 +169,7 @@ def use(file: Path) -> None:
         history = History.load(file)
         with tempfile.TemporaryDirectory() as folder, np.errstate(over="ignore", invalid="ignore"):
             for name in ("a.vtkhdf", "a.pvd", "a.xdmf"):
-                list(export_command(file, Path(folder) / name, None, 50, None, None, 1.0))
+                list(export_command(file, Path(folder) / name, None, Selection(50), 1.0))
             payload(history, None, 50)
     except InputError as error:
         one_line(error)

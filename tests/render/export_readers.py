@@ -22,6 +22,7 @@ class Mesh:
     arrays: dict[str, np.ndarray]
     lines: list[list[int]]
     polygons: list[list[int]]
+    vertices: list[list[int]] = field(default_factory=list)
 
 
 @dataclass
@@ -43,7 +44,7 @@ def read_pvd(path: Path) -> list[Frame]:
         frame = Frame(stamp)
         entries = reader.active_datasets
         for entry, mesh in zip(entries, reader.read(), strict=True):
-            name = Path(entry.path).name.split("_")[0]
+            name = Path(entry.path).name.rsplit("_", 1)[0]
             frame.parts[name] = _mesh(mesh)
             frame.fields.update(_fields(mesh))
         frames.append(frame)
@@ -58,7 +59,7 @@ def read_vtkhdf(path: Path) -> list[Frame]:
         assert reader.UpdateTimeStep(stamp)
         mesh = pv.wrap(reader.GetOutputDataObject(0))
         frame = Frame(stamp, fields=_fields(mesh))
-        for entry in frame.fields["parts"]:
+        for entry in frame.fields["parts"].splitlines():
             number, name = entry.split(" = ")
             frame.parts[name] = _mesh(mesh, int(number))
         frames.append(frame)
@@ -81,14 +82,16 @@ def read_xdmf(path: Path) -> list[Frame]:
             frames = frames or [Frame(np.nan) for _ in range(count)]
             assert len(frames) == count == len(reader.collection)
             for k, frame in enumerate(frames):
-                stamp, arrays, _ = reader.read_data(k)
+                stamp, arrays, owners = reader.read_data(k)
                 assert np.isnan(frame.stamp) or frame.stamp == stamp
                 frame.stamp = stamp
                 place = arrays.pop("position")
+                assert len(np.unique(np.concatenate(owners["part"]))) == 1
                 if k == 0:
                     np.testing.assert_array_equal(points, place)
                 blocks = {c: [list(map(int, p)) for b in cells if b.type == c for p in b.data] for c in CELLS}
-                frame.parts[name] = Mesh(place, arrays, blocks["line"], blocks["quad"] + blocks["triangle"])
+                polygons = blocks["quad"] + blocks["triangle"]
+                frame.parts[name] = Mesh(place, arrays, blocks["line"], polygons, blocks["vertex"])
                 frame.fields = fields | {
                     entry.get("Name"): float(entry.get("Value"))
                     for entry in reader.collection[k].findall("Information")
@@ -96,7 +99,7 @@ def read_xdmf(path: Path) -> list[Frame]:
     return frames
 
 
-CELLS = ("line", "quad", "triangle")
+CELLS = ("vertex", "line", "quad", "triangle")
 
 
 def read_xdmf_by_vtk(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
@@ -133,7 +136,8 @@ def _fields(mesh: Any) -> dict[str, Any]:
     for k in range(data.GetNumberOfArrays()):
         array = data.GetAbstractArray(k)
         if array.IsA("vtkStringArray"):
-            found[array.GetName()] = [array.GetValue(i) for i in range(array.GetNumberOfValues())]
+            assert array.GetNumberOfValues() == 1
+            found[array.GetName()] = array.GetValue(0)
         else:
             found[array.GetName()] = vtk_to_numpy(array)[0].item()
     return found
@@ -141,23 +145,25 @@ def _fields(mesh: Any) -> dict[str, Any]:
 
 def _mesh(mesh: Any, part: int | None = None) -> Mesh:
     """The mesh, or the cells of one part of it with the points they use, numbered from 0."""
-    lines, polygons = _unpack(mesh.lines), _unpack(mesh.faces)
-    arrays = {name: np.array(mesh.point_data[name]) for name in mesh.point_data}
     if part is None:
-        return Mesh(np.array(mesh.points), arrays, lines, polygons)
-    owner = np.array(mesh.cell_data["part"])
-    first_polygon = len(lines)
-    lines = [cell for cell, own in zip(lines, owner[:first_polygon], strict=True) if own == part]
-    polygons = [cell for cell, own in zip(polygons, owner[first_polygon:], strict=True) if own == part]
-    used = np.unique([p for cell in lines + polygons for p in cell])
+        arrays = {name: np.array(mesh.point_data[name]) for name in mesh.point_data}
+        kinds = _unpack(mesh.lines), _unpack(mesh.faces), _unpack(mesh.verts)
+        return Mesh(np.array(mesh.points), arrays, *kinds)
+    chosen = np.flatnonzero(np.array(mesh.cell_data["part"]) == part)
+    corners, ends, types = mesh.cell_connectivity, mesh.offset, mesh.celltypes
+    used = np.unique(np.concatenate([corners[ends[k] : ends[k + 1]] for k in chosen]))
     first = int(used[0])
     assert used.size == used[-1] - first + 1
 
-    def shifted(cells: list[list[int]]) -> list[list[int]]:
-        return [[p - first for p in cell] for cell in cells]
+    def of(*kinds: pv.CellType) -> list[list[int]]:
+        return [(corners[ends[k] : ends[k + 1]] - first).tolist() for k in chosen if types[k] in kinds]
 
     return Mesh(
-        np.array(mesh.points)[used], {n: v[used] for n, v in arrays.items()}, shifted(lines), shifted(polygons)
+        np.array(mesh.points)[used],
+        {name: np.array(mesh.point_data[name])[used] for name in mesh.point_data},
+        of(pv.CellType.POLY_LINE),
+        of(pv.CellType.TRIANGLE, pv.CellType.QUAD),
+        of(pv.CellType.VERTEX),
     )
 
 

@@ -14,15 +14,18 @@ import pytest
 import pyvista as pv
 
 from oblique_impact import InputError
+from oblique_impact.instants import ascending, shifted
 from renders.export import pvd, vtkhdf, xdmf
-from renders.export.scene import Scene, static_part
-from renders.export.selection import Selection, increasing
-from renders.geometry import BETWEEN, QUANTITIES, SIDES, BeamGeometry
+from renders.export.command import _Job
+from renders.export.scene import FRAME_QUANTITIES, RESULTS, Scene, static_part
+from renders.export.selection import FRAMES, Selection, sides
+from renders.geometry import BETWEEN, SIDES, BeamGeometry
 from renders.scenery import pin, slope_wedge
 from tests.render.export_readers import read, read_xdmf_by_vtk
 
 WRITERS = {"pvd": pvd.write, "vtkhdf": vtkhdf.write, "xdmf": xdmf.write}
 EVERY = 500
+BEAM = ("surface", "centreline", "reference")
 
 
 @pytest.fixture(scope="module")
@@ -54,28 +57,26 @@ def write(scene, target):
 # Times ------------------------------------------------------------------------------------------------------
 
 
-def test_times_are_exact_and_increase(frames, scene, format):
+def test_times_are_exact_and_increase(frames, scene):
     stamps = np.array([frame.stamp for frame in frames])
     time = scene.geometry.history["time"].values[scene.frames.sample]
     assert np.all(np.diff(stamps) > 0.0)
-    right = np.concatenate([[False], np.diff(time) == 0.0])
-    assert right.sum() == len(scene.geometry.history.events) == 21
-    np.testing.assert_array_equal(stamps[~right], time[~right])
-    np.testing.assert_array_equal(stamps[right], np.nextafter(time[right], np.inf))
+    events = {event.time for event in scene.geometry.history.events}
+    at = np.isin(stamps, list(events))
+    assert at.sum() == len(events) == 21
+    np.testing.assert_array_equal(stamps[np.roll(at, 1)], np.nextafter(stamps[at], np.inf))
+    elsewhere = ~np.roll(at, 1)
+    np.testing.assert_array_equal(stamps[elsewhere], time[elsewhere])
 
 
 def test_field_data_tell_time_and_side(frames, scene):
-    history = scene.geometry.history
     for frame, k in zip(frames, scene.frames.sample, strict=True):
         assert frame.fields["sample"] == k
-        assert float(frame.fields["time"]) == history["time"].values[k]
-        assert frame.fields["state"] == history["state"].values[k]
-        assert frame.fields["normal_force"] == history["lambda_n"].values[k]
-        assert frame.fields["tangential_force"] == history["lambda_tau"].values[k]
-    events = {event.time for event in history.events}
-    sides = {t: [f.fields["side"] for f in frames if f.fields["time"] == t] for t in events}
-    assert all(found == [-1, 1] for found in sides.values())
-    assert all(f.fields["side"] == 0 for f in frames if f.fields["time"] not in events)
+        assert float(frame.fields["time"]) == frame.stamp
+    side = np.array([frame.fields["side"] for frame in frames])
+    events = {event.time for event in scene.geometry.history.events}
+    left = np.array([frame.stamp in events for frame in frames])
+    np.testing.assert_array_equal(side, np.where(left, -1, np.where(np.roll(left, 1), 1, 0)))
 
 
 def test_both_sides_of_a_jump_differ(frames, scene):
@@ -151,25 +152,118 @@ def test_the_centreline_passes_through_the_stations(frames, scene):
 
 
 def test_nothing_is_lost_on_the_way(frames, scene, format):
-    """Points and results of both parts to the last bit; NaN where VTKHDF has to fill."""
-    geometry = scene.geometry
+    """Points and results of all parts to the last bit; 0 where VTKHDF has to fill."""
+    assert {part.name for part in scene.parts} == frames[0].parts.keys()
     for frame, k in zip(frames, scene.frames.sample, strict=True):
-        surface = geometry.surface(k)
-        found = frame.parts["surface"]
-        np.testing.assert_array_equal(found.points, surface.points)
-        assert set(found.arrays) == set(QUANTITIES)
-        for name, values in surface.arrays.items():
-            assert found.arrays[name].dtype == np.float64
-            np.testing.assert_array_equal(found.arrays[name], values)
-        axis = frame.parts["centreline"]
-        np.testing.assert_array_equal(axis.points, geometry.centreline(k))
-        expected = geometry.along(k)
-        for name, values in axis.arrays.items():
-            if name in expected:
-                np.testing.assert_array_equal(values, expected[name])
-            else:
-                assert format == "vtkhdf"
-                assert np.all(np.isnan(values))
+        for part in scene.parts:
+            expected, found = part.shape(k), frame.parts[part.name]
+            np.testing.assert_array_equal(found.points, expected.points)
+            assert expected.arrays.keys() <= found.arrays.keys() <= RESULTS.keys()
+            for name, values in found.arrays.items():
+                assert values.dtype == np.float64
+                np.testing.assert_array_equal(values, expected.arrays.get(name, np.zeros_like(values)))
+                assert name in expected.arrays or format == "vtkhdf"
+
+
+def test_no_result_is_nan(run, tmp_path, format):
+    """Whatever the beam: free, sticking, on a spring, without contact."""
+    for name in ("sticking", "elastic-stop", "spin-up"):
+        history = run(name, *(["end_time=0.4"] if name != "spin-up" else []))
+        scene = Scene.of(BeamGeometry(history, 1.0), Selection(10**6).frames(history))
+        for frame in read(write(scene, tmp_path / f"{name}.{format}")):
+            for mesh in frame.parts.values():
+                assert np.all(np.isfinite(mesh.points))
+                assert all(np.all(np.isfinite(values)) for values in mesh.arrays.values())
+
+
+def check_displacement(frame, first, atol):
+    """Of the initial tube alone, to where the tube is: in a sum of NumPy and in VTK's filter."""
+    start, now = frame.parts["reference"], frame.parts["surface"]
+    np.testing.assert_array_equal(start.points, first.parts["surface"].points)
+    moved = start.arrays["displacement"]
+    np.testing.assert_allclose(start.points + moved, now.points, rtol=0.0, atol=atol)
+    mesh = pv.PolyData(start.points)
+    mesh["displacement"] = moved
+    np.testing.assert_allclose(mesh.warp_by_vector("displacement").points, now.points, rtol=0.0, atol=1e-12)
+
+
+def test_warping_the_initial_shape_by_the_displacement_gives_the_deformed_one(frames):
+    for frame in frames:
+        check_displacement(frame, frames[0], 1e-15)
+    moved = frames[-1].parts["reference"].arrays["displacement"]
+    assert np.linalg.norm(moved, axis=1).max() > 0.1  # the beam has swung: this is no elastic displacement
+
+
+@pytest.mark.parametrize("wrong", ["elastic", "from the last frame", "in mm"])
+def test_another_displacement_is_found(frames, wrong):
+    frame, last = frames[len(frames) // 2], frames[-1]
+    start = frame.parts["reference"]
+    moved = {
+        "elastic": frame.parts["surface"].arrays["elastic_displacement"],
+        "from the last frame": frame.parts["surface"].points - last.parts["surface"].points,
+        "in mm": 1e3 * start.arrays["displacement"],
+    }[wrong]
+    planted = replace(start, arrays={"displacement": moved})
+    with pytest.raises(AssertionError):
+        check_displacement(replace(frame, parts=frame.parts | {"reference": planted}), frames[0], 1e-15)
+
+
+def test_the_elastic_displacement_is_that_of_the_history(frames, scene):
+    """In the floating frame, whose angle is theta."""
+    history = scene.geometry.history
+    for frame, k in zip(frames, scene.frames.sample, strict=True):
+        theta = history["theta"].values[k]
+        x, y, z = frame.parts["centreline"].arrays["elastic_displacement"][:: BETWEEN + 1].T
+        c, s = np.cos(theta), np.sin(theta)
+        np.testing.assert_allclose(c * x + s * y, history["ux"].values[k], rtol=0.0, atol=1e-15)
+        np.testing.assert_allclose(-s * x + c * y, history["uy"].values[k], rtol=0.0, atol=1e-15)
+        assert not np.any(z)
+
+
+def check_contact(frame, k, history, angle):
+    """The contact point's place, motion and forces against the history: power of the force from both sides."""
+    point = frame.parts["contact_point"]
+    value = {name: history[name].values[k] for name in history.data.data_vars if history[name].ndim == 1}
+    assert (point.vertices, point.lines, point.polygons) == ([[0]], [], [])
+    np.testing.assert_allclose(point.points, [[value["tip_x"], value["tip_y"], 0.0]], rtol=0.0, atol=1e-14)
+    got = point.arrays
+    np.testing.assert_array_equal(got["velocity"], [[value["tip_vx"], value["tip_vy"], 0.0]])
+    for name in ("gap", "gap_rate", "slip_rate", "state"):
+        np.testing.assert_array_equal(got[name], [value[name]])
+    # out of the slope and up along it
+    normal, along = np.array([-np.sin(angle), np.cos(angle), 0.0]), np.array([np.cos(angle), np.sin(angle), 0.0])
+    np.testing.assert_allclose(got["normal_force"], [value["lambda_n"] * normal], rtol=1e-14, atol=1e-12)
+    np.testing.assert_allclose(got["friction_force"], [value["lambda_tau"] * along], rtol=1e-14, atol=1e-12)
+    np.testing.assert_array_equal(got["contact_force"], got["normal_force"] + got["friction_force"])
+    power = value["lambda_n"] * value["gap_rate"] + value["lambda_tau"] * value["slip_rate"]
+    assert float(np.sum(got["contact_force"] * got["velocity"])) == pytest.approx(power, rel=1e-9, abs=1e-9)
+
+
+def test_the_contact_point_is_a_vertex_with_its_forces(frames, scene):
+    history, angle = scene.geometry.history, scene.geometry.scenario.slope.angle
+    touching = 0
+    for frame, k in zip(frames, scene.frames.sample, strict=True):
+        check_contact(frame, k, history, angle)
+        touching += history["lambda_n"].values[k] > 1.0
+    assert touching >= 10
+
+
+@pytest.mark.parametrize("name", ["normal_force", "friction_force", "contact_force", "velocity", "slip_rate"])
+def test_a_wrong_sign_at_the_contact_point_is_found(frames, scene, name):
+    history, angle = scene.geometry.history, scene.geometry.scenario.slope.angle
+    n = int(np.argmax(np.abs(history["lambda_tau"].values[scene.frames.sample])))
+    point = frames[n].parts["contact_point"]
+    planted = replace(point, arrays=point.arrays | {name: -point.arrays[name]})
+    broken = replace(frames[n], parts=frames[n].parts | {"contact_point": planted})
+    with pytest.raises(AssertionError):
+        check_contact(broken, scene.frames.sample[n], history, angle)
+
+
+def test_no_two_things_share_a_name(frames):
+    parts = set(frames[0].parts)
+    arrays = {name for mesh in frames[0].parts.values() for name in mesh.arrays}
+    assert not parts & arrays
+    assert not (parts | arrays) & set(frames[0].fields)
 
 
 def test_cells(frames, scene, format):
@@ -186,35 +280,63 @@ def test_cells(frames, scene, format):
 
 def test_a_factor_magnifies_the_exported_shapes(run, tmp_path, format):
     history = run("paper")
-    geometry = BeamGeometry(history, 5.0)
+    geometry, true_shapes = BeamGeometry(history, 5.0), BeamGeometry(history, 1.0)
     scene = Scene.of(geometry, Selection(5000).frames(history))
     for frame, k in zip(read(write(scene, tmp_path / f"a.{format}")), scene.frames.sample, strict=True):
         assert float(frame.fields["deformation_factor"]) == 5.0
         np.testing.assert_array_equal(frame.parts["surface"].points, geometry.surface(k).points)
+        start = frame.parts["reference"]  # results are true ones
+        true = true_shapes.surface(k).points
+        np.testing.assert_allclose(start.points + start.arrays["displacement"], true, rtol=0.0, atol=1e-15)
 
 
 # Field data -------------------------------------------------------------------------------------------------
 
 
 def test_field_data_say_what_it_is(frames, scene):
-    def text(value):
-        return value if isinstance(value, str) else "\n".join(value)
-
     history = scene.geometry.history
     for frame in (frames[0], frames[len(frames) // 2], frames[-1]):
         fields = frame.fields
-        assert text(fields["format"]) == "oblique-impact export 1"
-        assert text(fields["version"]).startswith("oblique-impact ")
-        assert text(fields["scenario"]) == history.scenario_toml
-        assert text(fields["events"]) == history.events_csv()
+        assert fields["format"] == "oblique-impact export 2"
+        assert fields["version"].startswith("oblique-impact ")
+        assert fields["scenario"] == history.scenario_toml
+        assert fields["events"] == history.events_csv()
         assert float(fields["deformation_factor"]) == 1.0
-        assert "next larger double" in text(fields["times"])
-        units = dict(line.split(" = ", 1) for line in text(fields["units"]).splitlines())
-        arrays = {name for mesh in frame.parts.values() for name in mesh.arrays}
-        assert arrays <= set(units)
-        assert units["bending_stress"] == "Pa"
-        assert units["points"] == "m"
-        assert {"time", "side", "sample", "state", "normal_force", "tangential_force"} <= set(units)
+        assert "next larger double" in fields["times"]
+        assert fields["parts"].splitlines() == [f"{k} = {part.name}" for k, part in enumerate(scene.parts)]
+        check_units(fields["units"], frame)
+
+
+#: unit by unit what it must be, from the equations: a force per area is a stress, a moment is a force by an arm
+UNITS = {
+    "m": ["points", "elastic_displacement", "displacement", "gap"],
+    "m/s": ["velocity", "gap_rate", "slip_rate"],
+    "rad": ["section_rotation"],
+    "N m": ["bending_moment"],
+    "N": ["shear_force", "axial_force", "contact_force", "normal_force", "friction_force"],
+    "Pa": ["bending_stress", "axial_stress"],
+    "s": ["time"],
+}
+
+
+def check_units(text, frame):
+    units = dict(line.split(" = ", 1) for line in text.splitlines())
+    arrays = {name for mesh in frame.parts.values() for name in mesh.arrays}
+    assert arrays <= units.keys()
+    assert FRAME_QUANTITIES.keys() <= frame.fields.keys()
+    assert units.keys() == {*RESULTS, *FRAME_QUANTITIES, "points"}
+    assert {name: unit for unit, names in UNITS.items() for name in names} == {
+        name: unit.partition(",")[0] for name, unit in units.items() if name not in ("side", "sample", "state")
+    }
+    assert units["state"] == "0 free, 1 slip, 2 stick"
+
+
+def test_a_wrong_unit_is_found(frames):
+    good = frames[0].fields["units"]
+    for name in (name for names in UNITS.values() for name in names):
+        line = next(line for line in good.splitlines() if line.startswith(f"{name} = "))
+        with pytest.raises(AssertionError):
+            check_units(good.replace(line, f"{name} = mm"), frames[0])
 
 
 # Formats ----------------------------------------------------------------------------------------------------
@@ -226,11 +348,11 @@ def test_vtkhdf_holds_the_topology_once_and_times_in_double_precision(scene, tmp
     with h5py.File(path) as file:
         root = file["VTKHDF"]
         assert root["Steps/Values"].dtype == np.float64
-        np.testing.assert_array_equal(root["Steps/Values"], scene.frames.stamp)
-        cells = root["Polygons/NumberOfCells"][0]
-        assert root["Polygons/Connectivity"].size + cells == sum(part.polygons.size for part in scene.parts)
-        assert root["Polygons/Offsets"].size == cells + 1
-        assert root["Lines/Connectivity"].size == scene.geometry.places.size
+        np.testing.assert_array_equal(root["Steps/Values"], scene.frames.time)
+        cells = root["NumberOfCells"][0]
+        packed = sum(part.polygons.size + part.lines.size + part.vertices.size for part in scene.parts)
+        assert root["Connectivity"].size + cells == packed
+        assert root["Offsets"].size == cells + 1
         assert not np.any(root["Steps/CellOffsets"])
         assert not np.any(root["Steps/ConnectivityIdOffsets"])
         size = root["NumberOfPoints"][0]
@@ -242,7 +364,7 @@ def test_pvd_frames_are_compressed_and_lie_beside(scene, tmp_path):
     path = write(scene, tmp_path / "beam.pvd")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["beam", "beam.pvd"]
     files = list((tmp_path / "beam").iterdir())
-    assert len(files) == 2 * scene.frames.sample.size + 2  # slope and pin once
+    assert len(files) == 4 * scene.frames.sample.size + 2  # slope and pin once
     assert b"vtkZLibDataCompressor" in (tmp_path / "beam" / "surface_000000.vtp").read_bytes()
     assert 'file="beam/surface_000000.vtp"' in path.read_text()
 
@@ -266,9 +388,9 @@ def test_xdmf_refers_to_the_file_beside_it(scene, tmp_path, monkeypatch):
 def test_xdmf_through_vtk(scene, tmp_path, capfd):
     """VTK's reader takes times less than 1e-7 s apart for one: it returns both sides of a jump, and no warning."""
     found = read_xdmf_by_vtk(write(scene, tmp_path / "beam.xdmf"))
-    np.testing.assert_array_equal([stamp for stamp, _ in found], scene.frames.stamp)
+    np.testing.assert_array_equal([stamp for stamp, _ in found], scene.frames.time)
     for (stamp, blocks), k in zip(found, scene.frames.sample, strict=True):
-        near = scene.frames.sample[np.abs(scene.frames.stamp - stamp) <= 1e-7]
+        near = scene.frames.sample[np.abs(scene.frames.time - stamp) <= 1e-7]
         assert k in near
         for name, shape in (("surface", scene.geometry.surface), ("centreline", None)):
             assert len(blocks[name]) == len(near)
@@ -281,14 +403,39 @@ def test_xdmf_through_vtk(scene, tmp_path, capfd):
     assert capfd.readouterr().err == ""
 
 
+def test_pyvista_reads_the_shape_and_the_force_at_a_time(exported, scene, format):
+    """As a user calls it; of the three, its reader of VTKHDF alone has no times: VTK's steps take their place."""
+    n = int(np.argmax(scene.geometry.history["lambda_n"].values[scene.frames.sample]))
+    reader = pv.get_reader(str(exported))
+    if format == "vtkhdf":
+        assert not hasattr(reader, "time_values")
+        assert reader.reader.GetNumberOfSteps() == scene.frames.time.size
+        reader.reader.SetStep(n)
+        mesh = reader.read()
+        assert mesh.field_data["time"][0] == scene.frames.time[n]
+        blocks = [mesh.extract_cells(mesh["part"] == number) for number in range(len(scene.parts))]
+    else:
+        np.testing.assert_array_equal(reader.time_values, scene.frames.time)
+        reader.set_active_time_value(reader.time_values[n])
+        blocks = list(reader.read())
+        if format == "xdmf":  # from last to first; at a jump both sides
+            blocks = [block[-1] if isinstance(block, pv.MultiBlock) else block for block in reversed(blocks)]
+    for number, (block, part) in enumerate(zip(blocks, scene.parts, strict=True)):
+        expected = part.shape(int(scene.frames.sample[n]))
+        assert set(block["part"]) == {number}
+        np.testing.assert_array_equal(block.points, expected.points)
+        for name, values in expected.arrays.items():
+            np.testing.assert_array_equal(block.point_data[name], values)
+
+
 def test_slope_and_pin_stand_in_every_frame(frames, scene):
-    assert set(frames[0].parts) == {"surface", "centreline", "slope", "pin"}
+    assert set(frames[0].parts) == {*BEAM, "contact_point", "slope", "pin"}
     for name, mesh in (("slope", slope_wedge(scene.geometry)), ("pin", pin(scene.geometry))):
         expected = mesh.triangulate()
         for frame in frames:
             np.testing.assert_array_equal(frame.parts[name].points, expected.points)
             assert frame.parts[name].polygons == expected.regular_faces.tolist()
-            assert all(np.all(np.isnan(values)) for values in frame.parts[name].arrays.values())
+            assert not any(np.any(values) for values in frame.parts[name].arrays.values())
 
 
 def test_what_stands_still_is_written_once(scene, tmp_path):
@@ -296,8 +443,8 @@ def test_what_stands_still_is_written_once(scene, tmp_path):
     assert len(list((tmp_path / "beam").glob("slope_*.vtp"))) == 1
     write(scene, tmp_path / "beam.xdmf")
     with h5py.File(tmp_path / "beam.h5") as file:
-        assert set(file["pin"]) == {"topology", "000000"}
-        assert len(file["surface"]) == 1 + scene.frames.sample.size
+        assert set(file["pin"]) == {"topology", "part", "000000"}
+        assert len(file["surface"]) == 2 + scene.frames.sample.size
 
 
 def test_a_part_more(scene, tmp_path, format):
@@ -305,14 +452,14 @@ def test_a_part_more(scene, tmp_path, format):
     more = replace(scene, parts=(*scene.parts, static_part("disc", mesh)))
     for frame in read(write(more, tmp_path / f"beam.{format}")):
         np.testing.assert_array_equal(frame.parts["disc"].points, mesh.points)
-        assert set(frame.parts) == {"surface", "centreline", "slope", "pin", "disc"}
+        assert set(frame.parts) == {*BEAM, "contact_point", "slope", "pin", "disc"}
 
 
 def test_without_contact_there_is_no_slope(run, tmp_path, format):
     history = run("spin-up")
     scene = Scene.of(BeamGeometry(history, 1.0), Selection(1000).frames(history))
     frames = read(write(scene, tmp_path / f"beam.{format}"))
-    assert set(frames[0].parts) == {"surface", "centreline", "pin"}
+    assert set(frames[0].parts) == {*BEAM, "pin"}
     check_against_history(frames[1], scene.frames.sample[1], scene.geometry)
 
 
@@ -341,14 +488,60 @@ def test_a_run_that_physics_stopped(run, tmp_path, format):
 def test_every_event_is_kept_under_any_decimation(run, name, every):
     history = run(name, *(["end_time=0.4"] if name == "elastic-stop" else []))
     frames, time = Selection(every).frames(history), history["time"].values
-    events = [event.time for event in history.events]
-    for event in set(events):
-        kept = frames.sample[frames.time == event]
-        np.testing.assert_array_equal(kept, np.flatnonzero(time == event))
-        assert len(kept) == 2
-    wanted = {k for k in range(time.size) if k % every == 0 or time[k] in set(events)} | {time.size - 1}
+    check_events(frames, history)
+    wanted = {k for k in range(time.size) if k % every == 0 or k in at_events(history)} | {time.size - 1}
     assert set(frames.sample.tolist()) == wanted
-    assert np.all(np.diff(frames.stamp) > 0.0)
+    assert np.all(np.diff(frames.time) > 0.0)
+
+
+def at_events(history):
+    """Samples at events, and those right of a jump: that after the one of the event's time."""
+    left = np.flatnonzero(np.isin(history["time"].values, [event.time for event in history.events]))
+    return {*left.tolist(), *(left + 1).tolist()}
+
+
+def check_events(frames, history):
+    for event in {event.time for event in history.events}:
+        (n,) = np.flatnonzero(frames.time == event)
+        assert frames.sample[n + 1] == frames.sample[n] + 1
+        assert frames.time[n + 1] == np.nextafter(event, np.inf)
+        assert frames.side[n : n + 2].tolist() == [-1, 1]
+
+
+@pytest.mark.parametrize("name", ["paper", "bouncing", "elastic-stop"])
+def test_about_a_thousand_frames_by_default_evenly_and_at_events(run, name):
+    history = run(name, *(["end_time=0.4"] if name == "elastic-stop" else []))
+    frames, events = Selection().frames(history), {event.time for event in history.events}
+    check_events(frames, history)
+    assert FRAMES <= frames.sample.size <= FRAMES + 2 * len(events) + 1
+    even = frames.time[(frames.side == 0) | (frames.time == frames.time[0])]
+    span = frames.time[-1] - frames.time[0]
+    assert np.diff(even).max() <= 2.0 * span / (FRAMES - 1)
+    assert (frames.sample[0], frames.sample[-1]) == (0, history["time"].size - 1)
+
+
+def test_a_default_export_of_a_span_has_a_thousand_frames_there(run):
+    history = run("paper")
+    assert FRAMES <= Selection(between=(0.2, 0.4)).frames(history).sample.size < FRAMES + 50
+    short = Selection(between=(0.2, 0.21)).frames(history)
+    assert short.sample.size == np.sum((history["time"].values >= 0.2) & (history["time"].values <= 0.21))
+    near = Selection(around_events=0.02).frames(history)
+    assert FRAMES <= near.sample.size < FRAMES + 50
+    gaps = np.diff(near.time)
+    assert np.sum(gaps > 0.005) == 2  # three collisions, each with as many frames as its time asks for
+
+
+def test_ten_thousand_events(run):
+    """As of a beam that bounces for long: all of them, and a thousand frames between them."""
+    times = np.sort(np.random.default_rng(7).uniform(0.0, 10.0, 10_000))
+    grid = np.arange(100_001) * 1e-4
+    time = np.sort(np.concatenate([grid, times, np.nextafter(times, np.inf)]))
+    base = run("paper")
+    data = base.data[["theta", "ux", "uy"]].isel(time=np.zeros(time.size, dtype=int)).assign_coords(time=time)
+    events = [base.events[0]._replace(time=t) for t in times.tolist()]
+    frames = Selection().frames(replace(base, data=data, events=events))
+    assert 20_000 + 900 <= frames.sample.size <= 20_000 + FRAMES
+    assert np.sum(frames.side == -1) == np.sum(frames.side == 1) == 10_000
 
 
 def test_what_has_no_finite_shape_is_left_out(run, tmp_path, format):
@@ -371,7 +564,7 @@ def test_two_samples_of_one_time_are_kept_without_an_event(run):
     frames = Selection(10**9).frames(stopped)
     assert frames.sample.tolist() == [0, 9, 10]
     assert frames.side.tolist() == [0, -1, 1]
-    assert frames.stamp.tolist() == [0.0, frames.time[1], np.nextafter(frames.time[1], np.inf)]
+    assert frames.time[2] == np.nextafter(frames.time[1], np.inf)
 
 
 def test_a_single_frame(run, tmp_path, format):
@@ -401,18 +594,16 @@ def test_around_events(run):
     near = np.abs(time[:, None] - events).min(axis=1) <= 2e-3
     assert frames.sample.tolist() == np.flatnonzero(near).tolist()
     assert 42 < frames.sample.size < time.size
-    exactly = Selection(around_events=0.0).frames(history)
+    exactly = Selection(around_events=0.0).frames(history)  # both sides are at the event
     assert exactly.sample.size == 2 * events.size
     decimated = Selection(every=10, around_events=2e-3).frames(history)
     assert set(exactly.sample) <= set(decimated.sample) <= set(frames.sample)
 
 
-def test_stamps_increase_even_where_several_samples_share_a_time():
-    times = np.array([0.0, 0.0, 0.0, 0.1, 0.1, np.nextafter(0.1, 1.0), 0.3])
-    stamps = increasing(times)
-    assert np.all(np.diff(stamps) > 0.0)
-    np.testing.assert_array_equal(stamps[[0, 3, 6]], [0.0, 0.1, 0.3])
-    assert np.all(np.abs(stamps - times) <= 2 * np.spacing(np.maximum(times, 5e-324)))
+def test_sides_of_jumps_are_told_by_the_times():
+    times = ascending(np.array([0.0, 0.0, 0.0, 0.1, 0.1, 0.3]))
+    assert sides(times).tolist() == [-1, 1, 1, -1, 1, 0]
+    assert sides(np.array([0.1, 0.2])).tolist() == [0, 0]
 
 
 def test_an_impact_at_the_start(run, tmp_path, format):
@@ -422,7 +613,7 @@ def test_an_impact_at_the_start(run, tmp_path, format):
     history = run("paper")
     first = int(np.flatnonzero(history["time"].values == history.events[0].time)[0])
     data = history.data.isel(time=slice(first, first + 60))
-    data = data.assign_coords(time=data["time"] - history.events[0].time)
+    data = data.assign_coords(time=shifted(data["time"].values, -history.events[0].time))
     events = [history.events[0]._replace(time=0.0)]
     moved = History(data, events, history.summary, history.scenario_toml)
     scene = Scene.of(BeamGeometry(moved, 1.0), Selection(30).frames(moved))
@@ -456,6 +647,43 @@ def test_selections_of_nothing_are_refused(run):
         Selection(between=(0.0, 0.1), around_events=0.01).frames(run("paper"))
 
 
+# Size -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "elastic-stop"])
+def test_the_size_said_beforehand_is_right_within_a_fifth(run, tmp_path, format, name):
+    """Files hold more than they seem at rest, where much is 0: the trial takes frames from the whole run."""
+    history = run(name, "end_time=0.4")
+    for every in (30, 300):
+        job = _Job.of(history, tmp_path / f"{every}" / f"beam.{format}", None, Selection(every), 1.0)
+        fixed, each = job._trial()
+        size = job.write(lambda progress: None).file.parent
+        written = sum(path.stat().st_size for path in size.rglob("*") if path.is_file())
+        assert fixed + each * job.scene.frames.sample.size == pytest.approx(written, rel=0.2)
+
+
+def test_the_forecast_names_frames_and_size_and_what_all_would_take(run, tmp_path):
+    history = run("paper", "end_time=0.4")
+    job = _Job.of(history, tmp_path / "beam.pvd", None, Selection(1000), 1.0)
+    fixed, each = job._trial()
+    count, total = job.scene.frames.sample.size, history["time"].size
+    said = f"{count} frames, about {(fixed + count * each) / 1e6:.3g} MB"
+    assert job.forecast(thinned=False) == said
+    assert job.forecast(thinned=True) == f"{said} (--all: {total} frames, {(fixed + total * each) / 1e6:.3g} MB)"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_many_events_do_not_swell_every_frame(run, tmp_path, format):
+    """The table of events is written once, however many frames there are."""
+    base = run("paper", "end_time=0.4")
+    many = replace(base, events=[base.events[0]] * 10_000)
+    sizes = []
+    for history in (base, many):
+        job = _Job.of(history, tmp_path / f"{len(history.events)}.{format}", None, Selection(10**6), 1.0)
+        sizes.append(job._trial()[1])
+    assert sizes[1] == pytest.approx(sizes[0], rel=0.05)
+
+
 # Interruption -----------------------------------------------------------------------------------------------
 
 
@@ -485,7 +713,7 @@ KILLED = """
 import os, shutil, signal, sys
 from pathlib import Path
 from oblique_impact import History
-from renders.export.command import _writer
+from renders.export.command import _write
 from renders.export.scene import Scene
 from renders.export.selection import Selection
 from renders.geometry import BeamGeometry
@@ -493,7 +721,6 @@ from renders.geometry import BeamGeometry
 source, folder, format = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
 history = History.load(source)
 geometry = BeamGeometry(history, 1.0)
-write = _writer(format)
 old = Scene.of(geometry, Selection(between=(0.0, 1e-3)).frames(history))
 new = Scene.of(geometry, Selection(between=(0.0, 5e-4)).frames(history))
 
@@ -512,11 +739,11 @@ def export(place, deadline):
             return result
         return call
     os.replace, shutil.rmtree, Path.unlink = map(watched, (os.replace, shutil.rmtree, Path.unlink))
-    write(new, place / f"beam.{format}", pass_instant)
+    _write(new, place / f"beam.{format}", format, pass_instant)
 
 first = folder / "000"
 first.mkdir()
-write(old, first / f"beam.{format}", lambda: None)
+_write(old, first / f"beam.{format}", format, lambda: None)
 for deadline in range(1, 200):
     place = folder / f"{deadline:03d}"
     shutil.copytree(first, place)

@@ -148,7 +148,7 @@ def test_velocity_is_the_rate_of_the_position(run):
 def test_slope_is_the_derivative_of_the_deflection(history):
     geometry = BeamGeometry(history)
     k = places(history)[1]
-    slope = geometry.along(k)["slope"]
+    slope = geometry.along(k)["section_rotation"]
     integral = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(geometry.places) * (slope[1:] + slope[:-1]))])
     rise = history["uy"].values[k] - history["uy"].values[k][0]
     np.testing.assert_allclose(integral[:: BETWEEN + 1], rise, atol=2e-3 * np.abs(rise).max() + 1e-15)

@@ -44,6 +44,7 @@ ELSEWHERE = {
     ("run", "out"): "oblique_impact.history.History.save",
     ("modes", "as_json"): "oblique_impact.spectrum.Frequencies.to_dict",
     ("modes", "out"): campbell_diagram,
+    ("export", "all_samples"): (export, "every"),
     ("render", "size"): (Style, "size"),
     ("render", "deformation"): (Style, "deformation"),
     ("render", "colour"): (Style, "quantity"),
@@ -145,7 +146,7 @@ def test_words_that_calls_take_are_those_that_are_known():
     assert set(get_args(ShippedStudy)) == STUDIES.keys()
     assert set(get_args(CameraName)) == CAMERAS.keys()
     assert set(get_args(ThemeName)) == {*THEMES, *PAGE_THEMES}
-    assert set(get_args(Colour)) == QUANTITIES.keys() - {"displacement", "velocity"}
+    assert set(get_args(Colour)) == QUANTITIES.keys() - {"elastic_displacement", "velocity"}
 
 
 @pytest.mark.parametrize("package", PACKAGES)
