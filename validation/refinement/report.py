@@ -20,6 +20,7 @@ from validation.report.document import (
     Block,
     Cell,
     Document,
+    Fold,
     Paragraph,
     Section,
     Table,
@@ -28,7 +29,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.machine import machine, versions
+from validation.report.provenance import machine, provenance, versions
 
 _KINDS = {CONVERGED: "pass", CONVERGING: "partly", NOT_CONVERGING: "fail", NO_VERDICT: "dim"}
 CSV_COLUMNS = (
@@ -151,22 +152,20 @@ def study_document(result: StudyResult, command: str) -> Document:
     """Return the report as a document."""
     study = result.study
     facts = [
-        ("command", command),
         ("tolerance", f"{number(result.tolerance)} (relative)"),
-        ("machine", machine()),
-        ("versions", ", ".join(f"{name} {version}" for name, version in versions())),
+        *provenance(),
     ]
     matrices = [_matrix(group) for group in _groups(result) if len(group) > 1]
     return Document(
         f"Refinement study: {study.title}",
         study.text,
         facts,
-        [("wall time", f"{result.seconds:.1f} s")],
+        [("command", command), ("wall time", f"{result.seconds:.1f} s")],
         overview=[
             *matrices,
             *_comparisons(result),
             _verdicts(result),
-            *(Paragraph(text, note=True) for text in RULE),
+            Fold("How a verdict is found", [Paragraph(text) for text in RULE]),
         ],
         sections=[_section(ladder) for ladder in result.ladders],
     )
