@@ -165,6 +165,11 @@ def study_document(result: StudyResult, command: str) -> Document:
             *matrices,
             *_comparisons(result),
             _verdicts(result),
+            *(
+                Paragraph(f"{ladder.ladder.name}: {remark}.", note=True)
+                for ladder in result.ladders
+                if (remark := _uneven(ladder))
+            ),
             Fold("How a verdict is found", [Paragraph(text) for text in RULE]),
         ],
         sections=[_section(ladder) for ladder in result.ladders],
@@ -247,20 +252,49 @@ def _verdicts(result: StudyResult) -> Table:
 
 def _section(result: LadderResult) -> Section:
     ladder, axis = result.ladder, result.axis
-    changes = ", ".join(ladder.changes) or "no changes"
     scenario = ladder.scenario if "/" not in ladder.scenario else Path(ladder.scenario).name
     blocks = [
         Paragraph(ladder.text) if ladder.text else None,
         Paragraph(
-            f"Scenario {scenario}; {changes}. Refined: {axis.name} "
+            f"Scenario {scenario}; {_changes(ladder)}. Refined: {axis.name} "
             f"{', '.join(number(level) for level in ladder.levels)}; h is {axis.size_label}. {result.remark}",
             note=True,
         ),
         ladder_picture(result),
         _runs(result),
+        Paragraph(f"{remark}.", note=True) if (remark := _uneven(result)) else None,
         *(_levels(result, item) for item in result.results),
     ]
     return Section(ladder.name, [block for block in blocks if block])
+
+
+def _changes(ladder: Ladder) -> str:
+    """Say what is changed: of a scenario that the study names, or against the scenario of that name or the defaults."""
+    if ladder.base is None:
+        return ", ".join(ladder.changes) or "no changes"
+    known = ladder.scenario in builtin_names()
+    original = Scenario.builtin(ladder.scenario) if known else Scenario()
+    given, plain = (_flat(scenario.model_dump(mode="json")) for scenario in (ladder.base, original))
+    changed = [f"{key} = {value}" for key, value in given.items() if repr(value) != repr(plain.get(key))]
+    return ", ".join(changed) + ("" if known else " (against the defaults)") if changed else "no changes"
+
+
+def _flat(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in data.items():
+        found |= _flat(value, f"{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+    return found
+
+
+def _uneven(result: LadderResult) -> str:
+    """Say that levels have different numbers of events, if they have."""
+    counts = [run.events for run in result.runs if run.completed]
+    if len(set(counts)) < 2:
+        return ""
+    return (
+        f"the number of events differs from level to level ({', '.join(map(str, counts))}); what comes after the "
+        "first event that some level lacks is not the same motion, whatever its verdict"
+    )
 
 
 def _runs(result: LadderResult) -> Table:
