@@ -26,7 +26,7 @@ from validation.report.provenance import call_text, command_line
 
 ShippedStudy = Literal["elements", "steps", "remedies", "grading"]
 
-_DEFAULT_SCENARIO = "paper"
+_DEFAULT_SCENARIO, _UNNAMED = "paper", "scenario"
 
 
 def refine(
@@ -42,7 +42,7 @@ def refine(
     within: float | None = None,
     out: str | os.PathLike[str] | None = None,
     workers: int | None = None,
-    name: str = "scenario",
+    name: str = _UNNAMED,
     command: str | None = None,
     on_progress: OnProgress = silent,
 ) -> StudyResult:
@@ -114,7 +114,7 @@ def refine(
         described = _shipped(study, scenario, chosen)
     repeat = command or call_text(
         "refine",
-        [] if study else [name],
+        [] if study else [name if name == _UNNAMED else f"Scenario.load({name!r})"],
         study=described.name if study else None,
         **{axis: list(map(_plain, levels)) for axis, levels in chosen.items()},
         quantities=list(quantities),

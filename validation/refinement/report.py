@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from oblique_impact.scenario import Scenario, builtin_names
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
@@ -15,6 +16,7 @@ from validation.refinement.convergence import (
     RULE,
 )
 from validation.refinement.figures import comparison_picture, ladder_picture, relative_errors
+from validation.refinement.ladders import Ladder
 from validation.refinement.study import LadderResult, QuantityResult, StudyResult
 from validation.report.document import (
     Block,
@@ -262,14 +264,14 @@ def _section(result: LadderResult) -> Section:
         ),
         ladder_picture(result),
         _runs(result),
-        Paragraph(f"{remark}.", note=True) if (remark := _uneven(result)) else None,
+        Paragraph(f"{remark[:1].upper()}{remark[1:]}.", note=True) if (remark := _uneven(result)) else None,
         *(_levels(result, item) for item in result.results),
     ]
     return Section(ladder.name, [block for block in blocks if block])
 
 
 def _changes(ladder: Ladder) -> str:
-    """Say what is changed: of a scenario that the study names, or against the scenario of that name or the defaults."""
+    """Say what is changed against the scenario of that name, or against the defaults."""
     if ladder.base is None:
         return ", ".join(ladder.changes) or "no changes"
     known = ladder.scenario in builtin_names()
