@@ -107,14 +107,17 @@ def validate(
 ) -> None:
     """Check everything against something outside it; writes report.html, results.json and results.csv."""
     from oblique_impact.progress import counting_bar
-    from validation.suite import validate
+    from validation.report.provenance import command_line
+    from validation.suite import counts, validate
+
+    repeat = command_line("validate", out=out, only=only, quick=quick, workers=workers)
 
     with counting_bar("checks") as show:
-        results = validate(out, only or [], quick, workers, show)
+        results = validate(out, only or [], quick, workers, show, repeat)
     failed = [result for result in results if result.verdict == "fail"]
     for result in failed:
         _say(f"{result.id}: {result.quantity}: {result.computed} against {result.reference} {result.unit}")
-    _print(f"{len(results) - len(failed)} of {len(results)} checks passed; report: {out / 'report.html'}")
+    _print(f"{counts(results)}; report: {out / 'report.html'}")
     if failed:
         raise typer.Exit(1)
 

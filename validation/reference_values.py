@@ -1,4 +1,7 @@
-"""Reference values of closed forms, published benchmarks and independent computations, with their sources.
+"""Reference values of closed forms, published benchmarks and other programs, with their sources.
+
+A source is a citation, a closed form, or the command in this repository that computes the value again without the
+suite: `tests/reference/test_reference_programs.py` holds the table against those programs.
 
 Items 2 are in units of sqrt(EI/(m L^4)): eta is the spin rate, d the hub radius over L, c clamped, h hinged.
 All else is in SI units.
@@ -17,6 +20,11 @@ class Reference(NamedTuple):
     source: str
 
 
+_BEAMS = "python benchmarks/reference_beams.py"
+_IMPACT = "python benchmarks/reference_impact.py"
+_WRIGHT = "Wright, Smith, Thresher and Wang, J. Appl. Mech. 49 (1982), pp. 197-202, to its 4 decimals"
+_SIMO = "Simo and Vu-Quoc, J. Appl. Mech. 53 (1986), pp. 849-863"
+
 TABLE = (
     Reference(
         "1.1",
@@ -32,7 +40,7 @@ TABLE = (
             26.7035375555183,
             29.845130209102816,
         ],
-        "roots of cos b cosh b = -1 (clamped-free), mpmath, 40 digits",
+        f"roots of cos b cosh b = -1 (clamped-free), 40 digits; {_BEAMS} 1.1",
     ),
     Reference(
         "1.2",
@@ -48,33 +56,29 @@ TABLE = (
             29.059732045705587,
             32.201324699295384,
         ],
-        "roots of tan b = tanh b (hinged-free), mpmath, 40 digits",
+        f"roots of tan b = tanh b (hinged-free), 40 digits; {_BEAMS} 1.2",
     ),
     Reference(
         "1.3",
         0.0006944444444444445,
         "dispersion analysis of cubic Hermite elements with consistent mass: relative error of a "
-        "frequency (beta h)^4/1440, here 1/1440; finite elements in 40-digit arithmetic",
-    ),
-    Reference(
-        "1.3-n32",
-        [0.00069418, 0.0006932, 0.00069193],
-        "finite elements in 40-digit arithmetic: error/(beta h)^4 at n = 32, clamped-free modes 1-3",
+        "frequency (b h)^4/1440, here 1/1440 (Strang and Fix, An Analysis of the Finite Element Method, 1973, "
+        "Ch. 6)",
     ),
     Reference(
         "1.4-c4",
         [3.27080754780676e-05, 0.001165206975265551, 0.0077422962585947976],
-        "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3, uniform mesh",
+        f"Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; {_BEAMS} 1.4-c4",
     ),
     Reference(
         "1.4-c8",
         [2.083010516825709e-06, 7.995889790883635e-05, 0.0006082410486725216],
-        "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3, uniform mesh",
+        f"Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; {_BEAMS} 1.4-c8",
     ),
     Reference(
         "1.4-c16",
         [1.307942206727679e-07, 5.10785777175727e-06, 3.9753777356335115e-05],
-        "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3, uniform mesh",
+        f"Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; {_BEAMS} 1.4-c16",
     ),
     Reference(
         "1.4-c32",
@@ -83,12 +87,12 @@ TABLE = (
             3.2096974571126545e-07,
             2.5118657478932305e-06,
         ],
-        "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3, uniform mesh",
+        f"Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; {_BEAMS} 1.4-c32",
     ),
     Reference(
         "1.4-h8",
         [3.934409600344094e-05, 0.00040106445532034395, 0.001677879048922534],
-        "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3, uniform mesh",
+        f"Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; {_BEAMS} 1.4-h8",
     ),
     Reference(
         "1.4-h16",
@@ -97,7 +101,7 @@ TABLE = (
             2.6105266223778172e-05,
             0.00011256300479298151,
         ],
-        "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3, uniform mesh",
+        f"Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; {_BEAMS} 1.4-h16",
     ),
     Reference(
         "2-c-d0-eta0",
@@ -105,7 +109,7 @@ TABLE = (
             "flap": [3.5160152685, 22.0344915647, 61.6972144135, 120.901916052],
             "chord": [3.5160152685, 22.0344915647, 61.6972144135, 120.901916052],
         },
-        "Frobenius series, 50 digits; reproduces the 4 decimals of Wright et al. 1982; certain to 9 digits",
+        f"power series in 50 digits, agrees with {_WRIGHT}; {_BEAMS} 2-c-d0-eta0",
     ),
     Reference(
         "2-c-d0-eta1",
@@ -113,7 +117,7 @@ TABLE = (
             "flap": [3.68164681396, 22.1810111506, 61.8417625872, 121.050921884],
             "chord": [3.54323626967, 22.158457881, 61.8336769074, 121.04679132],
         },
-        "Frobenius series, 50 digits; reproduces the 4 decimals of Wright et al. 1982; certain to 9 digits",
+        f"power series in 50 digits, agrees with {_WRIGHT}; {_BEAMS} 2-c-d0-eta1",
     ),
     Reference(
         "2-c-d0-eta2",
@@ -121,7 +125,7 @@ TABLE = (
             "flap": [4.13731957303, 22.6149219565, 62.2731841057, 121.496694714],
             "chord": [3.62179696412, 22.5263111738, 62.2410592668, 121.480232246],
         },
-        "Frobenius series, 50 digits; reproduces the 4 decimals of Wright et al. 1982; certain to 9 digits",
+        f"power series in 50 digits, agrees with {_WRIGHT}; {_BEAMS} 2-c-d0-eta2",
     ),
     Reference(
         "2-c-d0-eta3",
@@ -129,7 +133,7 @@ TABLE = (
             "flap": [4.79727853236, 23.3202636743, 62.9849674807, 122.235547134],
             "chord": [3.74351189621, 23.1264934186, 62.9134812941, 122.19872742],
         },
-        "Frobenius series, 50 digits; reproduces the 4 decimals of Wright et al. 1982; certain to 9 digits",
+        f"power series in 50 digits, agrees with {_WRIGHT}; {_BEAMS} 2-c-d0-eta3",
     ),
     Reference(
         "2-c-d0-eta4",
@@ -137,7 +141,7 @@ TABLE = (
             "flap": [5.58500142088, 24.2733493944, 63.9667604931, 123.261484898],
             "chord": [3.89772252364, 23.9415014321, 63.8415730381, 123.196565128],
         },
-        "Frobenius series, 50 digits; reproduces the 4 decimals of Wright et al. 1982; certain to 9 digits",
+        f"power series in 50 digits, agrees with {_WRIGHT}; {_BEAMS} 2-c-d0-eta4",
     ),
     Reference(
         "2-c-d0-eta5",
@@ -145,7 +149,7 @@ TABLE = (
             "flap": [6.44954474857, 25.446080358, 65.2050405219, 124.566421181],
             "chord": [4.07389585824, 24.950010132, 65.0130549156, 124.466032659],
         },
-        "Frobenius series, 50 digits; reproduces the 4 decimals of Wright et al. 1982; certain to 9 digits",
+        f"power series in 50 digits, agrees with {_WRIGHT}; {_BEAMS} 2-c-d0-eta5",
     ),
     Reference(
         "2-c-d0-eta6",
@@ -153,7 +157,7 @@ TABLE = (
             "flap": [7.36037301931, 26.8090816785, 66.6839143815, 126.140452589],
             "chord": [4.26322542019, 26.1290424709, 66.4134356681, 125.997673706],
         },
-        "Frobenius series, 50 digits; reproduces the 4 decimals of Wright et al. 1982; certain to 9 digits",
+        f"power series in 50 digits, agrees with {_WRIGHT}; {_BEAMS} 2-c-d0-eta6",
     ),
     Reference(
         "2-c-d1-eta2",
@@ -161,7 +165,7 @@ TABLE = (
             "flap": [4.83368887153, 23.3660420457, 63.0675481233],
             "chord": [4.40051679996, 23.2802903951, 63.0358281161],
         },
-        "Frobenius series, 50 digits; certain to 9 digits",
+        f"power series in 50 digits; {_BEAMS} 2-c-d1-eta2",
     ),
     Reference(
         "2-h-d0-eta1",
@@ -169,7 +173,7 @@ TABLE = (
             "flap": [1.0, 15.6242415255, 50.1436866523, 104.420200295],
             "chord": [0.0, 15.592207132, 50.1337143156, 104.415411839],
         },
-        "Frobenius series, 50 digits; certain to 9 digits",
+        f"power series in 50 digits; {_BEAMS} 2-h-d0-eta1",
     ),
     Reference(
         "2-h-d0-eta2",
@@ -177,7 +181,7 @@ TABLE = (
             "flap": [2.0, 16.2261015324, 50.6760048335, 104.935826051],
             "chord": [0.0, 16.1023715937, 50.636523043, 104.916765052],
         },
-        "Frobenius series, 50 digits; certain to 9 digits",
+        f"power series in 50 digits; {_BEAMS} 2-h-d0-eta2",
     ),
     Reference(
         "2-h-d0-eta5",
@@ -185,19 +189,19 @@ TABLE = (
             "flap": [5.0, 19.9196616457, 54.2419378644, 108.469076591],
             "chord": [0.0, 19.2819324778, 54.0109972439, 108.353775092],
         },
-        "Frobenius series, 50 digits; certain to 9 digits",
+        f"power series in 50 digits; {_BEAMS} 2-h-d0-eta5",
     ),
     Reference(
         "2.free",
         [19.28193, 54.011, 108.354],
-        "pinned beam spinning freely at eta = 5: frequencies in the plane are the hinged chordwise ones",
+        "pinned beam spinning freely at eta = 5: frequencies in the plane are the hinged chordwise ones; "
+        f"{_BEAMS} 2-h-d0-eta5",
     ),
     Reference(
         "3-SVQ-min",
         {"w_min": -0.574372675084362, "t": 6.76202695615718},
-        "spin-up of Simo and Vu-Quoc (J. Appl. Mech. 53, 1986), first-order equations, 12 clamped "
-        "modes, DOP853 at 1e-11; 16 Hermite elements with the trapezoidal rule agree; certain to "
-        "1e-6",
+        f"spin-up of {_SIMO}, in first-order equations of 12 clamped modes, by SciPy's DOP853 at 1e-11; "
+        f"{_BEAMS} 3-SVQ-min",
     ),
     Reference(
         "3-SVQ-min-modes",
@@ -210,25 +214,18 @@ TABLE = (
             8: -0.574372,
             12: -0.574373,
         },
-        "as 3-SVQ-min: minimum (m) by number of modes, 6 decimals",
+        f"spin-up of {_SIMO}: minimum (m) by number of clamped modes, 6 decimals; {_BEAMS} 3-SVQ-min-modes",
     ),
     Reference(
         "3-SVQ-amp",
         0.0036469007129986807,
-        "as 3-SVQ-min: amplitude of the tip's vibration for t > 15 s; certain to 3 digits",
+        f"spin-up of {_SIMO}: amplitude (m) of the tip's vibration for t > 15 s; certain to 3 digits; "
+        f"{_BEAMS} 3-SVQ-amp",
     ),
     Reference(
-        "3-SVQ-amp-modes",
-        {1: 0.0026962, 2: 0.0034226, 3: 0.0036106, 4: 0.0036336, 8: 0.0036464},
-        "as 3-SVQ-amp: amplitude (m) by number of modes, 5 digits",
-    ),
-    Reference(
-        "3-SVQ-freq",
-        {
-            "w1": 3.797730545606582,
-            "rot": [4.512554992470401, 27.63466548503711, 71.03210269401063],
-        },
-        "as 3-SVQ-min: first frequency at rest, chordwise frequencies of the 12 modes at 6 rad/s (rad/s)",
+        "3-SVQ-w1",
+        3.797730545606582,
+        "closed form: b^2 sqrt(EI/(m L^4)) with the first root of cos b cosh b = -1, EI = 1.4e4, m = 1.2, L = 10",
     ),
     Reference(
         "3-SVQ-table",
@@ -254,14 +251,13 @@ TABLE = (
             18.0: -0.0020804295937545928,
             20.0: 0.000750456298469059,
         },
-        "as 3-SVQ-min: tip deflection (m) at given times (s); certain to 1e-6",
+        f"spin-up of {_SIMO}: tip deflection (m) at given times (s); certain to 1e-6; {_BEAMS} 3-SVQ-table",
     ),
     Reference(
         "3-SVQ-GE",
-        {"own": [-0.57383, 6.762], "exudyn": [-0.574316, 6.777]},
-        "the same spin-up of a geometrically exact beam: minimum (m) and its time (s) with "
-        "Reissner elements (n = 40, generalized-alpha) and with Exudyn 1.13 (n = 20); within 2e-4 "
-        "m",
+        {"w_min": -0.574316, "t": 6.777},
+        "the same spin-up of a geometrically exact beam in Exudyn 1.13 (20 ANCF elements); within 2e-4 m; "
+        "python benchmarks/exudyn_spin_up.py (extra bench)",
     ),
     Reference(
         "4",
@@ -276,8 +272,7 @@ TABLE = (
             "dist_along_slope": 0.710376654987,
         },
         "rigid bar released at pi/4, slope pi/10 through (0.3, 0): t = [K(k) - "
-        "F(asin(sin(phi_f/2)/k), k)]/sqrt(3 g/2 L), k = sin(phi_0/2), phi = pi/2 + theta; "
-        "quadrature and DOP853 agree",
+        "F(asin(sin(phi_f/2)/k), k)]/sqrt(3 g/2 L), k = sin(phi_0/2), phi = pi/2 + theta (elliptic integrals)",
     ),
     Reference(
         "7a",
@@ -289,12 +284,13 @@ TABLE = (
         "7c",
         {"1": 1.14740331052, "4": 2.05120700613, "-4": 0.659730170976, "7": 9.43629097435},
         "heavy cantilever, transverse load q_t, axial load q_a (compression > 0): tip w 8 EI/(q_t L^4) by "
-        "a = q_a L^3/EI; power series, finite elements",
+        f"a = q_a L^3/EI; power series in 40 digits; {_BEAMS} 7c",
     ),
     Reference(
         "7c-inclined",
         {"45": 1.00143201988, "-45": 0.998572044594},
-        "as 7c, for the beam of 7a inclined by +45 and -45 degrees",
+        f"heavy cantilever EI = 541.27, m = 0.86874, L = 1, g = 9.8 at +45 and -45 degrees: tip w 8 EI/(q_t L^4); "
+        f"power series in 40 digits; {_BEAMS} 7c-inclined",
     ),
     Reference(
         "4b",
@@ -341,8 +337,7 @@ TABLE = (
             "x_max": 0.0404018180316,
             "v_min": -0.110018180316,
         },
-        "closed form, mass on a belt: t_slip = (2/w)(pi - atan(D w/v)), t_stick = 2 D/v, D = (mu_s "
-        "- mu_k) N/k; event-driven DOP853 at 1e-12 agrees",
+        "closed form, mass on a belt: t_slip = (2/w)(pi - atan(D w/v)), t_stick = 2 D/v, D = (mu_s - mu_k) N/k",
     ),
     Reference(
         "6d",
@@ -355,7 +350,7 @@ TABLE = (
             "jam_mu": 10.7404406877,
         },
         "closed form (Lecornu 1905; Genot and Brogliato 1999): 1 + 3 cos(cos - mu sin) = 0, tan = "
-        "(3 mu +- sqrt(9 mu^2 - 16))/2; jam of the pinned bar of item 4 at mu = cot|phi|",
+        "(3 mu +- sqrt(9 mu^2 - 16))/2; jam of a pinned bar at mu = cot|phi|",
     ),
     Reference(
         "6e",
@@ -374,13 +369,13 @@ TABLE = (
             "45,.3,2,-1,.5 slip": [0.508474576271, -0.152542372881, 0.85593220339, 0.5],
             "45,.8,-.5,-1,.5 slip-stick": [1.15384615385, 0.892307692308, 0.0, 0.546153846154],
         },
-        "Routh's method with Poisson's restitution for a rod of mass 1: P, P_t, v_t, v_n; impulse "
-        "stepping agrees to 1e-5",
+        "closed form: Routh's method with Poisson's restitution for a rod of mass 1 (Wang and Mason, J. Appl. "
+        "Mech. 59, 1992, pp. 635-642): P, P_t, v_t, v_n",
     ),
     Reference(
         "6g",
         [-0.00065, 0.00045, -0.00025, 5e-05],
-        "VPCS SDND100 (V5.01.100, code_aster): analytic extrema at k pi/100 s",
+        "code_aster documentation V5.01.100, test SDND100 of the guide VPCS: closed-form extrema at k pi/100 s",
     ),
     Reference(
         "6i",
@@ -391,8 +386,8 @@ TABLE = (
             "KE": 2.07557864804,
             "e05_mu03": {"e_kinetic": 0.472827171624, "omega": 1.79020488968},
         },
-        "closed form, plastic impact of the bar of item 4, m = 0.86874: P = J w/(cos phi + mu |sin "
-        "phi|); Poisson's e acts as e (cos - mu |sin|)/(cos + mu |sin|)",
+        "closed form, plastic impact of the rigid bar released at pi/4 (slope pi/10), m = 0.86874: P = J w/(cos "
+        "phi + mu |sin phi|); Poisson's e acts as e (cos - mu |sin|)/(cos + mu |sin|)",
     ),
     Reference(
         "5b",
@@ -403,19 +398,20 @@ TABLE = (
     Reference(
         "5c",
         {"tip": 0.0722100668103},
-        "effective mass of the end of a Hermite mesh over m h: 1/(M^-1)_tt in extended precision",
+        f"effective mass of the end of a long Hermite mesh over m h: 1/(M^-1)_tt in 30 digits; {_BEAMS} 5c",
     ),
     Reference(
         "5e",
         {"x_peak": 1.64522887065, "f_peak": 0.85803877759},
         "end of a semi-infinite beam on a spring: F = v0 Z t_k^(-1/2) f(t/t_k), f(x) = x E_{3/2,2}(-x^(3/2)), "
-        "Z = EI^(1/4) m^(3/4)/sqrt 2, t_k = (Z/k)^(2/3) (Laplace transform, Mittag-Leffler function)",
+        "Z = EI^(1/4) m^(3/4)/sqrt 2, t_k = (Z/k)^(2/3) (Laplace transform, Mittag-Leffler function E); "
+        f"{_BEAMS} 5e",
     ),
     Reference(
         "5f",
         {"1e5": (317.107, 0.00599442, 1.034329, 0.19818), "1e6": (683.155, 0.00297991, 0.746103, 1.1935)},
         "hinged beam EI = 541.27, m = 0.86874, L = 1, v0 = 3.77 on a spring: peak (N), end (s), impulse (N s), "
-        "rotation after (rad/s); 128 finite elements, exact in time, converged digits",
+        f"rotation after (rad/s); 400 hinged modes with the spring, exact in time by eigenvectors; {_BEAMS} 5f",
     ),
     Reference(
         "7a-elastic",
@@ -431,8 +427,9 @@ TABLE = (
                 (0.328510, 0.329274),
             ],
         },
-        "the paper's beam on a spring of 1e6 N/m, frictionless: geometrically exact extensible code (ANCF, "
-        "explicit and implicit, 64 and 128 elements)",
+        "the paper's beam on a spring of 1e6 N/m, frictionless, extensible and geometrically exact: ANCF "
+        "elements; Exudyn's give the same (24 to 64: impulse within 1e-5, peak within 4e-4, times within 2e-6 s); "
+        "python benchmarks/exudyn_beam.py --limit (extra bench)",
     ),
     Reference(
         "8-SDNL32",
@@ -450,37 +447,41 @@ TABLE = (
             -0.00264,
             -0.000742,
         ],
-        "VPCS SDNL32 (code_aster V5.02.032, external source): tip displacement (m) at 1 to 12 ms",
+        "code_aster documentation V5.02.032, test SDNL32 of the guide VPCS: tip displacement (m) at 1 to 12 ms",
     ),
     Reference(
         "two-modes-frictionless",
-        [0.3171473192, 0.3194243426, 0.3215519110, 0.3271825776, 0.3294994229, 0.3303667026],
-        "independent prototype of the paper's case (SciPy DOP853 with events, two clamped modes): event times (s)",
+        [0.317147319201, 0.319424342616, 0.321551910973, 0.327182577646, 0.329499422902, 0.330366702612],
+        f"the paper's case with two clamped modes in SciPy alone (DOP853 with events): event times (s); {_IMPACT}",
     ),
     Reference(
         "two-modes-hybrid",
         [
-            0.3171473192,
-            0.3194229069,
-            0.3215523998,
-            0.3235971200,
-            0.3271806857,
-            0.3295061743,
-            0.3299378327,
-            0.3303660603,
+            0.317147319201,
+            0.319422906893,
+            0.321552399752,
+            0.323597119959,
+            0.327180685723,
+            0.329506174328,
+            0.329937832683,
+            0.330366060307,
         ],
-        "independent prototype of the paper's case (SciPy DOP853 with events, two clamped modes): event times (s)",
+        f"the paper's case with two clamped modes in SciPy alone (DOP853 with events): event times (s); {_IMPACT}",
     ),
     Reference(
         "two-modes-impulse",
-        0.356576404,
-        "independent prototype of the paper's case: first impulse (N s)",
+        0.3565764038,
+        f"the paper's case with two clamped modes in SciPy alone: first impulse (N s); {_IMPACT}",
     ),
     Reference(
         "rigid-stop-modes",
-        {4: (1.834, 2.355), 6: (1.861, 2.416), 8: (1.864, 2.444), 10: (1.854, 2.475), 16: (1.890, 2.509)},
-        "independent prototype, rigid frictionless stop: impulse of the first macro-collision (N s) and energy "
-        "left (J) by number of mean-axis modes; three decimals, cut",
+        {
+            4: (1.834605247, 2.354622649),
+            6: (1.861339488, 2.415705314),
+            8: (1.864408707, 2.443622294),
+        },
+        "the paper's case without friction in SciPy alone: impulse of the first macro-collision (N s) and energy "
+        f"left (J) by number of mean-axis modes; {_IMPACT} --modes 4,6,8",
     ),
 )
 

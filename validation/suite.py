@@ -19,10 +19,11 @@ from validation.checks.plots import tolerance_figure
 from validation.checks.registry import Check, Evidence, Group, all_checks
 from validation.parallel import map_parallel, told
 from validation.report.document import (
+    Block,
     Cell,
     Document,
+    Item,
     Paragraph,
-    Picture,
     Section,
     Table,
     number,
@@ -30,7 +31,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.machine import machine, versions
+from validation.report.provenance import call_text, machine, provenance, versions
 
 #: `--quick` leaves out the checks that take longer (s)
 QUICK_SECONDS = 2.0
@@ -51,6 +52,22 @@ class Result:
     tolerance: float
     verdict: str
     source: str
+
+    @property
+    def check(self) -> str:
+        """Id of the check that the measurement belongs to."""
+        return f"{self.group}.{self.id.removeprefix(f'{self.group}.').partition('.')[0]}"
+
+
+def counts(results: Sequence[Result]) -> str:
+    """Say how many checks and measurements there are and how many fail, on page and console alike."""
+    checks, failed = len({result.check for result in results}), sum(r.verdict == "fail" for r in results)
+    verdict = f"{failed} fail" if failed else "all pass"
+    return f"{_many(checks, 'check')}, {_many(len(results), 'measurement')}: {verdict}"
+
+
+def _many(count: int, name: str) -> str:
+    return f"{count} {name}{'' if count == 1 else 's'}"
 
 
 def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:
@@ -110,6 +127,7 @@ def validate(
     quick: bool = False,
     workers: int | None = None,
     on_progress: OnProgress = silent,
+    command: str | None = None,
 ) -> list[Result]:
     """Run the chosen checks, and write report.html, results.json and results.csv.
 
@@ -125,6 +143,8 @@ def validate(
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first and after each check.
+    command : str, optional
+        How to repeat the validation, for the report; default: this call.
 
     Returns
     -------
@@ -150,47 +170,55 @@ def validate(
         wall = time.perf_counter() - started
         results = results_of(checks, evidence)
         if folder is not None:
-            _write(folder, checks, evidence, results, wall)
+            repeat = command or call_text(
+                "validate", out=os.fspath(folder), only=list(only), quick=quick, workers=workers
+            )
+            _write(folder, results, _document(checks, evidence, results, [("command", repeat), _time(wall)]))
     return results
 
 
-def _write(
-    folder: Path, checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], wall: float
-) -> None:
+def _time(wall: float) -> tuple[str, str]:
+    return "wall time", f"{wall:.1f} s"
+
+
+def _write(folder: Path, results: Sequence[Result], document: Document) -> None:
     rows = [asdict(result) for result in results]
     facts = {"versions": dict(versions()), "machine": machine()}
     write_json(folder, "results.json", {"checks": rows, **facts})
     columns = list(Result.__dataclass_fields__)
     write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
-    write_report(folder, _document(checks, evidence, results, wall))
+    write_report(folder, document)
 
 
 def _document(
-    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], wall: float
+    checks: Sequence[Check],
+    evidence: dict[str, Evidence],
+    results: Sequence[Result],
+    times: Sequence[tuple[str, str]],
 ) -> Document:
     groups = list(dict.fromkeys(check.group for check in checks))
     by_group = {group: [r for r in results if r.group == group.id] for group in groups}
-    failed = sum(result.verdict == "fail" for result in results)
-    verdict = "all of them hold" if not failed else f"{failed} of them do not hold"
     return Document(
         title="Validation of oblique-impact",
         lead=(
-            f"{len(checks)} checks with {len(results)} measurements hold the program against closed forms, "
-            f"published tests, balances and independent computations; {verdict}. "
-            "A measurement passes when the absolute difference of computed and reference value is at most its "
-            "tolerance."
+            f"{counts(results)}. The program is held against closed forms, published tests, balances and other "
+            "programs. A measurement passes when the absolute difference of computed and reference value is at "
+            "most its tolerance."
         ),
-        facts=[*versions(), ("machine", machine())],
-        times=[("wall time", f"{wall:.1f} s")],
+        facts=provenance(),
+        times=times,
         overview=_overview(by_group),
         sections=[
             Section(
                 group.title,
                 _blocks([check for check in checks if check.group == group], evidence, by_group[group]),
                 _verdict(by_group[group]),
+                counts(by_group[group]),
+                opened=_verdict(by_group[group]) == "fail",
             )
             for group in groups
         ],
+        filtered=True,
     )
 
 
@@ -206,7 +234,7 @@ def _ratios(results: Sequence[Result]) -> np.ndarray[Any, Any]:
     )
 
 
-def _overview(by_group: dict[Group, list[Result]]) -> list[Paragraph | Table | Picture]:
+def _overview(by_group: dict[Group, list[Result]]) -> list[Block]:
     rows: list[list[str | Cell]] = []
     for group, results in by_group.items():
         passed = sum(result.verdict == "pass" for result in results)
@@ -216,29 +244,27 @@ def _overview(by_group: dict[Group, list[Result]]) -> list[Paragraph | Table | P
             [
                 group.title,
                 Cell(group.id, "code"),
+                Cell(str(len({result.check for result in results})), "number"),
                 Cell(str(len(results)), "number"),
                 Cell(str(passed), "number"),
                 Cell(number(worst, 2), "number"),
                 Cell(verdict, verdict),
             ]
         )
-    columns = ("group", "--only", "measurements", "passed", "largest error/tolerance", "verdict")
+    columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
     picture = tolerance_figure([(group.title, _ratios(results)) for group, results in by_group.items()])
     return [Table(columns, rows, "Groups"), picture]
 
 
-def _blocks(
-    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result]
-) -> list[Paragraph | Table | Picture]:
-    blocks: list[Paragraph | Table | Picture] = []
+def _blocks(checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result]) -> list[Block]:
+    blocks: list[Block] = []
     for check in checks:
-        mine = [r for r in results if r.id == check.id or r.id.startswith(f"{check.id}.")]
+        mine = [r for r in results if r.check == check.id]
         sources = list(dict.fromkeys(r.source for r in mine if r.source))
         columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
-        blocks.append(Paragraph(check.problem))
-        blocks.append(Table(columns, [_row(result) for result in mine], wide=(1,)))
-        blocks.append(Paragraph(f"Reference: {'; '.join(sources)}." if sources else "", note=True))
-        blocks += evidence[check.id].pictures
+        table = Table(columns, [_row(result) for result in mine], wide=(1,), filtered=True)
+        reference = Paragraph(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
+        blocks.append(Item([Paragraph(check.problem), table, reference, *evidence[check.id].pictures]))
     return blocks
 
 

@@ -14,6 +14,7 @@ import re
 import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from typing import Any, Literal, get_args, get_origin
 
 from docutils import nodes
@@ -197,7 +198,7 @@ def _allowed(model: type[BaseModel], name: str, field: FieldInfo) -> str:
         return "``true``, ``false``"
     choice = next((entry for entry in field.metadata if isinstance(entry, Choice)), None)
     if choice is not None:
-        return ", ".join(f'``"{value}"``' for value in choice.known)
+        return ", ".join(f'``"{value}"``' for value in _installed(choice))
     if annotation == Pairs:
         return "a table of numbers by name"
     bounds = _bounds(field.metadata)
@@ -207,6 +208,13 @@ def _allowed(model: type[BaseModel], name: str, field: FieldInfo) -> str:
     if annotation == float | Table:
         return _refusal(model, name)
     return " and ".join(bounds)
+
+
+def _installed(choice: Choice) -> list[str]:
+    """Return the parts that come with the program, not those that an example registers during the build."""
+    points = entry_points(group=f"oblique_impact.{choice.kind}")
+    ours = sorted({point.name for point in points if point.dist and point.dist.name == "oblique-impact"})
+    return [*choice.built_in, *(name for name in ours if name not in choice.built_in)]
 
 
 def _bounds(metadata: list[Any]) -> list[str]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
 import re
+import shlex
+import shutil
 
 import pytest
 
@@ -36,7 +39,7 @@ def call(capsys, *arguments):
 def report(tmp_path, capsys):
     code, out, err = call(capsys, "--out", tmp_path, "--only", "frequencies", "--only", "small-systems.belt")
     assert (code, err) == (0, "")
-    assert "checks passed; report:" in out
+    assert ": all pass; report:" in out
     return tmp_path
 
 
@@ -52,6 +55,34 @@ def test_files_hold_the_same_rows(report):
     assert [float(row["computed"]) for row in rows] == [check["computed"] for check in checks]
     page = (report / "report.html").read_text(encoding="utf-8")
     assert all(check["id"] in page for check in checks)
+
+
+def test_console_and_page_count_the_same(tmp_path, capsys):
+    _, out, _ = call(capsys, "--out", tmp_path, "--only", "frequencies", "--only", "small-systems.belt")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    checks = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["checks"]
+    said = out.partition(";")[0]
+    assert f"<p>{said}. The program" in page
+    number, measurements = map(int, re.findall(r"(\d+) (?:checks|measurements)", said))
+    assert measurements == len(checks) == page.count("data-verdict=")
+    assert number == page.count('<div class="item">') == 8
+    # the counts of the groups add up to those of the whole
+    groups = re.findall(r'class="count">(\d+) checks?, (\d+) measurements?: all pass', page)
+    assert [sum(map(int, column)) for column in zip(*groups, strict=True)] == [number, measurements]
+
+
+def test_the_command_of_a_report_can_be_typed_again(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ["--out", "a folder", "--only", "small-systems.belt", "--only", "frequencies.clamped-free"]
+    call(capsys, *words, "--workers", "1")
+    page = (tmp_path / "a folder" / "report.html").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"<dt>command</dt><dd[^>]*><code>(.*?)</code>", page)
+    typed = shlex.split(html.unescape(shown))
+    assert typed == ["oblique-impact", "validate", *words, "--workers", "1"]
+    first = (tmp_path / "a folder" / "results.json").read_bytes()
+    shutil.rmtree("a folder")
+    call(capsys, *typed[2:])
+    assert (tmp_path / "a folder" / "results.json").read_bytes() == first
 
 
 def test_two_reports_differ_in_times_only(report, tmp_path_factory, capsys):
@@ -84,6 +115,6 @@ def test_a_check_that_fails_ends_with_exit_code_1(tmp_path, capsys, monkeypatch)
     monkeypatch.setitem(frequencies.VALUES, "1.1", [1.9] * 10)
     code, out, err = call(capsys, "--out", tmp_path, "--only", "frequencies.clamped-free", "--workers", "1")
     assert code == 1
-    assert "0 of 4 checks passed" in out
+    assert "1 check, 4 measurements: 4 fail; report:" in out
     assert "frequencies.clamped-free.root-1: root 1 of the clamped-free beam: 1.87" in err
     assert "fail" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -1,7 +1,7 @@
 """The numbers of theory Sec. 8, on both discretizations.
 
-Sources: independent prototypes (SciPy DOP853 with events, two clamped modes) run when the theory was derived;
-the rigid bar's first touch in closed form (elliptic integral).
+Sources: `benchmarks/reference_impact.py` (SciPy alone, two clamped modes); the rigid bar's first touch in closed
+form (elliptic integral).
 """
 
 from __future__ import annotations

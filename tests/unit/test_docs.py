@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from oblique_impact import InputError, Scenario, simulate, simulate_system
+from oblique_impact import InputError, Scenario, plugins, simulate, simulate_system
+from tests.render.browser import NAMES, Page, find_browser
 from validation.checks import registry
 
 ROOT = Path(__file__).parents[2]
@@ -216,6 +217,35 @@ def test_gallery_moves_the_pictures_of_a_block(extension, tmp_path):
     assert not list((tmp_path / "examples").glob("*.png"))
 
 
+def test_parts_that_an_example_registers_are_not_in_the_reference(extension, monkeypatch):
+    """The gallery runs in the process that builds the pages."""
+    monkeypatch.setattr(plugins, "_REGISTERED", dict(plugins._REGISTERED))
+    module = extension("scenario_keys")
+    before = module.reference()
+    for kind in plugins.KINDS:
+        plugins.register(kind, "example-part")(object)
+    assert "example-part" in plugins.names("friction_laws")
+    assert module.reference() == before
+    assert "example-part" not in before
+    methods = next(key for key in module.every_key() if key.path == "discretization.method")
+    assert methods.allowed == '``"fem"``, ``"modal"``'
+
+
+def test_the_example_that_changes_something_changes_what_the_page_says(run):
+    page = (DOCS / "first-run.md").read_text(encoding="utf-8")
+    (command,) = re.findall(r"^oblique-impact run paper (--set .*) --out", page, re.MULTILINE)
+    changes = re.findall(r"--set (\S+)", command)
+    (python,) = re.findall(r'Scenario\.builtin\("paper", (\[.*?\])\)', page)
+    assert ast.literal_eval(python) == changes
+    plain, changed = (run("paper", *keys).summary["macro_collisions"] for keys in ((), changes))
+    impulses = [collisions[0]["normal_impulse"] for collisions in (changed, plain)]
+    thirds = [collisions[2]["start"] for collisions in (changed, plain)]
+    said = " ".join(page.split())
+    assert "({:.3f} instead of {:.3f} N s)".format(*impulses) in said
+    assert "comes at {:.3f} s instead of {:.3f} s".format(*thirds) in said
+    assert impulses[0] != pytest.approx(impulses[1], rel=5e-4)
+
+
 def blocks(page: str, language: str) -> list[str]:
     text = (DOCS / page).read_text(encoding="utf-8")
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
@@ -308,19 +338,60 @@ def test_equation_with_a_wrong_name_fails_the_build(tmp_path):
     assert "an equation needs :code:" in without.stderr
 
 
-@pytest.mark.slow
-def test_documentation_builds_without_a_warning_and_needs_no_network(tmp_path):
-    built = build(tmp_path / "html", DOCS)
+WIDTHS = (360, 768, 1024, 1300, 1360, 1420, 1920)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    built = build(folder, DOCS)
     assert built.returncode == 0, built.stderr[-3000:]
-    pages = list((tmp_path / "html").rglob("*.html"))
+    return folder
+
+
+def sideways(site: Path) -> list[str]:
+    """Pages that are wider than the window."""
+    found = []
+    with Page(find_browser()) as page:
+        for file in sorted(site.rglob("*.html")):
+            page.open(file)
+            for width in WIDTHS:
+                page.size(width, 800)
+                wide = page.evaluate("document.documentElement.scrollWidth")
+                if wide > width:
+                    found.append(f"{file.relative_to(site)}: {wide} px at {width} px")
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_browser() is None, reason=f"none of {', '.join(NAMES)} is on the PATH")
+def test_no_page_of_the_site_scrolls_sideways(site):
+    assert sideways(site) == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_browser() is None, reason=f"none of {', '.join(NAMES)} is on the PATH")
+def test_pictures_of_the_site_lie_on_a_sheet_in_the_dark_theme(site):
+    with Page(find_browser()) as page:
+        page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+        page.open(site / "index.html")
+        style = "getComputedStyle(document.querySelector('article img'))"
+        assert page.evaluate(f"{style}.backgroundColor") == "rgb(255, 255, 255)"
+        assert float(page.evaluate(f"{style}.paddingTop").removesuffix("px")) > 5.0
+        assert page.evaluate(f"{style}.filter") == "brightness(0.88)"
+
+
+@pytest.mark.slow
+def test_documentation_builds_without_a_warning_and_needs_no_network(site):
+    pages = list(site.rglob("*.html"))
     assert len(pages) > 40
     for page in pages:
         text = page.read_text(encoding="utf-8")
         loaded = re.findall(r"<(?:script|img|link|iframe)[^>]*?(?:src|href)=\"(?:https?:)?//[^\"]+", text)
         assert not loaded, (page, loaded)
-    theory = (tmp_path / "html" / "theory" / "motion.html").read_text(encoding="utf-8")
+    theory = (site / "theory" / "motion.html").read_text(encoding="utf-8")
     assert theory.count("<math") > 30
     assert 'href="../reference/api/physics.html#oblique_impact.floating_frame._first_order"' in theory
-    keys = (tmp_path / "html" / "reference" / "scenario.html").read_text(encoding="utf-8")
+    keys = (site / "reference" / "scenario.html").read_text(encoding="utf-8")
     assert all(f">{path.rpartition('.')[2]}<" in keys for path in every_key())
-    assert (tmp_path / "html" / "_static" / "STIXTwoMath-Regular.ttf").stat().st_size > 1_000_000
+    assert (site / "_static" / "STIXTwoMath-Regular.ttf").stat().st_size > 1_000_000

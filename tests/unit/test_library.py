@@ -270,8 +270,11 @@ def test_refine_writes_the_report_of_the_command(swing, tmp_path, capsys):
     )
     assert result.report == tmp_path / "b" / "report.html"
     ours, theirs = (json.loads((tmp_path / n / "results.json").read_text()) for n in "ba")
-    assert ours.pop("command") == "validation.refine(swing.toml, modes=[1, 2, 3], quantities=['theta@end'])"
-    assert theirs.pop("command") == "oblique-impact refine swing.toml --modes 1,2,3 --quantity theta@end"
+    rest = f"modes=[1, 2, 3], quantities=['theta@end'], out={str(tmp_path / 'b')!r}, workers=1"
+    assert ours.pop("command") == f"validation.refine(Scenario.load('swing.toml'), {rest})"
+    # what was typed
+    rest = f"--modes 1,2,3 --quantity theta@end --out {tmp_path / 'a'} --workers 1"
+    assert theirs.pop("command") == f"oblique-impact refine {file} {rest}"
     for data in (ours, theirs):
         del data["times"]
         for ladder in data["ladders"]:

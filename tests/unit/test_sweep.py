@@ -481,7 +481,7 @@ def test_missing_values_are_nulls_and_all_kinds_of_keys_are_columns():
     assert table["discretization.elements"].type == pa.int64()
     assert json.loads(table["slope.origin"][1].as_py()) == [0.4, 0.0]
     assert [json.loads(text) for text in table["beam.area"].to_pylist()] == [3e-4, [[0.0, 3e-4], [1.0, 2e-4]]]
-    assert render_html(sweep_document(plan, table)).count("<svg") == 0
+    assert render_html(sweep_document(plan, table, "command")).count("<svg") == 0
 
 
 def test_a_damaged_table_is_one_line(tmp_path):
@@ -516,8 +516,8 @@ def test_pictures_of_one_and_two_axes(case):
     rows[-1] |= {"outcome": "painleve", "values": {}, "message": "why & where"}
     table = make_table(plan, rows)
     assert len(sweep_pictures(plan, table)) == count
-    page = render_html(sweep_document(plan, table))
-    assert page == render_html(sweep_document(plan, table))
+    page = render_html(sweep_document(plan, table, "command"))
+    assert page == render_html(sweep_document(plan, table, "command"))
     assert "why &amp; where" in page
     assert re.findall(r'(?:src|href)="(?!#|data:)([^"]*)"|url\((?!#)([^)]*)\)', page) == []
 

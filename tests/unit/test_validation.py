@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +16,7 @@ from validation.comparison import hausdorff_distance
 from validation.suite import compute, results_of, select
 
 HOME = Group("a", "A")
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
@@ -64,6 +68,47 @@ def test_checks_are_many_and_say_what_they_are():
         assert check.function.__doc__
 
 
+def comparisons(node: ast.expr) -> list[ast.expr]:
+    """Truth values inside of an expression; indices and conditions of a choice are none."""
+    inside: list[ast.AST] = [node]
+    found = []
+    while inside:
+        part = inside.pop()
+        if isinstance(part, ast.Compare | ast.BoolOp | ast.UnaryOp) and not isinstance(
+            getattr(part, "op", None), ast.USub
+        ):
+            found.append(part)
+        skipped = (ast.Subscript, ast.IfExp, ast.comprehension, ast.Call)
+        if isinstance(part, ast.Call) and ast.unparse(part.func) in ("float", "int", "sum", "bool"):
+            inside += part.args
+        elif not isinstance(part, skipped):
+            inside += ast.iter_child_nodes(part)
+        elif isinstance(part, ast.IfExp):
+            inside += [part.body, part.orelse]
+    return found
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "validation" / "checks").glob("*.py")), ids=lambda file: file.stem)
+def test_no_check_makes_a_number_of_a_truth_value(file):
+    """`float(a < b)` hides how far a is from b: what is measured is a number with a tolerance."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    casts = [
+        n for n in ast.walk(tree) if isinstance(n, ast.Call) and ast.unparse(n.func) in ("float", "bool", "int")
+    ]
+    assert [ast.unparse(cast) for cast in casts for argument in cast.args if comparisons(argument)] == []
+
+
+def test_a_truth_value_in_a_check_would_be_noticed():
+    def found(text: str) -> bool:
+        return bool(comparisons(ast.parse(text, mode="eval").body))
+
+    assert found("float(rate < 4.0)")
+    assert found("float(a == b)")
+    assert found("sum(float(x > 1) for x in y)") is False  # the inner cast is looked at by itself
+    assert not found("float(np.abs(values[times > 15.0]).max())")
+    assert not found("float(sum(value > 1e-4 for value in values))")
+
+
 def test_selection_by_group_and_by_check():
     assert {check.group.id for check in select(["statics", "frames"])} == {"statics", "frames"}
     assert [check.id for check in select(["statics.inclined"])] == ["statics.inclined"]
@@ -80,6 +125,9 @@ def test_the_quick_validation_holds():
     assert len({row.id for row in rows}) == len(rows) >= 200
     for row in rows:
         assert row.source, row.id
+        assert not re.search(r"\b(as above|as below|prototype|independent (program|code))\b", row.source), row.id
+        # 1 against 1, exactly, is a truth value
+        assert not (row.computed == row.reference == 1.0 and row.tolerance == 0.0), row.id
         assert row.unit, row.id
         assert row.quantity, row.id
         # zero, doubling or a changed sign of what was computed would be noticed

@@ -40,7 +40,7 @@ def events() -> list[Measurement]:
             0.0,
             "s",
             5e-6,
-            "as above; each collision multiplies a difference by about 30",
+            f"{_TEXT}; each collision multiplies a difference by about 30",
             "all",
         ),
     ]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from oblique_impact.operators import build_operators
 from oblique_impact.scenario import Scenario
 from oblique_impact.simulate import simulate
 from validation.checks.kinetics import tip_at
 from validation.checks.registry import Measurement, checks_of
+from validation.reference_values import VALUES, source
 from validation.runs import column, run
 
 check = checks_of("frames", "Tangent against mean-axis frame")
@@ -71,23 +73,31 @@ def same_space() -> list[Measurement]:
 
 
 @check(
-    "The frame decides how fast it turns: moderate in the mean-axis frame, not in the tangent frame.", seconds=2.0
+    "The frame decides how fast it turns: like a rigid bar in the mean-axis frame; in the tangent frame the "
+    "elastic coordinates leave the angle hardly any inertia.",
+    seconds=2.0,
 )
 def frame_rate() -> list[Measurement]:
-    """Largest theta' through the paper's impacts, four modes."""
-    found = []
-    for frame, moderate in (("mean-axis", 1.0), ("tangent", 0.0)):
-        history = run("paper", f"discretization.frame={frame}", "discretization.modes=4")
-        rate = float(np.abs(column(history, "theta_dot")).max())
+    """Largest theta' through the paper's impacts in the mean-axis frame; inertia left in the tangent frame."""
+    history = run("paper", "discretization.frame=mean-axis", "discretization.modes=4")
+    # the beam vibrates a little while it falls
+    rate = Measurement(
+        "largest rate, mean-axis, four modes",
+        float(np.abs(column(history, "theta_dot")).max()),
+        -VALUES["4"]["omega"],
+        "rad/s",
+        1e-2,
+        f"speed at the first touch; {source('4')}",
+        "mean-axis",
+    )
+    found = [rate]
+    for modes in (1, 2, 4):
+        o = build_operators(Scenario.builtin("paper", [f"discretization.modes={modes}"]))
+        left = float(1.0 - o.S @ np.linalg.solve(o.M1, o.S) / o.J)
+        exact = 1.0 - 12.0 * sum(root**-4 for root in VALUES["1.1"][:modes])
+        text = "closed form: 1 - 12 sum b^-4, as int x phi dx = 2 L^2/b^2 (clamped-free, int phi^2 dx = L)"
+        quantity = f"inertia left for theta over J, tangent, {modes} modes"
         found.append(
-            Measurement(
-                f"largest rate {rate:.3g} rad/s is below 4 rad/s, {frame}",
-                float(rate < 4.0),
-                moderate,
-                "1",
-                0.0,
-                "theory Sec. 2: below 4 rad/s against 20 to 60 rad/s",
-                frame,
-            )
+            Measurement(quantity, left, exact, "1", 1e-12, f"{text}; {source('1.1')}", f"tangent-{modes}")
         )
     return found

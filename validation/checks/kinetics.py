@@ -12,6 +12,7 @@ from validation.runs import column, run
 check = checks_of("kinetics", "First-order against full kinetics")
 
 _FULL = "discretization.kinetics=full"
+_DROPPED = "first-order kinetics drop cubic terms of T, forces of second order in the deflection (theory Sec. 3)"
 _TEXT = "nothing-dropped kinetic energy by quadrature (theory Sec. 3)"
 
 
@@ -37,7 +38,7 @@ def collisions() -> list[Measurement]:
     ]
 
 
-@check("What first order drops is at least of second order in the relative deflection.", seconds=2.0)
+@check("What first order drops is of second order in the relative deflection.", seconds=2.0)
 def order_in_deflection() -> list[Measurement]:
     """Distance of the tips in free flight, for the paper's beam and one ten times softer."""
     times = np.linspace(0.0, 0.3, 31)
@@ -49,7 +50,8 @@ def order_in_deflection() -> list[Measurement]:
         deflections.append(float(np.abs(column(a, "deflection")).max()))
     order = np.log(differences[0] / differences[1]) / np.log(deflections[0] / deflections[1])
     return [
-        Measurement("observed order lies above 1.8", float(order > 1.8), 1.0, "1", 0.0, _TEXT, "order"),
+        # vibrations of two beams meet the sampled times in different phases
+        Measurement("observed order", float(order), 2.0, "1", 0.5, _DROPPED, "order"),
         Measurement(
             "largest distance of the tips, the paper's beam",
             differences[1],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, ceil, cos, log, pi, radians, sin, sqrt
+from math import atan, ceil, cos, log, nan, pi, radians, sin, sqrt
 
 import numpy as np
 from scipy.optimize import brentq
@@ -35,10 +35,11 @@ def incline() -> list[Measurement]:
     """The limit of rest from both sides, and the way in a given time."""
     limit, text = VALUES["6a"]["tan"], source("6a")
     found = []
-    for name, factor, rests in (("above", 1.0 + 1e-12, 1.0), ("below", 1.0 - 1e-12, 0.0)):
+    sliding = 0.5 * VALUES["6a"]["a_mu02"] * 0.1**2
+    for name, factor, exact in (("above", 1.0 + 1e-12, 0.0), ("below", 1.0 - 1e-12, sliding)):
         history = _slide(_INCLINE, 0.0, 0.0, 0.1, Coulomb(limit * factor, 0.2))
-        stays = float(history["q"].values[-1, 0] == 0.0)
-        found.append(Measurement(f"rests just {name} the limit of friction", stays, rests, "1", 0.0, text, name))
+        way, quantity = -float(history["q"].values[-1, 0]), f"way in 0.1 s, mu_s just {name} the limit of rest"
+        found.append(Measurement(quantity, way, exact, "m", 1e-11 * exact, text, name))
     history = _slide(_INCLINE, 0.0, 0.0, VALUES["6a"]["t_05m"], Coulomb(0.2, 0.2))
     way = -float(history["q"].values[-1, 0])
     found.append(Measurement("way in the time for half a metre, mu = 0.2", way, 0.5, "m", 1e-11, text, "way"))
@@ -148,13 +149,13 @@ def painleve() -> list[Measurement]:
         text,
         "atan2",
     )
-    stopped = 0.0
     for degrees in (51.0, 60.0, 73.0):
         start = rod.at(radians(degrees)), rod.moving(radians(degrees), (-1.0, 0.0))
-        history = simulate_system(rod, *start, 0.5, friction=Coulomb(1.5, 1.5))
-        stopped += float(history.summary["outcome"] == "painleve")
-    named = Measurement("runs from 51, 60 and 73 degrees stopped by name", stopped, 3.0, "1", 0.0, text, "named")
-    return [*found, deepest, named]
+        summary = simulate_system(rod, *start, 0.5, friction=Coulomb(1.5, 1.5)).summary
+        ended = summary["end_time"] if summary["outcome"] == "painleve" else nan
+        quantity = f"end of a run from {degrees:g} degrees, by the outcome painleve"
+        found.append(Measurement(quantity, ended, 0.0, "s", 0.0, text, f"ends-{degrees:g}"))
+    return [*found, deepest]
 
 
 @check("A free rod strikes rough ground: impulses and velocities after, slipping and slipping into stick.")

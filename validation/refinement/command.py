@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -23,10 +22,11 @@ from validation.refinement.report import write_study
 from validation.refinement.shipped import STUDIES, shipped_study
 from validation.refinement.study import LadderResult, StudyResult, run_study
 from validation.report.document import number
+from validation.report.provenance import call_text, command_line
 
 ShippedStudy = Literal["elements", "steps", "remedies", "grading"]
 
-_DEFAULT_SCENARIO = "paper"
+_DEFAULT_SCENARIO, _UNNAMED = "paper", "scenario"
 
 
 def refine(
@@ -42,7 +42,7 @@ def refine(
     within: float | None = None,
     out: str | os.PathLike[str] | None = None,
     workers: int | None = None,
-    name: str = "scenario",
+    name: str = _UNNAMED,
     command: str | None = None,
     on_progress: OnProgress = silent,
 ) -> StudyResult:
@@ -112,7 +112,17 @@ def refine(
             raise InputError("changes: are for a shipped study; scenario.replace changes a scenario")
     else:
         described = _shipped(study, scenario, chosen)
-    repeat = command or _call(name, chosen, quantities, described.name if study else None, changes, within)
+    repeat = command or call_text(
+        "refine",
+        [] if study else [name if name == _UNNAMED else f"Scenario.load({name!r})"],
+        study=described.name if study else None,
+        **{axis: list(map(_plain, levels)) for axis, levels in chosen.items()},
+        quantities=list(quantities),
+        changes=changes,
+        within=within,
+        out=None if out is None else os.fspath(out),
+        workers=workers,
+    )
     with ExitStack() as stack:
         result = run_study(
             described,
@@ -161,10 +171,24 @@ def refine_command(
             out=out,
             workers=workers,
             name=Path(scenario).name,
-            command=_command(scenario, texts, quantities, study, changes, within),
+            command=command_line(
+                "refine",
+                *([] if study else [scenario]),
+                study=study,
+                **texts,
+                quantity=quantities,
+                set=changes,
+                within=within,
+                out=out,
+                workers=workers,
+            ),
             on_progress=show,
         )
     return [*_lines(result), f"report: {result.report}"]
+
+
+def _plain(level: float) -> float:
+    return int(level) if level.is_integer() else level
 
 
 def _whole(levels: Sequence[float] | None) -> list[int] | None:
@@ -218,41 +242,6 @@ def _own(
 
 def _levels(levels: Sequence[float]) -> str:
     return ",".join(f"{level:g}" for level in levels)
-
-
-def _call(
-    name: str,
-    chosen: Mapping[str, Sequence[float]],
-    quantities: Sequence[str],
-    study: str | None,
-    changes: Mapping[str, object] | Sequence[str],
-    within: float | None,
-) -> str:
-    """Return the call that repeats the study."""
-    words = [name] if study is None else [f"study={study!r}"]
-    words += [f"{axis}=[{_levels(levels).replace(',', ', ')}]" for axis, levels in chosen.items()]
-    words += [f"quantities={list(quantities)!r}"] if quantities else []
-    words += [f"changes={changes!r}"] if changes else []
-    words += [] if within is None else [f"within={within:g}"]
-    return f"validation.refine({', '.join(words)})"
-
-
-def _command(
-    scenario: str,
-    chosen: dict[str, str],
-    quantities: list[str],
-    study: str | None,
-    changes: list[str],
-    within: float | None,
-) -> str:
-    """Return the command line that repeats the study, without the folders of this machine."""
-    words = ["oblique-impact", "refine"]
-    words += ["--study", study] if study is not None else [Path(scenario).name]
-    words += [part for axis, text in chosen.items() for part in (f"--{axis}", text)]
-    words += [part for name in quantities for part in ("--quantity", name)]
-    words += [part for change in changes for part in ("--set", change)]
-    words += [] if within is None else ["--within", f"{within:g}"]
-    return shlex.join(words)
 
 
 def _lines(result: StudyResult) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from oblique_impact.scenario import Scenario, builtin_names
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
@@ -15,11 +16,13 @@ from validation.refinement.convergence import (
     RULE,
 )
 from validation.refinement.figures import comparison_picture, ladder_picture, relative_errors
+from validation.refinement.ladders import Ladder
 from validation.refinement.study import LadderResult, QuantityResult, StudyResult
 from validation.report.document import (
     Block,
     Cell,
     Document,
+    Fold,
     Paragraph,
     Section,
     Table,
@@ -28,7 +31,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.machine import machine, versions
+from validation.report.provenance import machine, provenance, versions
 
 _KINDS = {CONVERGED: "pass", CONVERGING: "partly", NOT_CONVERGING: "fail", NO_VERDICT: "dim"}
 CSV_COLUMNS = (
@@ -151,22 +154,25 @@ def study_document(result: StudyResult, command: str) -> Document:
     """Return the report as a document."""
     study = result.study
     facts = [
-        ("command", command),
         ("tolerance", f"{number(result.tolerance)} (relative)"),
-        ("machine", machine()),
-        ("versions", ", ".join(f"{name} {version}" for name, version in versions())),
+        *provenance(),
     ]
     matrices = [_matrix(group) for group in _groups(result) if len(group) > 1]
     return Document(
         f"Refinement study: {study.title}",
         study.text,
         facts,
-        [("wall time", f"{result.seconds:.1f} s")],
+        [("command", command), ("wall time", f"{result.seconds:.1f} s")],
         overview=[
             *matrices,
             *_comparisons(result),
             _verdicts(result),
-            *(Paragraph(text, note=True) for text in RULE),
+            *(
+                Paragraph(f"{ladder.ladder.name}: {remark}.", note=True)
+                for ladder in result.ladders
+                if (remark := _uneven(ladder))
+            ),
+            Fold("How a verdict is found", [Paragraph(text) for text in RULE]),
         ],
         sections=[_section(ladder) for ladder in result.ladders],
     )
@@ -248,20 +254,49 @@ def _verdicts(result: StudyResult) -> Table:
 
 def _section(result: LadderResult) -> Section:
     ladder, axis = result.ladder, result.axis
-    changes = ", ".join(ladder.changes) or "no changes"
     scenario = ladder.scenario if "/" not in ladder.scenario else Path(ladder.scenario).name
     blocks = [
         Paragraph(ladder.text) if ladder.text else None,
         Paragraph(
-            f"Scenario {scenario}; {changes}. Refined: {axis.name} "
+            f"Scenario {scenario}; {_changes(ladder)}. Refined: {axis.name} "
             f"{', '.join(number(level) for level in ladder.levels)}; h is {axis.size_label}. {result.remark}",
             note=True,
         ),
         ladder_picture(result),
         _runs(result),
+        Paragraph(f"{remark[:1].upper()}{remark[1:]}.", note=True) if (remark := _uneven(result)) else None,
         *(_levels(result, item) for item in result.results),
     ]
     return Section(ladder.name, [block for block in blocks if block])
+
+
+def _changes(ladder: Ladder) -> str:
+    """Say what is changed against the scenario of that name, or against the defaults."""
+    if ladder.base is None:
+        return ", ".join(ladder.changes) or "no changes"
+    known = ladder.scenario in builtin_names()
+    original = Scenario.builtin(ladder.scenario) if known else Scenario()
+    given, plain = (_flat(scenario.model_dump(mode="json")) for scenario in (ladder.base, original))
+    changed = [f"{key} = {value}" for key, value in given.items() if repr(value) != repr(plain.get(key))]
+    return ", ".join(changed) + ("" if known else " (against the defaults)") if changed else "no changes"
+
+
+def _flat(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in data.items():
+        found |= _flat(value, f"{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+    return found
+
+
+def _uneven(result: LadderResult) -> str:
+    """Say that levels have different numbers of events, if they have."""
+    counts = [run.events for run in result.runs if run.completed]
+    if len(set(counts)) < 2:
+        return ""
+    return (
+        f"the number of events differs from level to level ({', '.join(map(str, counts))}); what comes after the "
+        "first event that some level lacks is not the same motion, whatever its verdict"
+    )
 
 
 def _runs(result: LadderResult) -> Table:

@@ -2,5 +2,5 @@
 
 `document`   what a report consists of, and how it is written
 `figures`    figures as SVG that is the same from run to run
-`machine`    versions and machine, for the head of a report
+`provenance` what made a report: command, versions, machine
 """

@@ -51,7 +51,13 @@ class Table:
     rows: Sequence[Sequence[str | Cell]]
     caption: str = ""
     wide: Sequence[int] = ()  # columns of running text, that may wrap
+    filtered: bool = False  # rows end with a verdict that the reader may filter by
     block: str = "table"
+
+    @property
+    def verdicts(self) -> bool:
+        """Whether some cell is a verdict: such a table never scrolls, so that each of them is seen."""
+        return any(cell.mark for row in self.cells() for cell in row)
 
     def cells(self) -> list[list[Cell]]:
         """Rows of `Cell`."""
@@ -82,16 +88,38 @@ class Picture:
         return Markup(self.svg)
 
 
-Block = Paragraph | Table | Picture
+@dataclass(frozen=True)
+class Fold:
+    """Blocks under a line that opens them; closed at first."""
+
+    title: str
+    blocks: Sequence[Block]
+    block: str = "fold"
+
+
+@dataclass(frozen=True)
+class Item:
+    """Blocks that belong together; a filter shows or hides them as one."""
+
+    blocks: Sequence[Block]
+    block: str = "item"
+
+
+Block = Paragraph | Table | Picture | Fold | Item
 
 
 @dataclass(frozen=True)
 class Section:
-    """A headed part of a report; `verdict` is "", "pass", "fail" or "partly"."""
+    """A headed part of a report that folds; `verdict` is "", "pass", "fail" or "partly".
+
+    `count` is shown beside the title; `opened` says whether the part is open at first.
+    """
 
     title: str
     blocks: Sequence[Block]
     verdict: str = ""
+    count: str = ""
+    opened: bool = True
 
     @property
     def anchor(self) -> str:
@@ -101,7 +129,10 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A report: facts (name, value), `times` (those that differ from run to run), overview, sections."""
+    """A report: facts (name, value), `times` (those that differ from run to run), overview, sections.
+
+    With `filtered` the page has a field and a list to filter the rows of filtered tables.
+    """
 
     title: str
     lead: str
@@ -109,10 +140,11 @@ class Document:
     times: Sequence[tuple[str, str]] = ()
     overview: Sequence[Block] = ()
     sections: Sequence[Section] = field(default_factory=list)
+    filtered: bool = False
 
 
 def render_html(document: Document) -> str:
-    """Return the report as one HTML page: styles and pictures inside, no address, no script."""
+    """Return the report as one HTML page: styles, script and pictures inside, no address."""
     environment = Environment(
         loader=PackageLoader("validation", "report"),
         autoescape=True,

@@ -15,6 +15,7 @@ from oblique_impact.files import cannot_write, prepare_folder, write_text, writi
 from oblique_impact.progress import OnProgress, counting_bar, silent
 from validation.parallel import map_parallel, told
 from validation.report.document import write_csv, write_json, write_report
+from validation.report.provenance import call_text, command_line
 from validation.reproduction.cases import (
     MODELS,
     SCHEMES,
@@ -69,7 +70,10 @@ class Reproduction:
 
 
 def reproduce(
-    out: str | os.PathLike[str] | None = None, workers: int | None = None, on_progress: OnProgress = silent
+    out: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    on_progress: OnProgress = silent,
+    command: str | None = None,
 ) -> Reproduction:
     """Run the paper's cases and judge its claims.
 
@@ -82,6 +86,8 @@ def reproduce(
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
+    command : str, optional
+        How to repeat it, for the report; default: this call.
 
     Returns
     -------
@@ -110,6 +116,7 @@ def reproduce(
             return Reproduction(material, computed)
         drawings = make_drawings(material)
         times = [
+            ("command", command or call_text("reproduce", out=os.fspath(folder), workers=workers)),
             ("simulations", f"{computed:.1f} s"),
             ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
         ]
@@ -120,7 +127,7 @@ def reproduce(
 def reproduce_command(out: Path, workers: int | None) -> list[str]:
     """Call `reproduce` with a progress bar; returns the lines to print.  Raises InputError."""
     with counting_bar("reproduce") as show:
-        result = reproduce(out, workers, show)
+        result = reproduce(out, workers, show, command_line("reproduce", out=out, workers=workers))
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
     lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
     return [*lines, f"{len(result.claims)} claims: {verdicts}; report: {result.report}"]

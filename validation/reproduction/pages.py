@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from validation.report.document import MARKS, Block, Cell, Document, Paragraph, Picture, Section, Table, number
-from validation.report.machine import machine, versions
+from validation.report.provenance import provenance
 from validation.reproduction.cases import MODELS, SCHEMES
 from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, VERDICTS, Finding, Judged, moment
 from validation.reproduction.material import Drawings, Material
@@ -32,7 +32,7 @@ def document(material: Material, drawings: Drawings, times: Sequence[tuple[str, 
         "W. Yuan, L. Li, D. G. Zhang, J. Z. Hong: New method for oblique impact dynamics research of a flexible "
         "beam with large overall motion considering impact friction force. Acta Mechanica Sinica 32(4), 2016. "
         "Only the paper's text was available, not its curves: what it says is compared with what we compute.",
-        [*_assumptions(), *versions(), ("machine", machine())],
+        [*_assumptions(), *provenance()],
         times,
         _overview(material.judged),
         [
@@ -122,7 +122,8 @@ def _figures(drawings: Drawings) -> list[Block]:
     blocks: list[Block] = [
         Paragraph(
             "The same scales for both schemes (except friction); a thick line for the hybrid model, so that the "
-            "others show on top of it. Figures with a letter are additions: enlargements (a) and floating axes "
+            "others show on top of it. What vibrates fast is drawn over the whole second as the range of its "
+            "values in each sixtieth of it. Figures with a letter are additions: enlargements (a) and floating axes "
             "(f)."
         )
     ]

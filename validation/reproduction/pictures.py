@@ -53,6 +53,8 @@ STICK_MARK: dict[str, Any] = {
 }
 
 _SLOTS = 400
+#: slots of an envelope over the whole motion: each is longer than a period of the first bending vibration
+_ENVELOPE = 60
 #: s, windows of enlargements: about the second macro-collision, and all that follows the first
 LATER, AFTER = (0.64, 0.76), (0.3, 1.0)
 #: variables that the elastic vibration dominates
@@ -107,6 +109,7 @@ PLOTS = (
     Plot("7a", "elastic", "Elastic energy, enlarged", "$V_E$", "J", span=LATER),
     Plot("8", "theta", "Rotation angle of joint O", r"$\theta$", "rad"),
     Plot("9", "theta_dot", "Rotation angular velocity", r"$\dot\theta$", "rad/s"),
+    Plot("9a", "theta_dot", "Angular velocity, 1st collision", r"$\dot\theta$", "rad/s", collision=1),
     Plot("10", "tip_x", "Impact point along inertial X", "$X_P$", "m"),
     Plot("11", "tip_vx", "Velocity along inertial X", r"$\dot X_P$", "m/s"),
     Plot("12", "tip_y", "Impact point along inertial Y", "$Y_P$", "m"),
@@ -135,6 +138,16 @@ def thinned(times: Array, values: Array, start: float, end: float) -> tuple[Arra
         kept |= {int(inside[a + int(np.argmin(part))]), int(inside[a + int(np.argmax(part))])}
     order = np.array(sorted(kept))
     return times[order], values[order]
+
+
+def envelope(times: Array, values: Array, start: float, end: float) -> tuple[Array, Array, Array]:
+    """Return edges of slots of time, smallest and largest value in each; the last ones twice, for steps."""
+    edges = np.linspace(start, end, _ENVELOPE + 1)
+    inside = (times >= start) & (times <= end)
+    slots = np.minimum(((times[inside] - start) / (end - start) * _ENVELOPE).astype(int), _ENVELOPE - 1)
+    filled = np.unique(slots)
+    low, high = (np.array([pick(values[inside][slots == k]) for k in filled]) for pick in (np.min, np.max))
+    return np.append(edges[filled], edges[filled[-1] + 1]), np.append(low, low[-1]), np.append(high, high[-1])
 
 
 def window(trios: dict[str, Trio], plot: Plot) -> tuple[float, float]:
@@ -187,10 +200,19 @@ def _head(figure: Figure, plot: Plot) -> None:
 def _draw_models(axes: Axes, plot: Plot, trio: Trio, start: float, end: float) -> None:
     factor, narrow = 1e3 if plot.collision else 1.0, plot.collision or plot.span == LATER
     for run, line in zip(trio, MODEL_LINES, strict=True):
+        if plot.variable in _VIBRATING and not narrow:
+            # vibrations of 10 ms would fill the picture over a whole second: their range is drawn
+            edges, low, high = envelope(run["time"], run[plot.variable], start, end)
+            axes.fill_between(
+                edges, plot.scale * low, plot.scale * high, step="post", alpha=0.12, color=line["color"]
+            )
+            for bound in (low, high):
+                axes.step(
+                    edges, plot.scale * bound, where="post", **{**line, "linewidth": 0.7 * line["linewidth"]}
+                )
+            continue
         times, values = thinned(run["time"], run[plot.variable], start, end)
-        # vibrations of 10 ms lie close together over a whole second
-        width = line["linewidth"] * (0.5 if plot.variable in _VIBRATING and not narrow else 1.0)
-        axes.plot(factor * times, plot.scale * values, **{**line, "linewidth": width})
+        axes.plot(factor * times, plot.scale * values, **line)
     for mark in plot.marks:
         axes.axvline(factor * mark, **PAPER_LINE)
     if plot.marks:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from validation.report.machine import machine, versions
+from validation.report.provenance import machine, versions
 from validation.reproduction.cases import SCHEMES
 from validation.reproduction.material import Material
 from validation.reproduction.runs import Run

@@ -16,6 +16,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
 from oblique_impact.scenario import Scenario
 from validation.parallel import default_workers
+from validation.report.provenance import call_text, command_line
 from validation.sweep.cluster import Cluster, check_address
 from validation.sweep.design import Design
 from validation.sweep.plan import Plan, SweepFile, load_plan, plan_of
@@ -98,6 +99,7 @@ def sweep(
     scheduler: str | None = None,
     workers: int | None = None,
     on_progress: OnProgress = silent,
+    command: str | None = None,
 ) -> SweepResult:
     """Run a scenario over axes of its keys, or what is missing of it, and write the table and its report.
 
@@ -115,6 +117,8 @@ def sweep(
         Processes of this machine; default: the cores.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first and after runs.
+    command : str, optional
+        How to repeat the sweep, for the report; default: this call.
 
     Returns
     -------
@@ -143,7 +147,8 @@ def sweep(
         on_progress(Progress(earlier, plan.design.size))
         if not store.complete:
             _run(plan, store, scheduler, workers, on_progress)
-        table = _finish(plan, store)
+        repeat = command or call_text("sweep", [_source_text(source), repr(os.fspath(out))], workers=workers)
+        table = _finish(plan, store, repeat)
     return SweepResult(plan, Path(out), table, earlier, time.monotonic() - started)
 
 
@@ -153,8 +158,9 @@ def sweep_command(source: str, out: Path, scheduler: str | None = None, workers:
     plan = load_plan(source)
     if plan.impossible:
         _say(f"{plan.impossible} of {plan.design.size} runs are not possible; the first is {plan.fault}")
+    repeat = command_line("sweep", source, out=out, scheduler=scheduler, workers=workers)
     with counting_bar("sweep", rate="runs") as show:
-        result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=show)
+        result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=show, command=repeat)
     return [*_lines(result), f"results: {out}"]
 
 
@@ -205,7 +211,11 @@ def _executor(scheduler: str | None, workers: int, job: Job, design: Design) -> 
     return Cluster(scheduler, job, design)
 
 
-def _finish(plan: Plan, store: Store) -> pa.Table:
+def _source_text(source: str | os.PathLike[str] | SweepFile | Plan) -> str:
+    return type(source).__name__ if isinstance(source, SweepFile | Plan) else repr(os.fspath(source))
+
+
+def _finish(plan: Plan, store: Store, command: str) -> pa.Table:
     """Write the table if it is not there, and the report."""
     from validation.sweep.report import write_sweep_report
     from validation.sweep.table import make_table, read_table, write_table
@@ -215,7 +225,7 @@ def _finish(plan: Plan, store: Store) -> pa.Table:
         write_table(store.table, make_table(plan, store.rows()))
     store.finish()
     table = read_table(store.table, plan)
-    write_sweep_report(store.folder, plan, table)
+    write_sweep_report(store.folder, plan, table, command)
     return table
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from oblique_impact.errors import Outcome
 from validation.report.document import Block, Cell, Document, Paragraph, Section, Table, number, write_report
-from validation.report.machine import machine, versions
+from validation.report.provenance import provenance
 from validation.sweep.design import Dimension
 from validation.sweep.figures import sweep_pictures
 from validation.sweep.keys import unit
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 _LISTED = 20
 
 
-def write_sweep_report(folder: Path, plan: Plan, table: pa.Table) -> Path:
+def write_sweep_report(folder: Path, plan: Plan, table: pa.Table, command: str) -> Path:
     """Write report.html; returns the file.  Raises InputError."""
-    return write_report(folder, sweep_document(plan, table))
+    return write_report(folder, sweep_document(plan, table, command))
 
 
-def sweep_document(plan: Plan, table: pa.Table) -> Document:
-    """Return the report of a finished sweep."""
+def sweep_document(plan: Plan, table: pa.Table, command: str) -> Document:
+    """Return the report of a finished sweep; `command` repeats it."""
     seconds = [float(value) for value in table["wall_time"].to_pylist()]
     sections = []
     pictures = sweep_pictures(plan, table)
@@ -49,10 +49,10 @@ def sweep_document(plan: Plan, table: pa.Table) -> Document:
             ("scenario", Path(plan.file.scenario).name),
             ("changes", ", ".join(f"{key} = {value}" for key, value in plan.changes.items()) or "none"),
             ("fingerprint", plan.fingerprint),
-            ("machine", machine()),
-            ("versions", ", ".join(f"{name} {version}" for name, version in versions())),
+            *provenance(),
         ],
         [
+            ("command", command),
             ("wall time of all runs together", f"{sum(seconds):.1f} s"),
             ("of one run", f"{sum(seconds) / len(seconds):.3f} s in the mean, {max(seconds):.3f} s at most"),
         ],

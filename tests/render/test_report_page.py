@@ -1,0 +1,190 @@
+"""Report pages in a browser: nothing scrolls sideways, verdicts are seen, filter, folding, themes, print."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.render.browser import NAMES, Page, find_browser
+from validation.report.document import Cell, Document, Fold, Item, Paragraph, Picture, Section, Table, write_report
+from validation.report.figures import new_figure, to_svg
+from validation.report.provenance import provenance
+
+pytestmark = pytest.mark.skipif(find_browser() is None, reason=f"none of {', '.join(NAMES)} is on the PATH")
+
+WIDTHS = (360, 768, 1000, 1001, 1024, 1300, 1420, 1920)
+COLUMNS = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
+
+
+def item(check: str, words: str, *verdicts: str) -> Item:
+    rows = [
+        [
+            Cell(f"{check}.a-rather-long-name-of-a-measurement-{k}", "code"),
+            Cell(f"largest distance of two trajectories, {verdict}"),
+            Cell("−1.23456789 × 10⁻¹²", "number"),
+            Cell("−1.23456789 × 10⁻¹²", "number"),
+            Cell("N m s"),
+            Cell("1.2 × 10⁻¹²", "number"),
+            Cell("1.2 × 10⁻¹²", "number"),
+            Cell(verdict, verdict),
+        ]
+        for k, verdict in enumerate(verdicts)
+    ]
+    return Item(
+        [Paragraph(words), Table(COLUMNS, rows, wide=(1,), filtered=True), Paragraph("Reference: x", True)]
+    )
+
+
+def picture() -> Picture:
+    with new_figure() as figure:
+        figure.add_subplot().plot([0.0, 1.0])
+        return Picture(to_svg(figure), "a line")
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    sections = [
+        Section("First", [item("first.one", "A falling bar.", "pass", "pass")], "pass", "2 measurements", False),
+        Section("Second", [item("second.two", "A bouncing ball.", "pass", "fail"), picture()], "fail", "2", True),
+        Section("Numbers", [Table([f"column {k}" for k in range(30)], [["1.234567"] * 30])]),
+    ]
+    command = ("command", "oblique-impact validate --out " + "a" * 300)
+    overview = [Fold("How a verdict is found", [Paragraph("By a rule.")])]
+    document = Document("Title", "Lead.", provenance(), [command], overview, sections, filtered=True)
+    return write_report(tmp_path_factory.mktemp("report"), document)
+
+
+@pytest.fixture
+def page(file):
+    with Page(find_browser()) as opened:
+        opened.size(1280, 800)
+        opened.open(file)
+        yield opened
+        assert opened.errors == []
+        assert {address for address in opened.requests if not address.startswith("file:")} == set()
+
+
+def type_filter(page: Page, text: str) -> None:
+    page.evaluate(
+        f"(() => {{ const box = document.getElementById('filter'); box.value = {text!r};"
+        " box.dispatchEvent(new Event('input')); })()"
+    )
+
+
+def choose_verdict(page: Page, verdict: str) -> None:
+    page.evaluate(
+        f"(() => {{ const list = document.getElementById('verdict'); list.value = {verdict!r};"
+        " list.dispatchEvent(new Event('change')); })()"
+    )
+
+
+#: names of the measurements that are seen
+SEEN = """[...document.querySelectorAll('tr[data-verdict]')].filter(row => row.checkVisibility())
+    .map(row => row.cells[0].textContent)"""
+OPEN = "[...document.querySelectorAll('section > details')].map(part => part.open)"
+#: verdicts that lie outside of the window or of a box that cuts them off
+CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail, td.partly')].filter(cell => {
+    const place = box => box.getBoundingClientRect();
+    if (place(cell).left < 0 || place(cell).right > document.documentElement.clientWidth + 0.5) return true;
+    for (let outer = cell.parentElement; outer; outer = outer.parentElement)
+        if (getComputedStyle(outer).overflowX !== 'visible' && place(cell).right > place(outer).right + 0.5)
+            return true;
+    return false; }).length"""
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_no_page_scrolls_sideways_and_every_verdict_is_seen(page, file, width):
+    page.size(width, 800)
+    page.evaluate("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+    page.settle()
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate("document.querySelectorAll('td.pass, td.fail').length") == 4
+    assert page.evaluate(CUT_OFF) == 0
+    # a wide table of numbers scrolls inside of itself, and the keyboard reaches it
+    assert page.evaluate("[...document.querySelectorAll('.scroll')].filter(b => b.tabIndex === 0).length") == 1
+
+
+def test_groups_are_folded_but_those_that_fail(page):
+    assert page.evaluate(OPEN) == [False, True, True]
+    page.evaluate("document.getElementById('fold').click()")
+    assert page.evaluate(OPEN) == [True] * 3
+    page.evaluate("document.getElementById('fold').click()")
+    assert page.evaluate(OPEN) == [False] * 3
+
+
+def test_a_link_opens_the_part_that_it_leads_to(page, file):
+    page.open(file, "#first")
+    assert page.evaluate(OPEN)[0]
+
+
+def test_the_filter_keeps_rows_with_all_words_and_opens_their_groups(page):
+    type_filter(page, "FALLING name-of-a-measurement-1")
+    assert page.evaluate(SEEN) == ["first.one.a-rather-long-name-of-a-measurement-1"]
+    assert page.evaluate("document.getElementById('shown').textContent") == "1 of 4 measurements"
+    type_filter(page, "no such word")
+    assert page.evaluate(SEEN) == []
+    type_filter(page, "")
+    assert page.evaluate(OPEN) == [False, True, True]
+    assert page.evaluate("document.getElementById('shown').textContent") == ""
+
+
+def test_the_filter_knows_verdicts(page):
+    choose_verdict(page, "fail")
+    assert page.evaluate(SEEN) == ["second.two.a-rather-long-name-of-a-measurement-1"]
+    type_filter(page, "falling")
+    assert page.evaluate(SEEN) == []
+    choose_verdict(page, "pass")
+    assert len(page.evaluate(SEEN)) == 2
+
+
+def luminance(page: Page, selector: str, colour: str) -> float:
+    parts = page.evaluate(f"getComputedStyle(document.querySelector('{selector}')).{colour}")
+    red, green, blue = (float(part) / 255.0 for part in parts[parts.index("(") + 1 : -1].split(",")[:3])
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+@pytest.mark.parametrize("system", ["light", "dark"])
+def test_the_theme_is_that_of_the_system_until_the_button_is_pressed(page, file, system):
+    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": system}])
+    page.open(file)
+    dark = system == "dark"
+    for _ in range(2):
+        assert (luminance(page, "body", "backgroundColor") < 0.1) == dark
+        for part in ("body", "td.pass", "td.fail", "p.note"):
+            difference = luminance(page, part, "color") - luminance(page, "body", "backgroundColor")
+            assert difference > 0.3 if dark else difference < -0.3, part
+        assert ("invert" in page.evaluate("getComputedStyle(document.querySelector('figure svg')).filter")) == dark
+        page.evaluate("document.getElementById('theme').click()")
+        dark = not dark
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_paper_is_white_shows_everything_and_no_controls(page, theme):
+    page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
+    type_filter(page, "falling")
+    page.evaluate("document.querySelectorAll('details').forEach(part => { part.open = false; })")
+    page.call("Emulation.setEmulatedMedia", media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.settle()
+    assert luminance(page, "body", "backgroundColor") == pytest.approx(1.0)
+    assert luminance(page, "body", "color") < 0.2
+    assert page.evaluate("getComputedStyle(document.querySelector('figure svg')).filter") == "none"
+    assert len(page.evaluate(SEEN)) == 4
+    assert (
+        page.evaluate(
+            "[...document.querySelectorAll('.controls, button, input')].filter(e => e.checkVisibility())"
+        )
+        == []
+    )
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.evaluate(OPEN) == [False] * 3
+
+
+def test_the_keyboard_reaches_controls_and_groups(page):
+    page.evaluate("document.getElementById('filter').focus()")
+    seen = []
+    for _ in range(6):
+        page.call("Input.dispatchKeyEvent", type="keyDown", key="Tab", code="Tab", windowsVirtualKeyCode=9)
+        page.call("Input.dispatchKeyEvent", type="keyUp", key="Tab", code="Tab", windowsVirtualKeyCode=9)
+        seen.append(page.evaluate("document.activeElement.id || document.activeElement.tagName"))
+    assert seen[:3] == ["verdict", "fold", "theme"]
+    assert "SUMMARY" in seen

@@ -1,0 +1,65 @@
+"""What made a report: the command or call, versions, machine; every report shows the same lines."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shlex
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
+
+
+def versions() -> list[tuple[str, str]]:
+    """Name and version of Python and the packages that compute."""
+    found = [("Python", platform.python_version())]
+    for name in PACKAGES:
+        try:
+            found.append((name, version(name)))
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def provenance() -> list[tuple[str, str]]:
+    """Lines (name, value) for the head of every report."""
+    return [("versions", ", ".join(f"{name} {number}" for name, number in versions())), ("machine", machine())]
+
+
+def command_line(command: str, *arguments: object, **options: object) -> str:
+    """Return the words of a command as a shell takes them, with all that was given.
+
+    Options that are None, False or empty are left out; True is an option without a value; a list is repeated.
+    """
+    words = ["oblique-impact", command, *map(str, arguments)]
+    for name, value in options.items():
+        option = f"--{name}"
+        if value is True:
+            words.append(option)
+        elif isinstance(value, list):
+            words += [word for item in value for word in (option, str(item))]
+        elif value is not None and value is not False:
+            words += [option, str(value)]
+    return shlex.join(words)
+
+
+def call_text(function: str, arguments: Sequence[str] = (), **options: object) -> str:
+    """Return a call as Python takes it; options that are None, False or empty are left out."""
+    given = [f"{name}={value!r}" for name, value in options.items() if value not in (None, False, (), [])]
+    return f"validation.{function}({', '.join([*arguments, *given])})"
+
+
+def machine() -> str:
+    """Processor, number of cores and system; nothing that names the machine itself."""
+    return f"{_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or "unknown processor"
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or "unknown processor"
