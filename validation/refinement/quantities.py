@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from oblique_impact.errors import InputError
-from oblique_impact.faults import Outcome, did_you_mean
+from oblique_impact.errors import InputError, Outcome
+from oblique_impact.faults import did_you_mean
 from oblique_impact.scenario import Scenario
 
 # the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
