@@ -49,7 +49,10 @@ def run(
     chosen = _load(scenario, changes)
     from oblique_impact.draft import Draft
     from oblique_impact.files import writing
+    from oblique_impact.plausibility import doubts
 
+    for doubt in doubts(chosen):
+        _say(f"warning: {doubt}")
     replaced = (out / "history.nc").exists()
     with writing(out), Draft(out) as draft:
         history = _simulate(chosen, draft)

@@ -20,6 +20,7 @@ from oblique_impact.draft import Draft
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.faults import short
 from oblique_impact.files import cannot_write, prepare_folder, write_all
+from oblique_impact.foreign import is_history, no_history, not_a_history
 from oblique_impact.marching import Contact, Event
 from oblique_impact.netcdf import DIMENSIONS_ATTRIBUTE, read_netcdf
 from oblique_impact.netcdf_writer import write_netcdf
@@ -140,11 +141,13 @@ class History:
         file = Path(path)
         file = file / "history.nc" if _is(file, Path.is_dir) else file
         if not _is(file, Path.is_file):
-            raise InputError(f"{file}: no such history")
+            raise InputError(no_history(Path(path), FILES))
         try:
             data = read_netcdf(file, DIMENSIONS)
             return _from_data(cls, data)
         except Exception as error:  # damaged files raise whatever the reader's layers raise
+            if not is_history(file):
+                raise InputError(not_a_history(file)) from None
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history: {reason}") from None
 
@@ -172,6 +175,13 @@ class History:
             if name not in DIMENSIONS:
                 variable.attrs[DIMENSIONS_ATTRIBUTE] = " ".join(map(str, variable.dims))
         return labelled
+
+
+def require_history(value: object, where: str) -> None:
+    """Raise InputError, in one line that begins with `where`, if a value is no history."""
+    if not isinstance(value, History):
+        makers = "simulate(SCENARIO) and History.load(PATH) return one"
+        raise InputError(f"{where}: history = {short(value)}: should be a History; {makers}")
 
 
 def _from_data(cls: type[History], data: xr.Dataset) -> History:
