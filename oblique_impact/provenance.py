@@ -38,11 +38,16 @@ class Provenance(TypedDict, total=False):
 
 def provenance(scenario: Scenario | None = None) -> Provenance:
     """Return what makes the results of this process; the user-defined parts are those that `scenario` names."""
+    return with_parts([] if scenario is None else named_in(scenario))
+
+
+def with_parts(named: Iterable[tuple[str, str]]) -> Provenance:
+    """Return the same; the user-defined parts are those among `named` pairs of key and name."""
     made: Provenance = {"version": package_version(), "numeric_source": source_digest(NUMERIC_PACKAGES)}
     known = commit()
     if known:
         made["commit"] = known
-    parts = {} if scenario is None else part_digests(named_in(scenario))
+    parts = part_digests(named)
     if parts:
         made["user_defined"] = parts
     return made

@@ -17,6 +17,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, unfinished, write_whole
 from oblique_impact.history import History
 from renders.frame import Composer, Style
+from renders.metadata import add_comment, made_by, save_picture
 from renders.outputs import FILMS
 from renders.story import story_of
 from renders.themes import theme_of
@@ -42,7 +43,7 @@ def write_still(
         picture = composer.draw(time)
     finally:
         composer.close()
-    return _save(picture, out, dpi)
+    return _save(picture, out, dpi, histories)
 
 
 def write_strip(
@@ -73,7 +74,7 @@ def write_strip(
     picture = Image.new("RGB", (style.size[0], height), theme_of(style.theme).line)
     for n, row in enumerate(rows):
         picture.paste(row, (0, n * (row.height + 1)))
-    return _save(picture, out, dpi)
+    return _save(picture, out, dpi, histories)
 
 
 def strip_times(history: History) -> list[float]:
@@ -129,7 +130,9 @@ def write_film(
     try:
         frames = _frames(composer, timeline, on_frame)
         with only_writer(_writable(out)):
-            write_whole(out, lambda part: _encode(frames, style.size, timeline, part, composer))
+            write_whole(
+                out, lambda part: _encode(frames, style.size, timeline, part, composer, made_by(histories))
+            )
     except OSError as error:
         raise cannot_write(out, error) from None
     finally:
@@ -146,9 +149,14 @@ def _frames(composer: Composer, timeline: Timeline, on_frame: Progress | None) -
 
 
 def _encode(
-    frames: Iterable[Image.Image], size: tuple[int, int], timeline: Timeline, part: Path, composer: Composer
+    frames: Iterable[Image.Image],
+    size: tuple[int, int],
+    timeline: Timeline,
+    part: Path,
+    composer: Composer,
+    made: str,
 ) -> None:
-    """Send raw frames to ffmpeg; they are never all in memory."""
+    """Send raw frames to ffmpeg, which are never all in memory; `made` says in the file what made it."""
     with tempfile.TemporaryDirectory() as folder, unfinished(Path(folder)):
         extra = _palette_options(composer, timeline, Path(folder)) if part.suffix.lower() == ".gif" else []
         command = [
@@ -157,6 +165,7 @@ def _encode(
             *("-s", f"{size[0]}x{size[1]}", "-r", str(timeline.fps), "-i", "-"),
             *extra,
             *_codec(part.suffix.lower()),
+            *("-metadata", f"comment={made}"),
             str(part),
         ]
         log = Path(folder) / "log"
@@ -177,6 +186,7 @@ def _encode(
             interrupts.check()  # one from the keyboard goes to the encoder as well
             text = " ".join(log.read_text(encoding="utf-8", errors="replace").split())[:200]
             raise OSError(0, f"the encoder stopped: {text}")
+        add_comment(part, made)
 
 
 def _encoder() -> str:
@@ -226,9 +236,9 @@ def _writable(out: Path) -> Path:
     return out
 
 
-def _save(picture: Image.Image, out: Path, dpi: int) -> Path:
+def _save(picture: Image.Image, out: Path, dpi: int, histories: Sequence[History]) -> Path:
     try:
-        write_whole(_writable(out), lambda part: picture.save(part, dpi=(dpi, dpi)))
+        write_whole(_writable(out), lambda part: save_picture(picture, part, dpi, made_by(histories)))
     except OSError as error:
         raise cannot_write(out, error) from None
     return out

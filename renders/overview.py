@@ -40,7 +40,7 @@ def overview_figure(histories: dict[str, History], out: Path) -> Path:
             _draw_differences(axes[2, 1], histories)
         else:
             _draw_losses(axes[2, 1], histories)
-        return save_figure(figure, out, "overview.png")
+        return save_figure(figure, out, "overview.png", histories.values())
 
 
 def _first_collision(history: History) -> tuple[float, float] | None:

@@ -32,7 +32,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.provenance import call_text, machine, provenance, versions
+from validation.report.provenance import call_text, provenance, provenance_data
 
 #: `--quick` leaves out the checks that take longer (s)
 QUICK_SECONDS = 2.0
@@ -185,8 +185,7 @@ def _time(wall: float) -> tuple[str, str]:
 
 def _write(folder: Path, results: Sequence[Result], document: Document) -> None:
     rows = [asdict(result) for result in results]
-    facts = {"versions": dict(versions()), "machine": machine()}
-    write_json(folder, "results.json", {"checks": rows, **facts})
+    write_json(folder, "results.json", {"checks": rows, **provenance_data()})
     columns = list(Result.__dataclass_fields__)
     write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
     write_report(folder, document)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from oblique_impact.history import History
 from renders.export.selection import Frames
 from renders.geometry import QUANTITIES, BeamGeometry
+from renders.metadata import made_by
 from renders.scenery import pin, slope_wedge
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ class Scene:
         units = {"points": "m", **RESULTS, **FRAME_QUANTITIES}
         return {
             "format": FORMAT,
-            "version": _version(),
+            "made_by": made_by([history]),
             "scenario": history.scenario_toml,
             "events": history.events_csv(),
             "units": "\n".join(f"{name} = {unit}" for name, unit in units.items()),
@@ -188,10 +188,3 @@ def static_part(name: str, mesh: pyvista.PolyData) -> Part:
 def missing_variables(history: History) -> list[str]:
     """Return the names of the variables that an export needs and the history lacks."""
     return [name for name in NEEDED if name not in history.data.variables]
-
-
-def _version() -> str:
-    try:
-        return f"oblique-impact {version('oblique-impact')}"
-    except PackageNotFoundError:  # run from a folder that is not installed
-        return "oblique-impact"

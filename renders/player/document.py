@@ -13,6 +13,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.faults import one_of
 from oblique_impact.files import cannot_write, write_text
 from oblique_impact.history import History
+from renders.metadata import made_by
 from renders.player.payload import payload
 
 THEMES = ("light", "dark", "auto")
@@ -91,6 +92,7 @@ def player_page(history: History, *, factor: float | None, steps: int, theme: st
     )
     return environment.get_template("player.html.j2").render(
         title=title or DEFAULT_TITLE,
+        made_by=made_by([history]),
         theme=theme,
         facts=content.facts,
         style=_source(environment, "player.css"),

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from oblique_impact.provenance import named_in
 from oblique_impact.scenario import Scenario, builtin_names
 from validation.refinement.convergence import (
     CONVERGED,
@@ -31,7 +32,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.provenance import machine, provenance, versions
+from validation.report.provenance import provenance, provenance_data
 
 _KINDS = {CONVERGED: "pass", CONVERGING: "partly", NOT_CONVERGING: "fail", NO_VERDICT: "dim"}
 CSV_COLUMNS = (
@@ -71,8 +72,7 @@ def study_data(result: StudyResult, command: str) -> dict[str, Any]:
         "command": command,
         "tolerance": result.tolerance,
         "rule": list(RULE),
-        "versions": dict(versions()),
-        "machine": machine(),
+        **provenance_data(_named(result)),
         "ladders": [_ladder_data(ladder) for ladder in result.ladders],
         "times": {"wall_time": result.seconds, "runs": [[run.seconds for run in r.runs] for r in result.ladders]},
     }
@@ -150,12 +150,17 @@ def csv_rows(result: StudyResult) -> Iterable[list[Any]]:
                 ]
 
 
+def _named(result: StudyResult) -> list[tuple[str, str]]:
+    """Parts that the first scenario of each ladder names: levels change none."""
+    return [pair for ladder in result.ladders for pair in named_in(ladder.scenarios[0])]
+
+
 def study_document(result: StudyResult, command: str) -> Document:
     """Return the report as a document."""
     study = result.study
     facts = [
         ("tolerance", f"{number(result.tolerance)} (relative)"),
-        *provenance(),
+        *provenance(_named(result)),
     ]
     matrices = [_matrix(group) for group in _groups(result) if len(group) > 1]
     return Document(

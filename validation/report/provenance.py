@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 import platform
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
+
+from oblique_impact.provenance import described, with_parts
 
 PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
 
@@ -23,9 +26,19 @@ def versions() -> list[tuple[str, str]]:
     return found
 
 
-def provenance() -> list[tuple[str, str]]:
-    """Lines (name, value) for the head of every report."""
-    return [("versions", ", ".join(f"{name} {number}" for name, number in versions())), ("machine", machine())]
+def provenance(named: Iterable[tuple[str, str]] = ()) -> list[tuple[str, str]]:
+    """Lines (name, value) for the head of every report; user-defined parts are those among `named`."""
+    numbers = ", ".join(f"{name} {number}" for name, number in versions())
+    return [("made by", described(with_parts(named))), ("versions", numbers), ("machine", machine())]
+
+
+def provenance_data(named: Iterable[tuple[str, str]] = ()) -> dict[str, Any]:
+    """Return the same for the JSON of every report."""
+    return {
+        "provenance": dict(with_parts(named)),
+        "versions": dict(versions()),
+        "machine": machine(),
+    }
 
 
 def command_line(command: str, *arguments: object, **options: object) -> str:

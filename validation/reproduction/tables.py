@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from validation.report.provenance import machine, versions
+from validation.report.provenance import provenance_data
 from validation.reproduction.cases import SCHEMES
 from validation.reproduction.material import Material
 from validation.reproduction.runs import Run
@@ -40,8 +40,7 @@ def results(material: Material, figures: Sequence[dict[str, Any]]) -> dict[str, 
         },
         "figures": list(figures),
         "runs": {key: _run(run) for key, run in material.runs.items()},
-        "versions": dict(versions()),
-        "machine": machine(),
+        **provenance_data(),
     }
 
 

@@ -123,7 +123,7 @@ class Plan:
         """Hash of all that decides about the rows: the same for two sweeps with the same results."""
         resolved = {
             "source": source_digest(SOURCE),
-            "user_defined": self._user_defined(),
+            "user_defined": part_digests(self.named_parts()),
             "scenario": self.base.model_dump(mode="json"),
             "changes": self.changes,
             "blocks": [[block.keys, block.rows] for block in self.design.blocks],
@@ -132,13 +132,13 @@ class Plan:
         }
         return hashlib.sha256(json.dumps(resolved, sort_keys=True).encode()).hexdigest()[:16]
 
-    def _user_defined(self) -> dict[str, str]:
-        """Digests of the user-defined parts that any of the runs names."""
+    def named_parts(self) -> list[tuple[str, str]]:
+        """Return the keys that may name a user-defined part, with all names that any of the runs gives them."""
         columns = {key: [value] for key, value in self.changes.items()}
         for block in self.design.blocks:
             columns |= dict(zip(block.keys, map(list, zip(*block.rows, strict=True)), strict=True))
         named = [(key, name) for key in part_keys() for name in columns.get(key, ())]
-        return part_digests([*named_in(self.base), *named])
+        return [*named_in(self.base), *named]
 
     def to_toml(self) -> str:
         """Return the sweep file of this plan; its scenario lies beside it as scenario.toml."""

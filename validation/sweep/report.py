@@ -49,7 +49,7 @@ def sweep_document(plan: Plan, table: pa.Table, command: str) -> Document:
             ("scenario", Path(plan.file.scenario).name),
             ("changes", ", ".join(f"{key} = {value}" for key, value in plan.changes.items()) or "none"),
             ("fingerprint", plan.fingerprint),
-            *provenance(),
+            *provenance(plan.named_parts()),
         ],
         [
             ("command", command),

@@ -1,0 +1,74 @@
+"""Every kind of picture says in its metadata what made it."""
+
+import subprocess
+from pathlib import Path
+
+import imageio_ffmpeg
+import pytest
+from PIL import Image
+
+from oblique_impact import Scenario
+from oblique_impact.provenance import described, provenance
+from renders import Style, render
+from renders.campbell import campbell_diagram
+from renders.metadata import made_by
+from renders.overview import overview_figure
+
+MADE = described(provenance(Scenario.builtin("paper")))
+SMALL = Style(size=(320, 180), charts=False, inset=False, ghosts=False, trace=False)
+
+
+@pytest.fixture(scope="module")
+def history(run):
+    return run("paper", "end_time=0.05")
+
+
+def comment(file: Path) -> str:
+    """Read the metadata as a person's tools do: Pillow for pictures, ffmpeg for films."""
+    if file.suffix == ".mp4":
+        words = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(file), "-f", "ffmetadata", "-"]
+        lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+        return next(line.removeprefix("comment=") for line in lines if line.startswith("comment="))
+    with Image.open(file) as picture:
+        if file.suffix == ".webp":
+            return picture.info["xmp"].decode().partition('description="')[2].partition('"')[0]
+        if file.suffix == ".gif":
+            return picture.info["comment"].decode()
+        return picture.info["Comment"]
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "gif", "webp"])
+def test_films(history, tmp_path, suffix):
+    file = render(history, tmp_path / f"film.{suffix}", SMALL, frames=3).file
+    assert comment(file) == MADE
+    if suffix != "mp4":
+        with Image.open(file) as film:
+            assert film.n_frames == 3
+            for frame in range(3):  # the frames are still those
+                film.seek(frame)
+                film.load()
+
+
+def test_stills_strips_and_figures(history, tmp_path):
+    assert comment(render(history, tmp_path / "still.png", SMALL).file) == MADE
+    strip = Style(size=(320, 120), charts=False, inset=False, ghosts=False, trace=False)
+    assert comment(render(history, tmp_path / "strip.png", strip, strip=True, times=[0.01]).file) == MADE
+    assert comment(overview_figure({"paper": history}, tmp_path / "overview.png")) == MADE
+    assert comment(campbell_diagram(Scenario.builtin("paper"), [0.0, 1.0], 2, tmp_path / "c.png")) == MADE
+    for suffix in ("svg", "jpg"):
+        assert overview_figure({"paper": history}, tmp_path / f"overview.{suffix}").stat().st_size > 1000
+    assert MADE in (tmp_path / "overview.svg").read_text()
+
+
+def test_pages(history, tmp_path):
+    page = render(history, tmp_path / "page.html").file.read_text()
+    assert f'<meta name="generator" content="{MADE}">' in page
+
+
+def test_another_program_draws_what_one_has_computed(history):
+    assert made_by([]) == made_by([history]) == MADE
+    theirs = {"version": "0.0.9", "numeric_source": "feed"}
+    other = type(history)(history.data, history.events, {**history.summary, "provenance": theirs})
+    words = "oblique-impact 0.0.9, numeric source feed"
+    assert made_by([other, other]) == f"{words}; drawn by {MADE}"
+    assert made_by([history, other]) == f"{MADE}; {words}; drawn by {MADE}"
