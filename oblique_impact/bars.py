@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, RenderableType
+from rich.constrain import Constrain
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Column
 from rich.text import Text
@@ -37,8 +38,8 @@ class Bar(Progress):
         self, console: Console, columns: Callable[[int], Sequence[ProgressColumn]], **fields: Any
     ) -> None:
         terminal = console.file.isatty()
-        self._plain = terminal and (console.is_dumb_terminal or not console.is_terminal)
-        self._columns: Callable[[], Sequence[ProgressColumn]] = lambda: columns(console.width)
+        self._plain = terminal and not console.is_interactive
+        self._console, self._columns = console, columns
         self._said = time.monotonic()
         super().__init__(console=console, transient=True, disable=self._plain or not terminal)
         self._task = self.add_task("", total=None, **fields)
@@ -62,12 +63,14 @@ class Bar(Progress):
         self.update(self._task, **fields)
         if self._plain and time.monotonic() - self._said >= PLAIN:
             self._said = time.monotonic()
-            self.console.print(self.make_tasks_table(self.tasks))
+            self.console.print(self.get_renderable())
 
-    def make_tasks_table(self, tasks: Any) -> Any:
-        """Return the line for the present width of the terminal."""
-        self.columns = tuple(c for c in self._columns() if not (self._plain and isinstance(c, BarColumn)))
-        return super().make_tasks_table(tasks)
+    def get_renderables(self) -> Iterable[RenderableType]:
+        """Return the line for the present width of the terminal; the last column stays free."""
+        width = self._console.width - 1  # rich asks before it knows its own console
+        chosen = self._columns(width + 1)
+        self.columns = tuple(column for column in chosen if not (self._plain and isinstance(column, BarColumn)))
+        yield Constrain(self.make_tasks_table(self.tasks), width)
 
 
 class Left(TimeRemainingColumn):

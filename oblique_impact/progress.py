@@ -69,7 +69,7 @@ def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], 
                 completed=status.time,
                 state=status.state.name,
                 said=f"t = {time} of {end:g} s, {status.events} events",
-                short=f"{time}/{end:g} s, {status.events} events",
+                short=f"{time}/{end:g} s {status.events} events",
             )
 
         yield show

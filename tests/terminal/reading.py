@@ -10,7 +10,7 @@ BLOCKS = "━╸╺"
 TIME = r"(\d+:\d\d:\d\d|-:--:--)"
 LEFT = rf"{TIME} left"
 RUN = rf"^ ?(FREE|SLIP|STICK) [{BLOCKS}]+ t = \d+\.\d+ of [\d.]+ s, \d+ events {LEFT}( after 0:\d\d:\d\d)?$"
-NARROW_RUN = rf"^ ?(FREE|SLIP|STICK) \d+\.\d+/[\d.]+ s, \d+ events {TIME}$"
+NARROW_RUN = rf"^ ?(FREE|SLIP|STICK) \d+\.\d+/[\d.]+ s \d+ events {TIME}$"
 COUNT = rf"^[\w ]+ [{BLOCKS}]+ (\d+)/\d+ ([\d.–]+ runs/(s|min) )?{LEFT}( after 0:\d\d:\d\d)?( |$)"
 NARROW_COUNT = rf"^[\w ]+ \d+/\d+ {TIME}$"
 #: nobody knows how much there is to do

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import signal
@@ -9,7 +10,9 @@ import subprocess
 import sys
 
 import pytest
+from rich.console import Console
 
+from oblique_impact.bars import Bar, counting_columns, run_columns
 from oblique_impact.compiling import announce, compilations
 from oblique_impact.jit import kernel
 from tests.terminal import reading
@@ -122,6 +125,26 @@ def test_a_reader_that_has_gone_is_no_traceback():
     done = subprocess.run([sys.executable, "-m", "oblique_impact", *words], stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)
     assert (done.returncode, done.stderr) == (1, b"")
+
+
+@pytest.mark.parametrize("width", [40, 50, 59, 60, 70, 80, 99, 109, 110, 120, 200])
+def test_the_longest_bars_fit_into_any_width(width):
+    """The longest words that occur; the last column of the terminal stays free."""
+    console = Console(file=io.StringIO(), width=width)
+    said, short = "t = 0.123456 of 0.123456 s, 9999 events", "0.12346/0.33 s 999 events"
+    bars = [
+        (Bar(console, run_columns, state="STICK", said=said, short=short), 1.0),
+        (Bar(console, counting_columns("export vtkhdf"), last="small-systems.bouncing-ball"), 10_000),
+        (Bar(console, counting_columns("sweep", "runs"), last="run 99999"), 100_000),
+    ]
+    for bar, total in bars:
+        bar.tell(total=total, completed=0.75 * total)
+        console.print(bar.get_renderable())
+    lines = console.file.getvalue().splitlines()
+    assert len(lines) == len(bars), lines
+    assert all(len(line.rstrip()) < width for line in lines), lines
+    assert all(re.search(rf"{reading.TIME}", line) for line in lines), lines
+    assert [str(total) in line for (_, total), line in zip(bars, lines, strict=True)] == [False, True, True], lines
 
 
 def cube(x):
