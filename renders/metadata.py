@@ -30,10 +30,10 @@ def made_by(histories: Iterable[History] = ()) -> str:
     return "; ".join([*runs, f"drawn by {drawing}"])
 
 
-def figure_metadata(file: Path, text: str) -> dict[str, str]:
-    """Return the `metadata` of Matplotlib's `savefig` for a file."""
+def figure_metadata(file: Path, text: str) -> dict[str, str] | None:
+    """Return the `metadata` of Matplotlib's `savefig` for a file; None where it takes none."""
     key = _KEYS.get(file.suffix.lower())
-    return {key: text} if key else {}
+    return {key: text} if key else None
 
 
 def save_picture(picture: Image.Image, file: Path, dpi: int, text: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -141,7 +141,7 @@ def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
     """
     true = geometry if geometry.factor == 1.0 else BeamGeometry(geometry.history, 1.0)
     tube = lru_cache(maxsize=1)(true.surface)
-    start = tube(0).points
+    start = cache(lambda: true.surface(0).points)
 
     def surface(k: int) -> Shape:
         drawn = tube(k) if true is geometry else geometry.surface(k)
@@ -155,7 +155,9 @@ def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
         lines=np.concatenate([[rings], np.arange(rings)]),
     )
     yield Part(
-        "reference", lambda k: Shape(start, {"displacement": tube(k).points - start}), polygons=geometry.faces
+        "reference",
+        lambda k: Shape(start(), {"displacement": tube(k).points - start()}),
+        polygons=geometry.faces,
     )
 
 

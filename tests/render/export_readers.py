@@ -150,7 +150,8 @@ def _mesh(mesh: Any, part: int | None = None) -> Mesh:
         kinds = _unpack(mesh.lines), _unpack(mesh.faces), _unpack(mesh.verts)
         return Mesh(np.array(mesh.points), arrays, *kinds)
     chosen = np.flatnonzero(np.array(mesh.cell_data["part"]) == part)
-    corners, ends, types = mesh.cell_connectivity, mesh.offset, mesh.celltypes
+    corners, types = mesh.cell_connectivity, mesh.celltypes
+    ends = vtk_to_numpy(mesh.GetCells().GetOffsetsArray())
     used = np.unique(np.concatenate([corners[ends[k] : ends[k + 1]] for k in chosen]))
     first = int(used[0])
     assert used.size == used[-1] - first + 1
