@@ -69,16 +69,20 @@ def test_a_study_of_elements_writes_three_files(tmp_path, cli):
 def test_a_report_needs_nothing_besides_itself(tmp_path, cli):
     assert cli("refine", "--modes", "1,2,3", *FAST, "--out", str(tmp_path))[0] == 0
     page = (tmp_path / "report.html").read_text()
-    assert "<script" not in page
     assert page.count("<svg") == 1
     assert re.findall(r'(?:src|href)="(?!#)([^"]*)"|url\((?!#)([^)]*)\)', page) == []
     assert "The rule." in page
-    assert str(tmp_path) not in page
+    # the folder is where the reader typed it, and nowhere else
+    (command,) = re.findall(r"<dt>command</dt><dd[^>]*><code>(.*?)</code>", page)
+    assert command.startswith("oblique-impact refine paper --modes 1,2,3 ")
+    assert command.endswith(f" --out {tmp_path} --workers 1")
+    assert all(word in command for word in FAST)
+    assert page.count(str(tmp_path)) == 1
 
 
 def without_times(folder):
     data = json.loads((folder / "results.json").read_text())
-    del data["times"]
+    del data["times"], data["command"]  # which tells folder and processes
     page = re.sub(r'<dd class="time">.*?</dd>', "", (folder / "report.html").read_text())
     return data, page, (folder / "results.csv").read_text()
 

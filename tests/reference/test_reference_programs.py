@@ -17,7 +17,7 @@ from validation.reference_values import TABLE, VALUES
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 PROGRAMS = ("reference_beams", "reference_impact")
 #: relative differences that the entries state, and that of numbers with all digits
-TOLERANCES = {"3-SVQ-amp": 2e-5, "5f": 2e-6, "3-SVQ-min-modes": 2e-6, "3-SVQ-table": 1e-6, "3-SVQ-min": 1e-8}
+TOLERANCES = {"3-SVQ-amp": 2e-5, "5f": 1e-8, "3-SVQ-min-modes": 2e-6, "3-SVQ-table": 1e-6, "3-SVQ-min": 1e-8}
 FAST = ("1.1", "1.2", "1.4-c4", "1.4-h8", "2-c-d1-eta2", "2-h-d0-eta5", "5c", "5e", "5f", "7c", "7c-inclined")
 
 
@@ -101,7 +101,7 @@ def test_programs_share_nothing_with_the_suite(program):
 def test_sources_can_be_found_by_a_reader():
     """A citation, a closed form or a command; a program that is named is in the repository."""
     for item in TABLE:
-        assert re.search(r"\b(1[89]|20)\d\d\b|closed form|code_aster|python benchmarks/|[=(].*\^", item.source), (
+        assert re.search(r"\b(1[89]|20)\d\d\b|closed form|code_aster|python benchmarks/", item.source), (
             f"{item.id}: {item.source}"
         )
         assert not re.search(r"\bas \d|as above|prototype|item \d", item.source), item.id

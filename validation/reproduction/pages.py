@@ -123,7 +123,8 @@ def _figures(drawings: Drawings) -> list[Block]:
         Paragraph(
             "The same scales for both schemes (except friction); a thick line for the hybrid model, so that the "
             "others show on top of it. What vibrates fast is drawn over the whole second as the range of its "
-            "values in each sixtieth of it. Figures with a letter are additions: enlargements (a), axes (f)."
+            "values in each sixtieth of it. Figures with a letter are additions: enlargements (a) and floating "
+            "axes (f)."
         )
     ]
     for plot, svg in drawings.figures:
