@@ -272,7 +272,7 @@ def _typed(context: typer.Context) -> list[str]:
         parameter.opts[0]
         for parameter in context.command.params
         if parameter.name not in ("histories", "out")
-        and context.get_parameter_source(str(parameter.name)).name == "COMMANDLINE"
+        and getattr(context.get_parameter_source(str(parameter.name)), "name", "") == "COMMANDLINE"
     ]
 
 
