@@ -140,7 +140,9 @@ class Chart:
             spine.set_color(theme.dim)
         axes.grid(color=theme.line)
         axes.set_ylabel(letters.fitting([label], box.height * 1.2, 13.9), color=theme.ink, fontsize=large)
-        below = letters.fitting(["time (s), stretched around contacts", "time (s)"], box.width, 13.9)
+        axes.yaxis.set_label_coords((1.35 * letters.size(13.9) - box.x0) / box.width, 0.5)
+        stretched = ["time (s), stretched around contacts"] if np.ptp(self.timeline.course.rates) > 0.0 else []
+        below = letters.fitting([*stretched, "time (s)"], box.width, 13.9)
         axes.set_xlabel(below, color=theme.ink, fontsize=large)
         self._add_legend(axes, [curve for curve in curves if curve.label])
 
@@ -180,7 +182,7 @@ class Chart:
 def _frame(size: tuple[int, int], letters: Letters) -> tuple[float, float, float, float]:
     """Place of the axes in a chart, in parts of it: room for the labels."""
     small, large = letters.size(12.5), letters.size(13.9)
-    left, bottom, right, top = 3.2 * small + 1.9 * large, 1.65 * (small + large), 2.2 * small, 2.0 * small
+    left, bottom, right, top = 4.3 * small + 1.6 * large, 1.65 * (small + large), 2.8 * small, 2.0 * small
     return left / size[0], bottom / size[1], 1.0 - (left + right) / size[0], 1.0 - (bottom + top) / size[1]
 
 

@@ -74,6 +74,25 @@ def test_letters_are_readable_and_apart(run, monkeypatch, size, case):
     written.check()
 
 
+@pytest.mark.parametrize(
+    ("case", "below"),
+    [
+        (("paper", "end_time=1e-4"), "time (s)"),  # many decimals
+        (("spin-up",), "time (s)"),  # thousands of J
+        (("tapered", "end_time=0.34"), "time (s), stretched around contacts"),
+    ],
+)
+def test_letters_of_other_runs(run, monkeypatch, case, below):
+    """Labels with many digits fit too; that time is stretched is said where it is."""
+    history = run(*case)
+    written = Written(monkeypatch)
+    composer = Composer(story_of([history]), ["a"], Style(size=(854, 480)), make_timeline(history))
+    composer.draw(history.summary["end_time"], 0.002)
+    composer.close()
+    written.check()
+    assert below in {text for text, *_ in written.texts}
+
+
 def test_the_check_notices_small_and_overlapping_letters(monkeypatch):
     from PIL import Image
 

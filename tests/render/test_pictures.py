@@ -141,7 +141,10 @@ def test_the_force_is_that_of_the_slope_on_the_beam(geometry):
     for time in (0.3185, 0.3232, 0.3256):
         k = geometry.index(time)
         force, velocity = contact_force(geometry, k), [geometry.value(n, k) for n in ("tip_vx", "tip_vy")]
-        assert force @ np.array([-tangent[1], tangent[0]]) > 10.0
+        normal = np.array([-tangent[1], tangent[0]])
+        assert force @ normal == pytest.approx(float(geometry.value("lambda_n", k)), rel=1e-12)
+        assert force @ tangent == pytest.approx(float(geometry.value("lambda_tau", k)), rel=1e-12)
+        assert force @ normal > 10.0
         assert (force @ tangent) * (velocity @ tangent) < 0.0
 
 

@@ -174,3 +174,20 @@ def test_the_colour_at_the_end_of_the_bar_is_that_of_the_limit(run, monkeypatch)
         found = np.array(picture.getpixel((round(x - 2 * part), round(y - 10))))
         wanted = 255 * np.array(mpl.colormaps["RdBu_r"](0.5 * (part + 1.0))[:3])
         np.testing.assert_allclose(found, wanted, atol=12)
+
+
+def test_the_beams_are_coloured_by_the_scale_that_the_bar_shows(run):
+    """In every view, inset and side by side alike."""
+    for histories in ([run("paper")], [run("paper"), run("sticking")]):
+        story = story_of(histories)
+        composer = Composer(story, ["a", "b"], Style(size=(960, 540)))
+        views = [view for view, _, _ in composer._views]
+        assert len(views) == 2
+        for view in views:
+            limits = [
+                actor.mapper.scalar_range
+                for actor in view.plotter.actors.values()
+                if actor.mapper.scalar_visibility
+            ]
+            assert limits == [(-story.colours.limit, story.colours.limit)]
+        composer.close()
