@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from oblique_impact.scenario import Scenario
 
 MAX_MODES = 100
-MAX_EXPLICIT_NODAL_ELEMENTS = 32
 MAX_SAMPLES = 5_000_000
 MAX_STEPS = 1_000_000_000
 MAX_VALUES = 500_000_000
@@ -54,7 +53,11 @@ def _check_beam(s: Scenario) -> None:
         if not isinstance(table, tuple):
             continue
         if table[-1][0] != beam.length:
-            _refuse(f"beam.{key}", table, f"should end at x = beam.length = {beam.length}, not at {table[-1][0]}")
+            _refuse(
+                f"beam.{key}",
+                table,
+                f"should end at x = beam.length = {beam.length}, not at {table[-1][0]}; a new length needs new tables",
+            )
         if modal:
             _refuse(f"beam.{key}", table, f"{uniform} tables")
     if modal and beam.tip_mass > 0.0:
@@ -109,24 +112,29 @@ def _check_discretization(s: Scenario) -> None:
             )
         if d.modes > 2 * d.elements:
             _refuse("discretization.modes", d.modes, f"should be at most the {2 * d.elements} modes of the mesh")
-        if d.modes == 0 and s.solver.scheme != "generalized-alpha" and d.elements > MAX_EXPLICIT_NODAL_ELEMENTS:
-            _refuse(
-                "discretization.modes",
-                d.modes,
-                f"the explicit scheme {s.solver.scheme!r} takes nodal models up to {MAX_EXPLICIT_NODAL_ELEMENTS} "
-                "elements; reduce the model to its first modes",
-            )
 
 
 def _check_nodal(s: Scenario) -> None:
-    """Refuse what the full nodal model, marched by generalized-alpha, does not take."""
-    d = s.discretization
-    if d.method != "fem" or d.modes > 0 or s.solver.scheme != "generalized-alpha":
+    """Refuse what the full nodal model, which generalized-alpha marches in the mean-axis frame, does not take."""
+    if not s.is_nodal:
         return
-    instead = "or keep modes: discretization.modes >= 1"
+    d, root = s.discretization, s.root
+    full, instead = "the full nodal model (discretization.modes = 0)", "or keep modes: discretization.modes >= 1"
+    if root.kind == "driven" or root.hub_radius > 0.0:
+        _refuse(
+            "discretization.modes", d.modes, "the full nodal model is for a pin or a hub of radius 0; keep modes"
+        )
+    if s.solver.scheme != "generalized-alpha":
+        _refuse(
+            "solver.scheme",
+            s.solver.scheme,
+            f'{full} is marched by "generalized-alpha" only; leave this key out, {instead}',
+        )
     if d.frame != "mean-axis":
         _refuse(
-            "discretization.frame", d.frame, f'the full nodal model is marched in the "mean-axis" frame; {instead}'
+            "discretization.frame",
+            d.frame,
+            f'{full} is marched in the "mean-axis" frame only; leave this key out, {instead}',
         )
     if d.kinetics != "first-order":
         _refuse("discretization.kinetics", d.kinetics, f'the full nodal model is "first-order"; {instead}')
@@ -191,7 +199,7 @@ RULES: tuple[Callable[[Scenario], None], ...] = (
     _check_root,
     _check_beam,
     _check_contact,
-    _check_discretization,
     _check_nodal,
+    _check_discretization,
     _check_solver,
 )

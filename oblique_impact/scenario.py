@@ -8,16 +8,19 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from oblique_impact.errors import InputError
-from oblique_impact.faults import one_line
+from oblique_impact.faults import did_you_mean, short
 from oblique_impact.files import read_text
+from oblique_impact.input_model import Section
 from oblique_impact.parameters import Parameters
 from oblique_impact.plugins import Choice, build
 from oblique_impact.rules import MAX_MODES, PARTS, RULES
+from oblique_impact.scenario_file import TABLE, apply_change, at_line, derive, derived, put, release
 from oblique_impact.tables import Tabulated
 from oblique_impact.toml import parse_toml
+from oblique_impact.units import Unit
 
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
@@ -27,35 +30,26 @@ MAX_FILE = 1_000_000
 Positive = Annotated[float, Field(gt=0.0, le=1e30)]
 NonNegative = Annotated[float, Field(ge=0.0, le=1e30)]
 Finite = Annotated[float, Field(ge=-1e30, le=1e30)]
-Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi)]
+Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi), Unit("rad")]
 Pair = Annotated[tuple[Finite, Finite], Field(strict=False)]
-
-
-class Section(BaseModel):
-    """Base of all sections: frozen, strict, no unknown keys, no NaN or infinity.
-
-    The documentation reads the comments of the keys: "unit; meaning" behind a key, or "#: meaning" above and the
-    unit behind it. The unit of a number without one is "-"; words and switches have none.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class BeamSection(Section):
     """The beam; `area` and `second_moment` are numbers, or tables [[x, value], ...] from x = 0 to the length."""
 
-    length: Positive = 1.0  # m; length of the undeformed axis
-    area: Tabulated = 3.14e-4  # m^2; area of the cross-section
-    second_moment: Tabulated = 7.85e-9  # m^4; second moment of area of the cross-section
-    density: Positive = 2766.7  # kg/m^3; mass per volume
-    youngs_modulus: Positive = 68.952e9  # Pa; Young's modulus
-    kelvin_voigt: NonNegative = 0.0  # s; Kelvin-Voigt damping: the damping matrix is kelvin_voigt K
+    length: Annotated[Positive, Unit("m")] = 1.0  # length of the undeformed axis
+    area: Annotated[Tabulated, Unit("m^2")] = 3.14e-4  # area of the cross-section
+    second_moment: Annotated[Tabulated, Unit("m^4")] = 7.85e-9  # second moment of area of the cross-section
+    density: Annotated[Positive, Unit("kg/m^3")] = 2766.7  # mass per volume
+    youngs_modulus: Annotated[Positive, Unit("Pa")] = 68.952e9  # Young's modulus
+    #: Kelvin-Voigt damping: the damping matrix is kelvin_voigt K
+    kelvin_voigt: Annotated[NonNegative, Unit("s")] = 0.0
     #: mass-proportional damping: the damping matrix is mass_proportional M1
-    mass_proportional: NonNegative = 0.0  # 1/s
-    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0  # -; damping ratio of each elastic mode
-    tip_mass: NonNegative = 0.0  # kg; point mass at x = length
+    mass_proportional: Annotated[NonNegative, Unit("1/s")] = 0.0
+    modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0  # damping ratio of each elastic mode
+    tip_mass: Annotated[NonNegative, Unit("kg")] = 0.0  # point mass at x = length
     #: distance of the outer fibre from the axis, for the bending stress; 0: circular sections
-    outer_fibre: NonNegative = 0.0  # m
+    outer_fibre: Annotated[NonNegative, Unit("m")] = 0.0
 
 
 class RootSection(Section):
@@ -63,50 +57,52 @@ class RootSection(Section):
 
     #: a frictionless pin, a hub with inertia and torque, or a root whose angle is prescribed
     kind: Literal["pin", "hub", "driven"] = "pin"
-    hub_radius: NonNegative = 0.0  # m; distance of the root from the axis of rotation
-    inertia: NonNegative = 0.0  # kg m^2; moment of inertia of the hub
-    torque: Finite = 0.0  # N m; torque on the hub
+    hub_radius: Annotated[NonNegative, Unit("m")] = 0.0  # distance of the root from the axis of rotation
+    inertia: Annotated[NonNegative, Unit("kg m^2")] = 0.0  # moment of inertia of the hub
+    torque: Annotated[Finite, Unit("N m")] = 0.0  # torque on the hub
     #: how a driven root turns; or an installed base motion of one's own
     profile: Annotated[str, Choice("base_motions", ("hold", "constant-speed", "spin-up"))] = "hold"
-    spin_rate: Finite = 0.0  # rad/s; angular velocity of a driven root, the final one of a spin-up
-    spin_up_time: NonNegative = 0.0  # s; duration of a spin-up
+    #: angular velocity of a driven root, the final one of a spin-up
+    spin_rate: Annotated[Finite, Unit("rad/s")] = 0.0
+    spin_up_time: Annotated[NonNegative, Unit("s")] = 0.0  # duration of a spin-up
 
 
 class InitialSection(Section):
     """The undeformed beam at t = 0."""
 
-    angle: Angle = math.pi / 4  # rad; angle of the beam from the horizontal
-    angular_velocity: Finite = 0.0  # rad/s; angular velocity of the beam
+    angle: Angle = math.pi / 4  # angle of the beam from the horizontal
+    angular_velocity: Annotated[Finite, Unit("rad/s")] = 0.0  # angular velocity of the beam
 
 
 class SlopeSection(Section):
     """The rigid slope: a line through `origin` inclined by `angle`; the free side is on its left."""
 
-    origin: Pair = (0.3, 0.0)  # m; a point of the slope, [x, y] from the axis of the root
-    angle: Angle = math.pi / 10  # rad; inclination of the slope from the horizontal
+    origin: Annotated[Pair, Unit("m")] = (0.3, 0.0)  # a point of the slope, [x, y] from the axis of the root
+    angle: Angle = math.pi / 10  # inclination of the slope from the horizontal
 
 
 class ContactSection(Section):
     """The contact between the beam's point `point` and the slope."""
 
     enabled: bool = True  # whether the slope is there at all
-    point: Positive = math.nan  # m; place of the contact point along the beam; not given: the beam's length
+    #: place of the contact point along the beam; not given: the beam's length
+    point: Annotated[Positive, Unit("m")] = math.nan
     #: a rigid stop, an elastic one, or an installed contact law of one's own
     normal: Annotated[str, Choice("contact_laws", ("rigid", "spring"))] = "rigid"
-    stiffness: Positive = 1e6  # N/m; stiffness of an elastic stop
+    stiffness: Annotated[Positive, Unit("N/m")] = 1e6  # stiffness of an elastic stop
     #: Hunt-Crossley damping of an elastic stop: its force is stiffness d (1 + damping d') at the depth d
-    damping: NonNegative = 0.0  # s/m
+    damping: Annotated[NonNegative, Unit("s/m")] = 0.0
     #: impact on a rigid stop: without friction (Newton), with friction mu_kinetic (Routh), or an installed law
     impact: Annotated[str, Choice("impact_laws", ("newton", "routh"))] = "newton"
     #: coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's
-    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # -
+    restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     shortening: bool = True  # whether gap and slip know the foreshortening of the beam up to the contact point
     #: the tangential law, or an installed friction law of one's own
     friction: Annotated[str, Choice("friction_laws", ("frictionless", "hybrid", "modified-coulomb"))] = "hybrid"
-    mu_static: NonNegative = 0.3  # -; static coefficient of friction
-    mu_kinetic: NonNegative = 0.3  # -; kinetic coefficient of friction
+    mu_static: NonNegative = 0.3  # static coefficient of friction
+    mu_kinetic: NonNegative = 0.3  # kinetic coefficient of friction
     #: slip velocities v0 < v1 between which the modified Coulomb law grows from nothing to its full force
-    regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (1e-3, 1e-2)  # m/s
+    regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False), Unit("m/s")] = (1e-3, 1e-2)
 
 
 class DiscretizationSection(Section):
@@ -119,10 +115,10 @@ class DiscretizationSection(Section):
     #: order of the kinetic energy in the elastic coordinates
     kinetics: Literal["zeroth-order", "first-order", "full"] = "first-order"
     #: number of modes; of finite elements: reduced to so many of their own modes, 0: the full nodal model
-    modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 2  # -
-    elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = 32  # -; number of finite elements
+    modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 2
+    elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = 32  # number of finite elements
     #: largest over smallest element of a mesh that is graded towards the contact point
-    grading: Annotated[float, Field(ge=1.0, le=MAX_GRADING)] = 1.0  # -
+    grading: Annotated[float, Field(ge=1.0, le=MAX_GRADING)] = 1.0
 
 
 class SolverSection(Section):
@@ -131,16 +127,17 @@ class SolverSection(Section):
     #: adaptive with located events, the paper's fixed steps, implicit generalized-alpha, or one of one's own
     scheme: Annotated[str, Choice("integrators", ("event", "fixed-step", "generalized-alpha"))] = "event"
     #: relative tolerance of a step (event), of the iterations (generalized-alpha)
-    tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10  # -
-    free_step: Positive = 1e-4  # s; step in flight (fixed-step, generalized-alpha)
-    contact_step: Positive = 1e-6  # s; step in contact (fixed-step, generalized-alpha)
+    tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10
+    free_step: Annotated[Positive, Unit("s")] = 1e-4  # step in flight (fixed-step, generalized-alpha)
+    contact_step: Annotated[Positive, Unit("s")] = 1e-6  # step in contact (fixed-step, generalized-alpha)
     #: spectral radius of generalized-alpha at infinite frequency
-    rho_infinity: Annotated[float, Field(ge=0.0, le=1.0)] = 0.8  # -
+    rho_infinity: Annotated[float, Field(ge=0.0, le=1.0)] = 0.8
     #: Baumgarte's parameters [chi, beta] of the contact constraints
-    baumgarte: Annotated[tuple[NonNegative, NonNegative], Field(strict=False)] = (10.0, 1000.0)  # 1/s
+    baumgarte: Annotated[tuple[NonNegative, NonNegative], Field(strict=False), Unit("1/s")] = (10.0, 1000.0)
     #: how they are read, "squared": Z'' + 2 chi Z' + beta^2 Z = 0; "plain": Z'' + chi Z' + beta Z = 0
     baumgarte_form: Literal["squared", "plain"] = "squared"
-    output_interval: Positive = 1e-4  # s; interval of the samples; events are always kept exactly
+    #: interval of the samples; events are always kept exactly
+    output_interval: Annotated[Positive, Unit("s")] = 1e-4
 
 
 class ParametersSection(Section):
@@ -164,8 +161,8 @@ class Scenario(Section):
     1.0
     """
 
-    end_time: Positive = 1.0  # s; duration of the run
-    gravity: Annotated[float, Field(ge=0.0, le=1e6)] = 9.8  # m/s^2; acceleration of gravity, downwards
+    end_time: Annotated[Positive, Unit("s")] = 1.0  # duration of the run
+    gravity: Annotated[float, Field(ge=0.0, le=1e6), Unit("m/s^2")] = 9.8  # acceleration of gravity, downwards
     beam: BeamSection = BeamSection()
     root: RootSection = RootSection()
     initial: InitialSection = InitialSection()
@@ -177,12 +174,15 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:
-        if math.isnan(self.contact.point):
-            resolved = self.contact.model_copy(update={"point": self.beam.length})
-            object.__setattr__(self, "contact", resolved)
+        derive(self)
         for rule in RULES:
             rule(self)
         return self
+
+    @property
+    def is_nodal(self) -> bool:
+        """Whether the full nodal model is marched: finite elements, nothing reduced."""
+        return self.discretization.method == "fem" and self.discretization.modes == 0
 
     @property
     def initial_gap(self) -> float:
@@ -216,28 +216,27 @@ class Scenario(Section):
         return build(choice.kind, name, dict(getattr(self.parameters, key)), *before)
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Scenario:
-        """Validate nested sections; raises InputError with one line about the first fault."""
+    def from_toml(cls, text: str, overrides: list[str] | None = None, name: str = "scenario file") -> Scenario:
+        """Read a scenario file's text; `overrides` are strings "section.key=value", `name` begins its faults."""
+        data = parse_toml(text, name)
+        changed: set[str] = set()
         try:
-            return cls.model_validate(data)
-        except ValidationError as error:
-            raise InputError(one_line(error, cls)) from None
-
-    @classmethod
-    def from_toml(cls, text: str, overrides: list[str] | None = None) -> Scenario:
-        """Read a scenario file's text; `overrides` are strings "section.key=value"."""
-        data = parse_toml(text, "scenario file")
-        for item in overrides or []:
-            _apply_override(data, item)
-        return cls.from_dict(data)
+            release(data)
+            changed.update(apply_change(data, item) for item in overrides or [])
+            return cls.from_dict(data)
+        except InputError as error:
+            raise at_line(error, text, name, changed) from None
 
     @classmethod
     def builtin(cls, name: str, overrides: list[str] | None = None) -> Scenario:
         """Return the built-in case `name` (see `builtin_names`)."""
         if name not in builtin_names():
-            raise InputError(f"scenario = {name!r}: built-in scenarios are {', '.join(builtin_names())}")
+            meant = did_you_mean(name, builtin_names())
+            raise InputError(
+                f"scenario = {short(name)}: built-in scenarios are {', '.join(builtin_names())}{meant}"
+            )
         text = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
-        return cls.from_toml(text, overrides)
+        return cls.from_toml(text, overrides, name="")
 
     @classmethod
     def load(cls, source: str, overrides: list[str] | None = None) -> Scenario:
@@ -247,32 +246,36 @@ class Scenario(Section):
         path = Path(source)
         if not _is_file(path):
             known = ", ".join(builtin_names())
-            raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known})")
+            meant = did_you_mean(source, builtin_names())
+            raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known}){meant}")
         try:
             text = read_text(path, MAX_FILE)
         except (OSError, ValueError) as error:
             raise InputError(f"scenario = {source!r}: cannot be read: {error}") from None
-        return cls.from_toml(text, overrides)
+        return cls.from_toml(text, overrides, source)
 
     def replace(self, **values: Any) -> Scenario:
-        """Return a copy with changed keys, "section__key=value" or "key=value"; validated again."""
-        data = self.model_dump()
-        at_tip = self.contact.point == self.beam.length
-        if at_tip and "beam__length" in values and "contact__point" not in values:
-            del data["contact"]["point"]  # the tip moves with the length
+        """Return a copy with changed keys, "section__key=value" or "key=value"; validated again.
+
+        Keys that were not given and follow others (the contact point is at the tip) go on following them.
+        """
+        data = self._with_derived()
+        release(data)
         for name, value in values.items():
-            *sections, key = name.split("__")
-            target = data
-            for section in sections:
-                target = target[section]
-            target[key] = value
+            put(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 
     def to_toml(self) -> str:
-        """Return the fully resolved scenario file."""
-        data = self.model_dump(mode="json")
+        """Return the fully resolved scenario file; its table `derived` lists the values that follow other keys."""
+        data = self._with_derived()
         given = {key: numbers for key, numbers in data.pop("parameters").items() if numbers}
-        return tomli_w.dumps(data | ({"parameters": given} if given else {}))
+        followers = {TABLE: data.pop(TABLE)}
+        text = tomli_w.dumps(data | ({"parameters": given} if given else {}))
+        return f"{text}\n# not given: these values follow other keys\n{tomli_w.dumps(followers)}"
+
+    def _with_derived(self) -> dict[str, Any]:
+        """Return the data of a resolved file."""
+        return {**self.model_dump(mode="json"), TABLE: derived(self)}
 
 
 def builtin_names() -> list[str]:
@@ -290,22 +293,3 @@ def _is_file(path: Path) -> bool:
 
 def _builtin_folder() -> Any:
     return resources.files("oblique_impact") / "scenarios"
-
-
-def _apply_override(data: dict[str, Any], item: str) -> None:
-    """Apply "section.key=value" or "parameters.part.name=value"; it is TOML, or a bare word taken as a string."""
-    path, separator, text = item.partition("=")
-    keys = [part.strip() for part in path.split(".")]
-    if not separator or not all(keys) or len(keys) > (3 if keys[0] == "parameters" else 2):
-        raise InputError(f"--set {item}: expected section.key=value")
-    try:
-        parsed = parse_toml(f"value = {text}", "--set")
-    except InputError:
-        parsed = {}
-    value = parsed["value"] if parsed.keys() == {"value"} else text.strip()
-    target = data
-    for key in keys[:-1]:
-        target = target.setdefault(key, {})
-        if not isinstance(target, dict):
-            raise InputError(f"--set {item}: {key} is not a section")
-    target[keys[-1]] = value

@@ -12,6 +12,10 @@ _MOST_PARTS = 20
 _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|[\w-]++)"""
 #: tomllib takes time with the square of the parts of a key
 _LONG_KEY = re.compile(rf"(?:^|[{{,\[])[ \t]*+{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}", re.MULTILINE)
+_LINE = re.compile(r"(.*) \(at line (\d+), column (\d+)\)", re.DOTALL)
+_KEY = rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+"
+_HEADER = re.compile(rf"[ \t]*+(\[\[?)[ \t]*+({_KEY})[ \t]*+\]\]?[ \t]*+(?:#.*)?")
+_ENTRY = re.compile(rf"[ \t]*+({_KEY})[ \t]*+=")
 
 
 def parse_toml(text: str, what: str) -> dict[str, Any]:
@@ -21,8 +25,45 @@ def parse_toml(text: str, what: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{what}: not valid TOML: {error}") from None
+        line, message = _LINE.fullmatch(str(error)), "not valid TOML"
+        if line is None:
+            raise InputError(f"{what}: {message}: {error}") from None
+        raise InputError(f"{what}, line {line[2]}: {message}: {line[1]} (column {line[3]})") from None
     except RecursionError:
         raise InputError(f"{what}: nested too deeply; sections have one level") from None
     except ValueError as error:  # integers of thousands of digits
         raise InputError(f"{what}: {error}") from None
+
+
+def line_of(key: str, text: str) -> int | None:
+    """Return the number of the line of a file's text that gives `key`, or the table or list it stands in.
+
+    Parameters
+    ----------
+    key : str
+        As faults name it, "section.key"; entries of lists have their number, "axes.0.key".
+    text : str
+        Of a valid TOML file.
+    """
+    wanted = key.split(".")
+    table: list[str] = []
+    lists: dict[tuple[str, ...], int] = {}
+    best, found = 0, None
+    for number, line in enumerate(text.split("\n"), start=1):
+        if header := _HEADER.fullmatch(line.rstrip("\r")):
+            path = table = _parts(header[2])
+            if header[1] == "[[":
+                lists[tuple(path)] = lists.get(tuple(path), -1) + 1
+                path = table = [*path, str(lists[tuple(path)])]
+        elif entry := _ENTRY.match(line):
+            path = [*table, *_parts(entry[1])]
+        else:
+            continue
+        same = min(len(path), len(wanted))
+        if same > best and path[:same] == wanted[:same]:
+            best, found = same, number
+    return found
+
+
+def _parts(key: str) -> list[str]:
+    return [part.strip("\"'") for part in re.findall(_PART, key)]
