@@ -56,7 +56,8 @@ def _check_beam(s: Scenario) -> None:
             _refuse(
                 f"beam.{key}",
                 table,
-                f"should end at x = beam.length = {beam.length}, not at {table[-1][0]}; a new length needs new tables",
+                f"should end at x = beam.length = {beam.length}, not at {table[-1][0]}; a new length "
+                "needs new tables",
             )
         if modal:
             _refuse(f"beam.{key}", table, f"{uniform} tables")

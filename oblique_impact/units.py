@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 _LONGEST = 100
-#: unit: its value in SI units, and its powers of m, kg, s and rad; exact, so that "12 mm" is 0.012 to the last digit
+#: value in SI units, powers of m, kg, s and rad; exact, so that "12 mm" is 0.012 to the last digit
 _UNITS = {
     "m": (Fraction(1), (1, 0, 0, 0)),
     "g": (Fraction(1, 1000), (0, 1, 0, 0)),
@@ -97,7 +97,8 @@ def unit_of(field: FieldInfo) -> Unit | None:
 def _expression(text: str, wanted: str) -> tuple[Fraction, tuple[int, ...]]:
     """Return the value in SI units and the powers of a product of units; `wanted` is for the fault."""
     plain = re.sub(r"[⁻¹²³⁴]+", lambda power: "^" + power[0].translate(_RAISED), text.replace("**", "^"))
-    factor, powers, place = Fraction(1), (0, 0, 0, 0), 0
+    factor, place = Fraction(1), 0
+    powers: tuple[int, ...] = (0, 0, 0, 0)
     while place < len(plain):
         found = _FACTOR.match(plain, place)
         unit = _unit(found[2]) if found else None
@@ -122,4 +123,4 @@ def _unit(name: str) -> tuple[Fraction, tuple[int, ...]] | None:
 
 def _fault(allowed: str) -> PydanticCustomError:
     # without a context the message is taken as it is, braces and all
-    return PydanticCustomError("unit", allowed)  # type: ignore[arg-type]
+    return PydanticCustomError("unit", allowed)

@@ -1,6 +1,6 @@
 """The reference of the scenario's keys, from the pydantic models and their comments: nothing is written by hand.
 
-A model tells types, ranges and defaults; its source tells units and meanings in the comments of the keys; the
+A model tells types, units, ranges and defaults; its source tells meanings in the comments of the keys; the
 validators tell which keys exclude each other, in the words of their faults.
 """
 
@@ -17,28 +17,21 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
 
 from docutils import nodes
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from oblique_impact import rules as rules_of_keys
 from oblique_impact import scenario
+from oblique_impact.errors import InputError
+from oblique_impact.input_model import Section
 from oblique_impact.parameters import Pairs
 from oblique_impact.plugins import Choice
-from oblique_impact.scenario import Scenario, Section
+from oblique_impact.scenario import Scenario
 from oblique_impact.tables import Table
+from oblique_impact.units import unit_of
 
-#: units that a key may have, as they are written in the comments and as they are shown
-UNITS = {
-    "-": "1",
-    **{u: u for u in ("m", "kg", "s", "1/s", "Pa", "rad", "rad/s", "m/s", "N/m", "s/m", "N m")},
-    "m^2": "m²",
-    "m^4": "m⁴",
-    "m/s^2": "m/s²",
-    "kg/m^3": "kg/m³",
-    "kg m^2": "kg m²",
-}
 _LARGEST = 1e30  # a bound that only keeps infinity out
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 
@@ -74,14 +67,13 @@ def every_key() -> list[Key]:
         comments = read_comments(model)
         for name, field in model.model_fields.items():
             if not _is_section(field):
-                unit, meaning = comments.get(name, ("", ""))
                 allowed, default = _allowed(model, name, field), _default(section, name, field)
-                found.append(Key(section, name, _kind(field), allowed, default, unit, meaning))
+                found.append(Key(section, name, _kind(field), allowed, default, _unit(field), comments[name]))
     return found
 
 
-def read_comments(model: type[BaseModel]) -> dict[str, tuple[str, str]]:
-    """Return (unit, meaning) of each key from the comments in the source of a model."""
+def read_comments(model: type[BaseModel]) -> dict[str, str]:
+    """Return the meaning of each key from the comments in the source of a model."""
     source = inspect.getsource(model)
     behind, above = {}, {}
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
@@ -93,14 +85,11 @@ def read_comments(model: type[BaseModel]) -> dict[str, tuple[str, str]]:
     assert isinstance(body, ast.ClassDef)
     for node in body.body:
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            unit, _, meaning = behind.get(node.end_lineno or 0, "").partition("; ")
-            if unit not in UNITS:
-                unit, meaning = "", behind.get(node.end_lineno or 0, "")
-            lines, line = [], node.lineno - 1
+            lines, line = [behind[node.end_lineno]] if node.end_lineno in behind else [], node.lineno - 1
             while line in above:
                 lines.insert(0, above[line])
                 line -= 1
-            found[node.target.id] = UNITS.get(unit, ""), " ".join([*lines, *([meaning] if meaning else [])])
+            found[node.target.id] = " ".join(lines)
     return found
 
 
@@ -177,6 +166,14 @@ def _is_section(field: FieldInfo) -> bool:
     return isinstance(field.annotation, type) and issubclass(field.annotation, Section)
 
 
+def _unit(field: FieldInfo) -> str:
+    """Return the declared unit; numbers without one have the unit 1, words and switches have none."""
+    unit = unit_of(field)
+    if unit is not None:
+        return unit.shown
+    return "1" if field.annotation in (float, int) else ""
+
+
 def _kind(field: FieldInfo) -> str:
     annotation = field.annotation
     if annotation == Pairs:
@@ -226,8 +223,8 @@ def _refusal(model: type[BaseModel], name: str) -> str:
     """Ask the model itself what it wants, by a value that nothing accepts."""
     try:
         model.model_validate({name: object()})
-    except ValidationError as error:
-        return error.errors()[0]["msg"].removeprefix("Input should be ")
+    except InputError as error:
+        return str(error).partition(": should be ")[2]
     raise AssertionError(f"{name} takes anything")
 
 

@@ -93,7 +93,7 @@ def test_frames_of_a_hub_agree():
             "end_time=0.1",
             "discretization.method=fem",
             "discretization.elements=4",
-            "discretization.modes=0",
+            "discretization.modes=8",
             "discretization.kinetics=full",
         ],
     )

@@ -72,7 +72,7 @@ def test_sixty_modes_bend_like_the_chimney(frame):
 @pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
 @pytest.mark.parametrize("elements", [6, 12, 24])
 def test_elements_bend_like_the_chimney(frame, elements):
-    moment, tip, slope = static_bending(falling(method="fem", frame=frame, modes=0, elements=elements))
+    moment, tip, slope = static_bending(falling(method="fem", frame=frame, modes=2 * elements, elements=elements))
     # Hermite elements are exact at the nodes of a uniform beam in statics; the table has 9 digits
     assert tip == pytest.approx(CHIMNEY["tip"], rel=1e-8)
     assert slope == pytest.approx(CHIMNEY["slope"], rel=1e-8)

@@ -88,21 +88,21 @@ def test_rules_between_keys_are_complete_and_about_known_keys(extension):
     assert re.search(re.escape(rule).replace("…", ".*"), str(refused.value))
 
 
-def test_comments_without_a_unit_are_meanings(extension, tmp_path, monkeypatch):
+def test_comments_behind_and_above_keys_are_meanings(extension, tmp_path, monkeypatch):
     source = (
         "from pydantic import BaseModel\n\n\nclass Probe(BaseModel):\n"
-        "    a: float = 0.0  # m; a length\n"
-        "    #: goes on\n    #: over two lines\n    b: float = 0.0  # 1/s\n"
+        "    a: float = 0.0  # a length\n"
+        "    #: goes on\n    #: over two lines\n    b: float = 0.0  # and behind\n"
         '    c: str = ""  # words; with a semicolon\n'
         "    d: int = 0\n"
     )
     (tmp_path / "probe_model.py").write_text(source, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     read = extension("scenario_keys").read_comments(import_module("probe_model").Probe)
-    assert read["a"] == ("m", "a length")
-    assert read["b"] == ("1/s", "goes on over two lines")
-    assert read["c"] == ("", "words; with a semicolon")
-    assert read["d"] == ("", "")
+    assert read["a"] == "a length"
+    assert read["b"] == "goes on over two lines and behind"
+    assert read["c"] == "words; with a semicolon"
+    assert read["d"] == ""
 
 
 def test_command_line_reference_has_every_command_and_option(extension):

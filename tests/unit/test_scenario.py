@@ -168,9 +168,25 @@ BAD = {
         '[contact]\npoint = 0.5\n[discretization]\nmethod = "fem"\nelements = 1\nmodes = 1',
         ["discretization.elements", "1", "at least 2"],
     ),
-    "stiff nodal model": (
-        '[discretization]\nmethod = "fem"\nelements = 64\nmodes = 0',
-        ["discretization.modes", "0", "up to 32 elements"],
+    "nodal model, explicit scheme": (
+        '[discretization]\nmethod = "fem"\nmodes = 0\n[solver]\nscheme = "event"',
+        ["solver.scheme", "'event'", '"generalized-alpha"', "leave this key out", "discretization.modes >= 1"],
+    ),
+    "nodal model, tangent frame": (
+        '[discretization]\nmethod = "fem"\nmodes = 0\nframe = "tangent"',
+        ["discretization.frame", "'tangent'", '"mean-axis"', "leave this key out", "discretization.modes >= 1"],
+    ),
+    "nodal model on a driven root": (
+        '[discretization]\nmethod = "fem"\nmodes = 0\n[root]\nkind = "driven"',
+        ["discretization.modes = 0", "a pin or a hub of radius 0", "keep modes"],
+    ),
+    "nodal model on a hub with a radius": (
+        '[discretization]\nmethod = "fem"\nmodes = 0\n[root]\nkind = "hub"\nhub_radius = 0.1',
+        ["discretization.modes = 0", "a pin or a hub of radius 0", "keep modes"],
+    ),
+    "length without its tables": (
+        '[beam]\nlength = 2.0\narea = [[0.0, 1e-4], [1.0, 2e-4]]\n[discretization]\nmethod = "fem"',
+        ["beam.area", "beam.length = 2.0", "not at 1.0", "a new length needs new tables"],
     ),
     "mean-axis, driven": (
         '[root]\nkind = "driven"\n[discretization]\nframe = "mean-axis"',

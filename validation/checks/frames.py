@@ -44,7 +44,7 @@ def same_space() -> list[Measurement]:
             "end_time=0.1",
             "discretization.method=fem",
             "discretization.elements=4",
-            "discretization.modes=0",
+            "discretization.modes=8",
             "discretization.kinetics=full",
         ],
     )

@@ -88,7 +88,7 @@ def nodal_matrices() -> list[Measurement]:
     found = []
     for elements in (8, 16):
         scenario = unit_beam(method="fem", frame="mean-axis", modes=0, elements=elements)
-        o = fem_beam.build_nodal(scenario.replace(solver__scheme="generalized-alpha"))
+        o = fem_beam.build_nodal(scenario)
         squares = eigh(o.K.toarray(), o.M1.toarray(), eigvals_only=True)[1:4]
         computed, exact = np.sqrt(squares) / _ROOTS["hinged"][:3] ** 2 - 1.0, np.array(VALUES[f"1.4-h{elements}"])
         k = int(np.argmax(np.abs(computed - exact)))

@@ -6,50 +6,22 @@ import math
 from functools import cache
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ValidationError, create_model
+from pydantic import create_model
+from pydantic.fields import FieldInfo
 
 from oblique_impact.errors import InputError
-from oblique_impact.faults import one_line, short
-from oblique_impact.scenario import ParametersSection, Scenario, Section
+from oblique_impact.faults import did_you_mean, short
+from oblique_impact.input_model import Section
+from oblique_impact.scenario import ParametersSection, Scenario
+from oblique_impact.units import unit_of
 
-#: SI units of the scenario's keys that have one; the others are numbers without a unit, words or switches
-UNITS = {
-    "end_time": "s",
-    "gravity": "m/s²",
-    "beam.length": "m",
-    "beam.area": "m²",
-    "beam.second_moment": "m⁴",
-    "beam.density": "kg/m³",
-    "beam.youngs_modulus": "Pa",
-    "beam.kelvin_voigt": "s",
-    "beam.mass_proportional": "1/s",
-    "beam.tip_mass": "kg",
-    "beam.outer_fibre": "m",
-    "root.hub_radius": "m",
-    "root.inertia": "kg m²",
-    "root.torque": "N m",
-    "root.spin_rate": "rad/s",
-    "root.spin_up_time": "s",
-    "initial.angle": "rad",
-    "initial.angular_velocity": "rad/s",
-    "slope.origin": "m",
-    "slope.angle": "rad",
-    "contact.point": "m",
-    "contact.stiffness": "N/m",
-    "contact.damping": "s/m",
-    "contact.regularization": "m/s",
-    "solver.free_step": "s",
-    "solver.contact_step": "s",
-    "solver.baumgarte": "1/s",
-    "solver.output_interval": "s",
-}
 _WITHOUT_SECTION = ""
 
 
 @cache
-def _sections() -> dict[str, type[BaseModel]]:
+def _sections() -> dict[str, type[Section]]:
     """Models of the sections by name; the keys that belong to none are a section without a name."""
-    sections: dict[str, type[BaseModel]] = {}
+    sections: dict[str, type[Section]] = {}
     single: dict[str, Any] = {}
     for name, field in Scenario.model_fields.items():
         annotation = field.annotation
@@ -92,7 +64,8 @@ def check_key(key: str, where: str) -> None:
     inside = [k for k in known_keys() if dot and k.startswith(f"{section}.")]
     sections = ", ".join(name for name in _sections() if name)
     words = ", ".join(inside) or f"{', '.join(k for k in known_keys() if '.' not in k)}, SECTION.KEY of {sections}"
-    raise InputError(f"{where} = {short(key)}: not a key of a scenario; known here: {words}")
+    meant = did_you_mean(key, known_keys())
+    raise InputError(f"{where} = {short(key)}: not a key of a scenario; known here: {words}{meant}")
 
 
 def coerce(key: str, value: Any, where: str) -> Any:
@@ -111,9 +84,8 @@ def coerce(key: str, value: Any, where: str) -> Any:
     model = _sections()[section]
     try:
         found = getattr(model.model_validate({name: value}), name)
-    except ValidationError as error:
-        line = one_line(error, model)
-        raise InputError(f"{where}: {f'{section}.{line}' if section else line}") from None
+    except InputError as error:
+        raise InputError(f"{where}: {f'{section}.{error}' if section else error}") from None
     return found
 
 
@@ -121,8 +93,7 @@ def kind(key: str) -> type:
     """Return the type of a key's values: float, int, bool or str; tuple if it takes nothing but lists."""
     if _of_own_part(key):
         return float
-    section, _, name = key.rpartition(".")
-    annotation = _sections()[section].model_fields[name].annotation
+    annotation = _field(key).annotation
     if annotation in (int, bool, float):
         return annotation  # type: ignore[return-value]
     if annotation is None or str(annotation).startswith("tuple"):
@@ -134,4 +105,12 @@ def unit(key: str) -> str:
     """Return the SI unit of a key, "1" for numbers without one, "" for words and switches."""
     if _of_own_part(key):
         return ""  # the part knows
-    return UNITS.get(key, "1" if kind(key) in (int, float) else "")
+    declared = unit_of(_field(key))
+    if declared is not None:
+        return declared.shown
+    return "1" if kind(key) in (int, float) else ""
+
+
+def _field(key: str) -> FieldInfo:
+    section, _, name = key.rpartition(".")
+    return _sections()[section].model_fields[name]

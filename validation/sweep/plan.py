@@ -15,12 +15,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from oblique_impact.errors import InputError
-from oblique_impact.faults import one_line, short
+from oblique_impact.faults import did_you_mean, short
 from oblique_impact.files import read_text
-from oblique_impact.scenario import Finite, Scenario, Section
+from oblique_impact.input_model import Section
+from oblique_impact.scenario import Scenario
+from oblique_impact.scenario_file import at_line
 from oblique_impact.toml import parse_toml
 from validation.refinement.quantities import Quantity, default_quantities, quantity
 from validation.sweep.design import Block, Design, Dimension, between, latin_hypercube, spread
@@ -28,7 +30,8 @@ from validation.sweep.keys import check_key, coerce, kind
 
 MAX_RUNS = 100_000
 
-Range = Annotated[tuple[Finite, Finite], Field(strict=False)]
+#: two numbers, or texts with a unit
+Range = Annotated[tuple[Any, Any], Field(strict=False)]
 Spacing = Literal["linear", "log"]
 Keys = Annotated[list[str], Field(min_length=1)]
 Values = Annotated[list[Any], Field(min_length=1, max_length=MAX_RUNS)]
@@ -81,14 +84,6 @@ class SweepFile(Section):
     axes: Annotated[list[AxisSection], Field(min_length=1)] | None = None
     table: TableSection | None = None
     latin_hypercube: HypercubeSection | None = None
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> SweepFile:
-        """Validate plain data; raises InputError with one line about the first fault."""
-        try:
-            return cls.model_validate(data)
-        except ValidationError as error:
-            raise InputError(one_line(error, cls)) from None
 
 
 @dataclass(frozen=True)
@@ -155,25 +150,29 @@ def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> P
     """
     source = os.fspath(source)
     if source in shipped_names():
-        return plan_of(_parse((_studies() / f"{source}.toml").read_text(encoding="utf-8")), base=base)
+        return make_plan((_studies() / f"{source}.toml").read_text(encoding="utf-8"), base=base)
     path = Path(source)
     if not _is_file(path):
-        raise InputError(
-            f"sweep = {short(source)}: neither a file nor a shipped study ({', '.join(shipped_names())})"
-        )
+        known = shipped_names()
+        words = f"neither a file nor a shipped study ({', '.join(known)}){did_you_mean(source, known)}"
+        raise InputError(f"sweep = {short(source)}: {words}")
     try:
         text = read_text(path)
     except (OSError, ValueError) as error:
         raise InputError(f"sweep = {short(source)}: cannot be read: {short(str(error))}") from None
-    return plan_of(_parse(text), path.parent, base)
+    return make_plan(text, path.parent, base, source)
 
 
-def make_plan(text: str, folder: Path = Path()) -> Plan:
+def make_plan(text: str, folder: Path = Path(), base: Scenario | None = None, name: str = "sweep file") -> Plan:
     """Check a sweep file's text; a scenario that is a file is looked for beside it, in `folder`.
 
-    Raises InputError.
+    Raises InputError with the `name` of the file and the line.
     """
-    return plan_of(_parse(text), folder)
+    data = parse_toml(text, name)
+    try:
+        return plan_of(SweepFile.from_dict(data), folder, base)
+    except InputError as error:
+        raise at_line(error, text, name) from None
 
 
 def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None) -> Plan:
@@ -203,10 +202,6 @@ def changed(base: Scenario, changes: dict[str, Any], keys: Iterable[str], values
 
 def _studies() -> Any:
     return resources.files("validation.sweep") / "studies"
-
-
-def _parse(text: str) -> SweepFile:
-    return SweepFile.from_dict(parse_toml(text, "sweep file"))
 
 
 def _base(source: str, folder: Path) -> Scenario:
@@ -269,8 +264,8 @@ def _axis_block(axis: AxisSection, where: str) -> Block:
         assert axis.range is not None
         if axis.count is None:
             raise InputError(f"{where}.count: missing; how many values from {axis.range[0]} to {axis.range[1]}?")
-        _check_range(keys, axis.range, axis.spacing or "linear", where)
-        values, where = spread(*axis.range, axis.count, axis.spacing or "linear"), f"{where}.range"
+        ends = _check_range(keys, axis.range, axis.spacing or "linear", where)
+        values, where = spread(*ends, axis.count, axis.spacing or "linear"), f"{where}.range"
         if kind(keys[0]) is int:
             values = [_whole(value, keys[0], where) for value in values]
     rows = tuple(tuple(coerce(key, value, where) for key in keys) for value in values)
@@ -296,10 +291,9 @@ def _hypercube_block(cube: HypercubeSection) -> Block:
     for number, axis in enumerate(cube.axes):
         where = f"latin_hypercube.axes.{number}"
         keys = _keys(axis, where)
-        _check_range(keys, axis.range, axis.spacing, where)
-        start, stop = axis.range
+        start, stop = _check_range(keys, axis.range, axis.spacing, where)
         if kind(keys[0]) is int:
-            low, high = (_whole(value, keys[0], f"{where}.range") for value in sorted(axis.range))
+            low, high = (_whole(value, keys[0], f"{where}.range") for value in sorted((start, stop)))
             values: list[Any] = [min(low + int(p[number] * (high - low + 1)), high) for p in points]
         else:
             values = [between(start, stop, p[number], axis.spacing) for p in points]
@@ -319,15 +313,28 @@ def _keys(axis: AxisSection | SampledSection, where: str) -> tuple[str, ...]:
     return tuple(axis.keys or ())
 
 
-def _check_range(keys: tuple[str, ...], ends: tuple[float, float], spacing: str, where: str) -> None:
+def _check_range(keys: tuple[str, ...], given: tuple[Any, Any], spacing: str, where: str) -> tuple[float, float]:
+    """Return the two ends of a range as numbers in SI units."""
     kinds = {kind(key) for key in keys}
     if not kinds <= {float, int} or len(kinds) > 1:
         words = "keys that are all floats or all integers" if len(keys) > 1 else "keys with numbers; use values"
-        raise InputError(f"{where}.range = {short(list(ends))}: {', '.join(keys)}: ranges are for {words}")
+        raise InputError(f"{where}.range = {short(list(given))}: {', '.join(keys)}: ranges are for {words}")
+    ends = _end(keys, given[0], where), _end(keys, given[1], where)
     if ends[0] == ends[1]:
         raise InputError(f"{where}.range = {short(list(ends))}: the two ends should differ")
     if spacing == "log" and not (ends[0] > 0.0 and ends[1] > 0.0):
         raise InputError(f"{where}.range = {short(list(ends))}: both should be greater than 0 for log spacing")
+    return ends
+
+
+def _end(keys: tuple[str, ...], given: Any, where: str) -> float:
+    """Return an end of a range, a number or a text with a unit that all keys take."""
+    if isinstance(given, str):
+        first, *_ = [float(coerce(key, given, f"{where}.range")) for key in keys]
+        return first
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not abs(given) <= 1e30:
+        raise InputError(f"{where}.range = {short(given)}: should be a number, or a text with a unit")
+    return float(given)
 
 
 def _whole(value: float, key: str, where: str) -> int:
