@@ -47,7 +47,10 @@ def run(
     chosen = _load(scenario, changes)
     from oblique_impact.draft import Draft
     from oblique_impact.files import writing
+    from oblique_impact.plausibility import doubts
 
+    for doubt in doubts(chosen):
+        _say(f"warning: {doubt}")
     with writing(out), Draft(out) as draft:
         _announce_compilation(chosen)
         history = _simulate(chosen, draft)

@@ -20,6 +20,7 @@ from oblique_impact.draft import Draft
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.faults import short
 from oblique_impact.files import cannot_write, prepare_folder, write_all
+from oblique_impact.foreign import is_history, no_history, not_a_history
 from oblique_impact.marching import Event
 from oblique_impact.netcdf import read_netcdf
 from oblique_impact.netcdf_writer import write_netcdf
@@ -111,11 +112,13 @@ class History:
         file = Path(path)
         file = file / "history.nc" if _is(file, Path.is_dir) else file
         if not _is(file, Path.is_file):
-            raise InputError(f"{file}: no such history")
+            raise InputError(no_history(Path(path), FILES))
         try:
             data = read_netcdf(file, DIMENSIONS)
             return _from_data(cls, data)
         except Exception as error:  # damaged files raise whatever the reader's layers raise
+            if not is_history(file):
+                raise InputError(not_a_history(file)) from None
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history: {reason}") from None
 

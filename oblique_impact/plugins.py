@@ -24,6 +24,7 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import one_of
 
 T = TypeVar("T")
 
@@ -64,7 +65,7 @@ def register(kind: str, name: str) -> Callable[[T], T]:
         For an unknown kind or a name that is not made of letters, digits and hyphens.
     """
     if kind not in KINDS:
-        raise InputError(f"register: {kind!r}: should be one of {', '.join(KINDS)}")
+        raise InputError(f"register: {kind!r}: {one_of(kind, KINDS)}")
     if not name.replace("-", "").isalnum():
         raise InputError(f"register: {name!r}: should be made of letters, digits and hyphens")
 

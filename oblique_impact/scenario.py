@@ -278,6 +278,13 @@ class Scenario(Section):
         return {**self.model_dump(mode="json"), TABLE: derived(self)}
 
 
+def require_scenario(value: object, where: str) -> None:
+    """Raise InputError, in one line that begins with `where`, if a value is no scenario."""
+    if not isinstance(value, Scenario):
+        makers = "Scenario.builtin(NAME), Scenario.load(FILE) and Scenario(...) make one"
+        raise InputError(f"{where}: scenario = {short(value)}: should be a Scenario; {makers}")
+
+
 def builtin_names() -> list[str]:
     """Return the names of the built-in scenarios, `paper` first."""
     names = sorted(p.name[:-5] for p in _builtin_folder().iterdir() if p.name.endswith(".toml"))

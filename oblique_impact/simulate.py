@@ -21,9 +21,10 @@ from oblique_impact.marching import Problem, Run, Segment, default_tolerances
 from oblique_impact.nodal import FullBeam
 from oblique_impact.nodal_frame import definiteness, new_nodal_work, supplied_power_nodal
 from oblique_impact.operators import build_operators
+from oblique_impact.plausibility import doubts
 from oblique_impact.plugins import discretization
 from oblique_impact.samples import Samples, beam_variables, gather, summarize, warnings_of
-from oblique_impact.scenario import Scenario
+from oblique_impact.scenario import Scenario, require_scenario
 from oblique_impact.stops import Stop, stop_of
 from oblique_impact.system import (
     Array,
@@ -56,12 +57,18 @@ def simulate(
     History
         Samples, events and summary; `outcome` says how the run ended, which is no error.
 
+    Raises
+    ------
+    InputError
+        If this is no scenario.
+
     Examples
     --------
     >>> from oblique_impact import Scenario, simulate
     >>> history = simulate(Scenario.builtin("paper"))
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
+    require_scenario(scenario, "simulate")
     full = _full_beam(scenario)
     beam = Beam(scenario, full.operators.beam if full else build_operators(scenario))
     problem = full_beam_problem(full) if full else beam_problem(beam)
@@ -76,7 +83,7 @@ def simulate(
     variables, first, last = ahead.finish()
     variables["station"] = beam.operators.stations.points
     summary = summarize(record, first, last, wall, problem.machine.stop)
-    summary["warnings"] = warnings_of(beam, variables["uy"])
+    summary["warnings"] = [*doubts(scenario), *warnings_of(beam, variables["uy"])]
     data = dataset(variables)
     if draft is not None:
         draft.end(data)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.plugins import discretization
-from oblique_impact.scenario import Scenario
+from oblique_impact.scenario import Scenario, require_scenario
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def natural_frequencies(
     Raises
     ------
     InputError
-        For speeds that are not finite numbers, or a count out of range.
+        For speeds that are not finite numbers, a count out of range, or what is no scenario.
 
     Examples
     --------
@@ -77,6 +77,7 @@ def natural_frequencies(
     >>> found.flapwise.shape
     (2, 3)
     """
+    require_scenario(scenario, "natural_frequencies")
     rates = [float(speed) for speed in speeds]
     if not rates or not all(math.isfinite(rate) and abs(rate) <= FASTEST for rate in rates):
         shown = ",".join(f"{rate:g}" for rate in rates) or "()"

@@ -74,7 +74,15 @@ class Unit:
 
     def _convert(self, value: Any) -> Any:
         """Convert a text, the texts of a pair, or those of a table over x (m)."""
-        return [self._row(entry) for entry in value] if isinstance(value, (list, tuple)) else self._entry(value)
+        if not isinstance(value, (list, tuple)):
+            return self._entry(value)
+        rows = []
+        for number, row in enumerate(value, start=1):
+            try:
+                rows.append(self._row(row))
+            except PydanticCustomError as fault:
+                raise _fault(f"{fault.message()}; entry {number} is {str(row)[:40]!r}") from None
+        return rows
 
     def _row(self, row: Any) -> Any:
         if isinstance(row, (list, tuple)) and len(row) == 2:

@@ -15,6 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from oblique_impact.contact import State
 from oblique_impact.errors import InputError
+from oblique_impact.faults import one_of
 from oblique_impact.history import History
 from renders.charts import Chart, all_windows, energy_curves, force_curves
 from renders.geometry import QUANTITIES, BeamGeometry
@@ -84,9 +85,9 @@ class Style:
 
     def __post_init__(self) -> None:
         if self.quantity not in _SHOWN:
-            raise InputError(f"--colour {self.quantity}: should be one of {', '.join(_SHOWN)}")
+            raise InputError(f"--colour {self.quantity}: {one_of(self.quantity, _SHOWN)}")
         if self.layout not in _LAYOUTS:
-            raise InputError(f"--layout {self.layout}: should be one of {', '.join(_LAYOUTS)}")
+            raise InputError(f"--layout {self.layout}: {one_of(self.layout, _LAYOUTS)}")
         if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
 

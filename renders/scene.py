@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import one_of
 from renders.geometry import BeamGeometry
 from renders.offscreen import prepare
 from renders.scenery import pin, slope_wedge
@@ -47,7 +48,7 @@ class Look:
 
     def __post_init__(self) -> None:
         if self.camera not in CAMERAS:
-            raise InputError(f"--camera {self.camera}: should be one of {', '.join(CAMERAS)}")
+            raise InputError(f"--camera {self.camera}: {one_of(self.camera, CAMERAS)}")
 
 
 class Beam3D:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import one_of
 from renders.style import FREE_COLOUR, SERIES, SLIP_COLOUR, STICK_COLOUR
 
 
@@ -69,5 +70,5 @@ THEMES = {theme.name: theme for theme in (LIGHT, DARK)}
 def theme_of(name: str) -> Theme:
     """Return a theme by name; raises InputError for an unknown one."""
     if name not in THEMES:
-        raise InputError(f"--theme {name}: should be one of {', '.join(THEMES)}")
+        raise InputError(f"--theme {name}: {one_of(name, THEMES)}")
     return THEMES[name]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import did_you_mean
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from validation.checks.plots import tolerance_figure
@@ -62,8 +63,9 @@ def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:
     groups = list(dict.fromkeys(check.group.id for check in checks))
     for name in only:
         if name not in groups and name not in all_checks():
+            meant = did_you_mean(name, [*groups, *all_checks()])
             raise InputError(
-                f"--only {name}: should be a group ({', '.join(groups)}) or a check such as {checks[0].id}"
+                f"--only {name}: should be a group ({', '.join(groups)}) or a check such as {checks[0].id}{meant}"
             )
     chosen = [check for check in checks if not only or check.id in only or check.group.id in only]
     return [check for check in chosen if not quick or check.seconds <= QUICK_SECONDS]

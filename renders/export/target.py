@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import one_of
 from oblique_impact.files import prepare_folder, remove, unfinished
 
 #: formats and what their files end in
@@ -30,13 +31,12 @@ def resolve(out: Path, format: str | None) -> tuple[Path, str]:
     InputError
         If the format is unknown, contradicts the suffix, or the place cannot be written.
     """
-    known = ", ".join(SUFFIXES)
     if format is None:
         format = out.suffix.lower().removeprefix(".")
         if format not in SUFFIXES:
-            raise InputError(f"--format: missing, and --out {out} does not tell it; should be one of {known}")
+            raise InputError(f"--format: missing, and --out {out} does not tell it; {one_of(format, SUFFIXES)}")
     if format not in SUFFIXES:
-        raise InputError(f"--format {format}: should be one of {known}")
+        raise InputError(f"--format {format}: {one_of(format, SUFFIXES)}")
     suffix = SUFFIXES[format]
     if not out.name:
         raise InputError(f"--out {out}: is a folder, should be a file")

@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import one_of
 from oblique_impact.files import cannot_write, write_text
 from oblique_impact.history import History
 from renders.player.payload import payload
@@ -66,7 +67,7 @@ def write_player(
 def player_page(history: History, *, factor: float | None, steps: int, theme: str, title: str | None) -> str:
     """Return the page as text; see `write_player`."""
     if theme not in THEMES:
-        raise InputError(f"theme = {theme!r}: should be one of {', '.join(THEMES)}")
+        raise InputError(f"theme = {theme!r}: {one_of(theme, THEMES)}")
     if not 2 <= steps <= MAX_STEPS:
         raise InputError(f"steps = {steps}: should be from 2 to {MAX_STEPS}")
     content = payload(history, factor, steps)

@@ -43,7 +43,7 @@ def varied(elements=5, **changes):
 
 FEM = '[discretization]\nmethod = "fem"\n'
 BAD = {
-    "not a number": ('[beam]\narea = "thick"', ["beam.area", "'thick'", "number", "[x, value]"]),
+    "not a number": ('[beam]\narea = "thick"', ["beam.area", "'thick'", "number in m^2", "1 m^2"]),
     "bool": ("[beam]\narea = true", ["beam.area", "True", "number"]),
     "negative": ("[beam]\nsecond_moment = -1e-9", ["beam.second_moment", "-1e-09", "greater than 0"]),
     "infinite": ("[beam]\narea = inf", ["beam.area", "inf", "finite"]),
@@ -57,7 +57,7 @@ BAD = {
         ["beam.area", "pairs", "row 2", "[1, 0.0002, 3]"],
     ),
     "no rows": ("[beam]\narea = [0, 1]", ["beam.area", "pairs", "row 1 is 0"]),
-    "string in a row": ('[beam]\narea = [[0, "a"], [1, 2]]', ["beam.area", "pairs", "row 1", "'a'"]),
+    "string in a row": ('[beam]\narea = [[0, "a"], [1, 2]]', ["beam.area", "in m^2", "entry 1", "'a'"]),
     "table in a row": ("[beam]\narea = [[0, {a = 1}], [1, 2]]", ["beam.area", "pairs", "row 1", "{'a': 1}"]),
     "NaN in a row": ("[beam]\narea = [[0, 1], [1, nan]]", ["beam.area", "finite", "row 2", "nan"]),
     "zero in a row": (

@@ -16,7 +16,7 @@ import tomli_w
 from oblique_impact.errors import InputError
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, counting_bar, silent
-from oblique_impact.scenario import Scenario
+from oblique_impact.scenario import Scenario, require_scenario
 from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, parse_levels
 from validation.refinement.quantities import default_quantities
 from validation.refinement.report import write_study
@@ -202,6 +202,7 @@ def _own(
         raise InputError(f"--{' together with --'.join(chosen)}: refine one at a time, the others with --set")
     if scenario is None:
         raise InputError("refine: a scenario is needed besides levels")
+    require_scenario(scenario, "refine")
     ((axis, levels),) = chosen.items()
     check_levels(axis, levels, _levels(levels))
     names = tuple(quantities) or default_quantities(scenario)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.faults import did_you_mean
 from oblique_impact.scenario import Scenario
 
 # the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
@@ -102,9 +103,11 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
         unit, meaning = known[variable]
         words = f"{'largest' if extreme == 'max' else 'least'} {meaning} among the samples"
         return Quantity(name, unit, words, lambda history: _extreme(history, extreme, variable))
+    known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
     raise InputError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
         f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}"
+        f"{did_you_mean(name, known_names)}"
     )
 
 

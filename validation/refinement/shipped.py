@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from oblique_impact.errors import InputError
+from oblique_impact.faults import did_you_mean
 from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme
 from validation.refinement.ladders import Ladder, Study
 
@@ -274,7 +275,7 @@ def shipped_study(name: str) -> Study:
     """Return a shipped study; raises InputError that lists them."""
     if name not in STUDIES:
         known = "; ".join(f"{key} ({_summary(key)})" for key in STUDIES)
-        raise InputError(f"--study {name}: shipped studies are {known}")
+        raise InputError(f"--study {name}: shipped studies are {known}{did_you_mean(name, STUDIES)}")
     return STUDIES[name]()
 
 

@@ -319,7 +319,7 @@ def _check_range(keys: tuple[str, ...], given: tuple[Any, Any], spacing: str, wh
     if not kinds <= {float, int} or len(kinds) > 1:
         words = "keys that are all floats or all integers" if len(keys) > 1 else "keys with numbers; use values"
         raise InputError(f"{where}.range = {short(list(given))}: {', '.join(keys)}: ranges are for {words}")
-    ends = _end(keys, given[0], where), _end(keys, given[1], where)
+    ends = _end(keys, given[0], f"{where}.range.0"), _end(keys, given[1], f"{where}.range.1")
     if ends[0] == ends[1]:
         raise InputError(f"{where}.range = {short(list(ends))}: the two ends should differ")
     if spacing == "log" and not (ends[0] > 0.0 and ends[1] > 0.0):
@@ -330,10 +330,10 @@ def _check_range(keys: tuple[str, ...], given: tuple[Any, Any], spacing: str, wh
 def _end(keys: tuple[str, ...], given: Any, where: str) -> float:
     """Return an end of a range, a number or a text with a unit that all keys take."""
     if isinstance(given, str):
-        first, *_ = [float(coerce(key, given, f"{where}.range")) for key in keys]
+        first, *_ = [float(coerce(key, given, where)) for key in keys]
         return first
     if isinstance(given, bool) or not isinstance(given, (int, float)) or not abs(given) <= 1e30:
-        raise InputError(f"{where}.range = {short(given)}: should be a number, or a text with a unit")
+        raise InputError(f"{where} = {short(given)}: should be a finite number, or a text with a unit")
     return float(given)
 
 
