@@ -15,15 +15,17 @@ _LONGEST = 200
 
 
 def is_history(file: Path) -> bool:
-    """Whether a file says that it is a history of this program, of whatever version and in whatever state."""
+    """Whether a file may be a history of this program, of whatever version and in whatever state."""
     try:
         if not h5py.is_hdf5(file):
             return False
         with h5py.File(file, "r") as opened:
             attribute = h5a.open(opened.id, b"format")
             kind = attribute.get_type()
-            if kind.get_class() != h5t.STRING or kind.is_variable_str() or kind.get_size() > _LONGEST:
+            if kind.get_class() != h5t.STRING or kind.get_size() > _LONGEST:
                 return False
+            if kind.is_variable_str():  # a reference, which damage turns into anything: not followed
+                return True
             value = opened.attrs["format"]
             return (value.encode() if isinstance(value, str) else bytes(value)).startswith(_WRITTEN_HERE)
     except KeyError:

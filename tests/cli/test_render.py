@@ -82,7 +82,7 @@ def test_a_file_that_is_no_history_is_one_line(tmp_path, capfd):
     (tmp_path / "history.nc").write_bytes(b"nonsense")
     code, _, err = call(capfd, tmp_path, "--out", tmp_path / "a.png")
     assert code == 2
-    assert "not a readable history" in err
+    assert f"{tmp_path / 'history.nc'}: is not a history written by oblique-impact (history.nc)" in err
     code, _, err = call(capfd, tmp_path / "none", "--out", tmp_path / "a.png")
     assert code == 2
     assert "no such history" in err

@@ -3,6 +3,7 @@
 import json
 import os
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -77,6 +78,43 @@ def test_damaged_files_are_refused_in_one_line(history, tmp_path):
         assert len(str(error.value).splitlines()) == 1
     with pytest.raises(InputError, match="missing"):
         History.load(tmp_path / "missing")
+
+
+def test_what_is_no_history_is_called_so(history, tmp_path):
+    run, words = history.save(tmp_path / "run"), "is not a history written by oblique-impact (history.nc)"
+    files = {name: tmp_path / name for name in ("text.nc", "beam.toml", "foreign.h5", "other.h5", "named.h5")}
+    files["text.nc"].write_text("not a history")
+    files["beam.toml"].write_text("end_time = 1.0\n")
+    for name, format in (("foreign.h5", None), ("other.h5", 3), ("named.h5", np.bytes_(b"VTKHDF"))):
+        with h5py.File(files[name], "w") as file:
+            file["time"] = [0.0]
+            if format is not None:
+                file.attrs["format"] = format
+    for file in [*files.values(), run / "scenario.toml", run / "summary.json"]:
+        with pytest.raises(InputError) as error:
+            History.load(file)
+        message = str(error.value)
+        assert message.startswith(f"{file}: {words}")
+        assert (f"oblique-impact run {file} --out DIR" in message) == (file.name == "beam.toml")
+        assert (f"one lies beside it: {run / 'history.nc'}" in message) == (file.parent == run)
+    whole = (run / "history.nc").read_bytes()
+    (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match=r"cut\.nc: not a readable history"):
+        History.load(tmp_path / "cut.nc")
+
+
+def test_a_folder_that_is_no_run_lists_what_it_lacks(history, tmp_path):
+    run = history.save(tmp_path / "run")
+    (run / "history.nc").unlink()
+    with pytest.raises(InputError, match=r"run: is not the folder of a run: it lacks history\.nc$"):
+        History.load(run)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=f"it lacks {', '.join(FILES)}$"):
+        History.load(tmp_path / "empty")
+    with pytest.raises(
+        InputError, match="paper: no such history; run the scenario first: oblique-impact run paper"
+    ):
+        History.load("paper")
 
 
 def test_another_format_is_refused_by_name(history, tmp_path):

@@ -1,0 +1,117 @@
+"""Values that are hardly meant are named before a run, and in its summary; the built-in cases have none."""
+
+import json
+import math
+
+import pytest
+
+from oblique_impact import Scenario, cli, simulate
+from oblique_impact.plausibility import doubts
+from oblique_impact.scenario import builtin_names
+
+# changes of the paper's case -> the beginning of each line, and what it must say
+DOUBTS = {
+    "GPa left out": (
+        ["beam.youngs_modulus=70"],
+        [("beam.youngs_modulus: 70 Pa", '"70 GPa"'), ("beam.length: ", "")],
+    ),
+    "MPa for Pa": (
+        ["beam.youngs_modulus=7e4"],
+        [("beam.youngs_modulus: 70000 Pa", '"70 GPa"'), ("beam.length: ", "")],
+    ),
+    "steel in MPa": (
+        ["beam.youngs_modulus=210000"],
+        [("beam.youngs_modulus: ", '"210 GPa"'), ("beam.length: ", "")],
+    ),
+    "stiffer than diamond": (["beam.youngs_modulus=7e13"], [("beam.youngs_modulus: ", "stiffer than diamond")]),
+    "density in g/cm^3": (["beam.density=2.7"], [("beam.density: 2.7 kg/m^3", '"2.7 g/cm^3"')]),
+    "density in mg": (["beam.density=7.8e6"], [("beam.density: ", "denser than metal")]),
+    "stout": (["beam.length=0.02", "slope.origin=[0.0, 0.0]"], [("beam.second_moment: ", "Euler-Bernoulli")]),
+    "fibre inside the axis": (["beam.outer_fibre=1 mm"], [("beam.outer_fibre: 0.001 m", "sqrt(I/A) = 0.005 m")]),
+    "degrees": (
+        ["slope.angle=-5", "contact.normal=spring"],
+        [("slope.angle: -5 rad are -286 degrees", '"-5 deg"')],
+    ),
+    "steps": (
+        ["solver.scheme=fixed-step", "solver.free_step=0.1"],
+        [("solver.free_step: 0.1 s", "first period of about 0.0716 s")],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_builtin_cases_are_plausible(name):
+    assert doubts(Scenario.builtin(name)) == []
+
+
+@pytest.mark.parametrize("case", DOUBTS)
+def test_what_is_hardly_meant_is_named(case):
+    changes, expected = DOUBTS[case]
+    found = doubts(Scenario.builtin("paper", changes))
+    assert len(found) == len(expected), found
+    for line, (start, words) in zip(found, expected, strict=True):
+        assert line.startswith(start)
+        assert words in line
+        assert len(line.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("factor", "named"), [(0.45, False), (0.55, True)])
+def test_the_limit_of_bending_under_its_own_weight(factor, named):
+    """m g L^4/(8 E I) of the uniform beam; at half its length it is named."""
+    weight = 2766.7 * 3.14e-4 * 9.8  # N/m
+    modulus = weight / (8.0 * 7.85e-9 * factor)
+    assert (
+        any(line.startswith("beam.length") for line in doubts(Scenario().replace(beam__youngs_modulus=modulus)))
+        == named
+    )
+    none = Scenario().replace(beam__youngs_modulus=modulus, gravity=0.0)
+    assert not any(line.startswith("beam.length") for line in doubts(none))
+
+
+def test_a_tip_mass_bends_as_well():
+    """M g L^3/(3 E I) besides."""
+    base = Scenario().replace(discretization__method="fem", beam__density=30.0)
+    mass = 0.6 * 3.0 * 68.952e9 * 7.85e-9 / 9.8
+    assert doubts(base.replace(beam__tip_mass=mass))
+    assert not doubts(base.replace(beam__tip_mass=0.7 * mass))
+
+
+def test_the_first_period_is_that_of_a_clamped_beam():
+    """1.875104^2 sqrt(E I/(m L^4)); a step just above it is named, one just below is not."""
+    period = 2.0 * math.pi / (1.875104**2 * math.sqrt(68.952e9 * 7.85e-9 / (2766.7 * 3.14e-4)))
+    for factor, named in ((1.01, True), (0.99, False)):
+        scenario = Scenario().replace(solver__scheme="fixed-step", solver__free_step=factor * period)
+        assert bool(doubts(scenario)) == named
+
+
+@pytest.mark.parametrize("key", ["length", "area", "second_moment", "density", "youngs_modulus", "outer_fibre"])
+@pytest.mark.parametrize("value", [1e-300, 1e-30, 1e30])
+def test_extreme_values_are_named_not_stumbled_over(key, value):
+    try:
+        scenario = Scenario(beam={key: value}, contact={"enabled": False})
+    except ValueError:
+        return
+    assert all(len(line.splitlines()) == 1 for line in doubts(scenario))
+
+
+def test_doubts_stand_in_the_summary_and_are_printed_before_the_run(tmp_path, capsys, monkeypatch):
+    changes = ["end_time=0.001", "beam.density=7.8"]
+    assert simulate(Scenario.builtin("paper", changes)).summary["warnings"] == doubts(
+        Scenario.builtin("paper", changes)
+    )
+    said = []
+    monkeypatch.setattr(cli, "_simulate", lambda *arguments: said.append(capsys.readouterr().err) or 1 / 0)
+    options = [word for change in changes for word in ("--set", change)]
+    with pytest.raises(ZeroDivisionError):
+        cli.main(["run", "paper", *options, "--out", str(tmp_path / "out")])
+    (line,) = (line for line in said[0].splitlines() if "warning" in line)
+    assert (
+        line
+        == 'oblique-impact: warning: beam.density: 7.8 kg/m^3 is lighter than foam; did you mean "7.8 g/cm^3"?'
+    )
+    monkeypatch.undo()
+    with pytest.raises(SystemExit):
+        cli.main(["run", "paper", *options, "--out", str(tmp_path / "out")])
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"] == [
+        line.partition("warning: ")[2]
+    ]

@@ -1,0 +1,170 @@
+"""Units of the scenario's keys: texts with a unit become SI numbers to the last digit, wherever a number has one."""
+
+import math
+import tomllib
+from decimal import Decimal
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from oblique_impact import InputError, Scenario
+from oblique_impact.input_model import Section
+from oblique_impact.scenario import ParametersSection
+from oblique_impact.units import Unit, unit_of
+
+# SI brochure, 9th edition: prefixes and derived units; a degree is pi/180 rad
+TEXTS = [
+    ("beam.length", "12 mm", 0.012),
+    ("beam.length", "12mm", 0.012),
+    ("beam.length", "1.2e3 mm", 1.2),
+    ("beam.length", "+3 m", 3.0),
+    ("beam.area", "3.14 cm^2", 3.14e-4),
+    ("beam.area", "314 mm²", 3.14e-4),
+    ("beam.second_moment", "7850 mm^4", 7.85e-9),
+    ("beam.second_moment", "0.785 cm4", 7.85e-9),
+    ("beam.density", "8 g/cm^3", 8000.0),
+    ("beam.density", "8 g cm^-3", 8000.0),
+    ("beam.density", "8 g·cm⁻³", 8000.0),
+    ("beam.youngs_modulus", "70 GPa", 70e9),
+    ("beam.youngs_modulus", "70 kN/mm^2", 70e9),
+    ("beam.kelvin_voigt", "10 us", 1e-5),
+    ("beam.kelvin_voigt", "10 µs", 1e-5),
+    ("beam.mass_proportional", "2 1/s", 2.0),
+    ("gravity", "981 cm/s**2", 9.81),
+    ("end_time", "300 ms", 0.3),
+    ("slope.angle", "18 deg", math.pi / 10),
+    ("slope.angle", "18°", math.pi / 10),
+    ("initial.angle", "45 deg", math.pi / 4),
+    ("initial.angle", "800 mrad", 0.8),
+    ("initial.angular_velocity", "-30 rpm", -math.pi),
+    ("initial.angular_velocity", "180 deg/s", math.pi),
+    ("contact.stiffness", "1 kN/mm", 1e6),
+    ("solver.output_interval", "0.1 ms", 1e-4),
+]
+
+
+def value_of(scenario: Scenario, path: str):
+    for name in path.split("."):
+        scenario = getattr(scenario, name)
+    return scenario
+
+
+@pytest.mark.parametrize(("path", "text", "number"), TEXTS)
+def test_a_text_with_a_unit_is_the_si_number_everywhere(path, text, number):
+    section, _, key = path.rpartition(".")
+    made = [
+        Scenario.from_toml("", [f"{path}={text}"]),
+        Scenario.from_toml(f'{path} = "{text}"'),
+        Scenario(**({section: {key: text}} if section else {key: text})),
+        Scenario().replace(**{path.replace(".", "__"): text}),
+    ]
+    for scenario in made:
+        assert value_of(scenario, path) == number
+        found = tomllib.loads(scenario.to_toml())
+        assert (found[section] if section else found)[key] == number  # plain SI numbers in the resolved file
+
+
+def test_texts_in_pairs_and_in_tables_over_x():
+    scenario = Scenario.from_dict(
+        {
+            "slope": {"origin": ["300 mm", 0]},
+            "contact": {"regularization": ("1 mm/s", "2 cm/s")},
+            "solver": {"baumgarte": ["10 1/s", "1 1/ms"]},
+            "beam": {"tip_mass": "50 g", "area": [["0 mm", "3 cm^2"], [0.5, 2e-4], ["1000 mm", "100 mm^2"]]},
+            "discretization": {"method": "fem"},
+        }
+    )
+    assert scenario.beam.tip_mass == 0.05
+    assert scenario.slope.origin == (0.3, 0.0)
+    assert scenario.contact.regularization == (1e-3, 2e-2)
+    assert scenario.solver.baumgarte == (10.0, 1000.0)
+    assert scenario.beam.area == ((0.0, 3e-4), (0.5, 2e-4), (1.0, 1e-4))
+
+
+def fields():
+    """Every key but the numbers of parts, with the model that holds it."""
+    for name, field in Scenario.model_fields.items():
+        model = field.annotation
+        if isinstance(model, type) and issubclass(model, Section):
+            if model is not ParametersSection:
+                yield from ((model, key, inner) for key, inner in model.model_fields.items())
+        else:
+            yield Scenario, name, field
+
+
+@pytest.mark.parametrize(
+    ("model", "key", "field"), [*fields()], ids=lambda value: getattr(value, "__name__", None)
+)
+def test_every_number_takes_its_own_unit_and_no_other(model, key, field):
+    unit, pair = unit_of(field), isinstance(field.default, tuple)
+    wrong = ("1 kg^3", "1 s^7/m", "1 furlong")
+    if unit is None:  # numbers without a unit, words, switches
+        wrong = ("1 m", "18 deg")
+    else:
+        texts = [f"1 {unit.symbol}", f"2 {unit.symbol}"]
+        numbers = (1.0, 2.0)
+        taken = model.model_validate({key: texts if pair else texts[0]})
+        assert getattr(taken, key) == (numbers if pair else 1.0)
+    for text in wrong:
+        with pytest.raises(InputError) as error:
+            model.model_validate({key: [text, text] if pair else text})
+        assert len(str(error.value).splitlines()) == 1
+        assert str(error.value).startswith(key)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("slope.angle", "18", ['"18 deg"', "rad"]),
+        ("slope.angle", "-90", ['"-90 deg"', "rad"]),
+        ("initial.angle", "45.0", ['"45.0 deg"', "rad"]),
+        ("slope.angle", "12 mm", ["in rad or deg, not in mm"]),
+        ("slope.angle", "400 deg", ["less than or equal"]),
+        ("beam.length", "18 deg", ["in m, not in deg"]),
+        ("beam.length", "12 furlong", ["'furlong' is no unit", "known: m, g, s"]),
+        ("beam.length", "12 m m", ["in m, not in m m"]),
+        ("beam.length", '"12"', ["a number in m", '"1 m"']),
+        ("beam.length", "long", ["'long'", "a number in m", '"1 m"']),
+        ("beam.length", "1e999 m", ["finite"]),
+        ("beam.length", "1e999999999 m", ["in m"]),
+        ("beam.length", "nan m", ["a number in m"]),
+        ("beam.length", "-12 mm", ["greater than 0"]),
+        ("initial.angular_velocity", "2 Hz", ["in rad/s, not in Hz"]),
+        ("slope.origin", '["300 mm", "1 kg"]', ["in m, not in kg", "entry 2", "1 kg"]),
+        ("contact.mu_static", "1 m", ["valid number"]),
+    ],
+)
+def test_what_is_no_value_of_the_unit_is_one_line(path, value, words):
+    with pytest.raises(InputError) as error:
+        Scenario.from_toml("", [f"{path}={value}"])
+    message = str(error.value)
+    assert message.startswith(f"{path} = ")
+    assert len(message.splitlines()) == 1
+    for word in words:
+        assert word in message
+
+
+@settings(derandomize=True, max_examples=200, deadline=None)
+@given(
+    number=st.decimals(min_value=-1000, max_value=1000, allow_nan=False, places=6),
+    prefix=st.sampled_from([("n", -9), ("u", -6), ("m", -3), ("c", -2), ("d", -1), ("", 0), ("k", 3), ("M", 6)]),
+)
+def test_prefixes_are_exact(number: Decimal, prefix):
+    assert Unit("m").to_si(f"{number:f} {prefix[0]}m") == float(number.scaleb(prefix[1]))
+
+
+@settings(derandomize=True, max_examples=300, deadline=None)
+@given(text=st.text(max_size=20) | st.from_regex(r"[0-9.e+-]{1,6} ?[a-zA-Z°µ/*^ 0-9-]{0,8}", fullmatch=True))
+@example(text="1 m^-0")
+@example(text="1 m^9/m^8")
+@example(text="1 " + "m " * 60)
+@example(text="9" * 5000 + " m")
+@example(text="1 {m}")
+def test_any_text_is_a_number_or_one_line(text):
+    try:
+        length, message = Scenario(beam={"length": text}).beam.length, ""
+    except InputError as error:
+        length, message = 1.0, str(error)
+    assert math.isfinite(length)
+    assert len(message.splitlines()) <= 1
