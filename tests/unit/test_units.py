@@ -1,4 +1,4 @@
-"""Units of the scenario's keys: texts with a unit become SI numbers to the last digit, wherever a number has one."""
+"""Units of the scenario's keys: texts with a unit become SI numbers to the last digit, wherever there is one."""
 
 import math
 import tomllib
