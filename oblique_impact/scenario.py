@@ -110,7 +110,8 @@ class DiscretizationSection(Section):
 
     #: assumed modes (`modal`), Hermite finite elements (`fem`), or an installed discretization of one's own
     method: Annotated[str, Choice("discretizations")] = "modal"
-    #: the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes)
+    #: the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes), which the full nodal
+    #: model takes if no frame is given
     frame: Literal["tangent", "mean-axis"] = "tangent"
     #: order of the kinetic energy in the elastic coordinates
     kinetics: Literal["zeroth-order", "first-order", "full"] = "first-order"
@@ -124,7 +125,8 @@ class DiscretizationSection(Section):
 class SolverSection(Section):
     """How time is marched."""
 
-    #: adaptive with located events, the paper's fixed steps, implicit generalized-alpha, or one of one's own
+    #: adaptive with located events, the paper's fixed steps, implicit generalized-alpha, which the full nodal model takes
+    #: if no scheme is given, or one of one's own
     scheme: Annotated[str, Choice("integrators", ("event", "fixed-step", "generalized-alpha"))] = "event"
     #: relative tolerance of a step (event), of the iterations (generalized-alpha)
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import re
 import runpy
 import subprocess
@@ -222,8 +223,11 @@ def blocks(page: str, language: str) -> list[str]:
 
 
 def test_scenarios_of_the_how_to_are_valid():
-    complete, tables = blocks("howto/scenario.md", "toml")
+    complete, texts, tables = blocks("howto/scenario.md", "toml")
     assert Scenario.from_toml(complete).contact.point == 0.4
+    units = Scenario.from_toml(texts)
+    assert (units.beam.length, units.beam.density, units.beam.youngs_modulus) == (0.8, 7850.0, 2.1e11)
+    assert (units.slope.origin, units.slope.angle) == ((0.25, 0.0), math.pi / 10)
     varying = Scenario.from_toml(tables, ["discretization.method=fem"])
     assert varying.beam.tip_mass == 0.05
 
