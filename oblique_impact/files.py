@@ -48,7 +48,10 @@ def read_text(path: Path, limit: int = MAX_TEXT) -> str:
         content = file.read(limit + 1)
     if len(content) > limit:
         raise ValueError(f"larger than {limit} bytes")
-    return content.decode("utf-8")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise ValueError("not a text in UTF-8") from None
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:

@@ -143,6 +143,13 @@ class History:
         return self.data.assign_attrs(attributes)
 
 
+def require_history(value: object, where: str) -> None:
+    """Raise InputError, in one line that begins with `where`, if a value is no history."""
+    if not isinstance(value, History):
+        makers = "simulate(SCENARIO) and History.load(PATH) return one"
+        raise InputError(f"{where}: history = {short(value)}: should be a History; {makers}")
+
+
 def _from_data(cls: type[History], data: xr.Dataset) -> History:
     """Take a file's data apart and hold every part against what a history is; raises InputError."""
     if data.attrs.get("format") != FORMAT:

@@ -15,8 +15,9 @@ import xarray as xr
 from oblique_impact.contact import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.faults import short
-from oblique_impact.history import History
+from oblique_impact.history import History, require_history
 from oblique_impact.ledger import MACRO_GAP, Ledger, MacroCollision
+from oblique_impact.scenario_file import TABLE
 
 #: spans are consecutive if they meet within this part of their length
 MEETING = 1e-9
@@ -66,6 +67,8 @@ def concatenate(*histories: History, shift: bool = False) -> History:
     """
     if not histories:
         raise InputError("concatenate: no histories given")
+    for history in histories:
+        require_history(history, "concatenate")
     parts = [histories[0]]
     for number, history in enumerate(histories[1:], start=2):
         _check_alike(histories[0], history, number)
@@ -132,7 +135,7 @@ def _check_alike(first: History, other: History, number: int) -> None:
             raise InputError(f"history {number}: other values of {coordinate!r} than history 1")
     one, two = (_flat(tomllib.loads(history.scenario_toml)) for history in (first, other))
     for key in [*one, *two]:
-        if key.partition(".")[0] not in OF_A_SPAN and one.get(key) != two.get(key):
+        if key.partition(".")[0] not in (*OF_A_SPAN, TABLE) and one.get(key) != two.get(key):
             raise InputError(
                 f"history {number}: {key} = {short(two.get(key))}, in history 1 it is {short(one.get(key))}; "
                 f"only {', '.join(OF_A_SPAN)} may differ"

@@ -110,8 +110,8 @@ class DiscretizationSection(Section):
 
     #: assumed modes (`modal`), Hermite finite elements (`fem`), or an installed discretization of one's own
     method: Annotated[str, Choice("discretizations")] = "modal"
-    #: the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes), which the full nodal
-    #: model takes if no frame is given
+    #: the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes), which is the
+    #: default of the full nodal model
     frame: Literal["tangent", "mean-axis"] = "tangent"
     #: order of the kinetic energy in the elastic coordinates
     kinetics: Literal["zeroth-order", "first-order", "full"] = "first-order"
@@ -125,8 +125,8 @@ class DiscretizationSection(Section):
 class SolverSection(Section):
     """How time is marched."""
 
-    #: adaptive with located events, the paper's fixed steps, implicit generalized-alpha, which the full nodal model takes
-    #: if no scheme is given, or one of one's own
+    #: adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of the full
+    #: nodal model), or one of one's own
     scheme: Annotated[str, Choice("integrators", ("event", "fixed-step", "generalized-alpha"))] = "event"
     #: relative tolerance of a step (event), of the iterations (generalized-alpha)
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10
@@ -248,7 +248,8 @@ class Scenario(Section):
         path = Path(source)
         if not _is_file(path):
             known = ", ".join(builtin_names())
-            meant = did_you_mean(source, builtin_names())
+            inside = path / "scenario.toml"
+            meant = f"; did you mean {inside}?" if _is_file(inside) else did_you_mean(source, builtin_names())
             raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known}){meant}")
         try:
             text = read_text(path, MAX_FILE)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.errors import InputError
-from oblique_impact.history import History
+from oblique_impact.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
 from renders.difference import magnify_difference as magnified
 from renders.film import FILMS, write_film, write_still, write_strip
@@ -118,9 +118,11 @@ def render(
     suffix = file.suffix.lower()
     if suffix not in _SUFFIXES:
         raise InputError(f"--out {out}: should end with {', '.join(_SUFFIXES)}")
-    several = [histories] if isinstance(histories, History) else list(histories)
+    several = list(histories) if isinstance(histories, Sequence) else [histories]
     if not several:
         raise InputError("HISTORY: none given: should be one, two or three")
+    for history in several:
+        require_history(history, "render")
     if names and len(names) != len(several):
         raise InputError(f"--name: {len(names)} given for {len(several)} histories")
     called = list(names) or [f"history {number}" for number in range(1, len(several) + 1)]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.history import History
+from oblique_impact.history import History, require_history
 from validation.alignment import SAME, Clock, Sampling, align, clock, deviation
 from validation.comparison import EventPair, graph_distance, pair_events
 from validation.contrast import Comparison, Measure, VariableDifference
@@ -78,6 +78,8 @@ def compare(
     >>> len(found.only_left), found.largest_shift < 1e-6, found["theta"].aligned.rms < 1e-6
     (0, True, True)
     """
+    for history in (left, right):
+        require_history(history, "compare")
     span = _common_span(left, right)
     length = span[1] - span[0]
     limit = MAX_SHIFT * length if max_shift is None else float(max_shift)

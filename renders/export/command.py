@@ -12,7 +12,7 @@ import numpy as np
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer
-from oblique_impact.history import History
+from oblique_impact.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, counting_bar, silent
 from renders.export.scene import Scene, missing_variables
 from renders.export.selection import Selection
@@ -103,6 +103,7 @@ def export(
     >>> history = simulate(Scenario.builtin("paper"))
     >>> export(history, "beam", format="vtkhdf", every=10, between=(0.3, 0.34)).file  # doctest: +SKIP
     """
+    require_history(history, "export")
     selection = Selection(every, between, around_events)
     _check_beam(history, "history")
     geometry = BeamGeometry(history, deformation)
