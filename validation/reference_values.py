@@ -392,8 +392,8 @@ TABLE = (
     Reference(
         "5b",
         {1e-3: 0.4152203, 2e-3: 0.5549575},
-        "closed form, impulse (N s) of a hinged beam whose tip is held from t = 0 on, EI = 541.27, m = 0.86874, L = 1, "
-        "v0 = 3.77: J(t) = (2 m L v0/pi^2) sum (1 - cos n^2 w1 t)/n^2, w1 = pi^2 c/L^2, c = sqrt(EI/m)",
+        "closed form, impulse (N s) of a hinged beam whose tip is held from t = 0 on, EI = 541.27, m = 0.86874, "
+        "L = 1, v0 = 3.77: J(t) = (2 m L v0/pi^2) sum (1 - cos n^2 w1 t)/n^2, w1 = pi^2 c/L^2, c = sqrt(EI/m)",
     ),
     Reference(
         "5c",

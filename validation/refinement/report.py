@@ -65,7 +65,7 @@ def write_study(folder: Path, result: StudyResult, command: str) -> Path:
 
 
 def study_data(result: StudyResult, command: str) -> dict[str, Any]:
-    """Everything the report says, for machines; only `times` and `command` may differ between two runs on one machine."""
+    """Everything the report says, for machines; `times` and `command` may differ between runs on one machine."""
     return {
         "study": result.study.name,
         "title": result.study.title,
