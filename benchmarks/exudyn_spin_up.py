@@ -18,7 +18,7 @@ import numpy as np
 
 LENGTH, BENDING, AXIAL, MASS = 10.0, 1.4e4, 2.8e7, 1.2  # m, N m², N, kg/m
 items = exu.itemInterface
-SPIN, RISE, END = 6.0, 15.0, 20.0  # rad/s, s, s
+SPIN, RISE, END = 6.0, 15.0, 8.0  # rad/s, s, s (past the minimum)
 
 
 def angle(t: float) -> float:
