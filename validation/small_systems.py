@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact import Instant
 from oblique_impact.history import History
+from oblique_impact.instants import last_sample
 from oblique_impact.marching import Event
 from oblique_impact.system import ContactRows, MechanicalSystem
 from oblique_impact.transitions import EventKind
@@ -156,5 +157,5 @@ def events_of(history: History, kind: EventKind) -> list[Event]:
 
 def samples_at(history: History, time: float) -> tuple[Array, Array]:
     """(q, q') of the last sample at `time`: the right-hand values of a jump."""
-    index = int(np.flatnonzero(history["time"].values == time)[-1])
+    index = int(last_sample(history["time"].values, time))
     return history["q"].values[index], history["qd"].values[index]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.friction import Frictionless
+from oblique_impact.instants import first_sample, last_sample
 from oblique_impact.integrators.base import Tolerances
 from oblique_impact.marching import Run
 from oblique_impact.nodal import FullBeam
@@ -19,7 +20,7 @@ from oblique_impact.transitions import ContactMachine, ContactProbe, EventKind, 
 from validation.checks.plots import impulse_law_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source
-from validation.runs import event_times, run
+from validation.runs import column, event_times, run
 
 check = checks_of("rigid-impact", "Rigid impact against the exact impulse law")
 
@@ -238,8 +239,8 @@ def restitution() -> list[Measurement]:
     found = []
     for e in (0.0, 0.7):
         history = run("paper", f"contact.restitution={e}", "end_time=0.32")
-        at = history["time"].values == history.events[0].time
-        before, after = history["gap_rate"].values[at][[0, -1]]
+        time, rate, impact = column(history, "time"), column(history, "gap_rate"), history.events[0].time
+        before, after = rate[first_sample(time, impact)], rate[last_sample(time, impact)]
         found.append(
             Measurement(
                 f"gap rate after over before, e = {e}",
