@@ -244,7 +244,7 @@ def restitution() -> list[Measurement]:
         found.append(
             Measurement(
                 f"gap rate after over before, e = {e}",
-                -after / before,
+                float(-after / before),
                 e,
                 "1",
                 1e-12,
