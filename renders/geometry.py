@@ -128,7 +128,8 @@ class BeamGeometry:
         k = int(last_sample(times, time))
         if k < 0 or k >= times.size - 1:
             return float(np.clip(k, 0, times.size - 1))
-        return float(k + (time - times[k]) / (times[k + 1] - times[k]))
+        # the right side of a jump stands a little after the time of the event
+        return float(k + max(time - times[k], 0.0) / (times[k + 1] - times[k]))
 
     def value(self, name: str, k: float) -> Array:
         """Values of a variable of the history at the fractional sample k."""

@@ -7,6 +7,7 @@ import pytest
 import pyvista as pv
 
 from oblique_impact import InputError
+from oblique_impact.instants import jumps
 from renders.geometry import BETWEEN, SIDES, BeamGeometry
 
 FAMILIES = {
@@ -100,7 +101,7 @@ def test_between_samples_everything_is_interpolated(run):
     assert middle == pytest.approx(k + 0.5)
     mean = 0.5 * (geometry.surface(k).points + geometry.surface(k + 1).points)
     np.testing.assert_allclose(geometry.surface(middle).points, mean, atol=1e-6)
-    jump = int(np.flatnonzero(np.diff(geometry.times) == 0.0)[0])
+    jump = int(np.flatnonzero(jumps(geometry.times))[0])
     assert geometry.index(geometry.times[jump]) == jump + 1  # the right-hand value
     assert geometry.index(-1.0) == 0
     assert geometry.index(9.0) == geometry.times.size - 1
