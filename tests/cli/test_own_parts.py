@@ -71,7 +71,7 @@ def test_an_own_impact_law_runs_by_changes_alone(own, tmp_path):
 def test_own_checks_run_with_validate(own, tmp_path):
     done = own("validate", "--only", "own", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "1 of 1 checks passed" in done.stdout
+    assert "1 check, 1 measurement: all pass" in done.stdout
     assert "own.hertz-depth" in (tmp_path / "results.csv").read_text(encoding="utf-8")
 
 

@@ -218,7 +218,11 @@ def test_what_a_history_never_holds_is_refused(crafted, harm, name):
             root.create_dataset(name, data=np.zeros(root["gap"].shape))
     replaced(crafted, name, harm)
     if harm is too_short and name == "unknown":
-        assert "should have values along" in refused(crafted)
+        assert "lacks the attribute 'dimensions'" in refused(crafted)
+        for words in ("time", "time station", "nothing", ""):
+            with h5py.File(crafted, "r+") as root:
+                root[name].attrs["dimensions"] = np.bytes_(words)
+            assert "should have values along" in refused(crafted), words
     else:
         assert HARM[harm] in refused(crafted)
 
@@ -283,10 +287,12 @@ CONTENTS = {
     "deep json": ("events", "[" * 60_000, "is not JSON"),
     "other json": ("events", "{}", "should be a list"),
     "short event": ("events", "[[0.1]]", "is not an event"),
-    "strange event": ("events", '[[0.1, "boom", 0, 0, 0, 0, 0, "free"]]', "is not an event"),
-    "strange state": ("events", '[[0.1, "impact", 0, 0, 0, 0, 0, 1]]', "is not an event"),
-    "late event": ("events", '[[9.9, "impact", 0, 0, 0, 0, 0, "free"]]', "times should be ascending"),
-    "event at no time": ("events", '[[NaN, "impact", 0, 0, 0, 0, 0, "free"]]', "times should be ascending"),
+    "strange event": ("events", '[[0.1, "boom", 0, 0, 0, 0, "free", 0, 0, 0]]', "is not an event"),
+    "strange state": ("events", '[[0.1, "impact", 0, 0, 0, 0, 1, 0, 0, 0]]', "is not an event"),
+    "strange contact": ("contacts", '[[0.1, 0.2, "much", 0, 0, 0, 0]]', "is not a contact"),
+    "short contact": ("contacts", "[[0.1, 0.2]]", "is not a contact"),
+    "late event": ("events", '[[9.9, "impact", 0, 0, 0, 0, "free", 0, 0, 0]]', "times should be ascending"),
+    "event at no time": ("events", '[[NaN, "impact", 0, 0, 0, 0, "free", 0, 0, 0]]', "times should be ascending"),
     "large number": ("events", f'[[{"9" * 5000}, "impact", 0, 0, 0, 0, 0, "free"]]', "is not JSON"),
     "no object": ("summary", "[]", "should be a dict"),
     "no outcome": ("summary", "{}", "outcome should be one of"),

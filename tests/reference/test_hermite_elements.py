@@ -36,9 +36,3 @@ def test_frequencies_converge_at_order_four(root):
     # the asymptotic error (item 1.3), up to the next term of relative size (beta h)^2
     ceiling = VALUES["1.3"] * (ROOTS[root] / 32) ** 4
     assert np.all(np.abs(fine / ceiling - 1.0) < (ROOTS[root] / 32) ** 2)
-
-
-def test_error_constants_at_thirty_two_elements():
-    constants = frequency_errors("c", 32) / (ROOTS["c"] / 32) ** 4
-    # five digits are given; 2e-13 of rounding in the frequency is 1.7e-8 of mode 1's (beta h)^4
-    np.testing.assert_allclose(constants, VALUES["1.3-n32"], atol=0.5e-8 + 2e-8)

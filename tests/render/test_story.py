@@ -15,7 +15,7 @@ from renders.player.payload import payload, unpacked
 from renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
 from renders.timeline import make_timeline
 
-QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "slope")
+QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
 TAPERED = ("tapered", "end_time=0.34")
 
 

@@ -20,12 +20,12 @@ BUSY = rf"^[\w ]+ [{BLOCKS}]+ +\d:\d\d:\d\d$"
 RESULTS = {
     "run": "results: out/",
     "modes": r"Campbell diagram: campbell\.png",
-    "validate": r"(\d+) of \1 checks passed; report: out/\w+/report\.html",
+    "validate": r"\d+ checks, \d+ measurements: all pass; report: out/\w+/report\.html",
     "refine": "report: out/refine/report.html",
     "sweep": "results: out/friction",
     "reproduce": r"\d+ claims: .*; report: out/reproduce/report\.html",
     "render": "(picture|written): ",
-    "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd)",
+    "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd) read by ParaView",
 }
 
 
@@ -56,7 +56,7 @@ def check_ended_well(command: Command, results: str, code: int = 0) -> None:
     assert terminal.column == 0, "the prompt of the shell would not begin a line"
     assert not any(block in terminal.text for block in BLOCKS), terminal.text
     assert " left" not in terminal.text
-    assert re.search(results, " ".join(line.strip() for line in terminal.lines[-2:])), terminal.text
+    assert re.search(results, " ".join(line.strip() for line in terminal.lines[-6:])), terminal.text
     assert "" not in terminal.lines, "an empty line is left of a bar"
     notes = [line for line in terminal.lines if line.startswith("oblique-impact: ")]
     assert len(notes) == len(set(notes)), "a note is repeated"

@@ -274,7 +274,7 @@ def test_nodal_evaluation_interpolates_cubics_exactly():
 
 
 @pytest.mark.parametrize(("frame", "first"), [("tangent", 2), ("mean-axis", 1)])
-@pytest.mark.parametrize("modes", [0, 4])
+@pytest.mark.parametrize("modes", [4, 12])  # 12 are all that the mesh has
 def test_reduction_keeps_the_frequencies_of_the_nodal_eigenproblem(frame, first, modes):
     scenario = scenario_of(frame, "fem", elements=6, modes=modes)
     nodal = fem_beam.NodalBeam.from_scenario(scenario)
@@ -284,9 +284,8 @@ def test_reduction_keeps_the_frequencies_of_the_nodal_eigenproblem(frame, first,
         assert abs(squares[0]) < 1e-9 * squares[-1]  # the rigid rotation, which theta stands for
         squares = squares[1:]
     o = build_operators(scenario)
-    count = modes or squares.size
-    assert o.size == count
-    assert_allclose(o.natural_frequencies(), np.sqrt(squares[:count]), rtol=1e-8)
+    assert o.size == modes <= squares.size
+    assert_allclose(o.natural_frequencies(), np.sqrt(squares[:modes]), rtol=1e-8)
 
 
 def test_reduced_operators_are_projections():

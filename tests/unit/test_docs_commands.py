@@ -128,7 +128,7 @@ def test_first_run_prints_what_its_page_shows(run, capsys):
     """The same lines; numbers as far as they are the same on every machine."""
     from oblique_impact.cli import _print_summary
 
-    _print_summary(run("paper"), Path("out/paper"))
+    _print_summary(run("paper"), Path("out/paper"), False)
     printed = capsys.readouterr().out.splitlines()
     shown = blocks(DOCS / "first-run.md", "text")[0].splitlines()
     assert printed[:5] == shown[:5]

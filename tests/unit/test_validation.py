@@ -69,8 +69,9 @@ def test_checks_are_many_and_say_what_they_are():
 
 
 def comparisons(node: ast.expr) -> list[ast.expr]:
-    """Truth values inside of an expression; indices and conditions of a choice are none."""
-    inside: list[ast.AST] = [node]
+    """Truth values that an expression, or the argument of a cast, is made of; what another call takes is none."""
+    cast = isinstance(node, ast.Call) and ast.unparse(node.func) in ("float", "bool", "int")
+    inside: list[ast.AST] = list(node.args) if cast else [node]
     found = []
     while inside:
         part = inside.pop()
@@ -79,9 +80,7 @@ def comparisons(node: ast.expr) -> list[ast.expr]:
         ):
             found.append(part)
         skipped = (ast.Subscript, ast.IfExp, ast.comprehension, ast.Call)
-        if isinstance(part, ast.Call) and ast.unparse(part.func) in ("float", "int", "sum", "bool"):
-            inside += part.args
-        elif not isinstance(part, skipped):
+        if not isinstance(part, skipped):
             inside += ast.iter_child_nodes(part)
         elif isinstance(part, ast.IfExp):
             inside += [part.body, part.orelse]

@@ -13,7 +13,7 @@ from oblique_impact.contact import Phase
 from oblique_impact.friction import ModifiedCoulomb
 from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, dop853
 from oblique_impact.integrators.base import new_scratch
-from oblique_impact.integrators.motion import derivative
+from oblique_impact.integrators.motion import QUADRATURES, derivative
 from oblique_impact.simulate import simulate_system
 from oblique_impact.system import new_work
 from validation.checks.plots import orders_figure
@@ -60,7 +60,11 @@ def _sliding_error(scheme: Scheme) -> float:
 
 def _event_step_error(h: float) -> float:
     """Largest error of equal steps of the Runge-Kutta method of order 8, on x'' = -16 x over 6 s."""
-    system, scratch, y = Particle(above=0.0, stiffness=16.0), new_scratch(new_work(2), 10), np.zeros(10)
+    system, scratch, y = (
+        Particle(above=0.0, stiffness=16.0),
+        new_scratch(new_work(2), 4 + QUADRATURES),
+        np.zeros(4 + QUADRATURES),
+    )
     y[0], worst = 1.0, 0.0
     for i in range(round(6.0 / h)):
         derivative(system, Phase(), i * h, y, scratch.work, scratch.K[0])
