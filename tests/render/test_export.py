@@ -467,7 +467,10 @@ def test_without_contact_there_is_no_slope(run, tmp_path, format):
 @pytest.mark.parametrize("name", ["tapered", "elastic-stop"])
 def test_other_beams(run, tmp_path, format, name):
     history = run(name, *(["end_time=0.34"] if name == "tapered" else ["end_time=0.4"]))
-    scene = Scene.of(BeamGeometry(history, 1.0), Selection(2000).frames(history))
+    # of some eighty events of the tapered beam the first ones are enough
+    span = (0.31, 0.3182) if name == "tapered" else None
+    scene = Scene.of(BeamGeometry(history, 1.0), Selection(2000, span).frames(history))
+    assert scene.frames.sample.size > 8
     frames = read(write(scene, tmp_path / f"beam.{format}"))
     for frame, k in zip(frames, scene.frames.sample, strict=True):
         check_against_history(frame, k, scene.geometry)

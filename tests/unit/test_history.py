@@ -59,9 +59,9 @@ def test_a_jump_has_two_samples_next_to_each_other(history):
 
 def test_times_are_unique_however_a_long_run_is_gathered():
     """Legs of a run are gathered while it goes on; a jump may lie where one portion ends."""
-    history = simulate(Scenario.builtin("bouncing", ["end_time=0.35", "solver.output_interval=1e-6"]))
+    history = simulate(Scenario.builtin("bouncing", ["end_time=0.35", "solver.output_interval=1e-5"]))
     time = history["time"].values
-    assert time.size > 100_000
+    assert time.size > 30_000
     assert np.all(np.diff(time) > 0.0)
     assert np.isin([event.time for event in history.events], time).all()
 
