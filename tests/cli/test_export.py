@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pty
 import re
 import resource
 import signal
@@ -21,6 +20,9 @@ from renders.export import selection
 from tests.render.export_readers import read
 
 FORMATS = ("vtkhdf", "pvd", "xdmf")
+#: what is tried with two formats, or with one, in the quick tests, and with all in the slow ones
+QUICK = ["vtkhdf", "pvd", pytest.param("xdmf", marks=pytest.mark.slow)]
+ONE = ["pvd", *(pytest.param(name, marks=pytest.mark.slow) for name in ("vtkhdf", "xdmf"))]
 
 
 @pytest.fixture
@@ -45,7 +47,7 @@ def command(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "oblique_impact.cli", "export", *map(str, arguments)]
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("format", QUICK)
 def test_export_says_what_it_wrote_and_nothing_else(folder, tmp_path, cli, format):
     target = tmp_path / "new" / f"beam.{format}"
     code, out, err = cli("export", folder, "--format", format, "--out", target, "--every", 400)
@@ -161,7 +163,7 @@ def test_what_is_not_a_history_is_one_line(folder, tmp_path, cli):
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("format", QUICK)
 def test_places_that_cannot_be_written_are_one_line(folder, tmp_path, cli, format):
     (tmp_path / "file").write_text("in the way")
     (tmp_path / f"dir.{format}").mkdir()
@@ -175,7 +177,7 @@ def test_places_that_cannot_be_written_are_one_line(folder, tmp_path, cli, forma
         assert cli("export", folder, "--format", format, "--out", tmp_path / "new")[0] == 2
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("format", QUICK)
 def test_a_full_disk_is_one_line_and_leaves_nothing(folder, tmp_path, format):
     """A bound on the size of files stands for the disk."""
 
@@ -192,7 +194,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(folder, tmp_path, format):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("format", ONE)
 def test_a_killed_export_leaves_no_file_and_an_earlier_one_alone(folder, tmp_path, format):
     target = tmp_path / f"beam.{format}"
     unfinished = {"pvd": tmp_path / "beam.part", "vtkhdf": tmp_path / "beam.vtkhdf.part"}.get(
@@ -236,27 +238,6 @@ def test_interrupted_by_hand_is_130_and_leaves_nothing(folder, tmp_path):
     assert process.returncode == 130
     assert "Traceback" not in err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_terminal_sees_a_progress_bar(folder, tmp_path):
-    ours, theirs = pty.openpty()
-    environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
-    arguments = command(folder, "--out", tmp_path / "beam.vtkhdf", "--every", 20)
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=theirs, env=environment) as process:
-        os.close(theirs)
-        shown = b""
-        while True:
-            try:
-                piece = os.read(ours, 4096)
-            except OSError:  # the other end is closed
-                break
-            if not piece:
-                break
-            shown += piece
-        assert process.wait() == 0
-    os.close(ours)
-    assert b"export vtkhdf" in shown
-    assert b"/543" in shown or b"/544" in shown
 
 
 def test_help_names_the_options(cli):

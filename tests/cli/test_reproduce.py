@@ -49,6 +49,7 @@ def check(folder):
     return data
 
 
+@pytest.mark.slow
 def test_report_of_a_few_cases(tmp_path, monkeypatch, capsys):
     """The whole report, with fewer choices and coarser samples."""
     coarse = [

@@ -35,7 +35,17 @@ def scene(run):
     return Scene.of(BeamGeometry(history, 1.0), Selection(EVERY).frames(history))
 
 
-@pytest.fixture(scope="module", params=WRITERS)
+#: reading what the others wrote takes many times as long; what does not depend on the format is quick for one
+ONE = pytest.mark.parametrize(
+    "format",
+    [pytest.param(name, marks=[] if name == "pvd" else [pytest.mark.slow]) for name in WRITERS],
+    indirect=True,
+)
+
+
+@pytest.fixture(
+    scope="module", params=[pytest.param(n, marks=[pytest.mark.slow] if n == "xdmf" else []) for n in WRITERS]
+)
 def format(request):
     return request.param
 
@@ -279,6 +289,7 @@ def test_cells(frames, scene, format):
         assert flat == scene.geometry.faces.tolist()
 
 
+@ONE
 def test_a_factor_magnifies_the_exported_shapes(run, tmp_path, format):
     history = run("paper")
     geometry, true_shapes = BeamGeometry(history, 5.0), BeamGeometry(history, 1.0)
@@ -448,6 +459,7 @@ def test_what_stands_still_is_written_once(scene, tmp_path):
         assert len(file["surface"]) == 2 + scene.frames.sample.size
 
 
+@ONE
 def test_a_part_more(scene, tmp_path, format):
     mesh = pv.Disc(c_res=7)
     more = replace(scene, parts=(*scene.parts, static_part("disc", mesh)))
@@ -464,6 +476,7 @@ def test_without_contact_there_is_no_slope(run, tmp_path, format):
     check_against_history(frames[1], scene.frames.sample[1], scene.geometry)
 
 
+@ONE
 @pytest.mark.parametrize("name", ["tapered", "elastic-stop"])
 def test_other_beams(run, tmp_path, format, name):
     history = run(name, *(["end_time=0.34"] if name == "tapered" else ["end_time=0.4"]))
@@ -476,6 +489,7 @@ def test_other_beams(run, tmp_path, format, name):
         check_against_history(frame, k, scene.geometry)
 
 
+@ONE
 def test_a_run_that_physics_stopped(run, tmp_path, format):
     history = run("paper", "discretization.modes=8")
     assert history.outcome.exit_code == 1
@@ -654,6 +668,7 @@ def test_selections_of_nothing_are_refused(run):
 # Size -------------------------------------------------------------------------------------------------------
 
 
+@ONE
 @pytest.mark.parametrize("name", ["paper", "elastic-stop"])
 def test_the_size_said_beforehand_is_right_within_a_fifth(run, tmp_path, format, name):
     """Files hold more than they seem at rest, where much is 0: the trial takes frames from the whole run."""
@@ -760,6 +775,7 @@ for deadline in range(1, 200):
 """
 
 
+@ONE
 def test_killed_at_any_instant_the_file_is_absent_or_complete(run, tmp_path, format):
     """One of six frames overwrites one of eleven: the readers find one of the two, or none."""
     source = run("paper").save(tmp_path / "run")

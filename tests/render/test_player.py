@@ -423,7 +423,7 @@ def test_the_keyboard_steps_frames_and_events(shown, run, pages):
     current = shown.evaluate("document.querySelector('#events [aria-current]').textContent")
     assert current.startswith(f"{events[3].time:.6f}{events[3].kind.value}")
     shown.key("ArrowLeft")  # the other side of the reversal or the impact
-    assert shown.evaluate("player.now().time") == np.nextafter(events[3].time, np.inf)
+    assert shown.evaluate("player.now().time") == events[3].time
     shown.key("ArrowLeft", shift=True)
     assert shown.evaluate("player.now().time") == np.nextafter(events[2].time, np.inf)
     shown.key("End")

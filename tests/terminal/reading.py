@@ -11,7 +11,8 @@ TIME = r"(\d+:\d\d:\d\d|-:--:--)"
 LEFT = rf"{TIME} left"
 RUN = rf"^ ?(FREE|SLIP|STICK) [{BLOCKS}]+ t = \d+\.\d+ of [\d.]+ s, \d+ events {LEFT}( after 0:\d\d:\d\d)?$"
 NARROW_RUN = rf"^ ?(FREE|SLIP|STICK) \d+\.\d+/[\d.]+ s \d+ events {TIME}$"
-COUNT = rf"^[\w ]+ [{BLOCKS}]+ (\d+)/\d+ ([\d.–]+ runs/(s|min) )?{LEFT}( after 0:\d\d:\d\d)?( |$)"
+# without colours the part of the bar that is still to do is blank
+COUNT = rf"^[\w ]+ [{BLOCKS}]+ +(\d+)/\d+ ([\d.–]+ runs/(s|min) )?{LEFT}( after 0:\d\d:\d\d)?( |$)"
 NARROW_COUNT = rf"^[\w ]+ \d+/\d+ {TIME}$"
 #: nobody knows how much there is to do
 BUSY = rf"^[\w ]+ [{BLOCKS}]+ +\d:\d\d:\d\d$"
@@ -25,7 +26,7 @@ RESULTS = {
     "sweep": "results: out/friction",
     "reproduce": r"\d+ claims: .*; report: out/reproduce/report\.html",
     "render": "(picture|written): ",
-    "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd) read by ParaView",
+    "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd)\s+read by ParaView",
 }
 
 

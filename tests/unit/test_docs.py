@@ -183,6 +183,7 @@ def examples() -> list[Path]:
     return sorted((ROOT / "examples").glob("plot_*.py"))
 
 
+@pytest.mark.slow  # the build of the documentation runs them too
 @pytest.mark.parametrize("file", examples(), ids=lambda file: file.stem)
 def test_example_runs(file, tmp_path, monkeypatch):
     """An example is a script: started in a folder it leaves its pictures there, and nothing else."""
@@ -218,6 +219,7 @@ def test_gallery_moves_the_pictures_of_a_block(extension, tmp_path):
     assert not list((tmp_path / "examples").glob("*.png"))
 
 
+@pytest.mark.slow
 def test_parts_that_an_example_registers_are_not_in_the_reference(extension, monkeypatch):
     """The gallery runs in the process that builds the pages."""
     monkeypatch.setattr(plugins, "_REGISTERED", dict(plugins._REGISTERED))
