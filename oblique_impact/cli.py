@@ -7,6 +7,7 @@ import os
 import shutil
 import sys
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -51,13 +52,14 @@ def run(
     from oblique_impact.files import writing
     from oblique_impact.plausibility import doubts
 
-    for doubt in doubts(chosen):
+    said = doubts(chosen)
+    for doubt in said:
         _say(f"warning: {doubt}")
     replaced = (out / "history.nc").exists()
     with writing(out), Draft(out) as draft:
         history = _simulate(chosen, draft)
         folder = _save(history, out, draft)
-    _print_summary(history, folder, replaced)
+    _print_summary(history, folder, replaced, said)
     outcome = history.outcome
     if outcome.exit_code:
         _say(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
@@ -384,7 +386,8 @@ def _save(history: History, out: Path, draft: Draft) -> Path:
         raise InputError(f"{error}; the results are in {elsewhere}") from None
 
 
-def _print_summary(history: History, folder: Path, replaced: bool) -> None:
+def _print_summary(history: History, folder: Path, replaced: bool, said: Sequence[str] = ()) -> None:
+    """Print what a run was like; warnings that were `said` before it are not repeated."""
     summary, energy = history.summary, history.summary["energy"]
     _print(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
     for number, m in enumerate(summary["macro_collisions"], start=1):
@@ -398,7 +401,7 @@ def _print_summary(history: History, folder: Path, replaced: bool) -> None:
     _print(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J")
     _print(f"  lost: {losses} J")
     _print(f"  unaccounted: {energy['unaccounted']:.2e} J; {summary['steps']} steps, {summary['wall_time']:.2f} s")
-    for warning in summary.get("warnings", []):
+    for warning in (words for words in summary.get("warnings", []) if words not in said):
         _print(f"  warning: {warning}")
     _print(f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}")
 

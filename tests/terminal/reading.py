@@ -9,7 +9,7 @@ from tests.terminal.emulator import Command, Terminal
 BLOCKS = "━╸╺"
 TIME = r"(\d+:\d\d:\d\d|-:--:--)"
 LEFT = rf"{TIME} left"
-RUN = rf"^ ?(FREE|SLIP|STICK) [{BLOCKS}]+ t = \d+\.\d+ of [\d.]+ s, \d+ events {LEFT}( after 0:\d\d:\d\d)?$"
+RUN = rf"^ ?(FREE|SLIP|STICK) [{BLOCKS}]+ +t = \d+\.\d+ of [\d.]+ s, \d+ events {LEFT}( after 0:\d\d:\d\d)?$"
 NARROW_RUN = rf"^ ?(FREE|SLIP|STICK) \d+\.\d+/[\d.]+ s \d+ events {TIME}$"
 # without colours the part of the bar that is still to do is blank
 COUNT = rf"^[\w ]+ [{BLOCKS}]+ +(\d+)/\d+ ([\d.–]+ runs/(s|min) )?{LEFT}( after 0:\d\d:\d\d)?( |$)"

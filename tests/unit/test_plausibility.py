@@ -109,6 +109,8 @@ def test_doubts_stand_in_the_summary_and_are_printed_before_the_run(tmp_path, ca
     monkeypatch.undo()
     with pytest.raises(SystemExit):
         cli.main(["run", "paper", *options, "--out", str(tmp_path / "out")])
+    shown = capsys.readouterr()
+    assert (shown.out + shown.err).count("lighter than foam") == 1
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"] == [
         line.partition("warning: ")[2]
     ]
