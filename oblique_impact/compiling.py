@@ -16,7 +16,7 @@ def compilations(tell: Callable[[str], None]) -> Iterator[None]:
     """Call `tell` with the name of each kernel that is compiled while the block runs, when that begins.
 
     Kernels that come from the cache on disk are not told.  Processes hear of their own only; those that
-    :mod:`validation` starts hand on what they hear to the one that started them.
+    `validation` starts hand on what they hear to the one that started them.
     """
     listen(tell)
     try:
