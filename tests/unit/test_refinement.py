@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from io import BytesIO
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.errors import Outcome
@@ -23,6 +25,7 @@ from validation.refinement.convergence import (
     observed_order,
     richardson_limit,
 )
+from validation.refinement.figures import _decades
 from validation.refinement.ladders import (
     AXES,
     Ladder,
@@ -521,3 +524,16 @@ def test_data_for_machines_is_complete(stopped):
     assert len(rows) == 2 * 3
     assert not any(isinstance(cell, float) and math.isnan(cell) for row in rows for cell in row)
     assert rows[-1][CSV_COLUMNS.index("gap")] == stopped.ladders[0].results[1].gaps[-1]
+
+
+@pytest.mark.parametrize(
+    ("values", "scale"), [([np.nan, np.nan], "linear"), ([0.0, np.nan], "linear"), ([0.0, 1e-3], "log")]
+)
+def test_a_picture_without_differences_has_no_decades(values, scale):
+    """Levels that agree to the last digit, before the first contact for instance, cannot be drawn by decades."""
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([1.0, 2.0], values)
+    _decades(axes)
+    figure.savefig(BytesIO())
+    assert axes.get_yscale() == scale

@@ -96,7 +96,6 @@ def _compare(axes: Axes, results: Sequence[LadderResult], name: str, errors: boo
     axes.set_xlabel(f"{' or '.join(kinds)} (1)")
     spread = [abs(v) for r in results for v in r.quantity(name).values if math.isfinite(v)]
     if errors or (spread and min(spread) > 0.0 and max(spread) / min(spread) > 5.0):
-        axes.set_yscale("log")
         _decades(axes)
     else:
         axes.ticklabel_format(axis="y", useOffset=False)
@@ -174,7 +173,6 @@ def _level_axis(axes: Axes, result: LadderResult) -> None:
         axes.invert_xaxis()
     _ticks(axes, list(_places(result)))
     if axes.get_ylabel().startswith("relative"):
-        axes.set_yscale("log")
         _decades(axes)
     else:
         axes.ticklabel_format(axis="y", useOffset=False)
@@ -190,4 +188,8 @@ def _ticks(axes: Axes, places: list[float]) -> None:
 
 
 def _decades(axes: Axes) -> None:
+    """Scale the vertical axis by decades; one without a positive value, where no level differs, stays as it is."""
+    if not any(np.any(np.asarray(line.get_ydata(), dtype=float) > 0.0) for line in axes.lines):
+        return
+    axes.set_yscale("log")
     axes.yaxis.set_minor_formatter(NullFormatter())
