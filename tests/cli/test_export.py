@@ -63,6 +63,7 @@ def test_export_says_what_it_wrote_and_nothing_else(folder, tmp_path, cli, forma
     assert float(frames[0].fields["deformation_factor"]) == 1.0
 
 
+@pytest.mark.slow
 def test_all_takes_every_sample_and_the_default_an_even_choice(folder, tmp_path, cli, monkeypatch):
     code, out, _ = cli("export", folder, "--out", tmp_path / "all.vtkhdf", "--all", "--between", "0.315,0.318")
     assert code == 0

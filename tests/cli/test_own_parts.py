@@ -75,6 +75,7 @@ def test_own_checks_run_with_validate(own, tmp_path):
     assert "own.hertz-depth" in (tmp_path / "results.csv").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_numbers_of_own_parts_can_be_swept_in_parallel(own, tmp_path):
     pq = pytest.importorskip("pyarrow.parquet")
     file = tmp_path / "sweep.toml"
@@ -97,6 +98,7 @@ def test_without_the_package_its_scenario_is_refused_in_one_line():
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_a_history_of_own_parts_loads_without_them(own, tmp_path):
     assert own("run", SOURCE / "scenario.toml", "--out", tmp_path).returncode == 0
     assert History.load(tmp_path)["lambda_n"].max() > 100.0

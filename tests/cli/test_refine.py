@@ -87,7 +87,11 @@ def without_times(folder):
     return data, page, (folder / "results.csv").read_text()
 
 
-@pytest.mark.parametrize("case", [("--elements", "2,4,8", *NODAL), ("--modes", "2,3,4")], ids=["nodal", "modal"])
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(("--elements", "2,4,8", *NODAL), marks=pytest.mark.slow), ("--modes", "2,3,4")],
+    ids=["nodal", "modal"],
+)
 def test_two_reports_are_the_same_but_for_times(tmp_path, cli, case):
     """Once in this process, once in two others."""
     for name, workers in (("one", "1"), ("two", "2")):

@@ -237,6 +237,7 @@ def test_a_second_sweep_in_the_folder_is_refused_until_the_first_is_gone(tmp_pat
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="reads /proc")
+@pytest.mark.slow
 def test_processes_leave_with_their_parent(tmp_path, write):
     file, out = write(long_sweep(2000)), tmp_path / "a"
     with started("sweep", file, "--out", out, "--workers", 2) as process:

@@ -85,6 +85,7 @@ def test_the_command_of_a_report_can_be_typed_again(tmp_path, capsys, monkeypatc
     assert (tmp_path / "a folder" / "results.json").read_bytes() == first
 
 
+@pytest.mark.slow
 def test_two_reports_differ_in_times_only(report, tmp_path_factory, capsys):
     other = tmp_path_factory.mktemp("again")
     call(capsys, "--out", other, "--only", "frequencies", "--only", "small-systems.belt")

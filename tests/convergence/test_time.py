@@ -20,6 +20,7 @@ def test_event_times_do_not_depend_on_the_tolerance(run):
     assert np.abs(event_times(default) - event_times(fine)).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_fixed_step_converges_to_the_located_events(run):
     """Contact is noticed a random part of a free step late, so errors stay below a multiple of the step."""
     exact = event_times(run("paper", *FRICTIONLESS))

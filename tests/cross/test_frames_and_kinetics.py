@@ -26,6 +26,7 @@ def test_tangent_and_mean_axis_full_agree_as_modes_are_added(run):
     assert differences[2] < 1e-6
 
 
+@pytest.mark.slow
 def test_mean_axis_first_order_and_full_agree_on_the_second_macro_collision(run):
     """Theory Sec. 3: about 5e-4 s in the time of the second macro-collision."""
     common = ("discretization.frame=mean-axis", "discretization.modes=6")

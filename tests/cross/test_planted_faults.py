@@ -148,7 +148,11 @@ def run_validate(folder: Path, *options: str) -> tuple[int, set[str]]:
     return done.returncode, {check["group"] for check in checks if check["verdict"] == "fail"}
 
 
-@pytest.mark.parametrize("name", FAULTS)
+#: each fault compiles the kernels anew: one in three is quick to try, the others are for `make test-slow`
+EACH = [pytest.param(name, marks=[pytest.mark.slow] if number % 3 else []) for number, name in enumerate(FAULTS)]
+
+
+@pytest.mark.parametrize("name", EACH)
 def test_a_planted_fault_fails_a_fitting_group(name, tmp_path):
     fault = FAULTS[name]
     plant(fault, tmp_path)

@@ -44,6 +44,7 @@ def test_a_killed_run_leaves_whole_files_or_none(run, tmp_path):
     assert 0 in seen  # some were killed while they wrote
 
 
+@pytest.mark.slow
 def test_what_a_killed_run_had_written_on_the_way_goes_with_the_next(run, tmp_path):
     run("paper")  # the kernels are compiled
     part = tmp_path / ".history.part.nc"

@@ -251,6 +251,7 @@ def measured(file: Path) -> tuple[str, int]:
     return said, int(taken)
 
 
+@pytest.mark.slow
 def test_a_packed_bomb_is_refused_before_it_is_unpacked(crafted):
     def bomb(root, name, shape):
         root.create_dataset(name, (2**27,), "f8", chunks=(2**24,), compression="gzip", data=np.zeros(2**27))
@@ -261,6 +262,7 @@ def test_a_packed_bomb_is_refused_before_it_is_unpacked(crafted):
     assert taken < 50
 
 
+@pytest.mark.slow
 def test_large_attributes_are_refused_before_they_are_read(crafted):
     with h5py.File(crafted, "r+", libver="latest") as root:
         root["gap"].attrs.create("x", np.zeros(MAX_BESIDES // 8 + 1))

@@ -82,6 +82,7 @@ def check(scenario):
 
 @settings(derandomize=True, max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(scenario=scenarios())
+@pytest.mark.slow
 def test_random_scenarios(scenario):
     check(scenario)
 

@@ -580,6 +580,7 @@ def test_a_process_that_dies_is_replaced_and_its_run_repeated(pool):
     assert pool._crew[0].process.pid not in killed
 
 
+@pytest.mark.slow
 def test_a_run_that_takes_its_process_down_twice_is_a_row(pool, monkeypatch):
     found = []
     hear = pool._hear
