@@ -23,14 +23,14 @@ from scipy.integrate import solve_ivp
 
 import fem_beam
 from oblique_impact import Scenario
-from oblique_impact.beam import Beam
-from oblique_impact.integrators.motion import QUADRATURES, derivative
-from oblique_impact.jit import kernel
-from oblique_impact.marching import Problem, Run
-from oblique_impact.nodal import FullBeam
-from oblique_impact.operators import build_operators
-from oblique_impact.simulate import beam_problem, full_beam_problem
-from oblique_impact.system import GAP, MATRICES, VECTORS, Work
+from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.kernels.jit import kernel
+from oblique_impact.kernels.system import GAP, MATRICES, VECTORS, Work
+from oblique_impact.marching.equations import QUADRATURES, derivative
+from oblique_impact.marching.loop import Problem, Run
+from oblique_impact.simulation import beam_problem, full_beam_problem
 
 SPRING = ("contact.normal=spring", "contact.friction=frictionless", "discretization.frame=mean-axis")
 NODAL = ("solver.scheme=generalized-alpha", "discretization.method=fem", "discretization.modes=0")

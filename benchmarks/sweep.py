@@ -16,10 +16,10 @@ from collections.abc import Callable, Sequence
 os.environ.update({"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"})
 
 from oblique_impact import simulate
-from validation.sweep.plan import changed, make_plan
-from validation.sweep.pool import LocalPool
-from validation.sweep.store import open_store
-from validation.sweep.work import Done, make_job
+from validation.sweeps.plan import changed, make_plan
+from validation.sweeps.pool import LocalPool
+from validation.sweeps.store import open_store
+from validation.sweeps.work import Done, make_job
 
 RUNS, ROUNDS = 100, 7
 SWEEP = f"""

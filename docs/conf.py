@@ -39,7 +39,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|xr|xarray|scipy|pydantic|typer|matplotlib|mpl|skfem|numba|PIL|pyvista|pv|vtk)\..*"),
     ("py:.*", r"(collections|pathlib|os|enum|abc|typing|types|functools|importlib|jinja2)\..*"),
-    ("py:class", r"oblique_impact\.tables\._\w+"),  # validators inside of an annotation
+    ("py:class", r"oblique_impact\.scenario\.tables\._\w+"),  # validators inside of an annotation
 ]
 
 autodoc_member_order = "bysource"

@@ -9,7 +9,7 @@ A beam clamped to a turning root, by eight assumed modes. Rotation stiffens it, 
 from pathlib import Path
 
 from oblique_impact import Scenario
-from oblique_impact.plugins import discretization
+from oblique_impact.scenario.user_defined import discretization
 from renders.campbell import campbell_diagram
 
 scenario = Scenario.builtin("spin-up")

@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.friction import FrictionCurve
-from oblique_impact.plugins import register
-from oblique_impact.stops import ContactLaw
+from oblique_impact.contact.friction import FrictionCurve
+from oblique_impact.contact.stops import ContactLaw
+from oblique_impact.scenario.user_defined import register
 from renders.style import SERIES, figure_style
 
 # %%

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from oblique_impact import MechanicalSystem, simulate_system
-from oblique_impact.contact import State
-from oblique_impact.friction import Coulomb
-from oblique_impact.system import ContactRows
+from oblique_impact.contact.forces import State
+from oblique_impact.contact.friction import Coulomb
+from oblique_impact.kernels.system import ContactRows
 from renders.style import GREY, STATE_COLOURS, figure_style
 
 MASS, SPRING, GRAVITY, BELT = 1.0, 40.0, 9.81, 0.2  # kg, N/m, m/s^2, m/s

@@ -1,8 +1,8 @@
 """Finite elements: cubic Hermite beams assembled by scikit-fem, nodal or reduced to their own modes.
 
-`build_operators`  a scenario's beam as :class:`~oblique_impact.operators.BeamOperators`
+`build_operators`  a scenario's beam as :class:`~oblique_impact.beam.operators.BeamOperators`
 `spectrum`         frequencies of the spinning beam on the scenario's mesh
-`build_nodal`      the same without reduction, as :class:`~oblique_impact.nodal.NodalOperators`
+`build_nodal`      the same without reduction, as :class:`~oblique_impact.beam.nodal.NodalOperators`
 `NodalBeam`        the banded nodal operators
 `beam_mesh`        mesh with a node at the contact point
 """

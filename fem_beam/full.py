@@ -7,8 +7,8 @@ from scipy.sparse import csr_array, eye_array
 
 from fem_beam.nodal import NodalBeam
 from fem_beam.reduction import project
-from oblique_impact.nodal import NodalOperators
-from oblique_impact.scenario import Scenario
+from oblique_impact.beam.nodal import NodalOperators
+from oblique_impact.scenario.scenario import Scenario
 
 
 def build_nodal(scenario: Scenario) -> NodalOperators:

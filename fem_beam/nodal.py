@@ -20,8 +20,8 @@ from skfem.helpers import d, dd, ddot, dot
 
 from fem_beam.element import LocalHermite
 from fem_beam.mesh import beam_mesh
-from oblique_impact.scenario import Scenario
-from oblique_impact.sections import Sections
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 Weight = Callable[[Array], Array]
@@ -56,7 +56,7 @@ def _load(v, w):  # type: ignore[no-untyped-def]
 class NodalBeam:
     """The nodal finite-element model of a scenario's beam, before boundary conditions.
 
-    Attributes are in the notation of :class:`~oblique_impact.operators.BeamOperators`, for all
+    Attributes are in the notation of :class:`~oblique_impact.beam.operators.BeamOperators`, for all
     2 (elements + 1) degrees of freedom; matrices are sparse and banded.  The integrals are exact for
     piecewise linear m and E I wherever their kinks lie: an element with kinks inside gets a rule for each piece.
     """

@@ -9,8 +9,8 @@ from scipy.linalg import cholesky, solve_triangular, svd
 from scipy.sparse import csr_array
 
 from fem_beam.nodal import Array, NodalBeam, merge_points
-from oblique_impact.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
-from oblique_impact.scenario import Scenario
+from oblique_impact.beam.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
+from oblique_impact.scenario.scenario import Scenario
 
 _GAUSS_ORDER = 6  # a linear mass times squares of foreshortening rates is a polynomial of degree 11
 

@@ -1,6 +1,6 @@
 """Assumed modes: exact eigenfunctions of the uniform beam and their integrals.
 
-`build_operators`  a scenario's beam as :class:`~oblique_impact.operators.BeamOperators`
+`build_operators`  a scenario's beam as :class:`~oblique_impact.beam.operators.BeamOperators`
 `spectrum`         frequencies of the spinning beam
 `Eigenfunctions`   clamped-free and hinged-free eigenfunctions, stable for high orders
 """

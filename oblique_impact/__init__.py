@@ -13,10 +13,35 @@ Checks, comparisons and studies are in `validation`, pictures and exports in `re
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from oblique_impact.lazy import lazy_names
+if TYPE_CHECKING:
+    from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
+    from oblique_impact.command_line.progress import Progress
+    from oblique_impact.errors import InputError, Outcome
+    from oblique_impact.history.draft import Draft
+    from oblique_impact.history.history import History
+    from oblique_impact.history.joining import concatenate
+    from oblique_impact.kernels.system import MechanicalSystem
+    from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.simulation import simulate, simulate_system
 
+#: public names and their modules, imported on first use so that the command line starts quickly
+_HOME = {
+    "Draft": "history.draft",
+    "Frequencies": "beam.frequencies",
+    "History": "history.history",
+    "InputError": "errors",
+    "MechanicalSystem": "kernels.system",
+    "Outcome": "errors",
+    "Progress": "command_line.progress",
+    "Scenario": "scenario.scenario",
+    "concatenate": "history.joining",
+    "natural_frequencies": "beam.frequencies",
+    "simulate": "simulation",
+    "simulate_system": "simulation",
+}
 __all__ = [
     "Draft",
     "Frequencies",
@@ -32,31 +57,12 @@ __all__ = [
     "simulate_system",
 ]
 
-if TYPE_CHECKING:
-    from oblique_impact.draft import Draft
-    from oblique_impact.errors import InputError, Outcome
-    from oblique_impact.history import History
-    from oblique_impact.joining import concatenate
-    from oblique_impact.progress import Progress
-    from oblique_impact.scenario import Scenario
-    from oblique_impact.simulate import simulate, simulate_system
-    from oblique_impact.spectrum import Frequencies, natural_frequencies
-    from oblique_impact.system import MechanicalSystem
 
-lazy_names(
-    __name__,
-    {
-        "Draft": "draft",
-        "Frequencies": "spectrum",
-        "History": "history",
-        "InputError": "errors",
-        "MechanicalSystem": "system",
-        "Outcome": "errors",
-        "Progress": "progress",
-        "Scenario": "scenario",
-        "concatenate": "joining",
-        "natural_frequencies": "spectrum",
-        "simulate": "simulate",
-        "simulate_system": "simulate",
-    },
-)
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

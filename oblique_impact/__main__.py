@@ -17,8 +17,8 @@ def main() -> None:
     """Run the command line; an interrupt is one line at any time, even while it is loaded or ends."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _leave)
-    from oblique_impact.cli import main as command_line
-    from oblique_impact.interrupts import EXIT_CODE, leave_now
+    from oblique_impact.command_line.cli import main as command_line
+    from oblique_impact.command_line.interrupts import EXIT_CODE, leave_now
 
     # of numbers that leave their range tell the results, by an outcome with a name
     warnings.simplefilter("ignore", RuntimeWarning)

@@ -10,28 +10,35 @@ What a call needs is imported when its name is first used.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from oblique_impact.lazy import lazy_names
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __all__ = ["Exported", "Rendered", "Style", "campbell_diagram", "export", "overview_figure", "render"]
 
 if TYPE_CHECKING:
     from renders.campbell import campbell_diagram
     from renders.command import Rendered, render
-    from renders.export.command import Exported, export
+    from renders.exports.command import Exported, export
     from renders.frame import Style
     from renders.overview import overview_figure
 
-lazy_names(
-    __name__,
-    {
-        "Exported": "export.command",
-        "Rendered": "command",
-        "Style": "frame",
-        "campbell_diagram": "campbell",
-        "export": "export.command",
-        "overview_figure": "overview",
-        "render": "command",
-    },
-)
+#: public names and their modules, imported on first use
+_HOME = {
+    "Exported": "exports.command",
+    "Rendered": "command",
+    "Style": "frame",
+    "campbell_diagram": "campbell",
+    "export": "exports.command",
+    "overview_figure": "overview",
+    "render": "command",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from renders.envelope import drawn
 from renders.letters import Letters
 from renders.style import figure_style

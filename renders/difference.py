@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from oblique_impact.errors import InputError
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 
 #: what is magnified: where the beam is
 _PLACES = ("theta", "ux", "uy")

@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from oblique_impact.files import cannot_write, write_whole
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from renders.metadata import figure_metadata, made_by
 
 _SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")

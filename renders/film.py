@@ -12,10 +12,10 @@ import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
-from oblique_impact import interrupts
+from oblique_impact.command_line import interrupts
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, unfinished, write_whole
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from renders.frame import Composer, Style
 from renders.metadata import add_comment, made_by, save_picture
 from renders.outputs import FILMS

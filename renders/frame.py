@@ -10,9 +10,9 @@ import matplotlib as mpl
 import numpy as np
 from PIL import Image, ImageDraw
 
-from oblique_impact.contact import State
+from oblique_impact.contact.forces import State
 from oblique_impact.errors import InputError
-from oblique_impact.faults import one_of
+from oblique_impact.scenario.messages import one_of
 from renders.charts import Chart, all_windows, energy_curves, force_curves
 from renders.geometry import BeamGeometry
 from renders.layout import Box, lay_out

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.errors import InputError
-from oblique_impact.history import History
-from oblique_impact.instants import last_sample
-from oblique_impact.scenario import Scenario
-from oblique_impact.sections import Sections
+from oblique_impact.history.history import History
+from oblique_impact.history.instants import last_sample
+from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]

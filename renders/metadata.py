@@ -9,8 +9,8 @@ from pathlib import Path
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from oblique_impact.history import History
-from oblique_impact.provenance import described, provenance
+from oblique_impact.history.history import History
+from oblique_impact.history.provenance import described, provenance
 
 #: key of the text in the metadata of a figure, by suffix; the other formats have none
 _KEYS = {".png": "Comment", ".pdf": "Subject", ".svg": "Description"}

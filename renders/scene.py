@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from oblique_impact.errors import InputError
-from oblique_impact.faults import one_of
+from oblique_impact.scenario.messages import one_of
 from renders.geometry import BeamGeometry
 from renders.offscreen import prepare
 from renders.scenery import pin, slope_wedge

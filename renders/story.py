@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.errors import Outcome
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from renders.geometry import QUANTITIES, BeamGeometry
 from renders.timeline import TimeMap, time_map
 

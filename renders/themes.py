@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from oblique_impact.errors import InputError
-from oblique_impact.faults import one_of
+from oblique_impact.scenario.messages import one_of
 from renders.style import FREE_COLOUR, SERIES, SLIP_COLOUR, STICK_COLOUR
 
 

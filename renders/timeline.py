@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 
 Array = NDArray[np.float64]
 

@@ -11,9 +11,8 @@ What a call needs is imported when its name is first used.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from oblique_impact.lazy import lazy_names
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __all__ = [
     "AxisSection",
@@ -40,26 +39,34 @@ if TYPE_CHECKING:
     from validation.refinement.study import StudyResult
     from validation.reproduction.command import Reproduction, reproduce
     from validation.suite import Result, validate
-    from validation.sweep.command import SweepResult, sweep
-    from validation.sweep.plan import AxisSection, HypercubeSection, SampledSection, SweepFile, TableSection
+    from validation.sweeps.command import SweepResult, sweep
+    from validation.sweeps.plan import AxisSection, HypercubeSection, SampledSection, SweepFile, TableSection
 
-lazy_names(
-    __name__,
-    {
-        "AxisSection": "sweep.plan",
-        "Comparison": "contrast",
-        "HypercubeSection": "sweep.plan",
-        "Reproduction": "reproduction.command",
-        "Result": "suite",
-        "SampledSection": "sweep.plan",
-        "StudyResult": "refinement.study",
-        "SweepFile": "sweep.plan",
-        "SweepResult": "sweep.command",
-        "TableSection": "sweep.plan",
-        "compare": "differences",
-        "refine": "refinement.command",
-        "reproduce": "reproduction.command",
-        "sweep": "sweep.command",
-        "validate": "suite",
-    },
-)
+#: public names and their modules, imported on first use
+_HOME = {
+    "AxisSection": "sweeps.plan",
+    "Comparison": "contrast",
+    "HypercubeSection": "sweeps.plan",
+    "Reproduction": "reproduction.command",
+    "Result": "suite",
+    "SampledSection": "sweeps.plan",
+    "StudyResult": "refinement.study",
+    "SweepFile": "sweeps.plan",
+    "SweepResult": "sweeps.command",
+    "TableSection": "sweeps.plan",
+    "compare": "differences",
+    "refine": "refinement.command",
+    "reproduce": "reproduction.command",
+    "sweep": "sweeps.command",
+    "validate": "suite",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.history import History
-from oblique_impact.marching import Event
+from oblique_impact.history.history import History
+from oblique_impact.marching.loop import Event
 from validation.alignment import align
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.history import History, require_history
-from oblique_impact.instants import jumps
+from oblique_impact.history.history import History, require_history
+from oblique_impact.history.instants import jumps
 from validation.alignment import SAME, Clock, Sampling, align, clock, deviation
 from validation.comparison import EventPair, graph_distance, pair_events
 from validation.contrast import Comparison, Measure, VariableDifference

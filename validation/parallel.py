@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from multiprocessing import SimpleQueue, connection, get_context, parent_process, resource_tracker
 from typing import TypeVar
 
-from oblique_impact.compiling import announce, listen
-from oblique_impact.progress import OnProgress, Progress
+from oblique_impact.command_line.progress import OnProgress, Progress
+from oblique_impact.kernels.compiling import announce, listen
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.history import History
-from oblique_impact.scenario import Scenario
-from oblique_impact.simulate import simulate
+from oblique_impact.history.history import History
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.simulation import simulate
 
 Array = NDArray[np.float64]
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact import Instant
-from oblique_impact.history import History
-from oblique_impact.instants import last_sample
-from oblique_impact.marching import Event
-from oblique_impact.system import ContactRows, MechanicalSystem
-from oblique_impact.transitions import EventKind
+from oblique_impact.contact.forces import Instant
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.history.history import History
+from oblique_impact.history.instants import last_sample
+from oblique_impact.kernels.system import ContactRows, MechanicalSystem
+from oblique_impact.marching.loop import Event
 
 Array = NDArray[np.float64]
 

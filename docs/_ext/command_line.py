@@ -11,7 +11,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact.cli import app as application
+from oblique_impact.command_line.cli import app as application
 
 PROGRAM = "oblique-impact"
 _VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}

@@ -23,15 +23,15 @@ from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact import rules as rules_of_keys
-from oblique_impact import scenario
 from oblique_impact.errors import InputError
-from oblique_impact.input_model import Section
-from oblique_impact.parameters import Pairs
-from oblique_impact.plugins import Choice
-from oblique_impact.scenario import Scenario
-from oblique_impact.tables import Table
-from oblique_impact.units import unit_of
+from oblique_impact.scenario import rules as rules_of_keys
+from oblique_impact.scenario import scenario
+from oblique_impact.scenario.parameters import Pairs
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.tables import Table
+from oblique_impact.scenario.units import unit_of
+from oblique_impact.scenario.user_defined import Choice
 
 _LARGEST = 1e30  # a bound that only keeps infinity out
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}

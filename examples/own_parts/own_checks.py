@@ -8,7 +8,7 @@ import numpy as np
 from own_parts import Hertz
 
 from oblique_impact import simulate_system
-from oblique_impact.system import ContactRows, MechanicalSystem
+from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from validation.checks.registry import Measurement, checks_of, within
 
 check = checks_of("own", "Parts of one's own")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from oblique_impact.base_motion import BaseMotion
-from oblique_impact.contact import Impulse, Instant, newton_impulse
-from oblique_impact.friction import FrictionCurve
-from oblique_impact.integrators import ExplicitScheme
-from oblique_impact.stops import ContactLaw
-from oblique_impact.transitions import ImpactLaw
+from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.contact.forces import Impulse, Instant, newton_impulse
+from oblique_impact.contact.friction import FrictionCurve
+from oblique_impact.contact.stops import ContactLaw
+from oblique_impact.contact.transitions import ImpactLaw
+from oblique_impact.marching import ExplicitScheme
 
 
 class Stribeck(FrictionCurve):

@@ -10,9 +10,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from oblique_impact.errors import InputError
-from oblique_impact.faults import one_of
 from oblique_impact.files import cannot_write, write_text
-from oblique_impact.history import History
+from oblique_impact.history.history import History
+from oblique_impact.scenario.messages import one_of
 from renders.metadata import made_by
 from renders.player.payload import payload
 

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact import State
-from oblique_impact.history import History
-from oblique_impact.instants import first_sample, last_sample
-from oblique_impact.marching import Event
+from oblique_impact.contact.forces import State
+from oblique_impact.history.history import History
+from oblique_impact.history.instants import first_sample, last_sample
+from oblique_impact.marching.loop import Event
 from renders.timeline import TimeMap
 
 Array = NDArray[np.float64]

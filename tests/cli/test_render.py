@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from oblique_impact.cli import app, main
+from oblique_impact.command_line.cli import app, main
 from renders import Style, render
 from renders.outputs import APPLIES, FILM, PAGE, STILL, STRIP
 

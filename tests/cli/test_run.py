@@ -15,8 +15,8 @@ import pytest
 import xarray as xr
 
 from oblique_impact import Scenario
-from oblique_impact.cli import main
-from oblique_impact.scenario import builtin_names
+from oblique_impact.command_line.cli import main
+from oblique_impact.scenario.scenario import builtin_names
 
 
 @pytest.fixture
@@ -199,10 +199,15 @@ def test_modes_draws_a_campbell_diagram(tmp_path, cli):
 
 def test_help_is_quick_because_it_imports_no_numerics():
     numerics = ("numpy", "numba", "scipy")
-    code = f"import sys; import oblique_impact.cli; print([m for m in {numerics} if m in sys.modules])"
+    code = (
+        f"import sys; import oblique_impact.command_line.cli; print([m for m in {numerics} if m in sys.modules])"
+    )
     result = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert result.stdout.strip() == "[]"
     shown = subprocess.run(
-        [sys.executable, "-m", "oblique_impact.cli", "--help"], check=True, capture_output=True, text=True
+        [sys.executable, "-m", "oblique_impact.command_line.cli", "--help"],
+        check=True,
+        capture_output=True,
+        text=True,
     )
     assert "run" in shown.stdout

@@ -19,11 +19,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from oblique_impact import History
-from oblique_impact import cli as command_line
+from oblique_impact.command_line import cli as command_line
 from tests.hard.processes import started, wait_for
-from validation.sweep.plan import load_plan, make_plan
-from validation.sweep.store import open_store
-from validation.sweep.work import make_job, run_many
+from validation.sweeps.plan import load_plan, make_plan
+from validation.sweeps.store import open_store
+from validation.sweeps.work import make_job, run_many
 
 #: 12 runs of some 20 ms, one of them not possible
 SMALL = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.scenario import builtin_names
+from oblique_impact.scenario.scenario import builtin_names
 
 CASES = {
     "frictionless": ("contact.friction=frictionless",),

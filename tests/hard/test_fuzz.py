@@ -22,15 +22,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import History, InputError, Scenario, simulate
-from oblique_impact.cli import main
-from oblique_impact.scenario import builtin_names
-from renders.export.command import export_command
-from renders.export.selection import Selection
+from oblique_impact.command_line.cli import main
+from oblique_impact.scenario.scenario import builtin_names
+from renders.exports.command import export_command
+from renders.exports.selection import Selection
 from renders.player.payload import payload
-from validation.sweep.plan import load_plan, make_plan, shipped_names
-from validation.sweep.store import open_store
-from validation.sweep.table import make_table, read_table, write_table
-from validation.sweep.work import failed
+from validation.sweeps.plan import load_plan, make_plan, shipped_names
+from validation.sweeps.store import open_store
+from validation.sweeps.table import make_table, read_table, write_table
+from validation.sweeps.work import failed
 
 pytestmark = pytest.mark.slow
 

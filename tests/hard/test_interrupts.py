@@ -7,7 +7,8 @@ import time
 
 import pytest
 
-from oblique_impact import History, interrupts
+from oblique_impact import History
+from oblique_impact.command_line import interrupts
 from tests.hard.processes import files_in, interrupt, started, wait_for
 
 FOUR = ["events.csv", "history.nc", "scenario.toml", "summary.json"]

@@ -17,9 +17,9 @@ import pytest
 
 import oblique_impact
 from oblique_impact import History, InputError, Scenario
-from oblique_impact.netcdf import MAX_BESIDES, MAX_BYTES
-from validation.sweep.plan import load_plan, make_plan
-from validation.sweep.store import open_store
+from oblique_impact.history.netcdf import MAX_BESIDES, MAX_BYTES
+from validation.sweeps.plan import load_plan, make_plan
+from validation.sweeps.store import open_store
 
 ROOT = Path(oblique_impact.__file__).parents[1]
 SOURCES = [
@@ -273,8 +273,8 @@ def test_large_attributes_are_refused_before_they_are_read(crafted):
 
 def test_the_limits_let_every_run_pass():
     """What a scenario may ask for, with two samples more for each event, can be read again."""
-    from oblique_impact.marching import MAX_EVENTS
-    from oblique_impact.rules import MAX_VALUES, _values_per_sample
+    from oblique_impact.marching.loop import MAX_EVENTS
+    from oblique_impact.scenario.rules import MAX_VALUES, _values_per_sample
 
     assert 8 * (MAX_VALUES + 3 * MAX_EVENTS * _values_per_sample(Scenario.builtin("paper"))) < MAX_BYTES
     assert 500 * MAX_EVENTS < MAX_BESIDES

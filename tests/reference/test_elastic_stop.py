@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.simulate import simulate_system
-from oblique_impact.stops import ElasticStop
+from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.simulation import simulate_system
 from validation.checks.springs import SCALE, SPEED, sdnl32_run, strike
 from validation.small_systems import Particle
 

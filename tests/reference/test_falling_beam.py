@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.operators import build_operators
+from oblique_impact.beam.operators import build_operators
 from validation.reference_values import VALUES
 
 CHIMNEY = VALUES["4b"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Outcome, Scenario, simulate
-from oblique_impact.transitions import EventKind
+from oblique_impact.contact.transitions import EventKind
 from validation.checks.rigid_impact import (
     BENDING,
     LENGTH,

@@ -10,10 +10,10 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from oblique_impact import History, Outcome, simulate_system
-from oblique_impact.contact import State
-from oblique_impact.friction import Coulomb
-from oblique_impact.integrators.base import Tolerances
-from oblique_impact.transitions import EventKind, NewtonImpact
+from oblique_impact.contact.forces import State
+from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.transitions import EventKind, NewtonImpact
+from oblique_impact.marching.scheme import Tolerances
 from validation.reference_values import VALUES
 from validation.small_systems import Particle, events_of, samples_at
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.special import ellipk, ellipkinc
 
 from oblique_impact import History, Scenario, simulate
-from oblique_impact.transitions import EventKind
+from oblique_impact.contact.transitions import EventKind
 from validation.reference_values import VALUES
 
 RIGID = VALUES["4"]

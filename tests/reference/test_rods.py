@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from oblique_impact import History, Outcome, simulate_system
-from oblique_impact.contact import Instant, routh_impulse
-from oblique_impact.friction import Coulomb, Frictionless
-from oblique_impact.integrators.base import Tolerances
-from oblique_impact.transitions import EventKind, RouthImpact
+from oblique_impact.contact.forces import Instant, routh_impulse
+from oblique_impact.contact.friction import Coulomb, Frictionless
+from oblique_impact.contact.transitions import EventKind, RouthImpact
+from oblique_impact.marching.scheme import Tolerances
 from validation.reference_values import VALUES
 from validation.small_systems import FreeRod, PinnedBar, samples_at
 

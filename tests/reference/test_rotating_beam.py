@@ -11,10 +11,10 @@ from scipy.linalg import eigh
 from fem_beam import NodalBeam
 from modal import Eigenfunctions
 from modal.assembly import gauss_rule
-from oblique_impact.beam import Beam
-from oblique_impact.floating_frame import evaluate_beam
-from oblique_impact.operators import SpinningBeam, build_operators, discretization
-from oblique_impact.system import FORCES, MASS, new_work
+from oblique_impact.beam.floating_frame import evaluate_beam
+from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.kernels.system import FORCES, MASS, new_work
 from validation.beams import EPS, unit_beam
 from validation.reference_values import VALUES
 

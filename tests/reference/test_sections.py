@@ -12,7 +12,7 @@ from scipy.special import iv, jv, kv, yv
 
 from fem_beam import NodalBeam
 from oblique_impact import Scenario, simulate
-from oblique_impact.operators import build_operators
+from oblique_impact.beam.operators import build_operators
 from validation.beams import UNIT
 from validation.reference_values import VALUES
 

@@ -10,7 +10,7 @@ from mpmath import mp
 from scipy.interpolate import CubicSpline
 
 from oblique_impact import History, Outcome, Scenario, simulate
-from oblique_impact.operators import SpinningBeam, build_operators, discretization
+from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
 from validation.reference_values import VALUES
 
 TABLE, MINIMUM, AT_REST = VALUES["3-SVQ-table"], VALUES["3-SVQ-min"], VALUES["3-SVQ-w1"]

@@ -14,12 +14,12 @@ import pytest
 import pyvista as pv
 
 from oblique_impact import InputError, Scenario
-from oblique_impact.instants import ascending, shifted
-from oblique_impact.provenance import described, provenance
-from renders.export import pvd, vtkhdf, xdmf
-from renders.export.command import _Job
-from renders.export.scene import FRAME_QUANTITIES, RESULTS, Scene, static_part
-from renders.export.selection import FRAMES, Selection, sides
+from oblique_impact.history.instants import ascending, shifted
+from oblique_impact.history.provenance import described, provenance
+from renders.exports import pvd, vtkhdf, xdmf
+from renders.exports.command import _Job
+from renders.exports.scene import FRAME_QUANTITIES, RESULTS, Scene, static_part
+from renders.exports.selection import FRAMES, Selection, sides
 from renders.geometry import BETWEEN, SIDES, BeamGeometry
 from renders.scenery import pin, slope_wedge
 from tests.render.export_readers import read, read_xdmf_by_vtk
@@ -626,7 +626,7 @@ def test_sides_of_jumps_are_told_by_the_times():
 
 def test_an_impact_at_the_start(run, tmp_path, format):
     """The right side of t = 0 carries the smallest number above it; readers tell the two apart."""
-    from oblique_impact.history import History
+    from oblique_impact.history.history import History
 
     history = run("paper")
     first = int(np.flatnonzero(history["time"].values == history.events[0].time)[0])
@@ -732,9 +732,9 @@ KILLED = """
 import os, shutil, signal, sys
 from pathlib import Path
 from oblique_impact import History
-from renders.export.command import _write
-from renders.export.scene import Scene
-from renders.export.selection import Selection
+from renders.exports.command import _write
+from renders.exports.scene import Scene
+from renders.exports.selection import Selection
 from renders.geometry import BeamGeometry
 
 source, folder, format = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
@@ -843,7 +843,7 @@ def test_memory_stays_flat(run, tmp_path, format):
     for every in ("20", "2"):
         arguments = ["export", source, "--out", tmp_path / f"beam.{format}", "--every", every]
         process = subprocess.Popen(
-            [sys.executable, "-m", "oblique_impact.cli", *arguments], stdout=subprocess.DEVNULL
+            [sys.executable, "-m", "oblique_impact.command_line.cli", *arguments], stdout=subprocess.DEVNULL
         )
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -856,4 +856,4 @@ def test_the_package_is_shipped():
     import tomllib
 
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
-    assert "renders.export" in project["tool"]["setuptools"]["packages"]
+    assert "renders.exports" in project["tool"]["setuptools"]["packages"]

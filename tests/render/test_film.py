@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from oblique_impact import InputError, interrupts
+from oblique_impact import InputError
+from oblique_impact.command_line import interrupts
 from renders.film import strip_times, write_film, write_strip
 from renders.frame import Style
 from renders.timeline import make_timeline
@@ -157,7 +158,7 @@ def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path):
     run("paper").save(tmp_path / "run")
     done = without_libraries(
         tmp_path,
-        "from oblique_impact.cli import main; main(['render', 'run', '--out', 'a.png', '--size', '320x240'])",
+        "from oblique_impact.command_line.cli import main; main(['render', 'run', '--out', 'a.png', '--size', '320x240'])",
     )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1

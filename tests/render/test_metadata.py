@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from oblique_impact import Scenario
-from oblique_impact.provenance import described, provenance
+from oblique_impact.history.provenance import described, provenance
 from renders import Style, render
 from renders.campbell import campbell_diagram
 from renders.metadata import made_by

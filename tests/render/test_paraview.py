@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from renders.export.command import _write
-from renders.export.scene import Scene
-from renders.export.selection import Selection
+from renders.exports.command import _write
+from renders.exports.scene import Scene
+from renders.exports.selection import Selection
 from renders.geometry import BeamGeometry
 
 PVPYTHON = shutil.which("pvpython")

@@ -12,9 +12,9 @@ import sys
 import pytest
 from rich.console import Console
 
-from oblique_impact.bars import Bar, counting_columns, run_columns
-from oblique_impact.compiling import announce, compilations
-from oblique_impact.jit import kernel
+from oblique_impact.command_line.bars import Bar, counting_columns, run_columns
+from oblique_impact.kernels.compiling import announce, compilations
+from oblique_impact.kernels.jit import kernel
 from tests.terminal import reading
 from validation.parallel import map_parallel
 
@@ -153,7 +153,7 @@ def cube(x):
 
 def test_a_kernel_is_told_once_for_each_kind_of_arguments(tmp_path, monkeypatch):
     """That it was compiled for others does not help: the nodal beam has a compilation of its own."""
-    monkeypatch.setattr("oblique_impact.jit.cache_folder", lambda: tmp_path)
+    monkeypatch.setattr("oblique_impact.kernels.jit.cache_folder", lambda: tmp_path)
     told = []
     with compilations(told.append):
         compiled = kernel(cube, "the cube")

@@ -17,11 +17,11 @@ from oblique_impact import Scenario, simulate
 
 #: what the commands import by themselves, late
 MODULES = """
-    oblique_impact.cli oblique_impact.simulate oblique_impact.integrators.kernels oblique_impact.draft
-    oblique_impact.bars oblique_impact.spectrum validation.suite validation.refinement.command
-    validation.reproduction.command validation.sweep.command validation.sweep.report renders.command
-    renders.campbell renders.player renders.overview renders.export.command renders.export.pvd
-    renders.export.vtkhdf rich.table validation.sweep.table renders.scene renders.film
+    oblique_impact.command_line.cli oblique_impact.simulate oblique_impact.marching.kernels oblique_impact.history.draft
+    oblique_impact.command_line.bars oblique_impact.beam.frequencies validation.suite validation.refinement.command
+    validation.reproduction.command validation.sweeps.command validation.sweeps.report renders.command
+    renders.campbell renders.player renders.overview renders.exports.command renders.exports.pvd
+    renders.exports.vtkhdf rich.table validation.sweeps.table renders.scene renders.film
 """
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from oblique_impact import MechanicalSystem
-from oblique_impact.integrators import ExplicitScheme
-from oblique_impact.system import ContactRows
+from oblique_impact.kernels.system import ContactRows
+from oblique_impact.marching import ExplicitScheme
 
 
 class Block(MechanicalSystem):

@@ -11,9 +11,9 @@ from fem_beam.nodal import NodalBeam
 from fem_beam.reduction import eigenmodes
 from modal.eigenfunctions import Eigenfunctions
 from oblique_impact import History, InputError, Scenario, concatenate, simulate
-from oblique_impact.clearance import Axis, nearest, two_digits
-from oblique_impact.cli import main
-from oblique_impact.scenario import SlopeSection
+from oblique_impact.beam.clearance import Axis, nearest, two_digits
+from oblique_impact.command_line.cli import main
+from oblique_impact.scenario.scenario import SlopeSection
 
 UNBOUNDED = "slope.extent=[]"
 #: a tapered beam of 2 m: its first bending mode sags below the slope while the tip strikes it

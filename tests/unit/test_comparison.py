@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import History, InputError
-from oblique_impact.contact import State
-from oblique_impact.contents import labelled
-from oblique_impact.instants import ascending
-from oblique_impact.marching import Event
-from oblique_impact.transitions import EventKind
+from oblique_impact.contact.forces import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.history.instants import ascending
+from oblique_impact.history.variables import labelled
+from oblique_impact.marching.loop import Event
 from validation import compare
 from validation.alignment import align, clock
 from validation.comparison import compare_events, graph_distance, hausdorff_distance

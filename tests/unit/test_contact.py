@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from oblique_impact.contact import (
+from oblique_impact.contact.forces import (
     MASS_NOT_POSITIVE,
     NO_SLIDING_SOLUTION,
     NO_STICKING_SOLUTION,
@@ -19,7 +19,7 @@ from oblique_impact.contact import (
     newton_impulse,
     routh_impulse,
 )
-from oblique_impact.system import (
+from oblique_impact.kernels.system import (
     A_NN,
     A_NT,
     ACCELERATION,

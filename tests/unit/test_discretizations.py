@@ -16,7 +16,7 @@ from fem_beam.nodal import banded
 from fem_beam.reduction import eigenmodes
 from modal import Eigenfunctions
 from oblique_impact import InputError, Scenario
-from oblique_impact.operators import build_operators
+from oblique_impact.beam.operators import build_operators
 
 M, EI = 2766.7 * 3.14e-4, 68.952e9 * 7.85e-9
 LENGTH, POINT, RADIUS = 1.3, 0.47, 0.15

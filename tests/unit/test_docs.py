@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from oblique_impact import InputError, Scenario, plugins, simulate, simulate_system
+from oblique_impact import InputError, Scenario, simulate, simulate_system
+from oblique_impact.scenario import user_defined as plugins
 from tests.render.browser import NAMES, Page, find_browser
 from validation.checks import registry
 
@@ -82,7 +83,7 @@ def test_rules_between_keys_are_complete_and_about_known_keys(extension):
     module = extension("scenario_keys")
     found = module.rules()
     assert {path for path, _ in found} <= every_key().keys()
-    source = (ROOT / "oblique_impact" / "rules.py").read_text(encoding="utf-8")
+    source = (ROOT / "oblique_impact" / "scenario" / "rules.py").read_text(encoding="utf-8")
     assert len(found) >= source.count(" _refuse(") > 20
     with pytest.raises(InputError) as refused:
         Scenario.from_dict({"root": {"torque": 1.0}})
@@ -111,7 +112,10 @@ def test_command_line_reference_has_every_command_and_option(extension):
     module = extension("command_line")
     page = module.reference()
     help_text = subprocess.run(
-        [sys.executable, "-m", "oblique_impact.cli", "--help"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "oblique_impact.command_line.cli", "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout
     commands = re.findall(r"^  ([a-z]+)  ", help_text.partition("Commands:")[2], re.MULTILINE)
     assert {"run", "render", "export"} <= set(commands)
@@ -397,7 +401,7 @@ def test_documentation_builds_without_a_warning_and_needs_no_network(site):
         assert not loaded, (page, loaded)
     theory = (site / "theory" / "motion.html").read_text(encoding="utf-8")
     assert theory.count("<math") > 30
-    assert 'href="../reference/api/physics.html#oblique_impact.floating_frame._first_order"' in theory
+    assert 'href="../reference/api/physics.html#oblique_impact.beam.floating_frame._first_order"' in theory
     keys = (site / "reference" / "scenario.html").read_text(encoding="utf-8")
     assert all(f">{path.rpartition('.')[2]}<" in keys for path in every_key())
     assert (site / "_static" / "STIXTwoMath-Regular.ttf").stat().st_size > 1_000_000

@@ -10,11 +10,11 @@ import pytest
 import typer
 
 from oblique_impact import Scenario
-from oblique_impact.cli import app
+from oblique_impact.command_line.cli import app
 from validation.checks.registry import all_checks
 from validation.refinement.quantities import quantity
 from validation.refinement.shipped import STUDIES
-from validation.sweep.plan import load_plan, make_plan
+from validation.sweeps.plan import load_plan, make_plan
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -126,7 +126,7 @@ def test_links_lead_to_files(page):
 
 def test_first_run_prints_what_its_page_shows(run, capsys):
     """The same lines; numbers as far as they are the same on every machine."""
-    from oblique_impact.cli import _print_summary
+    from oblique_impact.command_line.cli import _print_summary
 
     _print_summary(run("paper"), Path("out/paper"), False)
     printed = capsys.readouterr().out.splitlines()

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from oblique_impact import Draft, History, Scenario, ahead, draft, simulate
-from oblique_impact.growing import Columns
-from oblique_impact.netcdf_writer import NetcdfWriter
+from oblique_impact import Draft, History, Scenario, simulate
+from oblique_impact.history import ahead, draft
+from oblique_impact.history.growing import Columns
+from oblique_impact.history.netcdf_writer import NetcdfWriter
 
 NODAL = (
     'discretization={method="fem", elements=8, modes=0, frame="mean-axis"}',
@@ -23,7 +24,7 @@ def small(monkeypatch):
     monkeypatch.setattr(ahead, "_PORTION", 200)
     monkeypatch.setattr(draft, "BEGIN", 200_000)
     monkeypatch.setattr(draft, "STEP", 300_000)
-    monkeypatch.setattr("oblique_impact.netcdf_writer._CHUNK", 5000)
+    monkeypatch.setattr("oblique_impact.history.netcdf_writer._CHUNK", 5000)
 
 
 def scenario(*changes):

@@ -13,9 +13,9 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from modal import Eigenfunctions
-from oblique_impact.beam import Beam
-from oblique_impact.fields import Motion, cumulative, curvature_moment, fields_along
-from oblique_impact.operators import build_operators
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.beam.section_forces import Motion, cumulative, curvature_moment, fields_along
 from tests.unit.test_discretizations import EI, LENGTH, POINT, RADIUS, scenario_of
 
 

@@ -8,11 +8,11 @@ from numpy.testing import assert_allclose
 
 from modal import Eigenfunctions
 from oblique_impact import Scenario
-from oblique_impact.beam import Beam
-from oblique_impact.contact import condense
-from oblique_impact.floating_frame import drive, evaluate_beam, supplied_power_beam
-from oblique_impact.operators import build_operators
-from oblique_impact.system import (
+from oblique_impact.beam.floating_frame import drive, evaluate_beam, supplied_power_beam
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.contact.forces import condense
+from oblique_impact.kernels.system import (
     ACCELERATION,
     CHOLESKY,
     DAMPING_POWER,
@@ -246,7 +246,7 @@ def test_biases_are_second_derivatives_along_a_motion(name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_compiled_and_interpreted_forms_agree(name):
-    from oblique_impact.integrators import kernels
+    from oblique_impact.marching import kernels
 
     beam = beam_of(name, beam__kelvin_voigt=1e-5)
     for q, qd in states(beam):

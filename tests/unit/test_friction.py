@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from oblique_impact.friction import Coulomb, Frictionless, ModifiedCoulomb, friction_law
+from oblique_impact.contact.friction import Coulomb, Frictionless, ModifiedCoulomb, friction_law
 
 MODIFIED = ModifiedCoulomb(kinetic=0.4, v0=1e-3, v1=1e-2)
 

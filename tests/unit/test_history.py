@@ -13,8 +13,8 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 from oblique_impact import History, InputError, Scenario, simulate
-from oblique_impact.history import EVENT_COLUMNS, FILES
-from oblique_impact.instants import first_sample, jumps, last_sample
+from oblique_impact.history.history import EVENT_COLUMNS, FILES
+from oblique_impact.history.instants import first_sample, jumps, last_sample
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,11 @@ from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
 from oblique_impact import MechanicalSystem, Scenario, simulate, simulate_system
-from oblique_impact.contact import Phase
-from oblique_impact.friction import ModifiedCoulomb
-from oblique_impact.integrators import (
+from oblique_impact.contact.forces import Phase
+from oblique_impact.contact.friction import ModifiedCoulomb
+from oblique_impact.contact.transitions import NewtonImpact
+from oblique_impact.kernels.system import ContactRows, new_work
+from oblique_impact.marching import (
     EventScheme,
     ExplicitScheme,
     FixedStepScheme,
@@ -19,11 +21,9 @@ from oblique_impact.integrators import (
     Scheme,
     dop853,
 )
-from oblique_impact.integrators.base import new_scratch
-from oblique_impact.integrators.motion import QUADRATURES, derivative
-from oblique_impact.scenario import SolverSection
-from oblique_impact.system import ContactRows, new_work
-from oblique_impact.transitions import NewtonImpact
+from oblique_impact.marching.equations import QUADRATURES, derivative
+from oblique_impact.marching.scheme import new_scratch
+from oblique_impact.scenario.scenario import SolverSection
 from tests.unit.systems import Block, Oscillator, Prescribed, RungeKutta, incline
 
 OSCILLATOR = Oscillator()

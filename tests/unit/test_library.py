@@ -17,10 +17,11 @@ import numpy as np
 import pytest
 import typer
 
-from oblique_impact import InputError, Progress, Scenario, cli, natural_frequencies, simulate
+from oblique_impact import InputError, Progress, Scenario, natural_frequencies, simulate
+from oblique_impact.command_line import cli
 from renders import Style, campbell_diagram, export, render
-from renders.export.command import Format
-from renders.export.target import SUFFIXES
+from renders.exports.command import Format
+from renders.exports.target import SUFFIXES
 from renders.frame import CameraName, Colour, ThemeName
 from renders.geometry import QUANTITIES
 from renders.player.document import THEMES as PAGE_THEMES
@@ -32,7 +33,7 @@ from validation.refinement.shipped import STUDIES
 from validation.reproduction import command as reproduction
 from validation.reproduction.claims import Finding, Judged
 from validation.reproduction.material import Material
-from validation.sweep.plan import load_plan
+from validation.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("oblique_impact", "validation", "renders")
@@ -41,8 +42,8 @@ PACKAGES = ("oblique_impact", "validation", "renders")
 ELSEWHERE = {
     ("*", "scenario"): Scenario.load,
     ("*", "changes"): Scenario.load,
-    ("run", "out"): "oblique_impact.history.History.save",
-    ("modes", "as_json"): "oblique_impact.spectrum.Frequencies.to_dict",
+    ("run", "out"): "oblique_impact.history.history.History.save",
+    ("modes", "as_json"): "oblique_impact.beam.frequencies.Frequencies.to_dict",
     ("modes", "out"): campbell_diagram,
     ("export", "all_samples"): (export, "every"),
     ("render", "size"): (Style, "size"),
@@ -186,8 +187,8 @@ def test_physics_imports_no_sibling():
 @pytest.mark.parametrize(
     "module",
     [
-        "oblique_impact.spectrum",
-        "oblique_impact.joining",
+        "oblique_impact.beam.frequencies",
+        "oblique_impact.history.joining",
         "validation.differences",
         "validation.refinement.command",
     ],

@@ -8,12 +8,9 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.banded import band_multiply
-from oblique_impact.beam import Beam
-from oblique_impact.dense import solve_mass_dense
-from oblique_impact.floating_frame import evaluate_beam
-from oblique_impact.nodal import FullBeam
-from oblique_impact.nodal_frame import (
+from oblique_impact.beam.floating_frame import evaluate_beam
+from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.nodal_frame import (
     RANK_ONE,
     approach_nodal,
     definiteness,
@@ -25,7 +22,10 @@ from oblique_impact.nodal_frame import (
     solve_effective_nodal,
     solve_mass_nodal,
 )
-from oblique_impact.system import (
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.kernels.banded import band_multiply
+from oblique_impact.kernels.dense import solve_mass_dense
+from oblique_impact.kernels.system import (
     DAMPING_POWER,
     FORCES,
     FREE_ACCELERATION,

@@ -8,12 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from oblique_impact import InputError, Scenario, simulate, simulate_system
-from oblique_impact.base_motion import BaseMotion
-from oblique_impact.contact import newton_impulse
-from oblique_impact.friction import Branch, FrictionCurve, FrictionLaw
-from oblique_impact.plugins import names, register
-from oblique_impact.stops import ContactLaw, ElasticStop
-from oblique_impact.transitions import ImpactLaw
+from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.contact.forces import newton_impulse
+from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw
+from oblique_impact.contact.stops import ContactLaw, ElasticStop
+from oblique_impact.contact.transitions import ImpactLaw
+from oblique_impact.scenario.user_defined import names, register
 from tests.unit.systems import Block, RungeKutta
 
 
@@ -190,7 +190,7 @@ def test_an_integrator_of_ones_own_has_its_order():
 
 def test_an_integrator_of_ones_own_sees_a_gap_that_closes_and_opens_within_a_step():
     """A mass thrown over a plane just touches it between two steps: 1 um deep, for 1/40 of a step."""
-    from oblique_impact.scenario import SolverSection
+    from oblique_impact.scenario.scenario import SolverSection
 
     depth, gravity = 1e-6, -9.8  # the mass is pulled away from the plane
     speed = math.sqrt(2.0 * 9.8 * (0.1 + depth))

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from oblique_impact import History, Scenario
-from oblique_impact.friction import FrictionCurve
-from oblique_impact.plugins import register
-from oblique_impact.provenance import (
+from oblique_impact.contact.friction import FrictionCurve
+from oblique_impact.history.provenance import (
     NUMERIC_PACKAGES,
     described,
     named_in,
@@ -20,7 +19,8 @@ from oblique_impact.provenance import (
     provenance,
     source_digest,
 )
-from validation.sweep.plan import make_plan
+from oblique_impact.scenario.user_defined import register
+from validation.sweeps.plan import make_plan
 
 TOP = Path(__file__).parents[2]
 SWEEP = """
@@ -47,7 +47,7 @@ def copy(tmp_path_factory):
 
 def test_the_digest_is_that_of_the_source(copy):
     code = (
-        "from oblique_impact.provenance import NUMERIC_PACKAGES, provenance, source_digest; "
+        "from oblique_impact.history.provenance import NUMERIC_PACKAGES, provenance, source_digest; "
         "print(source_digest(NUMERIC_PACKAGES), source_digest(('validation',)), provenance().get('commit'))"
     )
     ours = f"{source_digest(NUMERIC_PACKAGES)} {source_digest(('validation',))}"
@@ -63,7 +63,7 @@ def test_the_digest_is_that_of_the_source(copy):
 
 
 def test_a_sweep_of_another_physics_is_another_sweep(copy):
-    code = "from validation.sweep.plan import load_plan; print(load_plan('friction').fingerprint)"
+    code = "from validation.sweeps.plan import load_plan; print(load_plan('friction').fingerprint)"
     ours = in_a_copy(copy, code)
     for place in ("oblique_impact/marching.py", "validation/refinement/quantities.py"):
         file = copy / place

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.contact import State
-from oblique_impact.instants import jumps
-from oblique_impact.marching import Event
-from oblique_impact.transitions import EventKind
+from oblique_impact.contact.forces import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.history.instants import jumps
+from oblique_impact.marching.loop import Event
 from validation.reference_values import VALUES
 from validation.reproduction import energies, forces, motions
 from validation.reproduction.cases import Case, combinations, main_cases, paper, threshold_cases, variant_cases

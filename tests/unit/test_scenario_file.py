@@ -7,17 +7,17 @@ import tomllib
 import pytest
 
 from oblique_impact import InputError, Scenario, concatenate, natural_frequencies, simulate
-from oblique_impact.scenario import (
+from oblique_impact.scenario.scenario import (
     BeamSection,
     ContactSection,
     DiscretizationSection,
     SolverSection,
     builtin_names,
 )
-from oblique_impact.toml import line_of
+from oblique_impact.scenario.toml import line_of
 from renders import export, render
 from validation import compare, refine
-from validation.sweep.plan import AxisSection, SweepFile, load_plan, make_plan
+from validation.sweeps.plan import AxisSection, SweepFile, load_plan, make_plan
 
 NODAL = ("discretization.method=fem", "discretization.modes=0")
 

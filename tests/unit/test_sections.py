@@ -13,10 +13,10 @@ import fem_beam
 from fem_beam.element import LocalHermite
 from fem_beam.mesh import beam_mesh
 from oblique_impact import InputError, Scenario
-from oblique_impact.beam import Beam
-from oblique_impact.fields import curvature_moment
-from oblique_impact.operators import build_operators
-from oblique_impact.sections import Profile, Sections
+from oblique_impact.beam.cross_sections import Profile, Sections
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.beam.section_forces import curvature_moment
 
 AREA = ((0.0, 3e-4), (0.37, 5e-4), (1.3, 2e-4))
 SECOND_MOMENT = ((0.0, 9e-9), (0.81, 4e-9), (1.3, 6e-9))

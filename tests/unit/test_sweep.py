@@ -15,17 +15,17 @@ from oblique_impact import InputError, Scenario
 from oblique_impact.errors import Outcome
 from validation.refinement.quantities import GapError, quantity
 from validation.report.document import render_html
-from validation.sweep import store as store_module
-from validation.sweep.cluster import CHUNK, Cluster, _Chunks, check_address
-from validation.sweep.design import between, latin_hypercube, spread
-from validation.sweep.figures import sweep_pictures
-from validation.sweep.keys import kind, known_keys, unit
-from validation.sweep.plan import MAX_RUNS, Plan, load_plan, make_plan, shipped_names
-from validation.sweep.pool import LocalPool
-from validation.sweep.report import sweep_document
-from validation.sweep.store import open_store
-from validation.sweep.table import make_table, read_table, write_table
-from validation.sweep.work import CRASHED, ERROR, INVALID, REGIMES, Done, failed, make_job, regime, run_one
+from validation.sweeps import store as store_module
+from validation.sweeps.cluster import CHUNK, Cluster, _Chunks, check_address
+from validation.sweeps.design import between, latin_hypercube, spread
+from validation.sweeps.figures import sweep_pictures
+from validation.sweeps.keys import kind, known_keys, unit
+from validation.sweeps.plan import MAX_RUNS, Plan, load_plan, make_plan, shipped_names
+from validation.sweeps.pool import LocalPool
+from validation.sweeps.report import sweep_document
+from validation.sweeps.store import open_store
+from validation.sweeps.table import make_table, read_table, write_table
+from validation.sweeps.work import CRASHED, ERROR, INVALID, REGIMES, Done, failed, make_job, regime, run_one
 
 FLIGHT = """
 quantities = ["theta@end", "tip_y@0.01"]

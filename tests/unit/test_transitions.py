@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from oblique_impact import Outcome, simulate_system
-from oblique_impact.contact import (
+from oblique_impact.contact.forces import (
     GUARD_DEFINITE,
     GUARD_LOWER,
     GUARD_NORMAL,
@@ -16,19 +16,19 @@ from oblique_impact.contact import (
     Phase,
     State,
 )
-from oblique_impact.errors import PhysicsStop
-from oblique_impact.friction import Coulomb, Frictionless, ModifiedCoulomb
-from oblique_impact.integrators.base import Tolerances
-from oblique_impact.integrators.event import EventScheme
-from oblique_impact.integrators.fixed_step import GUARD_JUDGED
-from oblique_impact.system import ContactRows, MechanicalSystem
-from oblique_impact.transitions import (
+from oblique_impact.contact.friction import Coulomb, Frictionless, ModifiedCoulomb
+from oblique_impact.contact.transitions import (
     Baumgarte,
     ContactMachine,
     EventKind,
     NewtonImpact,
     RouthImpact,
 )
+from oblique_impact.errors import PhysicsStop
+from oblique_impact.kernels.system import ContactRows, MechanicalSystem
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.fixed_step import GUARD_JUDGED
+from oblique_impact.marching.scheme import Tolerances
 from tests.unit.systems import Block, incline
 
 TOLERANCES = Tolerances(gap=1e-12, force=1e-9, velocity=1e-11)

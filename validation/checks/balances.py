@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from oblique_impact.fields import BLOCK, cumulative
-from oblique_impact.history import History
-from oblique_impact.instants import pieces
-from oblique_impact.operators import BeamOperators, build_operators
-from oblique_impact.scenario import Scenario
+from oblique_impact.beam.operators import BeamOperators, build_operators
+from oblique_impact.beam.section_forces import BLOCK, cumulative
+from oblique_impact.history.history import History
+from oblique_impact.history.instants import pieces
+from oblique_impact.scenario.scenario import Scenario
 from validation.checks.plots import energy_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.runs import column, run, total_energy

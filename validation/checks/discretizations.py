@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from validation.checks.plots import mesh_convergence_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.comparison import compare_events, contact_times, hausdorff_distance, largest_difference

@@ -13,15 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.beam import Beam
-from oblique_impact.fields import cumulative
-from oblique_impact.floating_frame import evaluate_beam
-from oblique_impact.nodal import FullBeam
-from oblique_impact.nodal_frame import evaluate_nodal, mass_product_nodal, new_nodal_work
-from oblique_impact.operators import BeamOperators, build_operators
-from oblique_impact.plugins import discretization
-from oblique_impact.scenario import Scenario
-from oblique_impact.system import (
+from oblique_impact.beam.floating_frame import evaluate_beam
+from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.nodal_frame import evaluate_nodal, mass_product_nodal, new_nodal_work
+from oblique_impact.beam.operators import BeamOperators, build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.beam.section_forces import cumulative
+from oblique_impact.kernels.system import (
     FORCES,
     GAP,
     GAP_BIAS,
@@ -35,6 +33,8 @@ from oblique_impact.system import (
     TANGENT_ROW,
     new_work,
 )
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.user_defined import discretization
 from validation.checks.registry import Measurement, checks_of
 
 check = checks_of("equations", "Equations of motion against Lagrange's")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from validation.checks.registry import Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 from validation.runs import run

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from oblique_impact.operators import build_operators
-from oblique_impact.scenario import Scenario
-from oblique_impact.simulate import simulate
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.simulation import simulate
 from validation.checks.kinetics import tip_at
 from validation.checks.registry import Measurement, checks_of
 from validation.reference_values import VALUES, source

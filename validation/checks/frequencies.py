@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 import fem_beam
 import modal
 from modal import clamped_free_roots, hinged_free_roots
-from oblique_impact.operators import build_operators
+from oblique_impact.beam.operators import build_operators
 from validation.beams import unit_beam
 from validation.checks.plots import frequency_errors_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
@@ -134,7 +134,7 @@ def order_four() -> Evidence:
 @check("The paper's beam: first frequencies in rad/s from both discretizations.")
 def paper_beam() -> list[Measurement]:
     """(b/L)^2 sqrt(EI/m) with the paper's data."""
-    from oblique_impact.scenario import Scenario
+    from oblique_impact.scenario.scenario import Scenario
 
     found = []
     for method, constant in (("modal", 0.0), ("fem", VALUES["1.3"])):

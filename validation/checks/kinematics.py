@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from oblique_impact.history import History
-from oblique_impact.instants import pieces
-from oblique_impact.scenario import Scenario
+from oblique_impact.history.history import History
+from oblique_impact.history.instants import pieces
+from oblique_impact.scenario.scenario import Scenario
 from validation.checks.registry import Measurement, checks_of
 from validation.runs import column, run
 

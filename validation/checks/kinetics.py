@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from validation.checks.registry import Measurement, checks_of
 from validation.runs import column, run
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from oblique_impact.contact import Phase
-from oblique_impact.friction import ModifiedCoulomb
-from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, dop853
-from oblique_impact.integrators.base import new_scratch
-from oblique_impact.integrators.motion import QUADRATURES, derivative
-from oblique_impact.simulate import simulate_system
-from oblique_impact.system import new_work
+from oblique_impact.contact.forces import Phase
+from oblique_impact.contact.friction import ModifiedCoulomb
+from oblique_impact.kernels.system import new_work
+from oblique_impact.marching import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme, dop853
+from oblique_impact.marching.equations import QUADRATURES, derivative
+from oblique_impact.marching.scheme import new_scratch
+from oblique_impact.simulation import simulate_system
 from validation.checks.plots import orders_figure
 from validation.checks.registry import Evidence, Measurement, checks_of
 from validation.runs import column, event_times, run

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.history import History
-from oblique_impact.operators import SpinningBeam
+from oblique_impact.beam.operators import SpinningBeam
+from oblique_impact.history.history import History
 from renders.style import GREY, SERIES
 from validation.report.document import Picture
 from validation.report.figures import HALF, new_figure, to_svg

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.friction import Frictionless
-from oblique_impact.instants import first_sample, last_sample
-from oblique_impact.integrators.base import Tolerances
-from oblique_impact.marching import Run
-from oblique_impact.nodal import FullBeam
-from oblique_impact.plugins import discretization
-from oblique_impact.scenario import Scenario
-from oblique_impact.simulate import full_beam_problem, simulate
-from oblique_impact.system import LAMBDA_N
-from oblique_impact.transitions import ContactMachine, ContactProbe, EventKind, NewtonImpact, Transition
+from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.contact.friction import Frictionless
+from oblique_impact.contact.transitions import ContactMachine, ContactProbe, EventKind, NewtonImpact, Transition
+from oblique_impact.history.instants import first_sample, last_sample
+from oblique_impact.kernels.system import LAMBDA_N
+from oblique_impact.marching.loop import Run
+from oblique_impact.marching.scheme import Tolerances
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.user_defined import discretization
+from oblique_impact.simulation import full_beam_problem, simulate
 from validation.checks.plots import impulse_law_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source

@@ -6,9 +6,9 @@ from functools import cache
 
 import numpy as np
 
-from oblique_impact.history import History
-from oblique_impact.scenario import Scenario
-from oblique_impact.simulate import simulate
+from oblique_impact.history.history import History
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.simulation import simulate
 from validation.checks.registry import Measurement, checks_of
 from validation.reference_values import VALUES, source
 from validation.runs import column

@@ -7,14 +7,14 @@ from math import atan, ceil, cos, log, nan, pi, radians, sin, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
-from oblique_impact.contact import routh_impulse
-from oblique_impact.friction import Coulomb, Frictionless
-from oblique_impact.history import History
-from oblique_impact.integrators.base import Tolerances
-from oblique_impact.integrators.fixed_step import FixedStepScheme
-from oblique_impact.simulate import simulate_system
-from oblique_impact.stops import ElasticStop
-from oblique_impact.transitions import Baumgarte, EventKind, NewtonImpact, RouthImpact
+from oblique_impact.contact.forces import routh_impulse
+from oblique_impact.contact.friction import Coulomb, Frictionless
+from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.contact.transitions import Baumgarte, EventKind, NewtonImpact, RouthImpact
+from oblique_impact.history.history import History
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.scheme import Tolerances
+from oblique_impact.simulation import simulate_system
 from validation.checks.registry import Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 from validation.small_systems import FreeRod, Particle, PinnedBar, events_of, samples_at

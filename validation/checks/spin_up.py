@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from oblique_impact.history import History
+from oblique_impact.history.history import History
 from validation.checks.plots import spin_up_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source

@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 
-from oblique_impact.beam import Beam
-from oblique_impact.floating_frame import evaluate_beam
-from oblique_impact.operators import SpinningBeam, build_operators
-from oblique_impact.plugins import discretization
-from oblique_impact.system import FORCES, MASS, new_work
+from oblique_impact.beam.floating_frame import evaluate_beam
+from oblique_impact.beam.operators import SpinningBeam, build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.kernels.system import FORCES, MASS, new_work
+from oblique_impact.scenario.user_defined import discretization
 from validation.beams import EPS, unit_beam
 from validation.checks.plots import campbell_figure
 from validation.checks.registry import Evidence, Measurement, checks_of

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from oblique_impact.history import History
-from oblique_impact.scenario import Scenario
-from oblique_impact.simulate import simulate, simulate_system
-from oblique_impact.stops import ElasticStop
+from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.history.history import History
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.simulation import simulate, simulate_system
 from validation.checks.plots import published_impact_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source

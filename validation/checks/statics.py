@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.beam import Beam
-from oblique_impact.fields import Fields, Motion
-from oblique_impact.operators import build_operators
-from oblique_impact.scenario import Scenario
-from oblique_impact.simulate import simulate
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.beam.section_forces import Fields, Motion
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.simulation import simulate
 from validation.checks.registry import Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 

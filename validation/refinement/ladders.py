@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from oblique_impact.errors import InputError
-from oblique_impact.integrators import EventScheme, GeneralizedAlphaScheme
-from oblique_impact.scenario import Scenario
+from oblique_impact.marching import EventScheme, GeneralizedAlphaScheme
+from oblique_impact.scenario.scenario import Scenario
 from validation.refinement.convergence import TOLERANCE
 
 #: levels that a verdict needs

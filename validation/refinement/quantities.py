@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.faults import did_you_mean
-from oblique_impact.scenario import Scenario
+from oblique_impact.scenario.messages import did_you_mean
+from oblique_impact.scenario.scenario import Scenario
 
 # the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
 if TYPE_CHECKING:
-    from oblique_impact.history import History
-from oblique_impact.instants import jumps
+    from oblique_impact.history.history import History
+from oblique_impact.history.instants import jumps
 
 
 class GapError(Exception):
@@ -203,8 +203,8 @@ def _no_contact(history: History) -> str:
 
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision that has ended."""
-    from oblique_impact.contact import State
-    from oblique_impact.ledger import MACRO_GAP
+    from oblique_impact.contact.forces import State
+    from oblique_impact.history.ledger import MACRO_GAP
 
     found = history.summary["macro_collisions"]
     if len(found) <= number:
@@ -266,7 +266,7 @@ def _mean_spin(history: History, sample: int) -> float:
     """
     from scipy.integrate import simpson
 
-    from oblique_impact.sections import Sections
+    from oblique_impact.beam.cross_sections import Sections
 
     scenario = Scenario.from_toml(history.scenario_toml)
     if scenario.root.kind != "pin":

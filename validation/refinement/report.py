@@ -7,8 +7,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.provenance import named_in
-from oblique_impact.scenario import Scenario, builtin_names
+from oblique_impact.history.provenance import named_in
+from oblique_impact.scenario.scenario import Scenario, builtin_names
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from oblique_impact.errors import InputError
-from oblique_impact.faults import did_you_mean
-from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme
+from oblique_impact.marching import EventScheme, FixedStepScheme, GeneralizedAlphaScheme
+from oblique_impact.scenario.messages import did_you_mean
 from validation.refinement.ladders import Ladder, Study
 
 _MEAN_AXIS = "discretization.frame=mean-axis"

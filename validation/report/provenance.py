@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.provenance import described, with_parts
+from oblique_impact.history.provenance import described, with_parts
 
 PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
-from oblique_impact.scenario import Scenario
+from oblique_impact.scenario.scenario import Scenario
 
 #: contact.friction of the three models, in the order of the paper, and their names in the report
 MODELS = {

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact import State
-from oblique_impact.history import History
-from oblique_impact.marching import Event
-from oblique_impact.scenario import Scenario
-from oblique_impact.simulate import simulate
-from oblique_impact.transitions import EventKind
+from oblique_impact.contact.forces import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.history.history import History
+from oblique_impact.marching.loop import Event
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.simulation import simulate
 from validation.reproduction.cases import Case
 from validation.reproduction.sticking import StickCheck, along_contact, at_events
 

@@ -17,14 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.beam import Beam
-from oblique_impact.contact import Instant, State, instant_of
-from oblique_impact.history import History
-from oblique_impact.instants import last_sample
-from oblique_impact.operators import build_operators
-from oblique_impact.scenario import Scenario
-from oblique_impact.system import new_work
-from oblique_impact.transitions import Baumgarte, EventKind
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.contact.forces import Instant, State, instant_of
+from oblique_impact.contact.transitions import Baumgarte, EventKind
+from oblique_impact.history.history import History
+from oblique_impact.history.instants import last_sample
+from oblique_impact.kernels.system import new_work
+from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class _Reader:
     """Contact problems at the samples of a history."""
 
     def __init__(self, scenario: Scenario, history: History) -> None:
-        from oblique_impact.integrators import kernels
+        from oblique_impact.marching import kernels
 
         self._condense = kernels.condense_at
         self._model = Beam(scenario, build_operators(scenario)).model

@@ -1,0 +1,1 @@
+"""The beam: cross-sections, operators, frames, results along it."""

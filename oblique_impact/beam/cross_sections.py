@@ -1,0 +1,139 @@
+"""Cross-sections along the beam, and the exact integrals of mass that the operators need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.scenario.tables import Table
+
+if TYPE_CHECKING:
+    from oblique_impact.scenario.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A piecewise linear function of x on [0, length]."""
+
+    x: Array  # (rows,) m, ascending from 0 to the length
+    values: Array  # (rows,)
+
+    @classmethod
+    def of(cls, value: float | Table, length: float) -> Profile:
+        """Take a number, or the rows of a table."""
+        if isinstance(value, tuple):
+            rows = np.array(value, dtype=float)
+            return cls(rows[:, 0].copy(), rows[:, 1].copy())
+        return cls(np.array([0.0, length]), np.array([value, value], dtype=float))
+
+    @property
+    def kinks(self) -> Array:
+        """Places (m) between the ends where the slope may change."""
+        return self.x[1:-1]
+
+    def __call__(self, x: Array | float) -> Array:
+        """Values at x (m), of the shape of x."""
+        return np.asarray(np.interp(x, self.x, self.values))
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Cross-sections, material and tip mass of a beam, in SI units.
+
+    With the mass per length m(x) = rho A(x), the tip mass M_t at x = length L and r = hub_radius, swapping
+    the order of integration in C and D (theory, Sec. 1) leaves the weights
+
+        outer_mass(x)   = int_x^L m dxi + M_t
+        outer_moment(x) = int_x^L m (r + xi) dxi + M_t (r + L)
+
+    All integrals are exact: m (r + x)^2 is at most cubic between two rows of the table, where Simpson's
+    rule makes no error.
+    """
+
+    length: float
+    hub_radius: float
+    density: float
+    youngs_modulus: float
+    area: Profile
+    second_moment: Profile
+    tip_mass: float = 0.0  # kg
+    outer_fibre: float = 0.0  # m, 0: circular sections of the given area
+
+    @classmethod
+    def from_scenario(cls, scenario: Scenario) -> Sections:
+        """Read the beam of `scenario`."""
+        beam = scenario.beam
+        return cls(
+            beam.length,
+            scenario.root.hub_radius,
+            beam.density,
+            beam.youngs_modulus,
+            Profile.of(beam.area, beam.length),
+            Profile.of(beam.second_moment, beam.length),
+            beam.tip_mass,
+            beam.outer_fibre,
+        )
+
+    @property
+    def kinks(self) -> Array:
+        """Places (m) inside the span where m or E I changes its slope, ascending."""
+        return np.union1d(self.area.kinks, self.second_moment.kinks)
+
+    def mass_per_length(self, x: Array | float) -> Array:
+        """Return rho A(x) in kg/m, of the shape of x."""
+        return self.density * self.area(x)
+
+    def bending_stiffness(self, x: Array | float) -> Array:
+        """Return E I(x) in N m^2, of the shape of x."""
+        return self.youngs_modulus * self.second_moment(x)
+
+    def fibre_distance(self, x: Array | float) -> Array:
+        """Distance (m) of the outer fibre from the axis, of the shape of x; sqrt(A/pi) if none is given."""
+        if self.outer_fibre > 0.0:
+            return np.full(np.shape(x), self.outer_fibre)
+        return np.sqrt(self.area(x) / np.pi)
+
+    def outer_mass(self, x: Array | float) -> Array:
+        """Mass (kg) outside of x, of the shape of x."""
+        return self._outer(x, 0) + self.tip_mass
+
+    def outer_moment(self, x: Array | float) -> Array:
+        """First moment (kg m) about the axis of rotation of the mass outside of x, of the shape of x."""
+        return self._outer(x, 1) + self.tip_mass * (self.hub_radius + self.length)
+
+    @cached_property
+    def mass(self) -> float:
+        """Total mass (kg)."""
+        return float(self.outer_mass(0.0))
+
+    @cached_property
+    def static_moment(self) -> float:
+        """Sm = int m (r + x) (kg m), with the tip mass."""
+        return float(self.outer_moment(0.0))
+
+    @cached_property
+    def inertia(self) -> float:
+        """J = int m (r + x)^2 (kg m^2), with the tip mass."""
+        return float(self._outer(0.0, 2)) + self.tip_mass * (self.hub_radius + self.length) ** 2
+
+    def _outer(self, x: Array | float, power: int) -> Array:
+        """Int_x^L m (r + xi)^power dxi, summed from the tip inwards so that it keeps its digits there."""
+        edges = self.area.x
+        pieces = self._simpson(edges[:-1], edges[1:], power)
+        beyond = np.append(np.cumsum(pieces[::-1])[::-1], 0.0)
+        at = np.asarray(x, dtype=float)
+        piece = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, edges.size - 2)
+        return np.asarray(self._simpson(at, edges[piece + 1], power) + beyond[piece + 1])
+
+    def _simpson(self, a: Array, b: Array, power: int) -> Array:
+        """Exact integral of m (r + xi)^power over [a, b] inside one piece of the table."""
+        middle = 0.5 * (a + b)
+        parts = (self.mass_per_length(s) * (self.hub_radius + s) ** power for s in (a, middle, b))
+        left, centre, right = parts
+        return np.asarray((b - a) / 6.0 * (left + 4.0 * centre + right))

@@ -1,0 +1,150 @@
+"""BeamOperators: the one thing a discretization hands over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.scenario.user_defined import discretization
+
+if TYPE_CHECKING:
+    from oblique_impact.scenario.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ShapeTable:
+    """Shape functions and their slopes at the points of a composite Gauss rule over the whole span."""
+
+    order: int  # points per panel
+    points: Array  # (nq,) m, ascending
+    weights: Array  # (nq,) m
+    values: Array  # (nq, n) Phi
+    slopes: Array  # (nq, n) Phi' (1/m)
+
+
+@dataclass(frozen=True)
+class StationTable:
+    """Shape functions at the output stations; `cells[k]:cells[k+1]` are the quadrature points between two."""
+
+    points: Array  # (ns,) m, from 0 to the length
+    values: Array  # (ns, n)
+    slopes: Array  # (ns, n) Phi' (1/m)
+    curvatures: Array  # (ns, n) Phi'' (1/m^2)
+    quadrature: ShapeTable
+    cells: NDArray[np.int64]  # (ns,)
+
+
+@dataclass(frozen=True)
+class BeamOperators:
+    """Everything the physics knows about a discretized beam, in SI units.
+
+    n shape functions Phi (row) of the arc-length label x in [0, length]; r = hub_radius.  With m(x) the
+    mass per length, in which a tip mass is a point mass at x = length (theory: Sec. 1 of the documentation;
+    H(x) = int_0^x Phi'^T Phi' dxi):
+
+        M1 = int m Phi^T Phi        K = int E I Phi''^T Phi''
+        C  = int m (r + x) H        D = int m H
+        S  = int m (r + x) Phi      P = int m Phi
+        J  = int m (r + x)^2        Sm = int m (r + x)
+
+    Matrices are dense for a reduced model; those of a nodal model are banded and live in
+    ``fem_beam`` until they are projected.
+    """
+
+    sections: Sections
+    M1: Array
+    K: Array
+    C: Array
+    D: Array
+    S: Array
+    P: Array
+    J: float
+    Sm: float
+    contact_point: float  # x_F
+    contact_shape: Array  # (n,) Phi(x_F)
+    contact_shortening: Array  # (n, n) H(x_F)
+    root_slope: Array  # (n,) Phi'(0)
+    stations: StationTable
+    method: str = ""
+
+    @property
+    def length(self) -> float:
+        """Length (m) of the beam."""
+        return self.sections.length
+
+    @property
+    def hub_radius(self) -> float:
+        """Distance (m) of the root from the axis of rotation."""
+        return self.sections.hub_radius
+
+    @property
+    def mass_per_length(self) -> float:
+        """Mean mass per length (kg/m): the whole mass, with that of the tip, over the length."""
+        return self.sections.mass / self.sections.length
+
+    @property
+    def size(self) -> int:
+        """Number n of shape functions."""
+        return int(self.P.shape[0])
+
+    def natural_frequencies(self) -> Array:
+        """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending."""
+        return np.asarray(np.sqrt(np.maximum(eigh(self.K, self.M1, lower=False, eigvals_only=True), 0.0)))
+
+
+@dataclass(frozen=True)
+class SpinningBeam:
+    """Elastic operators of a beam that spins at a constant rate.
+
+    Flapwise (out of the plane of rotation): (K + Omega^2 C) v = omega^2 M1 v; chordwise (in the
+    plane): (K + Omega^2 (C - M1)) v = omega^2 M1 v (Southwell and Gough 1921; Wright et al. 1982).
+
+    The rigid rotation x of a hinged beam satisfies C x = M1 x and K x = 0, so it is an exact mode of both
+    problems, with frequencies Omega (flapwise) and 0 (chordwise).  It is left out of the operators,
+    which act on its orthogonal complement, and put back in the lists.
+    """
+
+    K: Array  # (n, n)
+    M1: Array
+    C: Array
+    hinged: bool
+
+    def flapwise(self, spin_rate: float, count: int) -> Array:
+        """First `count` flapwise angular frequencies (rad/s), ascending."""
+        return self._frequencies(spin_rate**2, self.C, abs(spin_rate), count)
+
+    def chordwise(self, spin_rate: float, count: int) -> Array:
+        """First `count` chordwise angular frequencies (rad/s), ascending."""
+        return self._frequencies(spin_rate**2, self.C - self.M1, 0.0, count)
+
+    def _frequencies(self, factor: float, geometric: Array, rigid: float, count: int) -> Array:
+        wanted = (0, min(count, self.K.shape[0]) - 1)
+        stiffness = self.K + factor * geometric
+        # the upper triangle is reduced from the last row upwards, which keeps the digits of the low frequencies:
+        # the entries grow from the first row to the last by up to twelve orders of magnitude
+        squares = eigh(stiffness, self.M1, lower=False, eigvals_only=True, subset_by_index=wanted)
+        elastic = np.sqrt(np.maximum(squares, 0.0))
+        found = np.sort(np.append(elastic, rigid)) if self.hinged else elastic
+        return np.asarray(found[:count])
+
+
+def station_points(length: float, contact_point: float) -> Array:
+    """Output stations (m): 32 equal cells over the beam, and the contact point."""
+    points = length * np.arange(33) / 32
+    if np.min(np.abs(points - contact_point)) > 1e-9 * length:
+        points = np.sort(np.append(points, contact_point))
+    return points
+
+
+def build_operators(scenario: Scenario) -> BeamOperators:
+    """Discretize the beam of `scenario` with its own method."""
+    operators = discretization(scenario.discretization.method).build_operators(scenario)
+    assert isinstance(operators, BeamOperators)
+    return operators

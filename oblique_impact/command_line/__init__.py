@@ -1,0 +1,1 @@
+"""Words, one typed call, print."""

@@ -1,0 +1,1 @@
+"""Contact: states, laws, forces, transitions."""

@@ -1,0 +1,192 @@
+"""What the record of a run becomes: labelled variables and a summary."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from oblique_impact.beam.clearance import beam_clearance, slope_warnings
+from oblique_impact.beam.reduced import Beam, Energies
+from oblique_impact.beam.section_forces import Motion
+from oblique_impact.contact.forces import State
+from oblique_impact.contact.stops import Stop
+from oblique_impact.history.growing import Column
+from oblique_impact.history.instants import ascending
+from oblique_impact.history.ledger import balance, macro_collisions
+from oblique_impact.history.provenance import provenance
+from oblique_impact.kernels.system import GAP, GAP_RATE, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Array
+from oblique_impact.marching.loop import Record, Segment
+from oblique_impact.scenario.scenario import Scenario
+
+_REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+
+
+class Samples(NamedTuple):
+    """Samples of a run, each array with one row for each; d coordinates."""
+
+    time: Array  # s
+    q: Array  # (samples, d)
+    qd: Array
+    qdd: Array
+    quadratures: Array  # integrals over time of forces and powers: see `oblique_impact.marching.equations`
+    state: Column  # of int8, see `oblique_impact.contact.forces.State`
+    scalars: Array  # see `oblique_impact.kernels.system`
+    kinetic: Array  # J
+    elastic: Array
+    gravity: Array
+
+    def motion(self) -> Motion:
+        """Return the samples as the beam's post-processing takes them."""
+        return Motion(self.time, self.q, self.qd, self.qdd, self.scalars[:, LAMBDA_N], self.scalars[:, LAMBDA_T])
+
+    def part(self, rows: slice) -> Samples:
+        """Return some of the samples."""
+        return Samples(*(column[rows] for column in self))
+
+    def variables(self) -> dict[str, Column]:
+        """Return the variables of a history that every system has."""
+        k = self.scalars
+        return {
+            "time": self.time,
+            "q": self.q,
+            "qd": self.qd,
+            "gap": k[:, GAP],
+            "slip": k[:, SLIP],
+            "gap_rate": k[:, GAP_RATE],
+            "slip_rate": k[:, SLIP_RATE],
+            "lambda_n": k[:, LAMBDA_N],
+            "lambda_tau": k[:, LAMBDA_T],
+            "state": self.state,
+            "energy_kinetic": self.kinetic,
+            "energy_elastic": self.elastic,
+            "energy_gravity": self.gravity,
+        }
+
+
+def gather(
+    segments: Sequence[Segment],
+    size: int,
+    energies: Callable[[Array, Array, Array], Energies],
+    transform: Callable[[Array], Array] | None = None,
+    after: float = -np.inf,
+) -> Samples:
+    """Put the samples of segments together.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        At least one.
+    size : int
+        Coordinates that were marched.
+    energies : callable
+        Of times (samples,), coordinates and velocities (samples, size).
+    transform : callable, optional
+        A linear map of the coordinates to those of the samples.
+    after : float
+        Time (s) of the sample before the first.
+    """
+    states = np.concatenate([s.states for s in segments])
+    time = np.concatenate([s.times for s in segments])
+    state = np.concatenate([np.full(s.times.size, s.state, dtype=np.int8) for s in segments])
+    scalars = np.concatenate([s.observation.scalars for s in segments])
+    q, qd = states[:, :size], states[:, size : 2 * size]
+    qdd = np.concatenate([s.observation.qdd for s in segments])
+    its = energies(time, q, qd)
+    if transform is not None:
+        q, qd, qdd = transform(q), transform(qd), transform(qdd)
+    return Samples(ascending(time, after), q, qd, qdd, states[:, 2 * size :], state, scalars, *its)
+
+
+def join(first: Samples, second: Samples) -> Samples:
+    """Put samples behind others."""
+    return Samples(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
+
+
+def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
+    """Return all variables of a beam's history that have a value for each sample."""
+    fields = beam.fields(samples.motion())
+    found = {**samples.variables(), **_at_the_contact(beam, samples), **fields._asdict()}
+    if beam.scenario.contact.enabled:
+        found["clearance"], found["clearance_at"] = beam_clearance(beam, samples.q, fields.ux, fields.uy)
+    return found
+
+
+def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
+    """Return the variables of a beam's frame and of its contact point."""
+    o = beam.operators
+    radius = o.hub_radius + o.contact_point
+    theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
+    HB = beam.foreshortening * (B @ o.contact_shortening)
+    ux, ux_rate = -0.5 * np.einsum("si,si->s", HB, B), -np.einsum("si,si->s", HB, Bd)
+    uy, uy_rate = B @ o.contact_shape, Bd @ o.contact_shape
+    spin, sine, cosine = samples.qd[:, 0], np.sin(theta), np.cos(theta)
+    arm = radius + ux
+    axial, transverse = ux_rate - spin * uy, uy_rate + spin * arm
+    return {
+        "theta": theta,
+        "theta_dot": spin,
+        "tip_x": arm * cosine - uy * sine,
+        "tip_y": arm * sine + uy * cosine,
+        "tip_vx": axial * cosine - transverse * sine,
+        "tip_vy": axial * sine + transverse * cosine,
+        "deflection": uy,
+        "shortening": ux,
+    }
+
+
+def summarize(
+    record: Record, ends: tuple[Samples, Samples], wall: float, stop: Stop | None, scenario: Scenario | None = None
+) -> dict[str, Any]:
+    """Return summary.json of a run that took `wall` seconds, by its first and its last sample (`ends`).
+
+    Warnings, which only a beam has, are not in it.
+    """
+    first, last = ends
+    stored = stop.energy(float(last.scalars[0, GAP])) if stop and last.state[0] != State.FREE else 0.0
+    ledger = balance(
+        float(first.kinetic[0] + first.elastic[0] + first.gravity[0]),
+        (float(last.kinetic[0]), float(last.elastic[0]), float(last.gravity[0]), stored),
+        last.quadratures[0],
+        record.events,
+    )
+    return {
+        "outcome": record.outcome.label,
+        "message": record.outcome.sentence,
+        "end_time": float(last.time[0]),
+        "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts)],
+        "events": len(record.events),
+        "energy": ledger.as_dict(),
+        "steps": record.steps,
+        "rejected_steps": record.rejected,
+        "wall_time": wall,
+        "versions": {"python": platform.python_version(), **_versions()},
+        "provenance": dict(provenance(scenario)),
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _REPORTED_PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def warnings_of(beam: Beam, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:
+    """Say where the model leaves its range of validity; `events` are the times (s) of the transitions."""
+    deflection = variables["uy"]
+    largest = float(max(np.max(deflection), -np.min(deflection)))
+    said = slope_warnings(beam.scenario, variables, events)
+    if largest > 0.1 * beam.scenario.beam.length:
+        said.append(
+            f"largest deflection {largest:.3g} m is more than a tenth of the length: "
+            "the small-deflection model is stretched beyond its range"
+        )
+    return said

@@ -1,0 +1,182 @@
+"""What a history must hold to be one: variables, events, summary.  Files from elsewhere are held against it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from oblique_impact.contact.forces import State
+from oblique_impact.errors import InputError, Outcome
+
+Array = np.ndarray[Any, Any]
+
+
+class Variable(NamedTuple):
+    """What a variable is: its dimensions, unit and meaning."""
+
+    dimensions: tuple[str, ...]
+    units: str
+    long_name: str
+
+
+_EACH, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
+#: variables of every history
+NEEDED = {
+    "time": Variable(_EACH, "s", "time"),
+    "q": Variable(_COORDINATES, "m or rad", "generalized coordinates"),
+    "qd": Variable(_COORDINATES, "m/s or rad/s", "generalized velocities"),
+    "gap": Variable(_EACH, "m", "normal gap"),
+    "slip": Variable(_EACH, "m", "tangential position on the slope"),
+    "gap_rate": Variable(_EACH, "m/s", "gap rate"),
+    "slip_rate": Variable(_EACH, "m/s", "slip velocity"),
+    "lambda_n": Variable(_EACH, "N", "normal contact force"),
+    "lambda_tau": Variable(_EACH, "N", "tangential contact force"),
+    "state": Variable(_EACH, "1", "contact state"),
+    "energy_kinetic": Variable(_EACH, "J", "kinetic energy"),
+    "energy_elastic": Variable(_EACH, "J", "elastic energy"),
+    "energy_gravity": Variable(_EACH, "J", "gravity energy"),
+}
+#: variables that only a beam has, if they are there
+OF_A_BEAM = {
+    "station": Variable(("station",), "m", "arc length from the root"),
+    "theta": Variable(_EACH, "rad", "angle of the floating frame"),
+    "theta_dot": Variable(_EACH, "rad/s", "angular velocity of the floating frame"),
+    "tip_x": Variable(_EACH, "m", "contact point, inertial x"),
+    "tip_y": Variable(_EACH, "m", "contact point, inertial y"),
+    "tip_vx": Variable(_EACH, "m/s", "contact point velocity, x"),
+    "tip_vy": Variable(_EACH, "m/s", "contact point velocity, y"),
+    "deflection": Variable(_EACH, "m", "transverse deflection of the contact point"),
+    "shortening": Variable(_EACH, "m", "axial displacement of the contact point (foreshortening)"),
+    "clearance": Variable(_EACH, "m", "smallest distance of the beam's axis from the slope, negative below"),
+    "clearance_at": Variable(_EACH, "m", "arc length where the axis is closest to the slope"),
+    "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
+    "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
+    "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
+    "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
+    "moment": Variable(_STATIONS, "N m", "bending moment"),
+    "shear": Variable(_STATIONS, "N", "shear force, slope of the bending moment"),
+    "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
+    "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
+}
+#: all variables that are known
+VARIABLES = NEEDED | OF_A_BEAM
+#: and their dimensions
+DIMENSIONS = {name: variable.dimensions for name, variable in VARIABLES.items()}
+_COLLISION = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
+_ENERGY = ("initial", "final", "kinetic", "elastic", "gravity")
+_LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
+_OUTCOMES = tuple(outcome.label for outcome in Outcome)
+
+
+def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
+    """Return variables of a history with their units and meanings; `columns` are known ones, by name."""
+    found = {name: _labelled(name, values) for name, values in columns.items()}
+    scales = {name: variable for name, variable in found.items() if variable.dims == (name,)}
+    return xr.Dataset({name: variable for name, variable in found.items() if name not in scales}, scales)
+
+
+def _labelled(name: str, values: Array) -> xr.DataArray:
+    its = VARIABLES[name]
+    variable = labelled(values, *its)
+    if name == "state":
+        variable.attrs["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
+        variable.attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
+    return variable
+
+
+def labelled(values: Array, dimensions: tuple[str, ...], units: str, long_name: str) -> xr.DataArray:
+    """Return an array with its dimensions, units and meaning."""
+    return xr.DataArray(values, dims=dimensions, attrs={"units": units, "long_name": long_name})
+
+
+def check_variables(data: xr.Dataset) -> None:
+    """Raise InputError, in a few words, for data that are not those of a history."""
+    for name in NEEDED:
+        if name not in data.variables:
+            raise InputError(f"has no variable {name!r}")
+    for name, dimensions in DIMENSIONS.items():
+        if name in data.variables and data[name].dims != dimensions:
+            raise InputError(f"{name}: should have the dimensions ({', '.join(dimensions)})")
+    for label, variable in data.variables.items():
+        if variable.dtype.kind not in "iuf":
+            raise InputError(f"{label}: does not hold numbers")
+        if not set(variable.dims) <= {"time", "coordinate", "station"} or not variable.size:
+            raise InputError(f"{label}: should have values along time, coordinate or station")
+    _check_ascending(data["time"].values, "time")
+    if not np.isin(data["state"].values, [int(state) for state in State]).all():
+        raise InputError(f"state: should be one of {', '.join(str(int(state)) for state in State)}")
+    if "station" in data.dims:
+        if "station" not in data.variables or data.sizes["station"] < 2:
+            raise InputError("station: at least two places are needed")
+        _check_ascending(data["station"].values, "station")
+
+
+def _check_ascending(values: Array, name: str) -> None:
+    if not np.isfinite(values).all() or not (np.diff(values) > 0.0).all():
+        raise InputError(f"{name}: should be finite and ascending")
+
+
+def read_json(text: Any, name: str, kind: type) -> Any:
+    """Return the JSON of an attribute, a list or a dict; raises InputError, in a few words."""
+    try:
+        found = json.loads(str(text))
+    except (ValueError, RecursionError):
+        raise InputError(f"attribute {name}: is not JSON") from None
+    if not isinstance(found, kind):
+        raise InputError(f"attribute {name}: should be a {kind.__name__}")
+    return found
+
+
+def check_times_of_events(times: list[float], first: float, last: float) -> None:
+    """Raise InputError for events outside of the run (s), or not in order."""
+    inside = all(first <= time <= last for time in times)
+    if not inside or any(later < earlier for earlier, later in pairwise(times)):
+        raise InputError(f"attribute events: times should be ascending, from {first:g} to {last:g} s")
+
+
+def check_summary(summary: dict[str, Any], first: float, last: float) -> None:
+    """Raise InputError for a summary that lacks what it should have, or has something else there."""
+    if summary.get("outcome") not in _OUTCOMES:
+        raise InputError(f"attribute summary: outcome should be one of {', '.join(_OUTCOMES)}")
+    _check_numbers(summary, ("end_time", "events", "steps", "wall_time"), "summary")
+    collisions = summary.get("macro_collisions")
+    if not isinstance(collisions, list) or not all(isinstance(item, dict) for item in collisions):
+        raise InputError("attribute summary: macro_collisions should be a list of objects")
+    for item in collisions:
+        _check_numbers(item, _COLLISION, "macro_collisions")
+        if not first <= item["start"] <= item["end"] <= last:
+            raise InputError(f"attribute summary: macro_collisions should lie between {first:g} and {last:g} s")
+    energy = summary.get("energy")
+    if not isinstance(energy, dict):
+        raise InputError("attribute summary: energy should be an object")
+    _check_numbers(energy, (*_ENERGY, *_LOSSES), "energy")
+    clearance = summary.get("clearance") or {"distance": 0.0, "x": 0.0, "time": 0.0}
+    if not isinstance(clearance, dict):
+        raise InputError("attribute summary: clearance should be an object")
+    _check_numbers(clearance, ("distance", "x", "time"), "clearance")
+    warnings = summary.get("warnings", [])
+    if not isinstance(warnings, list) or not all(isinstance(line, str) for line in warnings):
+        raise InputError("attribute summary: warnings should be a list of sentences")
+    if not isinstance(summary.get("message", ""), str) or not isinstance(summary.get("versions", {}), dict):
+        raise InputError("attribute summary: message or versions are not words")
+
+
+def _check_numbers(values: dict[str, Any], names: tuple[str, ...], where: str) -> None:
+    for name in names:
+        value = values.get(name)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not _fits(value):
+            raise InputError(f"attribute summary: {where}: {name} should be a number")
+
+
+def _fits(value: float) -> bool:
+    """Whether a number can be a float; energies of a run that diverged are not finite."""
+    try:
+        return not math.isnan(float(value)) or isinstance(value, float)
+    except OverflowError:
+        return False

@@ -1,0 +1,99 @@
+"""One step of the explicit Runge-Kutta method of order 8(5,3) with dense output of order 7.
+
+Dormand and Prince's method as given by Hairer, Norsett, Wanner, Solving Ordinary Differential
+Equations I, Sec. II.5 and II.10; the coefficients are those published with SciPy.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from oblique_impact.contact.forces import FREE, Phase
+from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.system import GAP_RATE, Array, Work
+from oblique_impact.marching.equations import copy, derivative
+
+ORDER = 8
+STAGES = 12
+DENSE_STAGES = 16
+DENSE_TERMS = 7
+
+_A = np.zeros((DENSE_STAGES, DENSE_STAGES))
+_A[:STAGES, :STAGES] = DOP853.A
+_A[STAGES, :STAGES] = DOP853.B
+_A[STAGES + 1 :] = DOP853.A_EXTRA
+_C = np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
+_B = np.asarray(DOP853.B)
+_E3, _E5, _D = np.asarray(DOP853.E3), np.asarray(DOP853.E5), np.asarray(DOP853.D)
+
+
+@jitable
+def stages(
+    system: Any, phase: Phase, t: float, y: Array, h: float, first: int, last: int, K: Array, work: Work, at: Array
+) -> tuple[int, float]:
+    """Evaluate the stages first..last of a step of length h from (t, y) into the rows of K.
+
+    K[0] must hold the derivative at (t, y).  Stages 1 to 12 are the step: `at` then holds the new state and
+    K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status of
+    the contact problem and, in free flight, the largest gap rate met (m/s).
+    """
+    speed = 0.0
+    for i in range(first, last + 1):
+        copy(y, at)
+        for j in range(i):
+            weight = h * _A[i, j]
+            if weight != 0.0:
+                for m in range(y.shape[0]):
+                    at[m] += weight * K[j, m]
+        status = derivative(system, phase, t + _C[i] * h, at, work, K[i])
+        if status != 0:
+            return status, speed
+        if phase.state == FREE:
+            speed = max(speed, abs(work.scalars[GAP_RATE]))
+    return 0, speed
+
+
+@jitable
+def error_norm(h: float, y: Array, y_new: Array, K: Array, size: int, tolerance: float) -> float:
+    """Error of the first `size` entries relative to the tolerance (absolute 1, relative 1)."""
+    sum5, sum3 = 0.0, 0.0
+    for m in range(size):
+        scale = tolerance * (1.0 + max(abs(y[m]), abs(y_new[m])))
+        e5, e3 = 0.0, 0.0
+        for i in range(STAGES + 1):
+            e5 += _E5[i] * K[i, m]
+            e3 += _E3[i] * K[i, m]
+        sum5 += (e5 / scale) ** 2
+        sum3 += (e3 / scale) ** 2
+    if sum5 == 0.0 and sum3 == 0.0:
+        return 0.0
+    return float(abs(h) * sum5 / np.sqrt((sum5 + 0.01 * sum3) * size))
+
+
+@jitable
+def interpolant(y: Array, y_new: Array, h: float, K: Array, F: Array) -> None:
+    """Dense-output coefficients (7, len(y)) of an accepted step with all 16 stages into F."""
+    for m in range(y.shape[0]):
+        delta = y_new[m] - y[m]
+        F[0, m] = delta
+        F[1, m] = h * K[0, m] - delta
+        F[2, m] = 2.0 * delta - h * (K[STAGES, m] + K[0, m])
+        for r in range(4):
+            total = 0.0
+            for i in range(DENSE_STAGES):
+                total += _D[r, i] * K[i, m]
+            F[3 + r, m] = h * total
+
+
+@jitable
+def interpolate(F: Array, y: Array, x: float, result: Array) -> None:
+    """Value of the dense output at the fraction x of the step into `result`."""
+    for m in range(y.shape[0]):
+        value = 0.0
+        for r in range(DENSE_TERMS - 1, -1, -1):
+            value += F[r, m]
+            value *= x if r % 2 == 0 else 1.0 - x
+        result[m] = y[m] + value

@@ -1,0 +1,317 @@
+"""The first fall of a guard through zero inside a step, on its dense output.
+
+The step is walked in parts.  A part's guards and their slopes are taken at its ends and its middle; the
+cubic through the ends must foretell the middle, or the part is halved.  Where it does, the cubics of the
+two halves show every fall and every dip below zero, and a root finder closes in on the first.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from oblique_impact.contact.forces import GUARD_NORMAL, Phase, measure_guards
+from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.system import FIRST_GUARD, GUARDS, LAMBDA_N, Array
+from oblique_impact.marching.dop853 import DENSE_STAGES, interpolate
+from oblique_impact.marching.equations import derivative
+from oblique_impact.marching.scheme import Scratch
+
+NO_GUARD, UNDEFINED = -1, -2
+
+_WIDEST, _NARROWEST = 0.5, 2.0**-10  # parts of a step
+_SLOPE_STEP = 1e-5  # of a part
+_FORETOLD = 0.1  # of the guard's range, the error of a cubic that follows it
+_HALVES_ERROR = 0.25  # of the error in the middle, a bound on that of the halves' cubics (1/16 to 4th order)
+_CLOSE = 1e-13  # of a step
+_GOLDEN = 0.381966011250105
+_START, _MIDDLE, _END = 0, 1, 2
+
+
+@jitable
+def shifted(s: Scratch, guard: int) -> float:
+    """Return a measured guard, raised by its threshold until it is armed."""
+    return float(s.work.scalars[FIRST_GUARD + guard] + (0.0 if s.armed[guard] else s.thresholds[guard]))
+
+
+@jitable
+def _guards_at(system: Any, phase: Phase, t: float, h: float, x: float, y: Array, s: Scratch) -> bool:
+    """Guards at the fraction x of the step into the work; False if they are undefined there."""
+    interpolate(s.F, y, x, s.at)
+    if derivative(system, phase, t + x * h, s.at, s.work, s.K[DENSE_STAGES - 1]) != 0:
+        return False
+    measure_guards(phase, s.work.scalars)
+    return True
+
+
+@jitable
+def _take(
+    system: Any, phase: Phase, t: float, h: float, x: float, shift: float, y: Array, s: Scratch, row: int
+) -> bool:
+    """Guards, the normal force and their slopes (per step) at the fraction x into a row; False if undefined."""
+    for part in range(2):
+        if not _guards_at(system, phase, t, h, x + part * shift, y, s):
+            return False
+        for k in range(GUARDS + 1):
+            value = s.work.scalars[FIRST_GUARD + k] if k < GUARDS else s.work.scalars[LAMBDA_N]
+            if part == 0:
+                s.values[row, k] = value
+            else:
+                s.slopes[row, k] = (value - s.values[row, k]) / shift
+    return True
+
+
+@jitable
+def _move(s: Scratch, source: int, target: int) -> None:
+    for k in range(GUARDS + 1):
+        s.values[target, k] = s.values[source, k]
+        s.slopes[target, k] = s.slopes[source, k]
+
+
+@jitable
+def _cubic_dip(ga: float, gb: float, sa: float, sb: float) -> tuple[float, float]:
+    """Least value of the cubic with these end values and slopes on [0, 1], and where; -1 if at an end."""
+    best, place = min(ga, gb), -1.0
+    c2 = 3.0 * (gb - ga) - 2.0 * sa - sb
+    c3 = sa + sb - 2.0 * (gb - ga)
+    discriminant = c2 * c2 - 3.0 * c3 * sa
+    if discriminant < 0.0:
+        return best, place
+    root = np.sqrt(discriminant)
+    for sign in (-1.0, 1.0):
+        denominator = c2 + sign * root
+        if denominator == 0.0:
+            continue
+        x = -sa / denominator
+        if 0.0 < x < 1.0:
+            value = ga + x * (sa + x * (c2 + x * c3))
+            if value < best:
+                best, place = value, x
+    return best, place
+
+
+@jitable
+def _dip(s: Scratch, half: int, guard: int, width: float) -> tuple[float, float]:
+    """Least value of a guard (raised until armed) in a half of the part, and where in it; -1 if at an end."""
+    offset = 0.0 if s.armed[guard] else s.thresholds[guard]
+    ga, gb = s.values[half, guard] + offset, s.values[half + 1, guard] + offset
+    return _cubic_dip(ga, gb, 0.5 * width * s.slopes[half, guard], 0.5 * width * s.slopes[half + 1, guard])
+
+
+@jitable
+def _highest(s: Scratch, column: int, half: int, width: float) -> float:
+    """Largest value of a column, the normal force (N) or a guard, in a half of the part."""
+    values = s.values[half, column], s.values[half + 1, column]
+    slopes = 0.5 * width * s.slopes[half, column], 0.5 * width * s.slopes[half + 1, column]
+    return float(-_cubic_dip(-values[0], -values[1], -slopes[0], -slopes[1])[0])
+
+
+@jitable
+def _defect(s: Scratch, guard: int, width: float) -> float:
+    """Error of the cubic through the ends of a part in its middle: of the value, or a quarter of the slope's."""
+    ga, gm, gb = s.values[_START, guard], s.values[_MIDDLE, guard], s.values[_END, guard]
+    sa, sm, sb = (
+        width * s.slopes[_START, guard],
+        width * s.slopes[_MIDDLE, guard],
+        width * s.slopes[_END, guard],
+    )
+    of_value = abs(gm - 0.5 * (ga + gb) - 0.125 * (sa - sb))
+    of_slope = abs(sm - 1.5 * (gb - ga) + 0.25 * (sa + sb))
+    return float(max(of_value, 0.25 * of_slope))
+
+
+@jitable
+def _uncertainty(s: Scratch, guard: int, width: float) -> float:
+    """Bound on the error of the halves' cubics, that of one-sided differences for slopes included."""
+    bend = width * abs(s.slopes[_START, guard] - s.slopes[_END, guard])
+    return float(_HALVES_ERROR * _defect(s, guard, width) + _SLOPE_STEP * bend)
+
+
+@jitable
+def _resolved(s: Scratch, guard: int, width: float) -> bool:
+    """Whether the halves' cubics can be trusted to show where a guard falls."""
+    defect = _defect(s, guard, width)
+    if defect <= s.thresholds[guard]:
+        return True
+    low = min(s.values[_START, guard], s.values[_MIDDLE, guard], s.values[_END, guard])
+    high = max(s.values[_START, guard], s.values[_MIDDLE, guard], s.values[_END, guard])
+    swing = 0.25 * width * max(abs(s.slopes[_START, guard]), abs(s.slopes[_END, guard]))
+    if defect > _FORETOLD * (high - low) and low < 2.0 * (high - low + defect + swing):
+        return False
+    for half in range(2):
+        least, place = _dip(s, half, guard, width)
+        if place >= 0.0 and abs(least) < _uncertainty(s, guard, width):
+            return False
+    return True
+
+
+@jitable
+def _trough(
+    system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch, guard: int, a: float, b: float, x: float
+) -> tuple[float, float]:
+    """Fraction in (a, b) where a guard, positive at both ends, is not positive, and its value; -1 if nowhere.
+
+    The search for the least value (golden section) starts from x, where it is expected.
+    """
+    probe, least = x, np.inf
+    for _ in range(80):
+        value = shifted(s, guard) if _guards_at(system, phase, t, h, probe, y, s) else -1.0
+        if value <= 0.0:
+            return probe, value
+        lower = probe < x
+        if value < least:
+            if lower:
+                b = x
+            elif probe > x:
+                a = x
+            x, least = probe, value
+        elif lower:
+            a = probe
+        else:
+            b = probe
+        if b - a < 1e-7:
+            break
+        probe = x + _GOLDEN * (b - x) if b - x > x - a else x - _GOLDEN * (x - a)
+    return -1.0, 0.0
+
+
+@jitable
+def _rise(
+    system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch, guard: int, a: float, b: float
+) -> float:
+    """Fraction in (a, b) where an unarmed guard has risen, which arms it; a if it never rises."""
+    x = b
+    for _ in range(40):
+        x = a + 0.5 * (x - a)
+        if _guards_at(system, phase, t, h, x, y, s) and shifted(s, guard) > 2.0 * s.thresholds[guard]:
+            s.armed[guard] = True
+            return x
+    return a
+
+
+@jitable
+def _root(
+    system: Any,
+    phase: Phase,
+    t: float,
+    h: float,
+    y: Array,
+    s: Scratch,
+    guard: int,
+    a: float,
+    fa: float,
+    b: float,
+    fb: float,
+) -> float:
+    """Fraction in (a, b] where a guard falls from fa > 0 through zero to fb <= 0 (Illinois method)."""
+    for _ in range(200):
+        if b - a <= _CLOSE or fb == 0.0:
+            break
+        x = (a * fb - b * fa) / (fb - fa)
+        if not (a < x < b):
+            x = 0.5 * (a + b)
+        fx = shifted(s, guard) if _guards_at(system, phase, t, h, x, y, s) else -1.0
+        if fx > 0.0:
+            a, fa, fb = x, fx, 0.5 * fb
+        else:
+            b, fb, fa = x, fx, 0.5 * fa
+    return b
+
+
+@jitable
+def _fall(
+    system: Any,
+    phase: Phase,
+    t: float,
+    h: float,
+    y: Array,
+    s: Scratch,
+    guard: int,
+    half: int,
+    start: float,
+    width: float,
+) -> float:
+    """Fraction of the step where a guard falls in a half of the part that begins at `start`; 2 if nowhere."""
+    a = start + 0.5 * width * half
+    b = a + 0.5 * width
+    offset = 0.0 if s.armed[guard] else s.thresholds[guard]
+    fa, fb = s.values[half, guard] + offset, s.values[half + 1, guard] + offset
+    if fb > 0.0:
+        least, place = _dip(s, half, guard, width)
+        margin = _uncertainty(s, guard, width) if s.armed[guard] else 0.0
+        if place < 0.0 or least >= margin:
+            return 2.0
+        b, fb = _trough(system, phase, t, h, y, s, guard, a, b, a + 0.5 * width * place)
+        if b < 0.0:
+            return 2.0
+    if not s.armed[guard]:
+        # a flight shorter than the bracket: its end is a root only where the guard has risen before
+        risen = _rise(system, phase, t, h, y, s, guard, a, b)
+        if risen > a:
+            a, fa = risen, s.thresholds[guard]
+            fb = min(fb - offset, 0.0)
+    if fa <= 0.0:
+        return a
+    return _root(system, phase, t, h, y, s, guard, a, fa, b, fb)
+
+
+@jitable
+def _fall_rate(s: Scratch, guard: int, half: int, x: float, width: float) -> float:
+    """Slope of a guard (per step) at the fraction x of a half of a part, by the cubic."""
+    ga, gb = s.values[half, guard], s.values[half + 1, guard]
+    sa, sb = 0.5 * width * s.slopes[half, guard], 0.5 * width * s.slopes[half + 1, guard]
+    c2 = 3.0 * (gb - ga) - 2.0 * sa - sb
+    c3 = sa + sb - 2.0 * (gb - ga)
+    return float((sa + x * (2.0 * c2 + 3.0 * x * c3)) / (0.5 * width))
+
+
+@jitable
+def first_fall(
+    system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch
+) -> tuple[int, float, float, float, float]:
+    """First guard that falls through zero in a step, the fraction where, its rate (1/s), and two largest values.
+
+    These are of the normal force (N) and of the normal guard, which is the depth (m) in a stop that gives way.
+
+    The guard is NO_GUARD if none falls, UNDEFINED if the contact problem loses its solution first.
+    """
+    start, width, peak, depth = 0.0, _WIDEST, 0.0, 0.0
+    at_start, at_end = False, False  # rows that are taken already
+    while start < 1.0:
+        resolved = True
+        for row in (_START, _END, _MIDDLE):
+            if (row == _START and at_start) or (row == _END and at_end) or not resolved:
+                continue
+            shift = (-_SLOPE_STEP if row == _END else _SLOPE_STEP) * width
+            resolved = _take(system, phase, t, h, start + 0.5 * width * row, shift, y, s, row)
+            at_start, at_end = at_start or resolved, resolved and row != _START
+        defined = resolved
+        for k in range(GUARDS):
+            resolved = resolved and _resolved(s, k, width)
+        if not resolved and width > _NARROWEST:
+            width *= 0.5
+            at_end = defined
+            if defined:
+                _move(s, _MIDDLE, _END)
+            continue
+        if not defined:
+            return UNDEFINED, 1.0, 0.0, peak, depth
+        for half in range(2):
+            first, place = NO_GUARD, 2.0
+            for k in range(GUARDS):
+                x = _fall(system, phase, t, h, y, s, k, half, start, width)
+                if x < place:
+                    first, place = k, x
+            if first >= 0:
+                part = (place - start) / (0.5 * width) - half
+                peak, depth = max(peak, s.values[half, GUARDS]), max(depth, s.values[half, GUARD_NORMAL])
+                return first, place, _fall_rate(s, first, half, part, width) / h, peak, depth
+            peak = max(peak, _highest(s, GUARDS, half, width))
+            depth = max(depth, _highest(s, GUARD_NORMAL, half, width))
+            for k in range(GUARDS):
+                s.armed[k] = s.armed[k] or s.values[half + 1, k] > s.thresholds[k]
+        _move(s, _END, _START)
+        start += width
+        width, at_end = min(2.0 * width, _WIDEST, 1.0 - start), False
+    return NO_GUARD, 1.0, 0.0, peak, depth

@@ -1,0 +1,154 @@
+"""Parts of one's own, found by name: laws, base motions, integrators, discretizations; none is imported here.
+
+A part is announced by an installed package through an entry point of its kind's group, or registered by a
+program of one's own before it makes a scenario:
+
+    @register("friction_laws", "stribeck")
+    @dataclass(frozen=True)
+    class Stribeck(FrictionLaw): ...
+
+A scenario names it where a built-in one would stand (`contact.friction = "stribeck"`) and gives its numbers
+in the section `parameters`.  Processes of a sweep or a cluster know installed parts only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, TypeVar
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from oblique_impact.errors import InputError
+from oblique_impact.scenario.messages import one_of
+
+T = TypeVar("T")
+
+PREFIX = "oblique_impact"
+
+#: kinds of parts and what a part is built to, as "module:class"; a discretization is a module with
+#: ``build_operators(scenario) -> BeamOperators`` and ``spectrum(scenario) -> SpinningBeam``
+KINDS = {
+    "friction_laws": "oblique_impact.contact.friction:FrictionLaw",
+    "contact_laws": "oblique_impact.contact.stops:ContactLaw",
+    "impact_laws": "oblique_impact.contact.transitions:ImpactLaw",
+    "base_motions": "oblique_impact.beam.base_motion:BaseMotion",
+    "integrators": "oblique_impact.marching.scheme:Scheme",
+    "discretizations": "",
+}
+
+_REGISTERED: dict[tuple[str, str], Any] = {}
+
+
+@cache
+def _installed(kind: str) -> dict[str, EntryPoint]:
+    return {point.name: point for point in entry_points(group=f"{PREFIX}.{kind}")}
+
+
+def register(kind: str, name: str) -> Callable[[T], T]:
+    """Return a decorator that makes a class (or module) known by `name` in this process.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    name : str
+        As scenarios call it; a name registered before is replaced.
+
+    Raises
+    ------
+    InputError
+        For an unknown kind or a name that is not made of letters, digits and hyphens.
+    """
+    if kind not in KINDS:
+        raise InputError(f"register: {kind!r}: {one_of(kind, KINDS)}")
+    if not name.replace("-", "").isalnum():
+        raise InputError(f"register: {name!r}: should be made of letters, digits and hyphens")
+
+    def add(part: T) -> T:
+        _REGISTERED[kind, name] = part
+        return part
+
+    return add
+
+
+def names(kind: str) -> list[str]:
+    """Return the names of the installed and registered parts of a kind."""
+    return sorted({*_installed(kind), *(name for of, name in _REGISTERED if of == kind)})
+
+
+def load(kind: str, name: str) -> Any:
+    """Load what stands behind a name.
+
+    Raises KeyError for an unknown name, InputError if an installed part cannot be imported.
+    """
+    if (kind, name) in _REGISTERED:
+        return _REGISTERED[kind, name]
+    point = _installed(kind)[name]
+    try:
+        return point.load()
+    except (ImportError, AttributeError, SyntaxError) as error:
+        raise InputError(f"{name} ({point.value}): cannot be loaded: {_reason(error)}") from None
+
+
+def build(kind: str, name: str, parameters: Mapping[str, float], *arguments: Any) -> Any:
+    """Build a part of one's own from the numbers of a scenario: ``part(*arguments, **parameters)``.
+
+    Raises
+    ------
+    InputError
+        With one line if it does not take these numbers, or is not what its kind has to be.
+    """
+    part = load(kind, name)
+    try:
+        built = part(*arguments, **parameters)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: {_reason(error)}") from None
+    module, _, base = KINDS[kind].partition(":")
+    if not isinstance(built, getattr(import_module(module), base)):
+        raise InputError(f"{name}: is a {type(built).__name__}, should be a {base} ({module})")
+    return built
+
+
+def discretization_names() -> list[str]:
+    """Return the names of the installed discretizations."""
+    return names("discretizations")
+
+
+def discretization(name: str) -> Any:
+    """Load the module of an installed discretization; raises KeyError for an unknown name."""
+    return load("discretizations", name)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a key of the scenario may name: a built-in part, or one of a kind; for pydantic's ``Annotated``."""
+
+    kind: str
+    built_in: tuple[str, ...] = ()
+
+    @property
+    def known(self) -> list[str]:
+        """All names that are known here, the built-in ones first."""
+        return [*self.built_in, *(name for name in names(self.kind) if name not in self.built_in)]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self._check, handler(source))
+
+    def _check(self, name: str) -> str:
+        known = self.known
+        if name not in known:
+            words = (
+                ", ".join(map(repr, known[:-1])) + (" or " if known[1:] else "") + "".join(map(repr, known[-1:]))
+            )
+            words = words or "an installed one, but none is installed (run: make install)"
+            raise PydanticCustomError("choice", "{allowed}", {"allowed": words})
+        return name
+
+
+def _reason(error: BaseException) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__

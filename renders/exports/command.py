@@ -1,0 +1,219 @@
+"""Exports as a call, `export`, and as the command `oblique-impact export`."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, cast
+
+import numpy as np
+
+from oblique_impact.command_line.progress import OnProgress, Progress, counting_bar, silent
+from oblique_impact.errors import InputError
+from oblique_impact.files import cannot_write, only_writer
+from oblique_impact.history.history import History, require_history
+from renders.exports.scene import Scene, missing_variables
+from renders.exports.selection import Integers, Selection
+from renders.exports.target import READERS, resolve
+from renders.geometry import BeamGeometry
+
+Format = Literal["vtkhdf", "pvd", "xdmf"]
+
+_TRIAL = 6  # frames written to learn how large one is
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A time series on disk.
+
+    Attributes
+    ----------
+    file : Path
+        What a reader opens.
+    format : str
+        "vtkhdf", "pvd" or "xdmf".
+    samples, of : int
+        How many samples of the history became frames.
+    span : tuple of float
+        First and last time (s).
+    jumps : int
+        Of how many jumps both sides are there.
+    factor : float
+        By which the bending is magnified; 1 for true shapes.
+    """
+
+    file: Path
+    format: Format
+    samples: int
+    of: int
+    span: tuple[float, float]
+    jumps: int
+    factor: float
+
+
+def export(
+    history: History,
+    out: str | os.PathLike[str],
+    *,
+    format: Format | None = None,
+    every: int | None = None,
+    between: tuple[float, float] | None = None,
+    around_events: float | None = None,
+    deformation: float = 1.0,
+    on_progress: OnProgress = silent,
+) -> Exported:
+    """Write a history as a time series for ParaView: surface, axis, contact point, slope and pin with all results.
+
+    Parameters
+    ----------
+    history : History
+        Of a beam.
+    out : path
+        The file; the suffix of the format is appended if it has none.
+    format : {"vtkhdf", "pvd", "xdmf"}, optional
+        Default: as the suffix of `out` says.
+    every : int, optional
+        Every n-th sample, 1 for all; default: about 1000, evenly in time.  Those at events and jumps are all kept.
+    between : tuple of float, optional
+        First and last time (s).
+    around_events : float, optional
+        Keep only what is within so many seconds of an event.
+    deformation : float
+        Factor by which the bending is magnified.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after each frame.
+
+    Returns
+    -------
+    Exported
+        The file and what it holds.
+
+    Raises
+    ------
+    InputError
+        In one line, for everything that is wrong with the options, the history or the place.
+
+    Examples
+    --------
+    >>> from oblique_impact import Scenario, simulate
+    >>> from renders import export
+    >>> history = simulate(Scenario.builtin("paper"))
+    >>> export(history, "beam", format="vtkhdf", every=10, between=(0.3, 0.34)).file  # doctest: +SKIP
+    """
+    require_history(history, "export")
+    selection = Selection(every, between, around_events)
+    return _Job.of(history, Path(out), format, selection, deformation).write(on_progress)
+
+
+def export_command(
+    source: Path,
+    out: Path,
+    format: str | None,
+    selection: Selection,
+    deformation: float,
+) -> Iterator[str]:
+    """Read a history and export it with a progress bar; yields the lines to print.  Raises InputError."""
+    history = History.load(source)
+    _check_beam(history, str(source))
+    job = _Job.of(history, out, format, selection, deformation)
+    yield job.forecast(thinned=selection.every is None)
+    with counting_bar(f"export {job.format}") as show:
+        result = job.write(show)
+    shapes = "true shapes" if result.factor == 1.0 else "magnified shapes"
+    yield (
+        f"{result.samples} of {result.of} samples, {result.span[0]:g} to {result.span[1]:g} s, "
+        f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})"
+    )
+    yield f"  {result.format}: {result.file}"
+    yield f"  read by {READERS[result.format]}"
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What to write, where, and in which format."""
+
+    scene: Scene
+    target: Path
+    format: Format
+
+    @classmethod
+    def of(cls, history: History, out: Path, format: str | None, selection: Selection, deformation: float) -> _Job:
+        _check_beam(history, "history")
+        scene = Scene.of(BeamGeometry(history, deformation), selection.frames(history))
+        target, chosen = resolve(out, format)
+        return cls(scene, target, cast(Format, chosen))
+
+    def forecast(self, thinned: bool) -> str:
+        """Return what is about to be written, and how large that is: measured on a few frames, spread over all."""
+        count, total = self.scene.frames.sample.size, self.scene.geometry.times.size
+        sizes = self._trial()
+        line = f"{count} frames"
+        if sizes:
+            line += f", about {_megabytes(sizes[0] + count * sizes[1])}"
+        if thinned and count < total:
+            line += f" (--all: {total} frames"
+            line += f", {_megabytes(sizes[0] + total * sizes[1])})" if sizes else ")"
+        return line
+
+    def _trial(self) -> tuple[float, float] | None:
+        """Size (bytes) of what is written once and of one frame; None if there is no room to try."""
+        count = self.scene.frames.sample.size
+        numbers = np.unique(np.linspace(0, count - 1, min(count, _TRIAL)).astype(int))
+        try:
+            one, some = self._size(numbers[:1]), self._size(numbers)
+        except OSError:
+            return None
+        each = (some - one) / max(numbers.size - 1, 1)
+        return one - each, each
+
+    def _size(self, numbers: Integers) -> int:
+        """Size (bytes) of an export of these frames alone."""
+        scene = replace(self.scene, frames=self.scene.frames.some(numbers))
+        with tempfile.TemporaryDirectory() as folder:
+            _write(scene, Path(folder) / self.target.name, self.format, lambda: None)
+            return sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
+
+    def write(self, on_progress: OnProgress) -> Exported:
+        frames, count = self.scene.frames, self.scene.frames.sample.size
+        done = 0
+
+        def advance() -> None:
+            nonlocal done
+            done += 1
+            on_progress(Progress(done, count))
+
+        on_progress(Progress(0, count))
+        try:
+            with only_writer(self.target):
+                _write(self.scene, self.target, self.format, advance)
+        except OSError as error:
+            raise cannot_write(self.target, error) from None
+        span = float(frames.time[0]), float(frames.time[-1])
+        jumps, geometry = int((frames.side > 0).sum()), self.scene.geometry
+        return Exported(self.target, self.format, count, geometry.times.size, span, jumps, geometry.factor)
+
+
+def _megabytes(size: float) -> str:
+    return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:.3g} GB"
+
+
+def _check_beam(history: History, name: str) -> None:
+    missing = missing_variables(history)
+    if missing:
+        raise InputError(f"{name}: has no variable {missing[0]!r}: it is not of a beam, or of another version")
+
+
+def _write(scene: Scene, target: Path, format: Format, advance: Callable[[], None]) -> None:
+    """Write a format; each writer loads a large library, so only the one that is wanted."""
+    if format == "pvd":
+        from renders.exports.pvd import write
+    elif format == "vtkhdf":
+        from renders.exports.vtkhdf import write
+    else:
+        from renders.exports.xdmf import write
+    # runs that blew up hold numbers of any size
+    with np.errstate(over="ignore", invalid="ignore"):
+        write(scene, target, advance)

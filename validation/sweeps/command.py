@@ -1,0 +1,250 @@
+"""Sweeps as a call, `sweep`, and as the command `oblique-impact sweep`: to a table and its report."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from oblique_impact.command_line import interrupts
+from oblique_impact.command_line.progress import OnProgress, Progress, counting_bar, silent
+from oblique_impact.errors import InputError, Outcome
+from oblique_impact.scenario.scenario import Scenario
+from validation.parallel import default_workers
+from validation.report.provenance import call_text, command_line
+from validation.sweeps.cluster import Cluster, check_address
+from validation.sweeps.design import Design
+from validation.sweeps.plan import Plan, SweepFile, load_plan, plan_of
+from validation.sweeps.pool import LocalPool, TakeRows
+from validation.sweeps.store import Store, open_store
+from validation.sweeps.work import Done, Job, make_job
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa
+
+    from oblique_impact.history.history import History
+
+
+class Executor(Protocol):
+    """What runs rows: processes of this machine, or a cluster."""
+
+    def run(self, numbers: Sequence[int], take: TakeRows, scratch: str | None = None) -> None:
+        """Do the runs; hand over what is finished."""
+
+    def close(self) -> None:
+        """Leave nothing behind."""
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """A finished sweep.
+
+    Attributes
+    ----------
+    plan : Plan
+        What was varied, and what each run was asked for.
+    folder : Path
+        Where results.parquet, report.html, scenario.toml, sweep.toml and the histories lie.
+    table : pyarrow.Table
+        A row for each run: its values, quantities, outcome; every column with its unit.
+    earlier : int
+        Runs that were there before.
+    seconds : float
+        Wall time (s) of this call.
+    """
+
+    plan: Plan
+    folder: Path
+    table: pa.Table
+    earlier: int
+    seconds: float
+
+    @property
+    def report(self) -> Path:
+        """The page."""
+        return self.folder / "report.html"
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many runs ended how, the most frequent first."""
+        counts = Counter(self.table["outcome"].to_pylist())
+        return dict(sorted(counts.items(), key=lambda item: -item[1]))
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the table for pandas."""
+        frame: pd.DataFrame = self.table.to_pandas()
+        return frame
+
+    def history(self, run: int) -> History:
+        """Read the history of a run by its number; a sweep keeps them if its file says ``histories = true``.
+
+        Raises InputError if there is none.
+        """
+        from oblique_impact.history.history import History
+
+        return History.load(self.folder / "histories" / f"{run:06d}")
+
+
+def sweep(
+    source: str | os.PathLike[str] | SweepFile | Plan,
+    out: str | os.PathLike[str],
+    *,
+    base: Scenario | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    on_progress: OnProgress = silent,
+    command: str | None = None,
+) -> SweepResult:
+    """Run a scenario over axes of its keys, or what is missing of it, and write the table and its report.
+
+    Parameters
+    ----------
+    source : str, path, SweepFile or Plan
+        A shipped study by name, a sweep file, or what such a file would say.
+    out : path
+        Folder; a sweep that was interrupted there goes on.
+    base : Scenario, optional
+        In place of the scenario that the source names.
+    scheduler : str, optional
+        Address of a Dask scheduler.
+    workers : int, optional
+        Processes of this machine; default: the cores.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after runs.
+    command : str, optional
+        How to repeat the sweep, for the report; default: this call.
+
+    Returns
+    -------
+    SweepResult
+        The table for pyarrow and pandas, and where everything is.
+
+    Raises
+    ------
+    InputError
+        In one line, before anything runs, for a faulty source or folder.  Runs that are not possible, or that the
+        physics stops, are rows that say so.
+
+    Examples
+    --------
+    >>> from validation import AxisSection, SweepFile, sweep
+    >>> friction = AxisSection(keys=["contact.mu_static", "contact.mu_kinetic"], values=[0.1, 0.2])
+    >>> plan = SweepFile(scenario="paper", axes=[friction], quantities=["impulse"])
+    >>> result = sweep(plan, "out/friction", workers=1)  # doctest: +SKIP
+    >>> result.to_dataframe()["impulse"]  # doctest: +SKIP
+    """
+    _check_executor(scheduler, workers)
+    plan = _plan(source, base)
+    started = time.monotonic()
+    with open_store(out, plan) as store:
+        earlier = len(store.done)
+        on_progress(Progress(earlier, plan.design.size))
+        if not store.complete:
+            _run(plan, store, scheduler, workers, on_progress)
+        repeat = command or call_text("sweep", [_source_text(source), repr(os.fspath(out))], workers=workers)
+        table = _finish(plan, store, repeat)
+    return SweepResult(plan, Path(out), table, earlier, time.monotonic() - started)
+
+
+def sweep_command(source: str, out: Path, scheduler: str | None = None, workers: int | None = None) -> list[str]:
+    """Call `sweep` with a progress bar; returns the lines to print.  Raises InputError."""
+    _check_executor(scheduler, workers)
+    plan = load_plan(source)
+    if plan.impossible:
+        _say(f"{plan.impossible} of {plan.design.size} runs are not possible; the first is {plan.fault}")
+    repeat = command_line("sweep", source, out=out, scheduler=scheduler, workers=workers)
+    with counting_bar("sweep", rate="runs") as show:
+        result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=show, command=repeat)
+    return [*_lines(result), f"results: {out}"]
+
+
+def _check_executor(scheduler: str | None, workers: int | None) -> None:
+    if scheduler is not None and workers is not None:
+        raise InputError(f"--workers {workers} together with --scheduler: a cluster has its own workers; give one")
+    if scheduler is not None:
+        check_address(scheduler)
+
+
+def _plan(source: str | os.PathLike[str] | SweepFile | Plan, base: Scenario | None) -> Plan:
+    if isinstance(source, Plan):
+        if base is not None:
+            raise InputError("base: a plan has its own scenario")
+        return source
+    return plan_of(source, base=base) if isinstance(source, SweepFile) else load_plan(source, base)
+
+
+def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None, on_progress: OnProgress) -> None:
+    missing = store.missing()
+    if not missing:
+        return
+    executor = _executor(scheduler, min(workers or default_workers(), len(missing)), make_job(plan), plan.design)
+    try:
+        # what is needed at the end is loaded while the others work
+        import validation.sweeps.report  # noqa: F401
+
+        def take(finished: Sequence[Done]) -> None:
+            store.add(finished)
+            if finished:
+                on_progress(Progress(len(store.done), plan.design.size, f"run {finished[-1].row['run']}"))
+
+        with interrupts.keeping():
+            try:
+                executor.run(missing, take, store.scratch)
+            except KeyboardInterrupt:
+                store.flush()
+                kept = f"{len(store.done)} of {plan.design.size} runs are kept"
+                raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
+            store.flush()
+    finally:
+        executor.close()
+
+
+def _executor(scheduler: str | None, workers: int, job: Job, design: Design) -> Executor:
+    if scheduler is None:
+        return LocalPool(job, design, workers)
+    return Cluster(scheduler, job, design)
+
+
+def _source_text(source: str | os.PathLike[str] | SweepFile | Plan) -> str:
+    return type(source).__name__ if isinstance(source, SweepFile | Plan) else repr(os.fspath(source))
+
+
+def _finish(plan: Plan, store: Store, command: str) -> pa.Table:
+    """Write the table if it is not there, and the report."""
+    from validation.sweeps.report import write_sweep_report
+    from validation.sweeps.table import make_table, read_table, write_table
+
+    if not store.complete:
+        store.flush()
+        write_table(store.table, make_table(plan, store.rows()))
+    store.finish()
+    table = read_table(store.table, plan)
+    write_sweep_report(store.folder, plan, table, command)
+    return table
+
+
+def _lines(result: SweepResult) -> list[str]:
+    plan, earlier, seconds = result.plan, result.earlier, result.seconds
+    words = ", ".join(f"{count} {name}" for name, count in result.outcomes.items())
+    new = plan.design.size - earlier
+    lines = [f"{plan.design.size} runs: {words}"]
+    if earlier:
+        lines.append(f"  {earlier} of them were there before")
+    if new:
+        lines.append(f"  {new} runs in {seconds:.1f} s, {new / seconds:.1f} runs/s")
+    for row in result.table.select(["run", "outcome", "message"]).to_pylist():
+        if row["outcome"] not in (Outcome.COMPLETED.label, ""):
+            lines.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
+            break
+    return lines
+
+
+def _say(line: str) -> None:
+    """Write one line to standard error."""
+    print(f"oblique-impact: {line}", file=sys.stderr, flush=True)
