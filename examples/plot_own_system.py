@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from oblique_impact import MechanicalSystem, simulate_system
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.kernels.system import ContactRows
 from renders.style import GREY, STATE_COLOURS, figure_style

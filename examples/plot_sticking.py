@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from renders.style import GREY, STATE_COLOURS, figure_style
 
 scenario = Scenario.builtin("sticking")

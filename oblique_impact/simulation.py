@@ -9,34 +9,25 @@ from functools import partial
 import numpy as np
 
 from oblique_impact.beam.clearance import closest
-from oblique_impact.beam.floating_frame import supplied_power_beam
 from oblique_impact.beam.nodal import FullBeam
-from oblique_impact.beam.nodal_frame import definiteness, new_nodal_work, supplied_power_nodal
-from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.beam.reduced import Beam, Energies
-from oblique_impact.contact.friction import FrictionLaw, Frictionless, friction_law
-from oblique_impact.contact.stops import Stop, stop_of
-from oblique_impact.contact.transitions import Baumgarte, ContactMachine, ImpactLaw, NewtonImpact, RouthImpact
+from oblique_impact.contact.friction import FrictionLaw, Frictionless
+from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
+from oblique_impact.contact.stops import ContactLaw
+from oblique_impact.contact.transitions import Baumgarte
 from oblique_impact.history.ahead import Ahead, ProgressCallback
 from oblique_impact.history.draft import Draft
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import Samples, beam_variables, gather, summarize, warnings_of
 from oblique_impact.history.variables import dataset
-from oblique_impact.kernels.system import (
-    Array,
-    MechanicalSystem,
-)
-from oblique_impact.marching import EventScheme, FixedStepScheme, GeneralizedAlphaScheme, Scheme
-from oblique_impact.marching.loop import Problem, Run, default_tolerances
-from oblique_impact.marching.scheme import Tolerances
+from oblique_impact.kernels.system import MechanicalSystem
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.loop import Run
+from oblique_impact.marching.scheme import Scheme
+from oblique_impact.problem import beam_of, beam_problem, system_problem
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.scenario.user_defined import discretization
-
-#: flights closer to the slope than this part of the length take generalized-alpha's contact step
-NEAR = 0.01
-#: part of the tolerance that the iterations of one implicit step may leave: what they leave adds up
-ITERATIONS = 0.01
 
 
 def simulate(
@@ -70,9 +61,10 @@ def simulate(
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
     require_scenario(scenario, "simulate")
-    full = _full_beam(scenario)
-    beam = Beam(scenario, full.operators.beam if full else build_operators(scenario))
-    problem = full_beam_problem(full) if full else beam_problem(beam)
+    marched = beam_of(scenario)
+    full = marched if isinstance(marched, FullBeam) else None
+    beam = Beam(scenario, marched.operators.beam) if isinstance(marched, FullBeam) else marched
+    problem = beam_problem(marched)
     if draft is not None:
         draft.start()
     ahead = Ahead(_gathering(beam, full), partial(beam_variables, beam), on_progress, draft)
@@ -104,8 +96,8 @@ def simulate_system(
     scheme: Scheme | None = None,
     output_interval: float = 1e-2,
     baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
-    tolerances: Tolerances = Tolerances(),
-    stop: Stop | None = None,
+    stop: ContactLaw | None = None,
+    gap_tolerance: float | None = None,
     breakpoints: tuple[float, ...] = (),
     on_progress: ProgressCallback | None = None,
 ) -> History:
@@ -121,25 +113,26 @@ def simulate_system(
         s.
     friction, impact, scheme, stop : optional
         Laws, marching scheme and an elastic stop; default frictionless, plastic, event-located, rigid.
+    gap_tolerance : float, optional
+        Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
+        :func:`~oblique_impact.problem.system_scales`.
 
     Returns
     -------
     History
         Without the variables that only a beam has.
     """
-    chosen = scheme or EventScheme(1e-10)
-    machine = ContactMachine(
-        friction or Frictionless(), impact or NewtonImpact(), baumgarte, tolerances, chosen.stepwise, stop
-    )
-    problem = Problem(
+    problem = system_problem(
         system,
         np.asarray(q0, dtype=float),
         np.asarray(qd0, dtype=float),
-        machine,
-        chosen,
-        end_time,
-        output_interval,
-        breakpoints=breakpoints,
+        float(end_time),
+        float(output_interval),
+        scheme or EventScheme(1e-10),
+        (friction or Frictionless(), impact or NewtonImpact(), stop),
+        baumgarte,
+        breakpoints,
+        gap_tolerance,
     )
     started = time.perf_counter()
     record = Run(problem, on_progress).execute()
@@ -155,113 +148,8 @@ def simulate_system(
     return History(dataset(samples.variables()), record.events, summary, contacts=record.contacts)
 
 
-def alpha_scheme(scenario: Scenario, weight: float) -> GeneralizedAlphaScheme:
-    """Generalized-alpha on compiled kernels; flights within a hundredth of the length take the contact step.
-
-    The tolerance of its iterations is relative to the energy of the beam's `weight` (N) over its length, and small
-    enough (`ITERATIONS`) that what they leave does not add up to more over the many steps of a run.
-    """
-    from oblique_impact.marching import kernels
-
-    v = scenario.solver
-    near = NEAR * scenario.beam.length if scenario.contact.enabled else 0.0
-    tolerance = ITERATIONS * v.tolerance * float(np.sqrt(weight * scenario.beam.length))
-    return GeneralizedAlphaScheme(
-        v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, tolerance, kernels.march_alpha
-    )
-
-
-def _full_beam(scenario: Scenario) -> FullBeam | None:
-    """Return the nodal beam that a scenario marches without reduction, if it does."""
-    chosen = scenario.discretization
-    if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
-        return None
-    return FullBeam(scenario, discretization(chosen.method).build_nodal(scenario))
-
-
 def _gathering(beam: Beam, full: FullBeam | None) -> Callable[..., Samples]:
     """Return what puts the samples of a beam together, with coordinates of the floating frame."""
     if full is None:
         return partial(gather, size=beam.size, energies=lambda time, q, qd: beam.energies(q, qd))
     return partial(gather, size=full.size, energies=lambda time, W, Wd: full.energies(W, Wd), transform=full.split)
-
-
-def contact_machine(scenario: Scenario, stepwise: bool, weight: float) -> ContactMachine:
-    """Return the transition table of a scenario; `weight` (N) is the scale of its forces."""
-    v, c = scenario.solver, scenario.contact
-    return ContactMachine(
-        scenario.part("friction") or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
-        scenario.part("impact") or _impact_law(scenario),
-        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
-        default_tolerances(scenario.beam.length, weight)._replace(flight=v.free_step if stepwise else 0.0),
-        stepwise,
-        stop_of(scenario),
-    )
-
-
-def _impact_law(scenario: Scenario) -> ImpactLaw:
-    """Return the built-in impact law of a scenario."""
-    c = scenario.contact
-    if c.impact == "newton":
-        return NewtonImpact(c.restitution)
-    return RouthImpact(0.0 if c.friction == "frictionless" else c.mu_kinetic, c.restitution)
-
-
-def full_beam_problem(full: FullBeam) -> Problem:
-    """Put a nodal beam, generalized-alpha and the laws together for the loop, on compiled kernels."""
-    from oblique_impact.marching import kernels
-
-    s, model = full.scenario, full.model
-    weight = full.operators.beam.sections.mass * max(s.gravity, 1.0)
-    scheme = alpha_scheme(s, weight)
-    q0, qd0 = full.initial_state()
-    return Problem(
-        model,
-        q0,
-        qd0,
-        contact_machine(s, scheme.stepwise, weight),
-        scheme,
-        s.end_time,
-        s.solver.output_interval,
-        contact=s.contact.enabled,
-        observer=kernels.observe_kept_into,
-        condenser=kernels.condense_at,
-        supply=supplied_power_nodal,
-        allocate=new_nodal_work,
-        inertia=partial(definiteness, model),
-    )
-
-
-def beam_problem(beam: Beam) -> Problem:
-    """Put a beam, its scheme and its laws together for the loop, on compiled kernels."""
-    from oblique_impact.marching import kernels
-
-    s = beam.scenario
-    v = s.solver
-    scheme: Scheme
-    weight = beam.operators.mass_per_length * s.beam.length * max(s.gravity, 1.0)
-    own = s.part("scheme")
-    if own is not None:
-        scheme = own
-    elif v.scheme == "fixed-step":
-        scheme = FixedStepScheme(v.free_step, v.contact_step, kernels.march_fixed)
-    elif v.scheme == "generalized-alpha":
-        scheme = alpha_scheme(s, weight)
-    else:
-        scheme = EventScheme(v.tolerance, kernels.march_event)
-    machine = contact_machine(s, scheme.stepwise, weight)
-    q0, qd0 = beam.initial_state()
-    return Problem(
-        beam.model,
-        q0,
-        qd0,
-        machine,
-        scheme,
-        s.end_time,
-        v.output_interval,
-        contact=s.contact.enabled,
-        breakpoints=beam.breakpoints,
-        observer=kernels.observe_kept_into if v.scheme == "generalized-alpha" else kernels.observe_into,
-        condenser=kernels.condense_at,
-        supply=supplied_power_beam,
-    )

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from PIL import Image, ImageDraw
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import one_of
 from renders.charts import Chart, all_windows, energy_curves, force_curves

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.instants import last_sample
 from renders.files import save_figure

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import Instant
+from oblique_impact.contact.state import Instant
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.history.instants import last_sample

@@ -1,20 +1,23 @@
-"""Base motions of one's own: how a driven root turns.
+"""Base motions: how a driven root turns.
 
-The built-in ones (hold, constant speed, spin-up) are part of the compiled frame
-(:func:`~oblique_impact.beam.floating_frame.drive`); this is the contract for others.
+`BaseMotion`                      the contract, for user-defined motions too
+`Hold`, `ConstantSpeed`, `SpinUp`  the built-in motions
 """
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from dataclasses import astuple
-from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import astuple, dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.pointers import Pointer
+from oblique_impact.kernels.jit import Law, compiled_law
+
+if TYPE_CHECKING:
+    from oblique_impact.scenario.scenario import RootSection
 
 _WINDOWS, _WINDOW = 32, 1e-4  # how many short windows of the run are looked at, and their length in its duration
 _ACCURACY = 1e-6
@@ -68,14 +71,16 @@ class BaseMotion(ABC):
         """Return the motion at t (s)."""
         return Turn(*map(float, self.turn(t, *self._numbers)))
 
-    @cached_property
-    def pointer(self) -> Pointer:
-        """The compiled acceleration of the root; raises InputError if it cannot be compiled."""
-        return Pointer(type(self).turn, 1, self._numbers, entry=2)
+    @property
+    def acceleration(self) -> tuple[Law, np.ndarray[Any, Any]]:
+        """Compiled acceleration of the root and its parameters; raises InputError if it cannot be compiled."""
+        numbers = self._numbers
+        law = compiled_law(type(self).turn, 1, len(numbers), entry=2)
+        return law, np.array([*numbers, 0.0], dtype=float)
 
     def check(self, end_time: float) -> None:
         """Raise InputError if this cannot be compiled, or its parts do not fit together before `end_time` (s)."""
-        _ = self.pointer
+        _ = self.acceleration
         if self.at(0.0).angle != 0.0:
             raise InputError(f"{type(self).__name__}: the angle at t = 0 is {self.at(0.0).angle:g}, should be 0")
         points, weights = np.polynomial.legendre.leggauss(10)
@@ -100,3 +105,55 @@ class BaseMotion(ABC):
     @property
     def _numbers(self) -> tuple[float, ...]:
         return astuple(self)
+
+
+@dataclass(frozen=True)
+class Hold(BaseMotion):
+    """A root that is held."""
+
+    @staticmethod
+    def turn(t: float) -> tuple[float, float, float]:  # type: ignore[override]  # noqa: D102
+        return 0.0, 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class ConstantSpeed(BaseMotion):
+    """A root that turns at a constant rate (rad/s)."""
+
+    spin_rate: float
+
+    @staticmethod
+    def turn(t: float, spin_rate: float) -> tuple[float, float, float]:  # type: ignore[override]  # noqa: D102
+        return spin_rate * t, spin_rate, 0.0
+
+
+@dataclass(frozen=True)
+class SpinUp(BaseMotion):
+    """Speed (w/T) (t - T/(2 pi) sin(2 pi t/T)) up to T (Simo and Vu-Quoc 1986), then w (rad/s)."""
+
+    spin_rate: float
+    spin_up_time: float  # s
+
+    @staticmethod
+    def turn(  # type: ignore[override]  # noqa: D102
+        t: float, spin_rate: float, spin_up_time: float
+    ) -> tuple[float, float, float]:
+        if t >= spin_up_time:
+            return spin_rate * (t - 0.5 * spin_up_time), spin_rate, 0.0
+        phase = 2.0 * math.pi * t / spin_up_time
+        lag = spin_up_time / (2.0 * math.pi)
+        per_time = spin_rate / spin_up_time
+        angle = per_time * (0.5 * t * t + lag * lag * (math.cos(phase) - 1.0))
+        return angle, per_time * (t - lag * math.sin(phase)), per_time * (1.0 - math.cos(phase))
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """End of the spin-up (s)."""
+        return (self.spin_up_time,)
+
+
+def base_motion_of(root: RootSection) -> BaseMotion:
+    """Return the built-in motion that the section of a scenario names."""
+    if root.profile == "constant-speed":
+        return ConstantSpeed(root.spin_rate)
+    return SpinUp(root.spin_rate, root.spin_up_time) if root.profile == "spin-up" else Hold()

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import Array
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.scenario.scenario import Scenario, SlopeSection
 
 if TYPE_CHECKING:

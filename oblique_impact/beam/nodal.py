@@ -14,12 +14,14 @@ from oblique_impact.beam.nodal_frame import (
     GRAVITY_RIGID,
     LOAD,
     MASS_BAND,
+    MASS_RESPONSE,
     RIGID,
     SHORTENING_BAND,
     SHORTENING_RIGID,
     SPIN_BAND,
     STIFFNESS_BAND,
     NodalModel,
+    factored_mass,
 )
 from oblique_impact.beam.operators import Array, BeamOperators
 from oblique_impact.beam.reduced import Energies
@@ -66,6 +68,16 @@ class FullBeam:
         """Degrees of freedom."""
         return int(self.operators.P.size)
 
+    @property
+    def mass(self) -> float:
+        """Mass (kg), that of the tip included."""
+        return self.operators.beam.sections.mass
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times (s) at which the root's motion is not smooth: none, it is free."""
+        return ()
+
     @cached_property
     def inertia(self) -> float:
         """J = int m x^2 dx (kg m^2), which the elements integrate exactly."""
@@ -92,12 +104,14 @@ class FullBeam:
         ):
             bands[which] = _diagonals(matrix)
         bands[MASS_BAND, HALF_BANDWIDTH, 0] += self.hub_inertia
-        vectors = np.zeros((5, self.size))
+        vectors = np.zeros((6, self.size))
         vectors[COUPLING], vectors[LOAD], vectors[RIGID] = o.S, o.P, o.rigid
         vectors[GRAVITY_RIGID], vectors[SHORTENING_RIGID] = o.D @ o.rigid, shortening @ o.rigid
+        mass_factor, vectors[MASS_RESPONSE] = factored_mass(bands, o.S)
         (x, y), angle = s.slope.origin, s.slope.angle
         return NodalModel(
             bands=bands,
+            mass_factor=mass_factor,
             vectors=vectors,
             inertia=self.inertia,
             static_moment=float(o.P @ o.rigid),

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.floating_frame import (
-    CONSTANT_SPEED,
     CONTACT_SHAPE,
     CONTACT_SHORTENING,
     COUPLING,
@@ -18,13 +17,11 @@ from oblique_impact.beam.floating_frame import (
     DRIVEN,
     ELASTIC_MASS,
     GRAVITY_STIFFNESS,
-    HOLD,
     HUB,
     LOAD,
     PIN,
     ROOT_SLOPE,
     SPIN_STIFFNESS,
-    SPIN_UP,
     STIFFNESS,
     BeamModel,
 )
@@ -33,7 +30,6 @@ from oblique_impact.beam.section_forces import Fields, Motion, cumulative, field
 from oblique_impact.scenario.scenario import Scenario
 
 _ROOTS = {"pin": PIN, "hub": HUB, "driven": DRIVEN}
-_PROFILES = {"hold": HOLD, "constant-speed": CONSTANT_SPEED, "spin-up": SPIN_UP}
 
 
 class Energies(NamedTuple):
@@ -76,19 +72,21 @@ class Beam:
         """Degrees of freedom: theta and the elastic coordinates."""
         return self.operators.size + 1
 
+    @property
+    def mass(self) -> float:
+        """Mass (kg), that of the tip included."""
+        return self.operators.sections.mass
+
     @cached_property
-    def motion(self) -> BaseMotion | None:
-        """A base motion of one's own; its compiled form lives as long as this beam."""
-        motion: BaseMotion | None = self.scenario.part("profile")
+    def motion(self) -> BaseMotion:
+        """How a driven root turns."""
+        motion: BaseMotion = self.scenario.part("profile") or base_motion_of(self.scenario.root)
         return motion
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
         """Times (s) at which the root's motion is not smooth."""
-        if self.motion:
-            return self.motion.breakpoints
-        root = self.scenario.root
-        return (root.spin_up_time,) if root.profile == "spin-up" else ()
+        return self.motion.breakpoints
 
     @cached_property
     def model(self) -> BeamModel:
@@ -100,6 +98,7 @@ class Beam:
         hub = s.root.inertia if s.root.kind == "hub" else 0.0
         (x, y), angle = s.slope.origin, s.slope.angle
         n = o.size
+        drive, parameters = self.motion.acceleration
         shortening = kept if s.contact.shortening else 0.0
         matrices = {
             ELASTIC_MASS: o.M1 + hub * np.outer(o.root_slope, o.root_slope),
@@ -128,9 +127,8 @@ class Beam:
             root=_ROOTS[s.root.kind],
             hub_inertia=hub,
             torque=s.root.torque if s.root.kind == "hub" else 0.0,
-            profile=self.motion.pointer.address if self.motion else _PROFILES[s.root.profile],
-            spin_rate=s.root.spin_rate,
-            spin_up_time=s.root.spin_up_time,
+            drive=drive,
+            drive_parameters=parameters,
             contact_radius=o.hub_radius + o.contact_point,
             slope_angle=angle,
             normal_offset=float(-x * np.sin(angle) + y * np.cos(angle)),

@@ -36,7 +36,7 @@ class FrictionLaw(ABC):
     static: float | None = None
 
     def check(self, end_time: float) -> None:
-        """Raise InputError if the branches do not fit together; called before a run of a law of one's own.
+        """Raise InputError if the branches do not fit together; called before a run of a user-defined law.
 
         They have to follow each other without gaps, must not push along the slip, and must begin inside of the
         static cone of a law that has one.

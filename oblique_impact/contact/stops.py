@@ -1,74 +1,28 @@
 """Stops that give way: the normal force is a function of depth and rate of depth, there are no impacts.
 
-`ElasticStop`  the built-in one, a spring with Hunt and Crossley's damping
-`ContactLaw`   the contract for laws of one's own
-`stop_of`      the stop of a scenario
+`ContactLaw`   the contract, for user-defined laws too
+`ElasticStop`  the built-in law, a spring with Hunt and Crossley's damping
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import astuple, dataclass
-from functools import cached_property
-from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+import numpy as np
 from scipy.integrate import quad
 
-from oblique_impact.contact.forces import Instant, Phase, stop_force
+from oblique_impact.contact.forces import stop_force
+from oblique_impact.contact.state import Instant, Phase
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.pointers import Pointer
-
-if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.kernels.jit import compiled_law
 
 _DEPTHS = (1e-9, 1e-6, 1e-3)  # m; where a law is tried before a run
 
 
-class Stop(ABC):
-    """A stop that gives way."""
-
-    @property
-    @abstractmethod
-    def phase(self) -> Phase:
-        """The stop's entries in the parameters of a closed contact."""
-
-    @abstractmethod
-    def energy(self, gap: float) -> float:
-        """Energy (J) stored at a gap (m)."""
-
-    def force(self, instant: Instant) -> float:
-        """Return the normal force (N) at an instant."""
-        return float(stop_force(self.phase, instant.gap, instant.gap_rate))
-
-
-@dataclass(frozen=True)
-class ElasticStop(Stop):
-    """lambda_n = stiffness d (1 + damping d'), d = -Z_n, never negative (Hunt and Crossley 1975).
-
-    Attributes
-    ----------
-    stiffness : float
-        N/m.
-    damping : float
-        s/m.
-    """
-
-    stiffness: float
-    damping: float = 0.0
-
-    @property
-    def phase(self) -> Phase:
-        """The stop's entries in the parameters of a closed contact."""
-        return Phase(spring=self.stiffness, dashpot=self.damping)
-
-    def energy(self, gap: float) -> float:
-        """Energy (J) stored at a gap (m)."""
-        return 0.5 * self.stiffness * max(0.0, -gap) ** 2
-
-
-class ContactLaw(Stop):
-    """A normal contact law of one's own: a dataclass whose fields are numbers, with one function.
+class ContactLaw(ABC):
+    """A normal contact law: a dataclass whose fields are numbers, with one function.
 
     ``normal_force(depth, rate, *fields)`` returns the normal force (N) at a depth >= 0 (m) and its rate (m/s).
     Forces that would pull are cut to zero.  It is compiled by numba: numbers, ``math`` and ``numpy`` functions of
@@ -94,11 +48,6 @@ class ContactLaw(Stop):
     def normal_force(depth: float, rate: float, *parameters: float) -> float:
         """Return the normal force (N)."""
 
-    @cached_property
-    def pointer(self) -> Pointer:
-        """The compiled law; raises InputError if it cannot be compiled."""
-        return Pointer(type(self).normal_force, 2, self._numbers)
-
     def check(self, end_time: float) -> None:
         """Raise InputError if this cannot be compiled or is no law of a stop; called before a run."""
         phase = self.phase
@@ -110,8 +59,14 @@ class ContactLaw(Stop):
 
     @property
     def phase(self) -> Phase:
-        """The stop's entries in the parameters of a closed contact."""
-        return Phase(spring=inf, law=self.pointer.address)
+        """The stop's entries in the parameters of a closed contact; InputError if it cannot be compiled."""
+        numbers = self._numbers
+        law = compiled_law(type(self).normal_force, 2, len(numbers))
+        return Phase(law, np.array([*numbers, 0.0], dtype=float), gives_way=True)
+
+    def force(self, instant: Instant) -> float:
+        """Return the normal force (N) at an instant."""
+        return float(stop_force(self.phase, instant.gap, instant.gap_rate))
 
     def energy(self, gap: float) -> float:
         """Energy (J) stored at a gap (m): the work of the force at rest."""
@@ -127,10 +82,26 @@ class ContactLaw(Stop):
         return astuple(self)
 
 
-def stop_of(scenario: Scenario) -> Stop | None:
-    """Return the stop of a scenario that gives way, None for a rigid one."""
-    c = scenario.contact
-    if c.normal == "spring":
-        return ElasticStop(c.stiffness, c.damping)
-    own: Stop | None = scenario.part("normal")
-    return own
+@dataclass(frozen=True)
+class ElasticStop(ContactLaw):
+    """lambda_n = stiffness d (1 + damping d'), d = -Z_n, never negative (Hunt and Crossley 1975).
+
+    Attributes
+    ----------
+    stiffness : float
+        N/m.
+    damping : float
+        s/m.
+    """
+
+    stiffness: float
+    damping: float = 0.0
+
+    @staticmethod
+    def normal_force(depth: float, rate: float, stiffness: float, damping: float) -> float:  # type: ignore[override]
+        """Return the normal force (N)."""
+        return stiffness * depth * (1.0 + damping * rate)
+
+    def energy(self, gap: float) -> float:
+        """Energy (J) stored at a gap (m)."""
+        return 0.5 * self.stiffness * max(0.0, -gap) ** 2

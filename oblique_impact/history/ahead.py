@@ -11,7 +11,7 @@ from oblique_impact.beam.section_forces import BLOCK
 from oblique_impact.history.draft import Draft
 from oblique_impact.history.growing import Column, Columns
 from oblique_impact.history.samples import Samples, join
-from oblique_impact.marching.loop import LET_GO, Record, Status
+from oblique_impact.marching.loop import Record, Status
 
 #: samples that are worth the trouble
 _PORTION = 1024
@@ -95,5 +95,8 @@ class Ahead:
         self._columns.put(rows, self._derive(samples.part(slice(count))))
         taken = len(self.record.segments)
         self._done = _Done(taken, rows + count, samples.part(slice(count, None)), float(samples.time[-1]))
-        self.record.segments[segments:taken] = [LET_GO] * (taken - segments)
+        self.record.segments[segments:taken] = [
+            segment._replace(times=segment.times[:0], states=segment.states[:0])
+            for segment in self.record.segments[segments:taken]
+        ]
         return samples

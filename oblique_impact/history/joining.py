@@ -12,7 +12,7 @@ import numpy as np
 import tomli_w
 import xarray as xr
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.instants import ascending, shifted

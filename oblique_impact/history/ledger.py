@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
-from oblique_impact.kernels.system import Array
+from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
     FRICTION_LOSS,

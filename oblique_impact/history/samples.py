@@ -13,17 +13,21 @@ import numpy as np
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
 from oblique_impact.beam.reduced import Beam, Energies
 from oblique_impact.beam.section_forces import Motion
-from oblique_impact.contact.forces import State
-from oblique_impact.contact.stops import Stop
+from oblique_impact.contact.state import Instant, State
+from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.history.growing import Column
 from oblique_impact.history.instants import ascending
 from oblique_impact.history.ledger import balance, macro_collisions
 from oblique_impact.history.provenance import provenance
-from oblique_impact.kernels.system import GAP, GAP_RATE, LAMBDA_N, LAMBDA_T, SLIP, SLIP_RATE, Array
+from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.loop import Record, Segment
 from oblique_impact.scenario.scenario import Scenario
 
 _REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+
+
+GAP, SLIP, GAP_RATE, SLIP_RATE = range(4)
+LAMBDA_N, LAMBDA_T = Instant._fields.index("normal_force"), Instant._fields.index("tangential_force")
 
 
 class Samples(NamedTuple):
@@ -35,7 +39,7 @@ class Samples(NamedTuple):
     qdd: Array
     quadratures: Array  # integrals over time of forces and powers: see `oblique_impact.marching.equations`
     state: Column  # of int8, see `oblique_impact.contact.forces.State`
-    scalars: Array  # see `oblique_impact.kernels.system`
+    scalars: Array  # see `oblique_impact.contact.state.Instant`
     kinetic: Array  # J
     elastic: Array
     gravity: Array
@@ -93,7 +97,7 @@ def gather(
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
     state = np.concatenate([np.full(s.times.size, s.state, dtype=np.int8) for s in segments])
-    scalars = np.concatenate([s.observation.scalars for s in segments])
+    scalars = np.concatenate([s.observation.instants for s in segments])
     q, qd = states[:, :size], states[:, size : 2 * size]
     qdd = np.concatenate([s.observation.qdd for s in segments])
     its = energies(time, q, qd)
@@ -140,7 +144,11 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
 
 
 def summarize(
-    record: Record, ends: tuple[Samples, Samples], wall: float, stop: Stop | None, scenario: Scenario | None = None
+    record: Record,
+    ends: tuple[Samples, Samples],
+    wall: float,
+    stop: ContactLaw | None,
+    scenario: Scenario | None = None,
 ) -> dict[str, Any]:
     """Return summary.json of a run that took `wall` seconds, by its first and its last sample (`ends`).
 

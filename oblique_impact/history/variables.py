@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 
 Array = np.ndarray[Any, Any]

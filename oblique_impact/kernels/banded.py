@@ -7,7 +7,7 @@ Matrices are kept by diagonals, bands[b, 3 + k, i] being the entry (i, i + k) of
 from __future__ import annotations
 
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import Array
+from oblique_impact.kernels.workspace import Array
 
 HALF_BANDWIDTH = 3
 
@@ -21,11 +21,11 @@ def _band_row(bands: Array, which: int, x: Array, i: int, first: int, end: int) 
 
 
 @jitable
-def band_multiply(bands: Array, which: int, x: Array, vectors: Array, row: int) -> None:
-    """bands[which] times x into a row of the vectors."""
+def band_multiply(bands: Array, which: int, x: Array, product: Array) -> None:
+    """bands[which] times x (n,) into `product` (n,)."""
     n = x.shape[0]
     for i in range(n - 2 * HALF_BANDWIDTH):  # contiguous in i: this loop runs four or eight rows at a time
-        vectors[row, i + 3] = (
+        product[i + 3] = (
             bands[which, 0, i + 3] * x[i]
             + bands[which, 1, i + 3] * x[i + 1]
             + bands[which, 2, i + 3] * x[i + 2]
@@ -36,17 +36,15 @@ def band_multiply(bands: Array, which: int, x: Array, vectors: Array, row: int) 
         )
     if n < 2 * HALF_BANDWIDTH + 1:
         for i in range(n):
-            vectors[row, i] = _band_row(
-                bands, which, x, i, max(0, i - HALF_BANDWIDTH), min(n, i + HALF_BANDWIDTH + 1)
-            )
+            product[i] = _band_row(bands, which, x, i, max(0, i - HALF_BANDWIDTH), min(n, i + HALF_BANDWIDTH + 1))
         return
     # the rows at the ends have fixed lengths, so that these loops unroll
-    vectors[row, 0] = _band_row(bands, which, x, 0, 0, 4)
-    vectors[row, 1] = _band_row(bands, which, x, 1, 0, 5)
-    vectors[row, 2] = _band_row(bands, which, x, 2, 0, 6)
-    vectors[row, n - 3] = _band_row(bands, which, x, n - 3, n - 6, n)
-    vectors[row, n - 2] = _band_row(bands, which, x, n - 2, n - 5, n)
-    vectors[row, n - 1] = _band_row(bands, which, x, n - 1, n - 4, n)
+    product[0] = _band_row(bands, which, x, 0, 0, 4)
+    product[1] = _band_row(bands, which, x, 1, 0, 5)
+    product[2] = _band_row(bands, which, x, 2, 0, 6)
+    product[n - 3] = _band_row(bands, which, x, n - 3, n - 6, n)
+    product[n - 2] = _band_row(bands, which, x, n - 2, n - 5, n)
+    product[n - 1] = _band_row(bands, which, x, n - 1, n - 4, n)
 
 
 @jitable

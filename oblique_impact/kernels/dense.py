@@ -1,102 +1,109 @@
-"""Dense linear algebra of small systems on their packed work arrays."""
+"""Dense linear algebra of small systems, and the part of the protocol that follows from it."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from numba.core import types
-from numba.extending import overload
 
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import (
-    CHOLESKY,
-    FORCES,
-    FREE_ACCELERATION,
-    MASS,
-    NORMAL_RESPONSE,
-    NORMAL_ROW,
-    TANGENT_RESPONSE,
-    TANGENT_ROW,
-    Array,
-    Work,
-)
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, vectors_of
 
 
 @jitable
-def factor(matrices: Array, source: int = MASS, target: int = CHOLESKY) -> bool:
-    """Cholesky factor of matrices[source] into matrices[target]; False if it is not positive definite.
-
-    Source and target may be the same.
-    """
-    n = matrices.shape[1]
+def factor(matrix: Array, lower: Array) -> bool:
+    """Cholesky factor of a matrix (d, d), which may be `lower` itself; False if it is not positive definite."""
+    n = matrix.shape[0]
     for j in range(n):
-        pivot = matrices[source, j, j]
+        pivot = matrix[j, j]
         for k in range(j):
-            pivot -= matrices[target, j, k] * matrices[target, j, k]
+            pivot -= lower[j, k] * lower[j, k]
         if not pivot > 0.0:
             return False
         root = np.sqrt(pivot)
-        matrices[target, j, j] = root
+        lower[j, j] = root
         for i in range(j + 1, n):
-            entry = matrices[source, i, j]
+            entry = matrix[i, j]
             for k in range(j):
-                entry -= matrices[target, i, k] * matrices[target, j, k]
-            matrices[target, i, j] = entry / root
+                entry -= lower[i, k] * lower[j, k]
+            lower[i, j] = entry / root
     return True
 
 
 @jitable
-def solve(matrices: Array, vectors: Array, right: int, x: int, slot: int = CHOLESKY) -> None:
-    """Solve A x = right for two rows of `vectors` with the factor of A in matrices[slot]."""
-    n = matrices.shape[1]
+def solve(lower: Array, right: Array, x: Array) -> None:
+    """Solve A x = right (d,) with the Cholesky factor of A."""
+    n = right.shape[0]
     for i in range(n):
-        entry = vectors[right, i]
+        entry = right[i]
         for k in range(i):
-            entry -= matrices[slot, i, k] * vectors[x, k]
-        vectors[x, i] = entry / matrices[slot, i, i]
+            entry -= lower[i, k] * x[k]
+        x[i] = entry / lower[i, i]
     for i in range(n - 1, -1, -1):
-        entry = vectors[x, i]
+        entry = x[i]
         for k in range(i + 1, n):
-            entry -= matrices[slot, k, i] * vectors[x, k]
-        vectors[x, i] = entry / matrices[slot, i, i]
+            entry -= lower[k, i] * x[k]
+        x[i] = entry / lower[i, i]
 
 
 @jitable
-def row_dot(vectors: Array, a: int, b: int) -> float:
-    """Scalar product of two rows of `vectors`."""
-    total = 0.0
-    for i in range(vectors.shape[1]):
-        total += vectors[a, i] * vectors[b, i]
-    return total
+def multiply(matrix: Array, x: Array, product: Array) -> None:
+    """Matrix (n, n) times x (n,) into `product` (n,)."""
+    for i in range(x.shape[0]):
+        total = 0.0
+        for j in range(x.shape[0]):
+            total += matrix[i, j] * x[j]
+        product[i] = total
 
 
-def is_dense(system: Any) -> bool:
-    """Whether a compiled system keeps dense matrices (numba type; banded ones have a field `bands`)."""
-    return isinstance(system, types.NamedTuple) and "bands" not in system.fields
+class DenseAlgebra:
+    """The protocol of :class:`~oblique_impact.kernels.system.System` for a dense mass matrix."""
 
+    def solve_mass(self: Any, rank_one: float, w: Workspace, contact: bool) -> bool:  # noqa: D102
+        v = vectors_of(w.vectors)
+        if not factor(w.mass, w.factor):
+            return False
+        solve(w.factor, v.forces, v.free_acceleration)
+        if contact:
+            solve(w.factor, v.normal, v.normal_response)
+            solve(w.factor, v.tangential, v.tangential_response)
+        return True
 
-@jitable
-def solve_mass_dense(system: Any, work: Work, contact: bool) -> bool:
-    """Acceleration without contact force and, with `contact`, M^-1 D_n^T and M^-1 D_tau^T of an evaluated system.
+    def take_residual(  # noqa: D102
+        self: Any, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace
+    ) -> Evaluation:
+        e: Evaluation = self.evaluate(t, q, qd, w)
+        v = vectors_of(w.vectors)
+        multiply(w.mass, qdd, v.residual)
+        for i in range(q.shape[0]):
+            v.residual[i] = v.forces[i] - v.residual[i]
+        return e
 
-    False if the mass matrix is not positive definite.
-    """
-    matrices, v = work.matrices, work.vectors
-    if not factor(matrices):
-        return False
-    solve(matrices, v, FORCES, FREE_ACCELERATION)
-    if contact:
-        solve(matrices, v, NORMAL_ROW, NORMAL_RESPONSE)
-        solve(matrices, v, TANGENT_ROW, TANGENT_RESPONSE)
-    return True
+    def approach(self: Any, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:  # noqa: D102
+        e: Evaluation = self.evaluate(t, q, qd, w)
+        return e
 
+    def mass_product(self: Any, rank_one: float, w: Workspace, x: Array, product: Array) -> None:  # noqa: D102
+        multiply(w.mass, x, product)
 
-def solve_mass(system: Any, work: Work, contact: bool) -> bool:
-    """Solve with the mass matrix of an evaluated system: see :func:`solve_mass_dense`."""
-    return bool(solve_mass_dense(system, work, contact))
+    def factor_effective(  # noqa: D102
+        self: Any, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
+    ) -> bool:
+        # a dense mass matrix moves with q, so it is factored anew whether the step has changed or not
+        effective = w.effective[slot]
+        for i in range(q.shape[0]):
+            for j in range(q.shape[0]):
+                effective[i, j] = w.mass[i, j]
+        self.add_tangent(t, q, velocity, position, effective)
+        return factor(effective, effective)
 
+    def solve_effective(self: Any, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:  # noqa: D102
+        v = vectors_of(w.vectors)
+        solve(w.effective[slot], v.residual, v.increment)
+        if contact:
+            solve(w.effective[slot], v.normal, v.normal_response)
+            solve(w.effective[slot], v.tangential, v.tangential_response)
 
-@overload(solve_mass, strict=False)
-def _compiled_solve_mass(system: Any, work: Any, contact: Any) -> Any:
-    return solve_mass_dense if is_dense(system) else None
+    def definiteness(self: Any, rank_one: float, w: Workspace) -> float:
+        """Smallest eigenvalue of the evaluated mass matrix, 0 if it is not finite."""
+        return float(np.linalg.eigvalsh(w.mass)[0]) if np.all(np.isfinite(w.mass)) else 0.0

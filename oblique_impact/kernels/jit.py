@@ -1,32 +1,44 @@
-"""One way to compile: numeric source is written once and runs interpreted or compiled.
+"""What is compiled, and how: numeric source is written once and runs compiled or interpreted.
 
-Functions marked :func:`jitable` are ordinary Python functions.  Called from a kernel made by
-:func:`kernel` they are compiled with it; called from Python they are interpreted.  That is how a
-user's own small system runs through exactly the source that marches the beam.
+`jitable`            marks a function that kernels call
+`Kernel`             an entry point: compiled for packed systems, plain Python for a user's own small system
+`compiled_protocol`  lets kernels call the methods of packed systems (named tuples)
+`compiled_law`       a user-defined function of numbers that kernels call, without being compiled anew for it
 
-Compiled kernels are cached on disk in a folder named after a fingerprint of the numeric source, so
-an edited source can never meet a stale binary (numba itself only watches the file of the entry point).
+Compiled kernels are cached on disk in a folder named after a digest of the numeric source, so an edited source
+never meets a stale binary (numba itself only watches the file of the entry point).  With ``NUMBA_DISABLE_JIT=1``
+the same source runs interpreted.
 """
 
 from __future__ import annotations
 
 import hashlib
+import inspect
 import os
 import platform
+import re
 import tempfile
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numba
 import platformdirs
-from numba.core import event
-from numba.extending import register_jitable
+from numba.core import event, types
+from numba.core.errors import NumbaError
+from numba.extending import overload_method, register_jitable
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from oblique_impact.errors import InputError
 from oblique_impact.kernels.compiling import announce
 
 F = TypeVar("F", bound=Callable[..., Any])
+C = TypeVar("C", bound=type)
+
+#: a user-defined function in kernels takes one or two numbers and an array of parameters
+Law = Callable[..., float]
 
 # The source allocates nothing, so it runs without numba's reference counts: three times faster on small
 # systems. Divisions by zero give infinities, as in NumPy, and the step control sees them.
@@ -34,6 +46,8 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {
 
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = ("kernels", "contact", "marching", "beam/floating_frame.py", "beam/nodal_frame.py")
+_NUMBER = types.float64
+_PARAMETERS = types.Array(types.float64, 1, "C")
 
 
 class _Compilations(event.Listener):
@@ -61,6 +75,147 @@ def jitable(function: F) -> F:
     return decorated
 
 
+def compiled_protocol(cls: C) -> C:
+    """Let kernels call the methods that the class `cls` declares on packed systems (named tuples).
+
+    What is compiled is the function of that name in the system's own class; its arguments have the same order.
+    """
+    for name, method in vars(cls).items():
+        if inspect.isfunction(method):
+            _compile_method(name, inspect.signature(method))
+    return cls
+
+
+def _compile_method(name: str, signature: inspect.Signature) -> None:
+    def implementation(*arguments: Any) -> Any:
+        return getattr(arguments[0].instance_class, name, None)
+
+    implementation.__signature__ = signature  # type: ignore[attr-defined]
+    overload_method(types.BaseNamedTuple, name, jit_options=_OPTIONS, strict=False)(  # type: ignore[call-arg]
+        implementation
+    )
+
+
+class Kernel:
+    """An entry point of the compiled source; its first argument is the mechanical system.
+
+    Packed systems (named tuples) run compiled, cached on disk; a system in plain Python runs interpreted.
+
+    Parameters
+    ----------
+    function : callable
+        The numeric source.
+    name : str
+        What a person is told while it is compiled, see :mod:`oblique_impact.kernels.compiling`.
+    """
+
+    def __init__(self, function: Callable[..., Any], name: str) -> None:
+        update_wrapper(self, function)
+        self._function, self._name = function, name
+
+    def __call__(self, system: Any, *arguments: Any) -> Any:
+        """Run it."""
+        packed = isinstance(system, tuple) and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+        return (self._compiled if packed else self._function)(system, *arguments)
+
+    @cached_property
+    def _compiled(self) -> Any:
+        with _cached_on_disk() as cached:
+            compiled = numba.njit(cache=cached, **_OPTIONS)(self._function)
+        _compilations.names[compiled] = self._name
+        return compiled
+
+
+def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:
+    """Make a function a :class:`Kernel` of this name."""
+    return lambda function: Kernel(function, name)
+
+
+def compiled_law(function: Callable[..., Any], arguments: int, parameters: int, entry: int | None = None) -> Law:
+    """Return a function of numbers that kernels can call: ``law(*arguments, array of parameters)``.
+
+    It is compiled by itself, in a fraction of a second and once for all values of its parameters, to a
+    first-class function of numba: kernels know its signature only.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(*arguments, *parameters)`` in the part of Python that numba compiles.
+    arguments : int
+        1 or 2.
+    parameters : int
+        How many parameters (float) it takes.
+    entry : int, optional
+        Which entry of the returned tuple is wanted, if it returns one.
+
+    Raises
+    ------
+    InputError
+        With one line if numba cannot compile it.
+    """
+    try:
+        return _compiled_law(function, arguments, parameters, entry)
+    except NumbaError as error:
+        raise InputError(f"{function.__qualname__}: cannot be compiled: {_reason(error)}") from None
+
+
+@cache
+def _compiled_law(function: Callable[..., Any], arguments: int, parameters: int, entry: int | None) -> Law:
+    inner = numba.njit(error_model="numpy")(function)
+    unpack = _unpacking(parameters)
+    whole, place = entry is None, entry or 0
+
+    @numba.njit(error_model="numpy")
+    def chosen(found):  # type: ignore[no-untyped-def]
+        return found if whole else found[place]
+
+    def of_one(a: float, numbers: Any) -> float:
+        return chosen(inner(a, *unpack(numbers)))  # type: ignore[no-any-return]
+
+    def of_two(a: float, b: float, numbers: Any) -> float:
+        return chosen(inner(a, b, *unpack(numbers)))  # type: ignore[no-any-return]
+
+    law = of_one if arguments == 1 else of_two
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return law
+    signature = _NUMBER(*[_NUMBER] * arguments, _PARAMETERS)
+    compiled: Law = numba.cfunc(signature, error_model="numpy")(law)
+    return compiled
+
+
+def _unpacking(count: int) -> Callable[[Any], tuple[float, ...]]:
+    """Return the function that makes a tuple of an array of `count` parameters."""
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return tuple
+
+    length = count + 1  # numba makes no tuple of nothing: the array has an entry more, which is left out
+
+    @numba.njit
+    def unpack(numbers):  # type: ignore[no-untyped-def]
+        return to_fixed_tuple(numbers, length)[:-1]  # type: ignore[call-arg]
+
+    return unpack  # type: ignore[no-any-return]
+
+
+def _reason(error: NumbaError) -> str:
+    """Return what the compiler objects to, without its colours and the names of its passes."""
+    text = re.sub(r"\x1b\[[0-9;]*m|Failed in nopython mode pipeline \(step: [^)]*\)", "", str(error))
+    return " ".join(text.strip().partition("\n\n")[0].split())[:200]
+
+
+@contextmanager
+def _cached_on_disk() -> Iterator[bool]:
+    """Let numba cache what it compiles in the block in our folder; yields whether there is one."""
+    folder = cache_folder()
+    config: Any = numba.config
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(folder or "")
+    try:
+        yield folder is not None
+    finally:
+        config.CACHE_DIR = previous
+
+
 @cache
 def cache_folder() -> Path | None:
     """Folder of the compiled kernels for this source, numba and Python; None if nothing is writable."""
@@ -80,20 +235,3 @@ def cache_folder() -> Path | None:
     except OSError:
         return None
     return folder
-
-
-def kernel(function: F, name: str) -> F:
-    """Compile `function` on its first call and cache the machine code on disk.
-
-    `name` is what a person is told meanwhile, see :mod:`oblique_impact.kernels.compiling`.
-    """
-    folder = cache_folder()
-    config: Any = numba.config
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = str(folder or "")
-    try:
-        compiled = numba.njit(cache=folder is not None, **_OPTIONS)(function)
-    finally:
-        config.CACHE_DIR = previous
-    _compilations.names[compiled] = name
-    return cast(F, compiled)

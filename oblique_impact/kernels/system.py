@@ -1,63 +1,76 @@
-"""The small protocol behind the hybrid algorithm: mass matrix, forces, contact rows.
-
-Everything the contact states and the marching schemes know about a mechanical system passes through
-:func:`evaluate`, which fills a :class:`Work` with
+"""The protocol behind the hybrid algorithm: what contact states and schemes ask of a mechanical system.
 
     M(t, q) q'' = Q(t, q, q') + D_n^T lambda_n + D_tau^T lambda_tau,
     Z_n'' = D_n q'' + z_n,   Z_tau'' = D_tau q'' + z_tau
 
-A system of a user's own subclasses :class:`MechanicalSystem` and is marched in plain Python; the beam
-(:mod:`oblique_impact.beam.floating_frame`) brings a compiled overload of the same function.
+`System`            the methods that kernels call; packed systems (named tuples) bring compiled ones
+`MechanicalSystem`  the contract for a user's own small system, which runs interpreted through the same source
+`Workspace`         the arrays that these methods fill, `vectors_of` gives them names
+`Evaluation`        the numbers that come back
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from oblique_impact.kernels.dense import DenseAlgebra
+from oblique_impact.kernels.jit import compiled_protocol
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, new_workspace, vectors_of
 
-# Work.matrices: mass matrix, its factor, the factors of an implicit scheme's effective matrices for its two
-# regular steps and for an odd one
-MASS, CHOLESKY, EFFECTIVE = range(3)
-EFFECTIVE_SLOTS = 3
-MATRICES = EFFECTIVE + EFFECTIVE_SLOTS
-# Work.vectors: forces Q, contact rows D_n and D_tau, acceleration without contact force, M^-1 D_n^T and
-# M^-1 D_tau^T, acceleration, the mass row of a prescribed coordinate, those of the system's own
-FORCES, NORMAL_ROW, TANGENT_ROW, FREE_ACCELERATION, NORMAL_RESPONSE, TANGENT_RESPONSE = range(6)
-ACCELERATION, DRIVEN_ROW, OWN_A, OWN_B, OWN_C = range(6, 11)
-# ... of an implicit scheme: residual Q + D^T lambda - M q'', its response, two products with the mass matrix
-RESIDUAL, INCREMENT, PRODUCT_A, PRODUCT_B = range(11, 15)
-VECTORS = 15
-# Work.scalars: kinematics of the contact, powers
-GAP, SLIP, GAP_RATE, SLIP_RATE, GAP_BIAS, SLIP_BIAS, DAMPING_POWER, DRIVEN_FORCE = range(8)
-# ... Delassus entries D_n M^-1 D_n^T, D_n M^-1 D_tau^T, D_tau M^-1 D_tau^T and the accelerations of gap and
-# slip without contact force
-A_NN, A_NT, A_TT, GAP_ACCELERATION, SLIP_ACCELERATION = range(8, 13)
-# ... contact forces lambda_n and lambda_tau
-LAMBDA_N, LAMBDA_T = range(13, 15)
-# ... guards of the contact state, each positive while it persists
-FIRST_GUARD, GUARDS = 15, 4
-SCALARS = FIRST_GUARD + GUARDS
+__all__ = ["ContactRows", "MechanicalSystem", "System"]
 
 
-class Work(NamedTuple):
-    """Scratch of one system with d degrees of freedom, filled by `evaluate` and the contact solver.
+@compiled_protocol
+class System:
+    """What kernels call.  Dense systems take all but `evaluate` from :class:`DenseAlgebra`."""
 
-    Three arrays, with the names above for their entries: compiled code hands them on cheaply.
-    """
+    def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+        """Fill mass matrix, forces and contact rows at (t, q, q')."""
+        raise NotImplementedError
 
-    matrices: Array  # (5, d, d); banded systems store (slots, d, 4)
-    vectors: Array  # (15, d)
-    scalars: Array  # (19,)
+    def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
+        """Acceleration without contact force and, with `contact`, M^-1 D_n^T and M^-1 D_tau^T.
 
+        False if the mass matrix is not positive definite.
+        """
+        raise NotImplementedError
 
-def new_work(size: int) -> Work:
-    """Allocate the scratch arrays for `size` degrees of freedom."""
-    return Work(np.zeros((MATRICES, size, size)), np.zeros((VECTORS, size)), np.zeros(SCALARS))
+    def take_residual(self, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace) -> Evaluation:
+        """Evaluate and fill the residual Q - M q''; without `contact` rows and kinematics are not needed."""
+        raise NotImplementedError
+
+    def approach(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+        """Gap, slip, their rates and the contact rows alone."""
+        raise NotImplementedError
+
+    def mass_product(self, rank_one: float, w: Workspace, x: Array, product: Array) -> None:
+        """M x of the evaluated system into `product`."""
+        raise NotImplementedError
+
+    def factor_effective(
+        self, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
+    ) -> bool:
+        """Factor S = M + velocity C + position K, the constant part of a linearized implicit step, in a slot.
+
+        With `stale` False nothing but the state has changed since.  C and K need not be exact derivatives.
+        False if S is not positive definite.
+        """
+        raise NotImplementedError
+
+    def solve_effective(self, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
+        """S^-1 of the residual into the increment and, with `contact`, of the rows into their responses."""
+        raise NotImplementedError
+
+    def damping_at(self, t: float, q: Array, qd: Array, w: Workspace) -> float:
+        """Power (W) that damping forces take out at the velocities q'."""
+        raise NotImplementedError
+
+    def add_tangent(self, t: float, q: Array, velocity: float, position: float, target: Array) -> None:
+        """Add velocity * damping matrix + position * stiffness matrix to `target` (d, d); dense systems."""
+        raise NotImplementedError
 
 
 class ContactRows(NamedTuple):
@@ -73,7 +86,7 @@ class ContactRows(NamedTuple):
     slip_bias: float = 0.0  # z_tau
 
 
-class MechanicalSystem(ABC):
+class MechanicalSystem(DenseAlgebra, System, ABC):
     """A system with `size` degrees of freedom and one unilateral contact with friction."""
 
     size: int
@@ -98,8 +111,8 @@ class MechanicalSystem(ABC):
         """Power (W) that damping forces inside Q take out of the system."""
         return 0.0
 
-    def supplied_power(self, t: float, q: Array, qd: Array, work: Work) -> float:
-        """Power (W) that actuators inside Q put into the system; `work.vectors[ACCELERATION]` is set."""
+    def supplied_power(self, t: float, q: Array, qd: Array, qdd: Array) -> float:
+        """Power (W) that actuators inside Q put into the system; an affine function of q''."""
         return 0.0
 
     def stiffness_matrix(self, t: float, q: Array) -> Array:
@@ -110,33 +123,35 @@ class MechanicalSystem(ABC):
         """Return -dQ/dq' (d, d), or the part of it that an implicit scheme should know; zero if not given."""
         return np.zeros((self.size, self.size))
 
-    def evaluate(self, t: float, q: Array, qd: Array, work: Work) -> None:
-        """Fill `work`; what the marching source calls."""
-        rows = self.contact(t, q, qd)
-        work.matrices[MASS] = self.mass_matrix(t, q)
-        work.vectors[FORCES] = self.forces(t, q, qd)
-        work.vectors[NORMAL_ROW] = rows.normal
-        work.vectors[TANGENT_ROW] = rows.tangential
-        work.scalars[GAP : SLIP_RATE + 1] = rows.gap, rows.slip, rows.gap_rate, rows.slip_rate
-        work.scalars[GAP_BIAS], work.scalars[SLIP_BIAS] = rows.gap_bias, rows.slip_bias
-        work.scalars[DAMPING_POWER] = self.damping_power(t, q, qd)
+    def new_workspace(self) -> Workspace:
+        """Allocate the arrays of a run."""
+        return new_workspace(self.size)
 
+    def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+        """Put what the methods above return into the arrays and the numbers of the protocol."""
+        rows, v = self.contact(t, q, qd), vectors_of(w.vectors)
+        w.mass[:] = self.mass_matrix(t, q)
+        v.forces[:], v.normal[:], v.tangential[:] = self.forces(t, q, qd), rows.normal, rows.tangential
+        at_rest = np.zeros(self.size)
+        supplied = float(self.supplied_power(t, q, qd, at_rest))
+        for i, unit in enumerate(np.eye(self.size)):
+            v.supply[i] = self.supplied_power(t, q, qd, unit) - supplied
+        return Evaluation(
+            float(rows.gap),
+            float(rows.slip),
+            float(rows.gap_rate),
+            float(rows.slip_rate),
+            float(rows.gap_bias),
+            float(rows.slip_bias),
+            float(self.damping_power(t, q, qd)),
+            supplied,
+            0.0,
+        )
 
-def evaluate(system: Any, t: float, q: Array, qd: Array, work: Work) -> None:
-    """Fill `work` for `system` at (t, q, q'); compiled systems overload this function."""
-    system.evaluate(t, q, qd, work)
+    def damping_at(self, t: float, q: Array, qd: Array, w: Workspace) -> float:  # noqa: D102
+        return float(self.damping_power(t, q, qd))
 
-
-def supplied_power(system: Any, t: float, q: Array, qd: Array, work: Work) -> float:
-    """Power (W) of drives and hub torques at an instant whose acceleration is in `work`."""
-    return float(system.supplied_power(t, q, qd, work))
-
-
-def add_tangent(system: Any, t: float, q: Array, velocity: float, position: float, work: Work, slot: int) -> None:
-    """Add velocity * damping matrix + position * stiffness matrix to a slot of the matrices."""
-    work.matrices[slot] += velocity * system.damping_matrix(t, q) + position * system.stiffness_matrix(t, q)
-
-
-def damping_power(system: Any, t: float, q: Array, qd: Array, work: Work) -> float:
-    """Power (W) that damping forces take out at velocities other than the evaluated ones."""
-    return float(system.damping_power(t, q, qd))
+    def add_tangent(  # noqa: D102
+        self, t: float, q: Array, velocity: float, position: float, target: Array
+    ) -> None:
+        target += velocity * self.damping_matrix(t, q) + position * self.stiffness_matrix(t, q)

@@ -17,70 +17,36 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import (
-    FREE,
     MASS_NOT_POSITIVE,
     NO_SLIDING_SOLUTION,
     NO_STICKING_SOLUTION,
-    SLIDING,
-    STICKING,
-    Phase,
+    OK,
     accelerate,
+    friction_ratio,
     stop_force,
     stop_tangent,
+    with_forces,
 )
-from oblique_impact.kernels.dense import row_dot
-from oblique_impact.kernels.implicit import approach, factor_effective, mass_product, residual, solve_effective
+from oblique_impact.contact.state import FREE, SLIDING, STICKING, Instant, Phase, no_instant
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import (
-    A_NN,
-    A_NT,
-    A_TT,
-    ACCELERATION,
-    DAMPING_POWER,
-    FORCES,
-    GAP,
-    GAP_RATE,
-    INCREMENT,
-    LAMBDA_N,
-    LAMBDA_T,
-    NORMAL_RESPONSE,
-    NORMAL_ROW,
-    PRODUCT_A,
-    PRODUCT_B,
-    RESIDUAL,
-    SLIP,
-    SLIP_RATE,
-    TANGENT_RESPONSE,
-    TANGENT_ROW,
-    Array,
-    Work,
-    damping_power,
-)
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, vectors_of
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
+    FRICTION_LOSS,
     NORMAL_IMPULSE,
     QUADRATURES,
     STABILIZATION_LOSS,
     TANGENTIAL_IMPULSE,
     quadrature_rates,
 )
-from oblique_impact.marching.scheme import (
-    FAILED_ITERATION,
-    Scratch,
-)
-
-# The state vector goes on behind the quadratures: acceleration to report (d), acceleration q'' (d), algorithmic
-# acceleration a (d), then contact forces (N) to report, at the end of the step, and as the algorithm averages them
-REPORTED_N, REPORTED_T, CONTACT_N, CONTACT_T, FILTERED_N, FILTERED_T = range(6)
-RATES = 6  # rates of the quadratures (6)
-EXTRAS = RATES + QUADRATURES
+from oblique_impact.marching.scheme import FAILED_ITERATION, Scratch
 
 NOT_CONVERGED = -FAILED_ITERATION
 
-FAR, NEAR, ODD = 0, 1, 2  # slots of the effective matrix: step in flight, step in and near contact, a cut step
+FAR, NEAR, ODD = 0, 1, 2  # effective matrices of the step in flight, the step in and near contact, a cut step
 
 _MOST_ITERATIONS = 60
-_CLOSED = 1e-10  # m/s, error of the velocity in a contact that counts as zero
+_CLOSED = 10.0  # tolerances of velocity: the error of the velocity in a contact that counts as zero
 _FADING = 1.05  # a contraction that was not measured counts so much less with every step
 _STALLED, _ROUNDING = 0.25, 1e4  # a residual that stays above this part, and corrections in tolerances by rounding
 _UNBOUNDED = 1e12
@@ -93,214 +59,330 @@ class Coefficients(NamedTuple):
     alpha_f: float
     beta: float
     gamma: float
-    tolerance: float  # of the iterations, on the root of the energy of a correction (J^1/2)
 
 
-def coefficients(rho_infinity: float, tolerance: float) -> Coefficients:
+def coefficients(rho_infinity: float) -> Coefficients:
     """Optimal parameters for a spectral radius rho_infinity at infinite frequency (Chung and Hulbert 1993)."""
     alpha_m = (2.0 * rho_infinity - 1.0) / (rho_infinity + 1.0)
     alpha_f = rho_infinity / (rho_infinity + 1.0)
     gamma = 0.5 - alpha_m + alpha_f
-    return Coefficients(alpha_m, alpha_f, 0.25 * (gamma + 0.5) ** 2, gamma, tolerance)
+    return Coefficients(alpha_m, alpha_f, 0.25 * (gamma + 0.5) ** 2, gamma)
+
+
+class StepLength(NamedTuple):
+    """A step and the factors from q'' to q' and q at its end."""
+
+    h: float  # s
+    velocity: float  # s
+    position: float  # s^2
 
 
 @jitable
-def start_phase(system: Any, phase: Phase, t: float, y: Array, work: Work) -> int:
-    """Consistent accelerations and contact forces at the start of a phase into the tail of y."""
-    d = work.vectors.shape[1]
-    q, qd, tail = y[:d], y[d : 2 * d], 3 * d + QUADRATURES
-    status = accelerate(system, phase, t, q, qd, work)
-    if status != 0:
-        return status
-    extras = tail + 2 * d
+def step_length(c: Coefficients, h: float) -> StepLength:
+    """Return the factors of a step of length h (s)."""
+    ratio = (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
+    return StepLength(h, h * c.gamma * ratio, h * h * c.beta * ratio)
+
+
+class Kept(NamedTuple):
+    """What the scheme keeps in the state vector, behind the quadratures."""
+
+    reported: Array  # (d + 2,) acceleration and contact forces of the algorithm's own mean
+    acceleration: Array  # (d,) q''
+    algorithmic: Array  # (d,) a
+    forces: Array  # (2,) contact forces (N) at the end of the step
+    averaged: Array  # (2,) as the algorithm averages them
+    rates: Array  # (7,) of the quadratures
+    memory: Array  # (2,) how far the reported forces lag behind (s), slip velocity (m/s)
+
+
+LAG, SLIP_RATE = 0, 1
+
+
+def kept_size(d: int) -> int:
+    """Entries of :class:`Kept` for d degrees of freedom."""
+    return 3 * d + 2 + 2 + 2 + QUADRATURES + 2
+
+
+@jitable
+def kept_of(y: Array, d: int) -> Kept:
+    """Return the parts of the state vector that the scheme keeps."""
+    a = 2 * d + QUADRATURES
+    b = a + d + 2
+    e = b + 2 * d
+    return Kept(
+        y[a:b],
+        y[b : b + d],
+        y[b + d : e],
+        y[e : e + 2],
+        y[e + 2 : e + 4],
+        y[e + 4 : e + 4 + QUADRATURES],
+        y[e + 4 + QUADRATURES : e + 6 + QUADRATURES],
+    )
+
+
+@jitable
+def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> tuple[int, Instant]:
+    """Consistent accelerations and contact forces at the start of a phase into what y keeps."""
+    d = w.vectors.shape[1]
+    qd, kept = y[d : 2 * d], kept_of(y, d)
+    status, c = accelerate(system, phase, t, y[:d], qd, w)
+    if status != OK:
+        return status, c
+    acceleration = vectors_of(w.vectors).acceleration
     for i in range(d):
-        for block in range(-1, 2):
-            y[tail + block * d + i] = work.vectors[ACCELERATION, i]
-    y[extras + REPORTED_N] = work.scalars[LAMBDA_N]
-    y[extras + REPORTED_T] = work.scalars[LAMBDA_T]
-    y[extras + CONTACT_N] = work.scalars[LAMBDA_N]
-    y[extras + CONTACT_T] = work.scalars[LAMBDA_T]
-    y[extras + FILTERED_N] = work.scalars[LAMBDA_N]
-    y[extras + FILTERED_T] = work.scalars[LAMBDA_T]
-    work.scalars[DAMPING_POWER] = 0.0
-    quadrature_rates(system, phase, t, q, qd, work, y[extras + RATES :])
-    return 0
+        kept.reported[i] = acceleration[i]
+        kept.acceleration[i] = acceleration[i]
+        kept.algorithmic[i] = acceleration[i]
+    kept.reported[d], kept.reported[d + 1] = c.normal_force, c.tangential_force
+    kept.forces[0], kept.forces[1] = c.normal_force, c.tangential_force
+    kept.averaged[0], kept.averaged[1] = c.normal_force, c.tangential_force
+    kept.memory[LAG], kept.memory[SLIP_RATE] = 0.0, c.slip_rate
+    rates = quadrature_rates(phase, c, qd, w)
+    for i in range(QUADRATURES):
+        kept.rates[i] = rates[i] if i != DAMPING_LOSS else 0.0
+    return OK, c
 
 
 @jitable
-def _contact_defect(phase: Phase, k: Array, velocity: float) -> float:
+def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -> Instant:
+    """Return the contact of an iteration, with the Delassus entries of the effective matrix."""
+    v = vectors_of(w.vectors)
+    return Instant(
+        e.gap,
+        e.slip,
+        e.gap_rate,
+        e.slip_rate,
+        dot(v.normal, v.normal_response),
+        dot(v.normal, v.tangential_response),
+        dot(v.tangential, v.tangential_response),
+        0.0,
+        0.0,
+        normal,
+        tangential,
+        0.0,
+        e.supplied_power,
+    )
+
+
+@jitable
+def _moved(c: Instant, e: Evaluation, normal: float, tangential: float) -> Instant:
+    """Return the contact with other kinematics and forces (N) and the same Delassus entries."""
+    return Instant(
+        e.gap,
+        e.slip,
+        e.gap_rate,
+        e.slip_rate,
+        c.a_nn,
+        c.a_nt,
+        c.a_tt,
+        0.0,
+        0.0,
+        normal,
+        tangential,
+        0.0,
+        e.supplied_power,
+    )
+
+
+@jitable
+def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
     """How far the contact forces and the motion are from the contact's laws (m/s)."""
-    if phase.spring > 0.0:
-        force = stop_force(phase, k[GAP], k[GAP_RATE])
-        normal = abs(force - k[LAMBDA_N]) * k[A_NN] * velocity
-    else:
-        normal = abs(k[GAP_RATE])
-    if phase.state == STICKING:
-        tangential = abs(k[SLIP_RATE])
-    else:
-        ratio = phase.intercept + phase.slope * k[SLIP_RATE]
-        tangential = abs(ratio * k[LAMBDA_N] - k[LAMBDA_T]) * k[A_TT] * velocity
+    normal, tangential = abs(c.gap_rate), abs(c.slip_rate)
+    if phase.gives_way:
+        normal = abs(stop_force(phase, c.gap, c.gap_rate) - c.normal_force) * c.a_nn * velocity
+    if phase.state != STICKING:
+        wanted = friction_ratio(phase, c.slip_rate) * c.normal_force
+        tangential = abs(wanted - c.tangential_force) * c.a_tt * velocity
     return float(max(normal, tangential))
 
 
 @jitable
-def _contact_step(phase: Phase, k: Array, v: Array, velocity: float, position: float) -> int:
-    """Newton step of the two contact forces in an iteration, into scalars and INCREMENT; its status.
-
-    `velocity` and `position` are the factors from q'' to q' and q at the end of the step.
-    """
-    k[A_NN] = row_dot(v, NORMAL_ROW, NORMAL_RESPONSE)
-    k[A_NT] = row_dot(v, NORMAL_ROW, TANGENT_RESPONSE)
-    k[A_TT] = row_dot(v, TANGENT_ROW, TANGENT_RESPONSE)
-    normal, tangential = row_dot(v, NORMAL_ROW, INCREMENT), row_dot(v, TANGENT_ROW, INCREMENT)
+def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> tuple[int, float, float]:
+    """Newton step of the two contact forces in an iteration, also into increment and residual; its status."""
+    v, velocity = vectors_of(w.vectors), step.velocity
+    normal, tangential = dot(v.normal, v.increment), dot(v.tangential, v.increment)
     # n1 dn + n2 dt = n3,  t1 dn + t2 dt = t3
-    if phase.spring > 0.0:
-        over_depth, over_rate = stop_tangent(phase, k[GAP], k[GAP_RATE])
-        stiff = over_depth * position + over_rate * velocity
-        force = stop_force(phase, k[GAP], k[GAP_RATE])
-        n1, n2 = 1.0 + stiff * k[A_NN], stiff * k[A_NT]
-        n3 = force - k[LAMBDA_N] - stiff * normal
+    if phase.gives_way:
+        over_depth, over_rate = stop_tangent(phase, c.gap, c.gap_rate)
+        stiff = over_depth * step.position + over_rate * velocity
+        force = stop_force(phase, c.gap, c.gap_rate)
+        n1, n2 = 1.0 + stiff * c.a_nn, stiff * c.a_nt
+        n3 = force - c.normal_force - stiff * normal
     else:
-        n1, n2 = velocity * k[A_NN], velocity * k[A_NT]
-        n3 = -k[GAP_RATE] - velocity * normal
+        n1, n2 = velocity * c.a_nn, velocity * c.a_nt
+        n3 = -c.gap_rate - velocity * normal
     if phase.state == SLIDING:
-        ratio = phase.intercept + phase.slope * k[SLIP_RATE]
-        if phase.spring == 0.0 and not k[A_NN] + ratio * k[A_NT] > 0.0:
-            return NO_SLIDING_SOLUTION
-        viscous = phase.slope * k[LAMBDA_N] * velocity
-        t1, t2 = -ratio - viscous * k[A_NT], 1.0 - viscous * k[A_TT]
-        t3 = ratio * k[LAMBDA_N] - k[LAMBDA_T] + viscous * tangential
+        ratio = friction_ratio(phase, c.slip_rate)
+        if not phase.gives_way and not c.a_nn + ratio * c.a_nt > 0.0:
+            return NO_SLIDING_SOLUTION, 0.0, 0.0
+        viscous = phase.slope * c.normal_force * velocity
+        t1, t2 = -ratio - viscous * c.a_nt, 1.0 - viscous * c.a_tt
+        t3 = ratio * c.normal_force - c.tangential_force + viscous * tangential
     else:
-        drift = k[SLIP_RATE]
-        t1, t2, t3 = velocity * k[A_NT], velocity * k[A_TT], -drift - velocity * tangential
+        t1, t2, t3 = velocity * c.a_nt, velocity * c.a_tt, -c.slip_rate - velocity * tangential
     determinant = n1 * t2 - n2 * t1
     if determinant == 0.0:
-        return NO_STICKING_SOLUTION
+        return NO_STICKING_SOLUTION, 0.0, 0.0
     dn, dt = (n3 * t2 - n2 * t3) / determinant, (n1 * t3 - n3 * t1) / determinant
-    k[LAMBDA_N] += dn
-    k[LAMBDA_T] += dt
-    for i in range(v.shape[1]):
-        v[INCREMENT, i] += dn * v[NORMAL_RESPONSE, i] + dt * v[TANGENT_RESPONSE, i]
-        v[RESIDUAL, i] += dn * v[NORMAL_ROW, i] + dt * v[TANGENT_ROW, i]
-    return 0
+    for i in range(v.increment.shape[0]):
+        v.increment[i] += dn * v.normal_response[i] + dt * v.tangential_response[i]
+        v.residual[i] += dn * v.normal[i] + dt * v.tangential[i]
+    return OK, dn, dt
 
 
 @jitable
 def _predict(c: Coefficients, y: Array, h: float, d: int, y_new: Array) -> None:
     """Position and velocity for an unchanged acceleration q''."""
-    tail = 3 * d + QUADRATURES
+    before, after = kept_of(y, d), kept_of(y_new, d)
     for i in range(d):
-        kept, a0 = y[tail + i], y[tail + d + i]
+        kept, a0 = before.acceleration[i], before.algorithmic[i]
         a1 = ((1.0 - c.alpha_f) * kept + c.alpha_f * kept - c.alpha_m * a0) / (1.0 - c.alpha_m)
         y_new[i] = y[i] + h * y[d + i] + h * h * ((0.5 - c.beta) * a0 + c.beta * a1)
         y_new[d + i] = y[d + i] + h * ((1.0 - c.gamma) * a0 + c.gamma * a1)
-        y_new[tail + i] = kept
+        after.acceleration[i] = kept
 
 
 @jitable
-def _take_contact(phase: Phase, work: Work) -> float:
+def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -> float:
     """Add the contact forces to the residual; its largest entry."""
-    v, k, largest = work.vectors, work.scalars, 0.0
-    if phase.state != FREE:
-        for i in range(v.shape[1]):
-            v[RESIDUAL, i] += k[LAMBDA_N] * v[NORMAL_ROW, i] + k[LAMBDA_T] * v[TANGENT_ROW, i]
-    for i in range(v.shape[1]):
-        largest = max(largest, abs(v[RESIDUAL, i]))
+    v, largest = vectors_of(w.vectors), 0.0
+    for i in range(v.residual.shape[0]):
+        if phase.state != FREE:
+            v.residual[i] += normal * v.normal[i] + tangential * v.tangential[i]
+        largest = max(largest, abs(v.residual[i]))
     return largest
+
+
+class Step(NamedTuple):
+    """What a step of the scheme returns besides the new state vector."""
+
+    status: int  # OK, the reason why there is no solution, or NOT_CONVERGED
+    end: Instant  # the contact at its end, with its forces
+    rank_one: float  # of the mass matrix at its end, see `Evaluation`
 
 
 @jitable
 def take_step(
-    system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: float, slot: int, stale: bool, s: Scratch
-) -> int:
-    """One step of length h from (t, y) into s.y_new; status of the contact problem, or NOT_CONVERGED.
+    system: Any,
+    phase: Phase,
+    c: Coefficients,
+    tolerance: float,
+    t: float,
+    y: Array,
+    h: float,
+    slot: int,
+    stale: bool,
+    s: Scratch,
+) -> Step:
+    """One step of length h from (t, y) into s.y_new.
 
-    Afterwards `s.work` holds the end of the step: kinematics, contact forces, guards.
+    `tolerance` (J^1/2) is that of the iterations, on the root of the energy of a correction.
     """
-    d, work, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    v, k, tail = work.vectors, work.scalars, 3 * d + QUADRATURES
-    ratio = (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
-    velocity, position = h * c.gamma * ratio, h * h * c.beta * ratio
-    q, qd, qdd = y_new[:d], y_new[d : 2 * d], y_new[tail : tail + d]
-    contact = phase.state != FREE
+    d, w, y_new = s.work.vectors.shape[1], s.work, s.y_new
+    step, v, contact = step_length(c, h), vectors_of(s.work.vectors), phase.state != FREE
+    q, qd, qdd = y_new[:d], y_new[d : 2 * d], kept_of(y_new, d).acceleration
     _predict(c, y, h, d, y_new)
-    k[LAMBDA_N] = y[tail + 2 * d + CONTACT_N] if contact else 0.0
-    k[LAMBDA_T] = y[tail + 2 * d + CONTACT_T] if contact else 0.0
+    forces = kept_of(y, d).forces
+    normal, tangential = (forces[0], forces[1]) if contact else (0.0, 0.0)
     s.contraction[slot] = -1.0 if stale else _FADING * s.contraction[slot]
-    change, before = np.inf, 0.0
+    closed, end = _CLOSED * s.tolerances.velocity, no_instant()
+    change, before, rank_one = np.inf, 0.0, 0.0
     for iteration in range(_MOST_ITERATIONS):
-        residual(system, t + h, q, qd, qdd, contact, work)
-        left = _take_contact(phase, work)
+        e = system.take_residual(t + h, q, qd, qdd, contact, w)
+        rank_one, end = e.rank_one, _moved(end, e, normal, tangential)
+        left = _add_contact(phase, normal, tangential, w)
         if iteration == 0:
-            if not factor_effective(system, t + h, q, velocity, position, work, slot, stale):
-                return MASS_NOT_POSITIVE
+            if not system.factor_effective(t + h, q, step.velocity, step.position, w, slot, stale):
+                return Step(MASS_NOT_POSITIVE, end, rank_one)
         else:
             # the next change is about the last one times the ratio of the residuals
-            s.contraction[slot] = left / before
-            accurate = change * left <= c.tolerance * before
+            s.contraction[slot] = left / before if before > 0.0 else -1.0
+            accurate = change * left <= tolerance * before
             if not accurate and left > _STALLED * before:
                 # the residual K q of a fine mesh is rounded: it falls no further
-                accurate = change <= _ROUNDING * c.tolerance
-            if accurate and (not contact or _contact_defect(phase, k, velocity) <= _CLOSED):
-                break
+                accurate = change <= _ROUNDING * tolerance
+            if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
+                if not contact and phase.watched:
+                    end = _moved(end, system.approach(t + h, q, qd, w), 0.0, 0.0)
+                return Step(OK, end, rank_one)
             if not left < _UNBOUNDED:
-                return NOT_CONVERGED
-        solve_effective(system, work, slot, contact)
+                return Step(NOT_CONVERGED, end, rank_one)
+        system.solve_effective(rank_one, w, slot, contact)
         if contact:
-            status = _contact_step(phase, k, v, velocity, position)
-            if status != 0:
-                return status
+            end = _responding(e, w, normal, tangential)
+            status, more, along = _contact_step(phase, end, w, step)
+            if status != OK:
+                return Step(status, end, rank_one)
+            normal += more
+            tangential += along
         before = left
-        change = velocity * np.sqrt(abs(row_dot(v, INCREMENT, RESIDUAL)))
+        change = step.velocity * np.sqrt(abs(dot(v.increment, v.residual)))
         for i in range(d):
-            step = v[INCREMENT, i]
-            qdd[i] += step
-            q[i] += position * step
-            qd[i] += velocity * step
-        if 0.0 < change * s.contraction[slot] <= c.tolerance:
+            qdd[i] += v.increment[i]
+            q[i] += step.position * v.increment[i]
+            qd[i] += step.velocity * v.increment[i]
+        if 0.0 < change * s.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
-            approach(system, t + h, q, qd, work)
-            if not contact or _contact_defect(phase, k, velocity) <= _CLOSED:
-                return 0
-    else:
-        return NOT_CONVERGED
-    if not contact and phase.watched:
-        approach(system, t + h, q, qd, work)
-    return 0
+            end = _moved(end, system.approach(t + h, q, qd, w), normal, tangential)
+            if not contact or _contact_defect(phase, end, step.velocity) <= closed:
+                return Step(OK, end, rank_one)
+    return Step(NOT_CONVERGED, end, rank_one)
 
 
 @jitable
-def finish_step(system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: float, s: Scratch) -> None:
-    """Complete s.y_new after a converged step: algorithmic acceleration, averaged forces, quadratures."""
-    d, work, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    v, k, tail = work.vectors, work.scalars, 3 * d + QUADRATURES
-    algorithmic, extras = tail + d, tail + 2 * d
-    kept, scale = c.alpha_f, 1.0 / (1.0 - c.alpha_m)
-    rigid = phase.state != FREE and phase.spring == 0.0
+def finish_step(
+    system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: float, step: Step, s: Scratch
+) -> Instant:
+    """Complete s.y_new after a converged step: algorithmic acceleration, averaged forces, quadratures.
+
+    Forces to report are in `step`, those at its end in s.y_new.  Returns the contact there.
+    """
+    d, w, y_new = s.work.vectors.shape[1], s.work, s.y_new
+    v, before, after = vectors_of(w.vectors), kept_of(y, d), kept_of(y_new, d)
+    scale, end = 1.0 / (1.0 - c.alpha_m), step.end
+    rigid = phase.state != FREE and not phase.gives_way
     for i in range(d):
-        mean = (1.0 - kept) * y_new[tail + i] + kept * y[tail + i]
-        y_new[algorithmic + i] = scale * (mean - c.alpha_m * y[algorithmic + i])
-        y_new[2 * d + QUADRATURES + i] = mean if rigid else y_new[tail + i]
-        v[ACCELERATION, i] = y_new[tail + i]
-    y_new[extras + REPORTED_N], y_new[extras + REPORTED_T] = k[LAMBDA_N], k[LAMBDA_T]
-    k[LAMBDA_N], k[LAMBDA_T] = y_new[extras + CONTACT_N], y_new[extras + CONTACT_T]
-    k[DAMPING_POWER] = 0.0  # sampled at the mean velocity, below: at the ends it is that of vibrations cut short
-    quadrature_rates(system, phase, t + h, y_new[:d], y_new[d : 2 * d], work, y_new[extras + RATES :])
+        mean = (1.0 - c.alpha_f) * after.acceleration[i] + c.alpha_f * before.acceleration[i]
+        after.algorithmic[i] = scale * (mean - c.alpha_m * before.algorithmic[i])
+        after.reported[i] = mean if rigid else after.acceleration[i]
+        v.acceleration[i] = after.acceleration[i]
+    after.reported[d], after.reported[d + 1] = end.normal_force, end.tangential_force
+    after.memory[LAG], after.memory[SLIP_RATE] = c.alpha_f * h, end.slip_rate
+    supplied = end.supplied_power + dot(v.supply, v.acceleration)
+    last = with_forces(end, after.forces[0], after.forces[1], supplied)
+    # damping is sampled at the mean velocity, below: at the ends it is that of vibrations cut short
+    rates = quadrature_rates(phase, last, y_new[d : 2 * d], w)
     for i in range(QUADRATURES):
-        y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (y[extras + RATES + i] + y_new[extras + RATES + i])
-    # the impulse that the algorithm has applied, so that momentum balances to rounding
-    for force, averaged, impulse in (
-        (CONTACT_N, FILTERED_N, NORMAL_IMPULSE),
-        (CONTACT_T, FILTERED_T, TANGENTIAL_IMPULSE),
-    ):
-        mean = (1.0 - kept) * y_new[extras + force] + kept * y[extras + force]
-        y_new[extras + averaged] = scale * (mean - c.alpha_m * y[extras + averaged])
-        applied = (1.0 - c.gamma) * y[extras + averaged] + c.gamma * y_new[extras + averaged]
-        y_new[2 * d + impulse] = y[2 * d + impulse] + h * applied
-    y_new[2 * d + STABILIZATION_LOSS] += _dissipation(system, c, y, h, s)
+        after.rates[i] = rates[i] if i != DAMPING_LOSS else 0.0
+        y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
+    _take_applied_impulses(c, y, h, d, y_new)
+    y_new[2 * d + STABILIZATION_LOSS] += _dissipation(system, c, y, h, step.rank_one, s)
     y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(system, c, t, y_new, s)
     if rigid or phase.state == STICKING:
-        y_new[2 * d + STABILIZATION_LOSS] += _project(system, phase, t + h, work, y_new)
+        y_new[2 * d + STABILIZATION_LOSS] += _project(system, phase, t + h, end, w, y_new)
+    return last
+
+
+@jitable
+def _take_applied_impulses(c: Coefficients, y: Array, h: float, d: int, y_new: Array) -> None:
+    """Impulses that the algorithm has applied, so that momentum balances to rounding, and the friction they do.
+
+    The force is singular where a rigid contact of a damped beam begins: the trapezoidal sum of its power is no
+    friction loss.  That is the applied impulse times the mean slip velocity; the difference is the scheme's.
+    """
+    before, after, scale = kept_of(y, d), kept_of(y_new, d), 1.0 / (1.0 - c.alpha_m)
+    for k in range(2):
+        mean = (1.0 - c.alpha_f) * after.forces[k] + c.alpha_f * before.forces[k]
+        after.averaged[k] = scale * (mean - c.alpha_m * before.averaged[k])
+        applied = h * ((1.0 - c.gamma) * before.averaged[k] + c.gamma * after.averaged[k])
+        place = 2 * d + (NORMAL_IMPULSE if k == 0 else TANGENTIAL_IMPULSE)
+        y_new[place] = y[place] + applied
+        if k == 1:
+            summed = y_new[2 * d + FRICTION_LOSS] - y[2 * d + FRICTION_LOSS]
+            done = -applied * 0.5 * (before.memory[SLIP_RATE] + after.memory[SLIP_RATE])
+            y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] + done
+            y_new[2 * d + STABILIZATION_LOSS] += summed - done
 
 
 @jitable
@@ -313,60 +395,60 @@ def _mean_damping_power(system: Any, c: Coefficients, t: float, y_new: Array, s:
     d = s.work.vectors.shape[1]
     q, mean, end = y_new[:d], s.at[:d], y_new[d : 2 * d]
     if not (c.alpha_m == 0.0 and c.alpha_f == 0.0 and c.gamma == 1.0):
-        return damping_power(system, t, q, mean, s.work)
+        return float(system.damping_at(t, q, mean, s.work))
     for i in range(d):
         s.at[d + i] = end[i] - mean[i]
         mean[i] += end[i]
-    whole = damping_power(system, t, q, mean, s.work)
-    return 0.25 * (whole - damping_power(system, t, q, s.at[d : 2 * d], s.work))
+    whole = system.damping_at(t, q, mean, s.work)
+    return float(0.25 * (whole - system.damping_at(t, q, s.at[d : 2 * d], s.work)))
 
 
 @jitable
-def _corrections(phase: Phase, k: Array, gap: float, slip: float) -> tuple[float, float]:
+def _corrections(phase: Phase, c: Instant, gap: float, slip: float) -> tuple[float, float]:
     """Multiples of the responses that take a gap and, while sticking, a slip to zero (or their rates)."""
     if phase.state != STICKING:
-        return (0.0 if phase.spring > 0.0 else -gap / k[A_NN]), 0.0
-    if phase.spring > 0.0:
-        return 0.0, -slip / k[A_TT]
-    determinant = k[A_NN] * k[A_TT] - k[A_NT] * k[A_NT]
-    return (k[A_NT] * slip - k[A_TT] * gap) / determinant, (k[A_NT] * gap - k[A_NN] * slip) / determinant
+        return (0.0 if phase.gives_way else -gap / c.a_nn), 0.0
+    if phase.gives_way:
+        return 0.0, -slip / c.a_tt
+    determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
+    return (c.a_nt * slip - c.a_tt * gap) / determinant, (c.a_nt * gap - c.a_nn * slip) / determinant
 
 
 @jitable
-def _project(system: Any, phase: Phase, t: float, work: Work, y: Array) -> float:
+def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: Array) -> float:
     """Move q, then q', onto the constraints of a contact along the responses of the step; the work done (J).
 
     The velocity is left exact to rounding, because a step cut short divides what is left by its length.
     """
-    d, v, k, done = work.vectors.shape[1], work.vectors, work.scalars, 0.0
-    normal, tangential = _corrections(phase, k, k[GAP], k[SLIP] - phase.slip_reference)
+    d, v, done = w.vectors.shape[1], vectors_of(w.vectors), 0.0
+    normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.slip_reference)
     for i in range(d):
-        move = normal * v[NORMAL_RESPONSE, i] + tangential * v[TANGENT_RESPONSE, i]
+        move = normal * v.normal_response[i] + tangential * v.tangential_response[i]
         y[i] += move
-        done += v[FORCES, i] * move
-    approach(system, t, y[:d], y[d : 2 * d], work)
-    normal, tangential = _corrections(phase, k, k[GAP_RATE], k[SLIP_RATE])
+        done += v.forces[i] * move
+    e = system.approach(t, y[:d], y[d : 2 * d], w)
+    normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate)
     for i in range(d):
-        y[d + i] += normal * v[NORMAL_RESPONSE, i] + tangential * v[TANGENT_RESPONSE, i]
+        y[d + i] += normal * v.normal_response[i] + tangential * v.tangential_response[i]
     return done
 
 
 @jitable
-def _dissipation(system: Any, c: Coefficients, y: Array, h: float, s: Scratch) -> float:
+def _dissipation(system: Any, c: Coefficients, y: Array, h: float, rank_one: float, s: Scratch) -> float:
     """Energy (J) that the algorithm itself takes in a step.
 
     That is the trapezoidal work of the forces M q'' less the kinetic energy gained.  With the means v of q'
     and A of q'':  h^2 (beta - gamma/2) A.M (a1 - a0) - v.M (q'1 - q'0 - h A).
     """
-    d, work, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    tail = 3 * d + QUADRATURES
+    d, w, y_new = s.work.vectors.shape[1], s.work, s.y_new
+    v, before, after = vectors_of(w.vectors), kept_of(y, d), kept_of(y_new, d)
     for i in range(d):
         s.at[i] = 0.5 * (y[d + i] + y_new[d + i])
-        s.at[d + i] = 0.5 * (y[tail + i] + y_new[tail + i])
-    mass_product(system, work, s.at[:d], PRODUCT_A)
-    mass_product(system, work, s.at[d : 2 * d], PRODUCT_B)
+        s.at[d + i] = 0.5 * (before.acceleration[i] + after.acceleration[i])
+    system.mass_product(rank_one, w, s.at[:d], v.product_a)
+    system.mass_product(rank_one, w, s.at[d : 2 * d], v.product_b)
     curved, lagging = 0.0, 0.0
     for i in range(d):
-        curved += work.vectors[PRODUCT_B, i] * (y_new[tail + d + i] - y[tail + d + i])
-        lagging += work.vectors[PRODUCT_A, i] * (y_new[d + i] - y[d + i] - h * s.at[d + i])
+        curved += v.product_b[i] * (after.algorithmic[i] - before.algorithmic[i])
+        lagging += v.product_a[i] * (y_new[d + i] - y[d + i] - h * s.at[d + i])
     return h * h * (c.beta - 0.5 * c.gamma) * curved - lagging

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853
 
-from oblique_impact.contact.forces import FREE, Phase
+from oblique_impact.contact.state import FREE, Instant, Phase, no_instant
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import GAP_RATE, Array, Work
-from oblique_impact.marching.equations import copy, derivative
+from oblique_impact.kernels.workspace import Array, copy
+from oblique_impact.marching.equations import derivative
+from oblique_impact.marching.scheme import Scratch
 
 ORDER = 8
 STAGES = 12
@@ -31,41 +32,41 @@ _E3, _E5, _D = np.asarray(DOP853.E3), np.asarray(DOP853.E5), np.asarray(DOP853.D
 
 
 @jitable
-def stages(
-    system: Any, phase: Phase, t: float, y: Array, h: float, first: int, last: int, K: Array, work: Work, at: Array
-) -> tuple[int, float]:
-    """Evaluate the stages first..last of a step of length h from (t, y) into the rows of K.
+def take_stages(
+    system: Any, phase: Phase, t: float, y: Array, h: float, first: int, last: int, s: Scratch, at: Array
+) -> tuple[int, Instant, float]:
+    """Evaluate the stages first..last of a step of length h from (t, y) into the rows of s.K.
 
     K[0] must hold the derivative at (t, y).  Stages 1 to 12 are the step: `at` then holds the new state and
-    K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status of
-    the contact problem and, in free flight, the largest gap rate met (m/s).
+    K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status and the contact of
+    the last stage and, in free flight, the largest gap rate met (m/s).
     """
-    speed = 0.0
+    speed, c = 0.0, no_instant()
     for i in range(first, last + 1):
         copy(y, at)
         for j in range(i):
             weight = h * _A[i, j]
             if weight != 0.0:
                 for m in range(y.shape[0]):
-                    at[m] += weight * K[j, m]
-        status = derivative(system, phase, t + _C[i] * h, at, work, K[i])
+                    at[m] += weight * s.K[j, m]
+        status, c = derivative(system, phase, t + _C[i] * h, at, s.work, s.K[i])
         if status != 0:
-            return status, speed
+            return status, c, speed
         if phase.state == FREE:
-            speed = max(speed, abs(work.scalars[GAP_RATE]))
-    return 0, speed
+            speed = max(speed, abs(c.gap_rate))
+    return 0, c, speed
 
 
 @jitable
-def error_norm(h: float, y: Array, y_new: Array, K: Array, size: int, tolerance: float) -> float:
-    """Error of the first `size` entries relative to the tolerance (absolute 1, relative 1)."""
-    sum5, sum3 = 0.0, 0.0
+def error_norm(h: float, y: Array, s: Scratch, tolerance: float) -> float:
+    """Error of q and q' at the end of a step, s.y_new, relative to the tolerance (of the scales, and relative)."""
+    sum5, sum3, size = 0.0, 0.0, s.scales.shape[0]
     for m in range(size):
-        scale = tolerance * (1.0 + max(abs(y[m]), abs(y_new[m])))
+        scale = tolerance * (s.scales[m] + max(abs(y[m]), abs(s.y_new[m])))
         e5, e3 = 0.0, 0.0
         for i in range(STAGES + 1):
-            e5 += _E5[i] * K[i, m]
-            e3 += _E3[i] * K[i, m]
+            e5 += _E5[i] * s.K[i, m]
+            e3 += _E3[i] * s.K[i, m]
         sum5 += (e5 / scale) ** 2
         sum3 += (e3 / scale) ** 2
     if sum5 == 0.0 and sum3 == 0.0:

@@ -1,78 +1,78 @@
 """The differential equations of one phase, with the quantities that are integrated along.
 
-The state vector of d degrees of freedom is y = [q (d), q' (d), quadratures (7)].
+The state vector of d degrees of freedom is y = [q (d), q' (d), quadratures (7)]; a scheme may put its own behind.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from oblique_impact.contact.forces import FREE, Phase, accelerate, stop_force
-from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import (
-    ACCELERATION,
-    DAMPING_POWER,
-    GAP,
-    GAP_RATE,
-    LAMBDA_N,
-    LAMBDA_T,
-    NORMAL_ROW,
-    SLIP_RATE,
-    TANGENT_ROW,
-    Array,
-    Work,
-    supplied_power,
-)
+from oblique_impact.contact.forces import accelerate, stop_force
+from oblique_impact.contact.state import FREE, Instant, Phase
+from oblique_impact.kernels.jit import jitable, kernel
+from oblique_impact.kernels.workspace import Array, Workspace, dot, vectors_of
 
-# Quadratures: impulses of the contact force (N s), energy lost to friction, damping of the system, constraint
-# stabilization and damping of the stop, energy supplied by drives (J)
+
+class Quadratures(NamedTuple):
+    """Integrals over time of a run, or their rates."""
+
+    normal_impulse: float  # N s, of the finite contact force
+    tangential_impulse: float
+    friction_loss: float  # J
+    damping_loss: float  # J, by the system's own damping
+    stabilization_loss: float  # J, by the constraint's stabilization and the scheme itself
+    stop_loss: float  # J, by the damping of a stop that gives way
+    supplied: float  # J, by drives and moving boundaries
+
+
 NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_LOSS, STOP_LOSS, SUPPLIED = range(7)
 QUADRATURES = 7
 
 
 @jitable
-def copy(source: Array, target: Array) -> None:
-    """Copy one vector (an assignment of slices compiles to far more code)."""
-    for i in range(source.shape[0]):
-        target[i] = source[i]
+def boundary_power(c: Instant, qd: Array, w: Workspace) -> float:
+    """Power (W) of moving or driven boundaries: that of the contact force beyond the rates of gap and slip."""
+    v = vectors_of(w.vectors)
+    closing, sliding = dot(v.normal, qd), dot(v.tangential, qd)
+    return c.normal_force * (closing - c.gap_rate) + c.tangential_force * (sliding - c.slip_rate)
 
 
 @jitable
-def quadrature_rates(system: Any, phase: Phase, t: float, q: Array, qd: Array, work: Work, rates: Array) -> None:
-    """Rates of the quadratures at an evaluated instant whose forces and acceleration are in `work`."""
-    v, k = work.vectors, work.scalars
-    normal, tangential = k[LAMBDA_N], k[LAMBDA_T]
-    boundary = 0.0
-    if phase.state != FREE:
-        # What moving or driven boundaries add: contact power on the coordinates beyond that of gap and slip
-        closing, sliding = 0.0, 0.0
-        for i in range(q.shape[0]):
-            closing += v[NORMAL_ROW, i] * qd[i]
-            sliding += v[TANGENT_ROW, i] * qd[i]
-        boundary = normal * (closing - k[GAP_RATE]) + tangential * (sliding - k[SLIP_RATE])
-    rates[NORMAL_IMPULSE] = normal
-    rates[TANGENTIAL_IMPULSE] = tangential
-    rates[FRICTION_LOSS] = -tangential * k[SLIP_RATE]
-    rates[DAMPING_LOSS] = k[DAMPING_POWER]
-    rates[STABILIZATION_LOSS], rates[STOP_LOSS] = 0.0, 0.0
-    if phase.spring > 0.0:
+def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadratures:
+    """Rates of the quadratures at an instant with its forces."""
+    boundary = boundary_power(c, qd, w) if phase.state != FREE else 0.0
+    stabilization, stop = -c.normal_force * c.gap_rate, 0.0
+    if phase.gives_way:
         # what the stop does not give back: all but the work of its force at rest
-        rates[STOP_LOSS] = (normal - stop_force(phase, k[GAP], 0.0)) * -k[GAP_RATE]
-    else:
-        rates[STABILIZATION_LOSS] = -normal * k[GAP_RATE]
-    rates[SUPPLIED] = supplied_power(system, t, q, qd, work) + boundary
+        stabilization, stop = 0.0, (c.normal_force - stop_force(phase, c.gap, 0.0)) * -c.gap_rate
+    return Quadratures(
+        c.normal_force,
+        c.tangential_force,
+        -c.tangential_force * c.slip_rate,
+        c.damping_power,
+        stabilization,
+        stop,
+        c.supplied_power + boundary,
+    )
 
 
 @jitable
-def derivative(system: Any, phase: Phase, t: float, y: Array, work: Work, dy: Array) -> int:
-    """Time derivative of y in `phase` into `dy`; returns the status of the contact problem."""
-    d = work.vectors.shape[1]
+def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: Array) -> tuple[int, Instant]:
+    """Time derivative of y in `phase` into `dy`; returns the status and the solution of the contact problem."""
+    d = w.vectors.shape[1]
     q, qd = y[:d], y[d : 2 * d]
-    status = accelerate(system, phase, t, q, qd, work)
+    status, c = accelerate(system, phase, t, q, qd, w)
     if status != 0:
-        return status
+        return status, c
+    acceleration = vectors_of(w.vectors).acceleration
     for i in range(d):
         dy[i] = qd[i]
-        dy[d + i] = work.vectors[ACCELERATION, i]
-    quadrature_rates(system, phase, t, q, qd, work, dy[2 * d :])
-    return status
+        dy[d + i] = acceleration[i]
+    rates = quadrature_rates(phase, c, qd, w)
+    for i in range(QUADRATURES):
+        dy[2 * d + i] = rates[i]
+    return status, c
+
+
+#: the derivative called from Python
+take_derivative = kernel("the equations")(derivative)

@@ -6,14 +6,15 @@ sharpened by repeating the step up to it, so an event is as accurate as a step.
 
 from __future__ import annotations
 
-import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact.forces import FREE, GUARD_NORMAL, Phase, measure_guards
-from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import GAP, Array
+from oblique_impact.contact.forces import guards_of
+from oblique_impact.contact.state import FREE, NORMAL, Phase
+from oblique_impact.kernels.jit import jitable, kernel
+from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.dop853 import (
     DENSE_STAGES,
     ORDER,
@@ -21,30 +22,30 @@ from oblique_impact.marching.dop853 import (
     error_norm,
     interpolant,
     interpolate,
-    stages,
+    take_stages,
 )
-from oblique_impact.marching.equations import QUADRATURES, copy, derivative
+from oblique_impact.marching.equations import derivative
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
-    BUFFER_FULL,
     FAILED_FINITE,
     FAILED_STEP,
-    Course,
-    Pace,
+    LEG_FULL,
+    NO_GUARD,
+    Front,
+    Leg,
     Progress,
     Scheme,
     Scratch,
-    Tolerances,
-    arm,
+    bounded,
+    raised,
 )
-from oblique_impact.marching.search import NO_GUARD, UNDEFINED, first_fall, shifted
+from oblique_impact.marching.search import UNDEFINED, first_fall
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0
 _EXPONENT = -1.0 / 8.0
-_UNBOUNDED = 1e12
 _SHARE_OF_A_STEP = 0.02
-_SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # steps below this part of the time (s) are lost in rounding
+_SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # smaller steps, as a part of the time (in time scales), are lost
 
 
 @jitable
@@ -52,16 +53,19 @@ def _step_factor(error: float) -> float:
     """Ratio of the next step to the last one."""
     if error == 0.0:
         return _GROW
-    if not error < _UNBOUNDED:
+    if not error < 1e12:
         return _SHRINK
     return float(min(_GROW, max(_SHRINK, _SAFETY * error**_EXPONENT)))
 
 
 @jitable
-def _emit(t: float, end: float, h: float, y: Array, interval: float, number: int, count: int, s: Scratch) -> int:
-    """Write the output samples before `end` from the dense output; returns how many there are now."""
-    while (number + count) * interval < end * (1.0 - 1e-14):
-        time = (number + count) * interval
+def _emit(t: float, end: float, h: float, y: Array, first: int, count: int, leg: Leg, s: Scratch) -> int:
+    """Write the output samples before `end` from the dense output; returns how many there are now.
+
+    Samples are the multiples first, first + 1, ... of the interval.
+    """
+    while (first + count) * leg.interval < end * (1.0 - 1e-14):
+        time = (first + count) * leg.interval
         interpolate(s.F, y, (time - t) / h, s.states[count])
         s.times[count] = time
         count += 1
@@ -69,87 +73,67 @@ def _emit(t: float, end: float, h: float, y: Array, interval: float, number: int
 
 
 @jitable
-def _bounded(y: Array, size: int) -> bool:
-    for m in range(size):  # noqa: SIM110  a generator would not compile
-        if not abs(y[m]) < _UNBOUNDED:
-            return False
-    return True
-
-
-@jitable
 def _land(
     system: Any, phase: Phase, t: float, y: Array, length: float, rate: float, guard: int, s: Scratch
-) -> float:
-    """Repeat the step so that it ends on the event; its length (s), with the state there in s.y_new.
+) -> tuple[int, float]:
+    """Repeat the step so that it ends on the event; status and length (s), with the state there in s.y_new.
 
     The secant method on the length, started with the guard's slope `rate`; the dense output that bracketed
     the event is only of order 7.
     """
     last_value, last_length = 0.0, 0.0
-    for trial in range(4):
-        status, _ = stages(system, phase, t, y, length, 1, STAGES, s.K, s.work, s.y_new)
-        measure_guards(phase, s.work.scalars)
-        value = shifted(s, guard)
+    for trial in range(5):
+        status, c, _ = take_stages(system, phase, t, y, length, 1, STAGES, s, s.y_new)
+        if status != 0 or trial == 4:
+            return status, length
+        value = raised(guards_of(phase, c)[guard], guard, s)
         if trial > 0 and length != last_length:
             rate = (value - last_value) / (length - last_length)
         correction = -value / rate if rate < 0.0 else 0.0
-        if status != 0 or not 1e-15 * t < abs(correction) < 0.1 * length:
-            return length
+        if not 1e-15 * t < abs(correction) < 0.1 * length:
+            return 0, length
         last_value, last_length = value, length
         length += correction
-    stages(system, phase, t, y, length, 1, STAGES, s.K, s.work, s.y_new)
-    return length
+    return 0, length
 
 
-@jitable
+@kernel("the event scheme")
 def march_event(
-    system: Any,
-    phase: Phase,
-    t: float,
-    y: Array,
-    h: float,
-    t_stop: float,
-    tolerance: float,
-    interval: float,
-    number: int,
-    most_steps: int,
-    s: Scratch,
+    system: Any, phase: Phase, tolerance: float, front: Front, y: Array, leg: Leg, s: Scratch
 ) -> Progress:
-    """Advance y in place until a guard falls, until t_stop, until the sample buffer is full, or for `most_steps`.
-
-    Output samples are the multiples number, number + 1, ... of `interval`.
-    """
+    """Advance y in place until a guard falls, until the stop, until the sample buffer or the leg is full."""
+    t, h, taken = front.t, front.h, front.taken
     steps, rejected, count, peak, depth = 0, 0, 0, 0.0, 0.0
-    mechanical, capacity = y.shape[0] - QUADRATURES, s.times.shape[0]
-    status = derivative(system, phase, t, y, s.work, s.K[0])
+    capacity, reason, fallen = s.times.shape[0], AT_STOP, NO_GUARD
+    status, c = derivative(system, phase, t, y, s.work, s.K[0])
     if status != 0:
-        return Progress(-status, NO_GUARD, t, h, steps, rejected, count, peak, depth)
-    gap = s.work.scalars[GAP]
-    while t < t_stop:
-        if count > capacity // 2 or steps >= most_steps:
-            return Progress(BUFFER_FULL, NO_GUARD, t, h, steps, rejected, count, peak, depth)
-        h = min(h, 0.45 * capacity * interval)
-        if h <= _SMALLEST * max(t, _SMALLEST_TIME):
-            return Progress(
-                -status if status != 0 else FAILED_STEP, NO_GUARD, t, h, steps, rejected, count, peak, depth
-            )
-        last = t + h * (1.0 + 1e-9) >= t_stop
-        length = t_stop - t if last else h
-        status, speed = stages(system, phase, t, y, length, 1, STAGES, s.K, s.work, s.y_new)
-        error = error_norm(length, y, s.y_new, s.K, mechanical, tolerance) if status == 0 else np.inf
+        return Progress(-status, NO_GUARD, front, steps, rejected, count, peak, depth)
+    gap = c.gap
+    while t < leg.t_stop:
+        if count > capacity // 2 or steps >= leg.most_steps:
+            reason = LEG_FULL
+            break
+        h = min(h, 0.45 * capacity * leg.interval)
+        if h <= _SMALLEST * max(t, _SMALLEST_TIME * s.tolerances.time):
+            reason = -status if status != 0 else FAILED_STEP
+            break
+        last = t + h * (1.0 + 1e-9) >= leg.t_stop
+        length = leg.t_stop - t if last else h
+        status, c, speed = take_stages(system, phase, t, y, length, 1, STAGES, s, s.y_new)
+        error = error_norm(length, y, s, tolerance) if status == 0 else np.inf
         if not error <= 1.0:
             rejected += 1
             h = length * min(_step_factor(error), 1.0)
             continue
-        gap_new = s.work.scalars[GAP]
+        gap_new = c.gap
         clear = phase.state == FREE and (not phase.watched or min(gap, gap_new) > 2.0 * length * speed)
-        due = (number + count) * interval < t + length
+        due = (front.sample + count) * leg.interval < t + length
         guard, place, rate = NO_GUARD, 1.0, 0.0
         if due or not clear:
-            status, _ = stages(system, phase, t, y, length, STAGES + 1, DENSE_STAGES - 1, s.K, s.work, s.at)
+            status, _, _ = take_stages(system, phase, t, y, length, STAGES + 1, DENSE_STAGES - 1, s, s.at)
             interpolant(y, s.y_new, length, s.K, s.F)
         if clear:
-            s.armed[GUARD_NORMAL] = True
+            s.armed[NORMAL] = True
         elif status == 0:
             guard, place, rate, force, deepest = first_fall(system, phase, t, length, y, s)
             peak, depth = max(peak, force), max(depth, deepest)
@@ -158,66 +142,49 @@ def march_event(
             rejected += 1
             h = _SHRINK * length
             continue
-        if due:
-            count = _emit(t, t + place * length, length, y, interval, number, count, s)
-        steps += 1
+        kept = _emit(t, t + place * length, length, y, front.sample, count, leg, s) if due else count
         if guard >= 0:
-            length = _land(system, phase, t, y, place * length, rate, guard, s)
-            copy(s.y_new, y)
-            return Progress(AT_GUARD, guard, t + length, h, steps, rejected, count, peak, depth)
-        t = t_stop if last else t + length
+            status, landed = _land(system, phase, t, y, place * length, rate, guard, s)
+            if status != 0:
+                rejected += 1
+                h = _SHRINK * length
+                continue
+            t, reason, fallen = t + landed, AT_GUARD, guard
+        else:
+            t = leg.t_stop if last else t + length
+            copy(s.K[STAGES], s.K[0])
+            gap = gap_new
+            if not last:
+                h = length * _step_factor(error)
+        count = kept
+        steps += 1
         copy(s.y_new, y)
-        copy(s.K[STAGES], s.K[0])
-        gap = gap_new
-        if not last:
-            h = length * _step_factor(error)
-        if not _bounded(y, mechanical):
-            return Progress(FAILED_FINITE, NO_GUARD, t, h, steps, rejected, count, peak, depth)
-    return Progress(AT_STOP, NO_GUARD, t, h, steps, rejected, count, peak, depth)
+        if guard < 0 and not bounded(y, s):
+            reason = FAILED_FINITE
+        if reason != AT_STOP:
+            break
+    behind = Front(t, h, front.sample + count, t, 0, taken + steps)
+    return Progress(reason, fallen, behind, steps, rejected, count, peak, depth)
 
 
+@dataclass(frozen=True)
 class EventScheme(Scheme):
     """Adaptive order 8 with located transitions.
 
-    Parameters
+    Attributes
     ----------
     tolerance : float
         Accuracy wanted of q and q', absolute and relative; the error of a single step is held to a
         fiftieth of it, because a second of motion takes thousands of steps.
-    march : callable
-        `march_event` itself for a system in plain Python, or its compiled form.
     """
 
+    tolerance: float = 1e-10
     name = "event"
     order = ORDER
-    stepwise = False
 
-    def __init__(self, tolerance: float, march: Any = march_event) -> None:
-        self.tolerance = tolerance
-        self._march = march
-        self._pace = Pace()
-
-    def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
-        """Arm the guards that start clearly positive; the others must rise first."""
-        arm(phase, scratch, tolerances, initial_guards)
-
-    def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
-        """Advance to the next event, or for about a tenth of a second of computing."""
-        started = time.perf_counter()
-        progress: Progress = self._march(
-            system,
-            phase,
-            course.t,
-            course.y,
-            course.h,
-            t_stop,
-            _SHARE_OF_A_STEP * self.tolerance,
-            course.output_interval,
-            course.next_sample,
-            self._pace.steps,
-            scratch,
-        )
-        self._pace.learn(progress.steps, time.perf_counter() - started)
-        course.t, course.h = progress.t, progress.h
-        course.next_sample += progress.samples
+    def march(  # noqa: D102
+        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+    ) -> Progress:
+        tolerance = _SHARE_OF_A_STEP * self.tolerance
+        progress: Progress = march_event(system, phase, tolerance, front, y, leg, scratch)
         return progress

@@ -1,4 +1,4 @@
-"""The contract for explicit integrators of one's own: one step is theirs, transitions and samples are found here.
+"""The contract for user-defined explicit integrators: they take one step, transitions and samples are found here.
 
 Steps are `solver.free_step` long in flight and `solver.contact_step` in contact.  A guard that is found fallen
 at the end of a step is located by repeating the step with other lengths, so an event is as accurate as a step.
@@ -8,25 +8,29 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from oblique_impact.contact.forces import FREE, GUARD_NORMAL, Phase, measure_guards
-from oblique_impact.kernels.system import FIRST_GUARD, GAP, GAP_RATE, GUARDS, LAMBDA_N, Array
-from oblique_impact.marching.equations import derivative
+from oblique_impact.contact.forces import guards_of
+from oblique_impact.contact.state import FREE, GUARDS, NORMAL, Guards, Instant, Phase
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.equations import take_derivative
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
-    BUFFER_FULL,
     FAILED_FINITE,
-    Course,
+    LEG_FULL,
+    NO_GUARD,
+    Front,
+    Leg,
     Progress,
     Scheme,
     Scratch,
-    Tolerances,
-    arm,
+    bounded,
+    keep_sample,
+    raised,
 )
 
 if TYPE_CHECKING:
@@ -34,7 +38,6 @@ if TYPE_CHECKING:
 
 Rates = Callable[[float, Array], Array]
 
-_UNBOUNDED = 1e12
 _STEPS_PER_LEG = 200
 _LOCATED = 1e-14  # relative length of a step
 
@@ -46,12 +49,13 @@ class _NoSolutionError(Exception):
         self.status = status
 
 
-class _End:
-    """What a step left: the state, the guards and the gap rate there."""
+class _End(NamedTuple):
+    """What a step left."""
 
-    def __init__(self, t: float, y: Array, guards: Array, k: Array) -> None:
-        self.t, self.y, self.guards = t, y, guards
-        self.gap_rate, self.force, self.depth = float(k[GAP_RATE]), float(k[LAMBDA_N]), -float(k[GAP])
+    t: float
+    y: Array
+    contact: Instant
+    guards: Guards
 
 
 class ExplicitScheme(Scheme):
@@ -72,8 +76,6 @@ class ExplicitScheme(Scheme):
     ...         return y + 0.5 * h * (k1 + rates(t + h, y + h * k1))
     """
 
-    stepwise = False
-
     def __init__(self, solver: SolverSection) -> None:
         self.free_step, self.contact_step = solver.free_step, solver.contact_step
 
@@ -81,139 +83,108 @@ class ExplicitScheme(Scheme):
     def step(self, rates: Rates, t: float, y: Array, h: float) -> Array:
         """Return the state at t + h from `y` at t; ``rates(t, y)`` is its time derivative, a new array."""
 
-    def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
-        """Arm the guards that start clearly positive; the others must rise first."""
-        arm(phase, scratch, tolerances, initial_guards)
+    def steps_per_leg(self, size: int) -> int:  # noqa: D102
+        return _STEPS_PER_LEG
 
-    def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
-        """Advance to the next event, or for some thousand steps."""
-        return _Leg(self, system, phase, course, t_stop, scratch).march()
+    def march(  # noqa: D102
+        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+    ) -> Progress:
+        return _March(self, system, phase, scratch).advance(front, y, leg)
 
 
-class _Leg:
-    """One leg of steps in one phase."""
+class _March:
+    """The steps of one phase."""
 
-    def __init__(
-        self, scheme: ExplicitScheme, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch
-    ) -> None:
-        self.scheme, self.system, self.phase, self.course = scheme, system, phase, course
-        self.t_stop, self.scratch = t_stop, scratch
+    def __init__(self, scheme: ExplicitScheme, system: Any, phase: Phase, scratch: Scratch) -> None:
+        self.scheme, self.system, self.phase, self.scratch = scheme, system, phase, scratch
         self.h = scheme.free_step if phase.state == FREE else scheme.contact_step
-        self.steps = self.samples = 0
-        self.peak = self.depth = 0.0
-        self._derivative = _derivative_of(system)
 
-    def march(self) -> Progress:
-        """Advance the course in place."""
-        course = self.course
+    def advance(self, front: Front, y: Array, leg: Leg) -> Progress:
+        """Advance y in place."""
+        s, origin, done, sample = self.scratch, front.origin, front.done, front.sample
+        t, steps, count, peak, depth, reason, guard = front.t, 0, 0, 0.0, 0.0, AT_STOP, NO_GUARD
         try:
-            start = self._measure(course.t, course.y)
-            while course.t < self.t_stop:
-                if self.samples >= self.scratch.times.size or self.steps >= _STEPS_PER_LEG:
-                    return self._progress(BUFFER_FULL)
-                end = self._take(course.t, course.y, self._following() - course.t)
-                if not np.all(np.abs(end.y[: 2 * self.scratch.work.vectors.shape[1]]) < _UNBOUNDED):
-                    return self._progress(FAILED_FINITE)
-                guard, located = self._first_fall(start, end)
-                self._accept(located)
-                if guard >= 0:
-                    return self._progress(AT_GUARD, guard)
-                course.phase_steps += 1
-                self.scratch.armed[end.guards > self.scratch.thresholds] = True
-                self._keep_sample()
+            start = self._measure(t, y.copy())
+            while t < leg.t_stop:
+                if count >= s.times.size or steps >= leg.most_steps:
+                    reason = LEG_FULL
+                    break
+                following = origin + (done + 1) * self.h  # so that no rounding adds up
+                following = leg.t_stop if following > leg.t_stop - 1e-9 * self.h else following
+                end = self._take(start, following - t)
+                if not bounded(end.y, s):
+                    reason = FAILED_FINITE
+                    break
+                guard, end = self._first_fall(start, end)
+                t, y[:] = end.t, end.y
+                steps, done = steps + 1, done + 1
+                peak, depth = max(peak, end.contact.normal_force), max(depth, -end.contact.gap)
+                if guard != NO_GUARD:
+                    reason = AT_GUARD
+                    break
+                s.armed[np.array(end.guards) > s.thresholds] = True
+                sample, count = keep_sample(t, y, sample, count, leg, s)
                 start = end
+            else:
+                origin, done = t, 0  # the last step was cut; the next ones are counted from here
         except _NoSolutionError as none:
-            return self._progress(-none.status)
-        course.phase_start, course.phase_steps = course.t, 0  # the last step was cut; count from here
-        return self._progress(AT_STOP)
-
-    def _following(self) -> float:
-        """End of the next step: times are start + k h, so that nothing adds up."""
-        following = self.course.phase_start + (self.course.phase_steps + 1) * self.h
-        return self.t_stop if following > self.t_stop - 1e-9 * self.h else following
+            reason = -none.status
+        behind = Front(t, self.h, sample, origin, done, front.taken + steps)
+        return Progress(reason, guard, behind, steps, 0, count, peak, depth)
 
     def _rates(self, t: float, y: Array) -> Array:
+        return self._derivative(t, y)[0]
+
+    def _derivative(self, t: float, y: Array) -> tuple[Array, Instant]:
         dy = np.empty_like(y)
-        status = self._derivative(self.system, self.phase, t, y, self.scratch.work, dy)
+        status, contact = take_derivative(self.system, self.phase, t, y, self.scratch.work, dy)
         if status != 0:
             raise _NoSolutionError(status)
-        return dy
+        return dy, contact
 
-    def _take(self, t: float, y: Array, h: float) -> _End:
-        return self._measure(t + h, np.asarray(self.scheme.step(self._rates, t, y, h), dtype=float))
+    def _take(self, start: _End, h: float) -> _End:
+        y = np.asarray(self.scheme.step(self._rates, start.t, start.y, h), dtype=float)
+        return self._measure(start.t + h, y)
 
     def _measure(self, t: float, y: Array) -> _End:
-        self._rates(t, y)
-        k = self.scratch.work.scalars
-        measure_guards(self.phase, k)
-        guards = k[FIRST_GUARD : FIRST_GUARD + GUARDS].copy()
-        return _End(t, y, guards, k)
+        contact = self._derivative(t, y)[1]
+        return _End(t, y, contact, guards_of(self.phase, contact))
 
     def _raised(self, end: _End, guard: int) -> float:
-        """Return a guard, raised by its threshold until it is armed."""
-        return float(end.guards[guard] + (0.0 if self.scratch.armed[guard] else self.scratch.thresholds[guard]))
+        return raised(end.guards[guard], guard, self.scratch)
 
     def _first_fall(self, start: _End, end: _End) -> tuple[int, _End]:
-        """Guard that falls first in a step, or -1, and the step up to there."""
-        first = -1
-        dip = self._dip(start, end)
-        if dip is not None:
-            end = dip
+        """Guard that falls first in a step, or NO_GUARD, and the step up to there."""
+        first = NO_GUARD
+        end = self._dip(start, end) or end
         for guard in range(GUARDS):
-            # each guard found fallen shortens the step; one that falls earlier still is fallen there too
+            # each guard found fallen shortens the step
             if self._raised(end, guard) <= 0.0:
                 first, end = guard, self._locate(start, end, guard)
         return first, end
 
     def _dip(self, start: _End, end: _End) -> _End | None:
         """Look at the least gap inside a step that begins closing and ends opening; None if it stays open."""
-        if self.phase.state != FREE or not self.scratch.armed[GUARD_NORMAL] or end.guards[GUARD_NORMAL] <= 0.0:
+        if self.phase.state != FREE or not self.scratch.armed[NORMAL] or end.guards.normal <= 0.0:
             return None
-        if start.gap_rate >= 0.0 or end.gap_rate <= 0.0:
+        if start.contact.gap_rate >= 0.0 or end.contact.gap_rate <= 0.0:
             return None
         h = end.t - start.t
-        length = h * brentq(lambda x: self._take(start.t, start.y, x * h).gap_rate, 1e-9, 1.0)
-        least = self._take(start.t, start.y, length)
-        return least if least.guards[GUARD_NORMAL] <= 0.0 else None
+        part = brentq(lambda x: self._take(start, x * h).contact.gap_rate, 1e-9, 1.0)
+        least = self._take(start, part * h)
+        return least if least.guards.normal <= 0.0 else None
 
     def _locate(self, start: _End, end: _End, guard: int) -> _End:
         """Return the step that ends where a guard, fallen at `end`, falls."""
         h = end.t - start.t
 
         def value(part: float) -> float:
-            return self._raised(self._take(start.t, start.y, part * h), guard)
+            return self._raised(self._take(start, part * h), guard)
 
         low = 1e-3
         while low > 1e-12 and value(low) <= 0.0:  # a phase that starts at zero rises first
             low *= 1e-3
         if value(low) <= 0.0:
-            return self._take(start.t, start.y, low * h)
+            return self._take(start, low * h)
         part = brentq(value, low, 1.0, xtol=_LOCATED, rtol=8.9e-16)
-        return self._take(start.t, start.y, part * h)
-
-    def _accept(self, end: _End) -> None:
-        self.course.t = end.t
-        self.course.y[:] = end.y
-        self.steps += 1
-        self.peak, self.depth = max(self.peak, end.force), max(self.depth, end.depth)
-
-    def _keep_sample(self) -> None:
-        course = self.course
-        if course.t >= course.next_sample * course.output_interval * (1.0 - 1e-12) and course.t < self.t_stop:
-            self.scratch.times[self.samples] = course.t
-            self.scratch.states[self.samples] = course.y
-            self.samples += 1
-            course.next_sample = int(course.t / course.output_interval * (1.0 + 1e-12)) + 1
-
-    def _progress(self, reason: int, guard: int = -1) -> Progress:
-        return Progress(reason, guard, self.course.t, self.h, self.steps, 0, self.samples, self.peak, self.depth)
-
-
-def _derivative_of(system: Any) -> Callable[..., int]:
-    """Return the compiled derivative for the beams, which are packed tuples, the plain one for other systems."""
-    if not isinstance(system, tuple):
-        return derivative
-    from oblique_impact.marching import kernels
-
-    compiled: Callable[..., int] = kernels.derivative
-    return compiled
+        return self._take(start, part * h)

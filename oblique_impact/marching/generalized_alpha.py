@@ -1,53 +1,56 @@
 """Generalized-alpha: implicit, second order, with selectable dissipation at high frequencies.
 
-The steps are those of :mod:`~oblique_impact.marching.alpha_step`; transitions are located by shortening
-the step.  What is reported of a rigid contact, forces and accelerations, are the algorithm's own means,
+The steps are those of :mod:`~oblique_impact.marching.alpha_step`; transitions are located by shortening the step.
+What is reported of a rigid contact, forces and accelerations, are the algorithm's own means,
 (1 - alpha_f) lambda1 + alpha_f lambda0: the values at the ends of the steps swing about them by a factor of
--rho_infinity per step after every jump.
+-rho_infinity per step after every jump.  The means lag behind by alpha_f h; where a force decides when a contact
+state ends, they are carried on to the end of the step, and the instant is interpolated: the force of a step that
+is cut short is ill conditioned.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import FREE, GUARD_NORMAL, Phase, measure_guards, stop_force
-from oblique_impact.kernels.implicit import residual
-from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import FIRST_GUARD, GAP, GAP_RATE, GUARDS, LAMBDA_N, LAMBDA_T, Array
+from oblique_impact.contact.forces import friction_ratio, guards_of, stop_force, with_forces
+from oblique_impact.contact.state import DEFINITE, FREE, GUARDS, NORMAL, STICKING, Instant, Phase
+from oblique_impact.kernels.jit import jitable, kernel
+from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.alpha_step import (
-    CONTACT_N,
-    CONTACT_T,
-    EXTRAS,
     FAR,
+    LAG,
     NEAR,
     ODD,
-    REPORTED_N,
-    REPORTED_T,
     Coefficients,
+    Step,
     coefficients,
     finish_step,
+    kept_of,
+    kept_size,
     start_phase,
     take_step,
 )
-from oblique_impact.marching.equations import QUADRATURES, copy
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
-    BUFFER_FULL,
     FAILED_FINITE,
-    Course,
+    LEG_FULL,
+    NO_GUARD,
+    Front,
+    Leg,
     Progress,
     Scheme,
     Scratch,
-    Tolerances,
-    arm,
+    bounded,
+    keep_sample,
+    raised,
 )
 
-_UNBOUNDED = 1e12
-_LOCATED = 1e-12  # s
-_LANDED = 1e-12  # m, or the unit of another guard: how far below zero it may be found
+_LOCATED = 1e-12  # time scales
+_LANDED = 0.01  # thresholds: how far below zero a guard may be found
 #: a leg begins with what is known of the convergence forgotten, so its length is part of the result in the last
 #: digits: counted, not timed, or two runs would differ
 _STEPS_PER_LEG, _WORK_PER_LEG = 2_000, 500_000  # the latter in steps times degrees of freedom
@@ -55,55 +58,106 @@ _START, _END = 0, 1
 _GENTLE_STEPS = 1
 
 
+class Control(NamedTuple):
+    """Parameters of a march in one phase."""
+
+    regular: Coefficients
+    gentle: Coefficients  # of the first steps, which have no use for initial accelerations
+    gentle_steps: int
+    tolerance: float  # J^1/2, of the iterations
+    far_step: float  # s, in flight
+    near_step: float  # s, in contact and close to the slope
+    near: float  # m
+
+
+class Cut(NamedTuple):
+    """A step of length h (s), cut short where a guard falls, or NO_GUARD."""
+
+    step: Step
+    guard: int
+    h: float
+
+
 @jitable
-def _measure(phase: Phase, s: Scratch, row: int) -> None:
-    """Guards at the end of a step, the gap and its rate into a row of the scratch."""
-    measure_guards(phase, s.work.scalars)
+def _of_force(phase: Phase, guard: int) -> bool:
+    """Whether a guard is a function of the force of a constraint, not of the motion."""
+    if guard == NORMAL:
+        return phase.state != FREE and not phase.gives_way
+    return phase.state == STICKING and guard != DEFINITE
+
+
+@jitable
+def _measure(phase: Phase, c: Instant, s: Scratch, row: int) -> None:
+    """Guards at a contact, and the gap rate, into a row of the scratch."""
+    guards = guards_of(phase, c)
     for g in range(GUARDS):
-        s.values[row, g] = s.work.scalars[FIRST_GUARD + g]
-    s.slopes[row, GUARD_NORMAL] = s.work.scalars[GAP_RATE]
+        s.values[row, g] = guards[g]
+    s.slopes[row, NORMAL] = c.gap_rate
 
 
 @jitable
-def _measure_end(phase: Phase, c: Coefficients, y: Array, s: Scratch) -> None:
-    """Guards at the end of a step from y, with the contact forces to report; those of the end go into s.y_new."""
-    k, extras = s.work.scalars, 5 * s.work.vectors.shape[1] + QUADRATURES
-    s.y_new[extras + CONTACT_N], s.y_new[extras + CONTACT_T] = k[LAMBDA_N], k[LAMBDA_T]
-    if phase.state != FREE and phase.spring > 0.0:
-        k[LAMBDA_N] = stop_force(phase, k[GAP], k[GAP_RATE])  # its law to the last digit
-    elif phase.state != FREE:
-        k[LAMBDA_N] += c.alpha_f * (y[extras + CONTACT_N] - k[LAMBDA_N])
-        k[LAMBDA_T] += c.alpha_f * (y[extras + CONTACT_T] - k[LAMBDA_T])
-    _measure(phase, s, _END)
+def _report(phase: Phase, c: Coefficients, y: Array, h: float, step: Step, s: Scratch) -> Step:
+    """Keep the forces at the end of a step in s.y_new, measure the guards, return the forces to report."""
+    d, end = s.work.vectors.shape[1], step.end
+    before, after = kept_of(y, d), kept_of(s.y_new, d)
+    after.forces[0], after.forces[1] = end.normal_force, end.tangential_force
+    if phase.state == FREE:
+        _measure(phase, end, s, _END)
+        return step
+    mean_n = end.normal_force + c.alpha_f * (before.forces[0] - end.normal_force)
+    mean_t = end.tangential_force + c.alpha_f * (before.forces[1] - end.tangential_force)
+    lag = c.alpha_f * h
+    forward = lag / (h - lag + before.memory[LAG])
+    normal = mean_n + forward * (mean_n - before.reported[d])
+    tangential = mean_t + forward * (mean_t - before.reported[d + 1])
+    if phase.gives_way:
+        mean_n = normal = stop_force(phase, end.gap, end.gap_rate)  # its law to the last digit
+    if phase.state != STICKING:
+        tangential = friction_ratio(phase, end.slip_rate) * normal
+        if phase.gives_way:
+            mean_t = end.tangential_force
+    _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END)
+    return Step(step.status, with_forces(end, mean_n, mean_t, end.supplied_power), step.rank_one)
 
 
 @jitable
 def _raised(s: Scratch, row: int, guard: int) -> float:
-    """Return a guard, raised by its threshold until it is armed."""
-    return float(s.values[row, guard] + (0.0 if s.armed[guard] else s.thresholds[guard]))
+    return raised(s.values[row, guard], guard, s)
+
+
+@jitable
+def _retake(
+    system: Any, phase: Phase, c: Coefficients, tolerance: float, t: float, y: Array, h: float, s: Scratch
+) -> Step:
+    """Repeat a step with another length, guards included."""
+    step = take_step(system, phase, c, tolerance, t, y, h, ODD, True, s)
+    return _report(phase, c, y, h, step, s) if step.status == 0 else step
 
 
 @jitable
 def _shorten(
-    system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: float, guard: int, s: Scratch
-) -> tuple[int, float]:
-    """Length in (0, h] of the step that ends where the guard, fallen at h, falls (Illinois), and the status."""
+    system: Any,
+    phase: Phase,
+    c: Coefficients,
+    tolerance: float,
+    t: float,
+    y: Array,
+    h: float,
+    guard: int,
+    s: Scratch,
+) -> float:
+    """Length in (0, h] of the step that ends where the guard, fallen at h, falls (Illinois)."""
     a, b, fa, fb = 0.0, h, _raised(s, _START, guard), _raised(s, _END, guard)
-    status = 0
+    close = (1e-3 if phase.state == FREE else 1.0) * _LOCATED * s.tolerances.time
     for _ in range(80):
-        if (
-            fb >= -0.1 * min(s.thresholds[guard], _LANDED)
-            or b - a <= (1e-3 if phase.state == FREE else 1.0) * _LOCATED
-        ):
+        if fb >= -_LANDED * s.thresholds[guard] or b - a <= close:
             break
         x = 0.5 * (a + b)  # a phase that starts at zero may rise first and fall later: halve until it is seen
         if fa > 0.0:
             x = (a * fb - b * fa) / (fb - fa)
             x = min(max(x, a + 0.01 * (b - a)), b - 0.01 * (b - a))
-        status = take_step(system, phase, c, t, y, x, ODD, True, s)
-        if status != 0:
-            return status, x
-        _measure_end(phase, c, y, s)
+        if _retake(system, phase, c, tolerance, t, y, x, s).status != 0:
+            return x
         fx = _raised(s, _END, guard)
         if fx > 0.0:
             fb = 0.5 * fb if a > 0.0 else fb
@@ -111,14 +165,14 @@ def _shorten(
         else:
             fa = 0.5 * fa if b < h else fa
             b, fb = x, fx
-    return status, b
+    return b
 
 
 @jitable
 def _dip(s: Scratch, h: float) -> float:
     """Part of a step where the cubic through gap and gap rate has its least value, if below zero; else 0."""
-    ga, gb = s.values[_START, GUARD_NORMAL], s.values[_END, GUARD_NORMAL]
-    sa, sb = h * s.slopes[_START, GUARD_NORMAL], h * s.slopes[_END, GUARD_NORMAL]
+    ga, gb = s.values[_START, NORMAL], s.values[_END, NORMAL]
+    sa, sb = h * s.slopes[_START, NORMAL], h * s.slopes[_END, NORMAL]
     if sa >= 0.0 or sb <= 0.0:
         return 0.0
     c2, c3 = 3.0 * (gb - ga) - 2.0 * sa - sb, sa + sb - 2.0 * (gb - ga)
@@ -128,168 +182,157 @@ def _dip(s: Scratch, h: float) -> float:
 
 
 @jitable
-def _fall(
-    system: Any, phase: Phase, c: Coefficients, t: float, y: Array, h: float, s: Scratch
-) -> tuple[int, int, float]:
-    """First guard that falls in the step just taken, or -1; the status and the length of the step up to it.
-
-    Afterwards s.y_new is that shorter step, or the whole one.
-    """
-    first, length, redo = -1, h, False
-    if phase.state == FREE and s.armed[GUARD_NORMAL] and s.values[_END, GUARD_NORMAL] > 0.0:
-        part = _dip(s, h)
-        if part > 0.0:
-            redo, length = True, part * h
-            status = take_step(system, phase, c, t, y, length, ODD, True, s)
-            if status != 0:
-                return -1, status, length
-            _measure_end(phase, c, y, s)
-            if s.values[_END, GUARD_NORMAL] > 0.0:  # the gap only comes close
-                length = h
+def _first_force(phase: Phase, s: Scratch) -> tuple[int, float]:
+    """First guard of a constraint's force that falls in a whole step, and the part of the step where; or 1."""
+    first, part = NO_GUARD, 1.0
     for guard in range(GUARDS):
-        # each guard found fallen shortens the step; one that falls earlier still is fallen there too
-        if _raised(s, _END, guard) <= 0.0:
-            status, length = _shorten(system, phase, c, t, y, length, guard, s)
-            if status != 0:
-                return -1, status, length
-            first, redo = guard, True
-            status = take_step(system, phase, c, t, y, length, ODD, True, s)
-            if status != 0:
-                return -1, status, length
-            _measure_end(phase, c, y, s)
-    if redo and first < 0:
-        status = take_step(system, phase, c, t, y, length, ODD, True, s)
-        if status != 0:
-            return -1, status, length
-        _measure_end(phase, c, y, s)
-    return first, 0, length
+        fa, fb = _raised(s, _START, guard), _raised(s, _END, guard)
+        if _of_force(phase, guard) and fb <= 0.0:
+            place = fa / (fa - fb) if fa > 0.0 else 0.0
+            if first == NO_GUARD or place < part:
+                first, part = guard, place
+    return first, part
 
 
 @jitable
-def _open(system: Any, phase: Phase, t: float, y: Array, fresh: bool, s: Scratch) -> int:
-    """Guards at the start of a leg; a `fresh` phase gets its accelerations and forces first."""
-    d, k, status = s.work.vectors.shape[1], s.work.scalars, 0
-    if fresh:
-        status = start_phase(system, phase, t, y, s.work)
-    else:
-        extras = 5 * d + QUADRATURES
-        residual(system, t, y[:d], y[d : 2 * d], y[3 * d + QUADRATURES : 4 * d + QUADRATURES], True, s.work)
-        k[LAMBDA_N], k[LAMBDA_T] = y[extras + REPORTED_N], y[extras + REPORTED_T]
-    _measure(phase, s, _START)
-    return status
-
-
-@jitable
-def _carry_on(s: Scratch) -> None:
-    """Make the end of a step the start of the next."""
-    for g in range(GUARDS):
-        s.armed[g] = s.armed[g] or s.values[_END, g] > s.thresholds[g]
-        s.values[_START, g] = s.values[_END, g]
-    s.slopes[_START, GUARD_NORMAL] = s.slopes[_END, GUARD_NORMAL]
-
-
-@jitable
-def _forget(y: Array, d: int) -> None:
-    """Set the algorithmic acceleration to zero: with it a gentle step is one of backward Euler."""
-    for i in range(4 * d + QUADRATURES, 5 * d + QUADRATURES):
-        y[i] = 0.0
-
-
-@jitable
-def march_alpha(
+def _cut(
     system: Any,
     phase: Phase,
     c: Coefficients,
-    gentle: Coefficients,
-    gentle_steps: int,
-    start: float,
-    done: int,
-    last: float,
+    tolerance: float,
+    t: float,
     y: Array,
-    far_step: float,
-    near_step: float,
-    near: float,
-    t_stop: float,
-    output_interval: float,
-    next_sample: int,
-    most_steps: int,
-    fresh: bool,
+    h: float,
+    step: Step,
     s: Scratch,
-) -> tuple[Progress, int, float, int]:
-    """Advance y in place; the times are start + k h as long as the step h (`last`) stays the same.
+) -> Cut:
+    """Cut the step just taken where the first guard falls; s.y_new is that shorter step, or the whole one."""
+    close = _LOCATED * s.tolerances.time
+    first, part = _first_force(phase, s)
+    length, redo = h, False
+    if first != NO_GUARD:
+        length = max(part * h, close)
+        step = _retake(system, phase, c, tolerance, t, y, length, s)
+    elif phase.state == FREE and s.armed[NORMAL] and s.values[_END, NORMAL] > 0.0:
+        part = _dip(s, h)
+        if part > 0.0:
+            length, redo = part * h, True
+            step = _retake(system, phase, c, tolerance, t, y, length, s)
+            if step.status == 0 and s.values[_END, NORMAL] > 0.0:  # the gap only comes close
+                length = h
+    for guard in range(GUARDS):
+        # each guard of the motion that is found fallen shortens the step
+        if step.status == 0 and not _of_force(phase, guard) and _raised(s, _END, guard) <= 0.0:
+            length = _shorten(system, phase, c, tolerance, t, y, length, guard, s)
+            first, redo = guard, False
+            step = _retake(system, phase, c, tolerance, t, y, length, s)
+    if redo and step.status == 0:
+        step = _retake(system, phase, c, tolerance, t, y, length, s)
+    return Cut(step, first, length)
 
-    The first `gentle_steps` take the coefficients `gentle` and no initial acceleration.  Returns the progress,
-    the number of the next sample, and the new start and k.
-    """
-    steps, count, peak, depth = 0, 0, 0.0, 0.0
+
+@jitable
+def _open(system: Any, phase: Phase, front: Front, y: Array, s: Scratch) -> tuple[int, float]:
+    """Guards at the start of a leg, after what a new phase needs is computed; status and gap."""
+    d, t = s.work.vectors.shape[1], front.t
+    kept = kept_of(y, d)
+    if front.taken == 0:
+        status, c = start_phase(system, phase, t, y, s.work)
+        _measure(phase, c, s, _START)
+        return status, c.gap
+    e = system.take_residual(t, y[:d], y[d : 2 * d], kept.acceleration, True, s.work)
+    gap_rate, slip_rate = e.gap_rate, e.slip_rate
+    normal, tangential = float(kept.reported[d]), float(kept.reported[d + 1])
+    c = Instant(e.gap, e.slip, gap_rate, slip_rate, 1.0, 0.0, 1.0, 0.0, 0.0, normal, tangential, 0.0, 0.0)
+    _measure(phase, c, s, _START)
+    return 0, e.gap
+
+
+@jitable
+def _make_end_the_start(s: Scratch) -> None:
+    """Make the guards at the end of a step those at the start of the next."""
+    for g in range(GUARDS):
+        s.armed[g] = s.armed[g] or s.values[_END, g] > s.thresholds[g]
+        s.values[_START, g] = s.values[_END, g]
+    s.slopes[_START, NORMAL] = s.slopes[_END, NORMAL]
+
+
+@kernel("generalized-alpha")
+def march_alpha(
+    system: Any, phase: Phase, control: Control, front: Front, y: Array, leg: Leg, s: Scratch
+) -> Progress:
+    """Advance y in place; the times are origin + count h as long as the step h stays the same."""
+    steps, count, peak, depth, sample = 0, 0, 0.0, 0.0, front.sample
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]
-    t, h = start + done * last, last
-    status = _open(system, phase, t, y, fresh, s)
-    gap = s.work.scalars[GAP]
+    tolerance = control.tolerance * np.sqrt(s.tolerances.energy)
+    t, origin, done, h = front.t, front.origin, front.done, front.h if front.taken > 0 else 0.0
+    reason, fallen = AT_STOP, NO_GUARD
+    status, gap = _open(system, phase, front, y, s)
     stale_far, stale_near = True, True
-    while True:
-        if status != 0:
-            return Progress(-status, -1, t, h, steps, 0, count, peak, depth), next_sample, start, done
-        if t >= t_stop:
-            return Progress(AT_STOP, -1, t, h, steps, 0, count, peak, depth), next_sample, t, 0
-        if count >= capacity or steps >= most_steps:
-            return Progress(BUFFER_FULL, -1, t, h, steps, 0, count, peak, depth), next_sample, start, done
-        flying = phase.state == FREE and (not phase.watched or gap > near)
-        wanted = far_step if flying else near_step
+    while status == 0:
+        if t >= leg.t_stop:
+            origin, done = t, 0
+            break
+        if count >= capacity or steps >= leg.most_steps:
+            reason = LEG_FULL
+            break
+        flying = phase.state == FREE and (not phase.watched or gap > control.near)
+        wanted = control.far_step if flying else control.near_step
         if wanted != h:
-            start, done, h = t, 0, wanted
-        following = start + (done + 1) * h
-        cut = following > t_stop - 1e-9 * h
-        following = t_stop if cut else following
-        length = following - t if cut else h
-        now = c
-        if steps < gentle_steps:
-            now = gentle
-            _forget(y, d)
-        slot = ODD if cut or steps < gentle_steps else (FAR if flying else NEAR)
+            origin, done, h = t, 0, wanted
+        following = origin + (done + 1) * h
+        short = following > leg.t_stop - 1e-9 * h
+        following = leg.t_stop if short else following
+        length = following - t if short else h
+        c, slot = control.regular, FAR if flying else NEAR
+        if front.taken + steps < control.gentle_steps:
+            c, slot = control.gentle, ODD
+            algorithmic = kept_of(y, d).algorithmic
+            for i in range(d):  # with it a gentle step is one of backward Euler
+                algorithmic[i] = 0.0
+        slot = ODD if short else slot
         stale = slot == ODD or (stale_far if flying else stale_near)
-        status = take_step(system, phase, now, t, y, length, slot, stale, s)
-        if status != 0:
-            continue
+        step = take_step(system, phase, c, tolerance, t, y, length, slot, stale, s)
+        if step.status != 0:
+            status = step.status
+            break
         stale_far, stale_near = stale_far and slot != FAR, stale_near and slot != NEAR
-        _measure_end(phase, now, y, s)
-        guard, whole = -1, length
+        step = _report(phase, c, y, length, step, s)
         if phase.state != FREE or phase.watched:
-            guard, status, length = _fall(system, phase, now, t, y, whole, s)
-            if status != 0:
-                continue
-        if guard >= 0 and length <= _LOCATED:
+            cut = _cut(system, phase, c, tolerance, t, y, length, step, s)
+            step, fallen, length = cut.step, cut.guard, cut.h
+            if step.status != 0:
+                status = step.status
+                break
+        if fallen != NO_GUARD and length <= _LOCATED * s.tolerances.time:
             # it falls with the very first of the step: what the last step left is where the phase ends
-            return Progress(AT_GUARD, guard, t, h, steps, 0, count, peak, depth), next_sample, t, 0
-        finish_step(system, phase, now, t, y, length, s)
+            reason, origin, done = AT_GUARD, t, 0
+            break
+        finish_step(system, phase, c, t, y, length, step, s)
         copy(s.y_new, y)
         steps += 1
-        peak = max(peak, y[5 * d + QUADRATURES + REPORTED_N])
-        gap = s.work.scalars[GAP]
+        peak, gap = max(peak, step.end.normal_force), step.end.gap
         depth = max(depth, -gap)
-        for m in range(2 * d):
-            if not abs(y[m]) < _UNBOUNDED:
-                return Progress(FAILED_FINITE, -1, t, h, steps, 0, count, peak, depth), next_sample, start, done
-        if guard >= 0:
-            return (
-                Progress(AT_GUARD, guard, t + length, h, steps, 0, count, peak, depth),
-                next_sample,
-                t + length,
-                0,
-            )
-        _carry_on(s)
+        if not bounded(y, s):
+            reason = FAILED_FINITE
+            break
+        if fallen != NO_GUARD:
+            t += length
+            reason, origin, done = AT_GUARD, t, 0
+            break
+        _make_end_the_start(s)
         t, done = following, done + 1
-        if t >= next_sample * output_interval * (1.0 - 1e-12) and t < t_stop:
-            s.times[count] = t
-            copy(y, s.states[count])
-            count += 1
-            next_sample = int(t / output_interval * (1.0 + 1e-12)) + 1
+        sample, count = keep_sample(t, y, sample, count, leg, s)
+    reason = reason if status == 0 else -status
+    behind = Front(t, h, sample, origin, done, front.taken + steps)
+    return Progress(reason, fallen, behind, steps, 0, count, peak, depth)
 
 
+@dataclass(frozen=True)
 class GeneralizedAlphaScheme(Scheme):
     """Generalized-alpha with one step for flight, one for contact and flight close to the slope.
 
-    Parameters
+    Attributes
     ----------
     free_step, contact_step : float
         s.
@@ -299,76 +342,48 @@ class GeneralizedAlphaScheme(Scheme):
         Gap (m) below which a flight takes the contact step: short flights between the impacts of one
         collision carry the vibrations that decide when the next begins.
     tolerance : float
-        Of the iterations of a step, on the root of the energy of a correction (J^1/2).
-    march : callable
-        `march_alpha` itself for a system in plain Python, or its compiled form.
+        Of the iterations of a step, on the energy of a correction, as a part of the motion's: the root of it.
     """
 
+    free_step: float
+    contact_step: float
+    rho_infinity: float = 0.8
+    near: float = 0.0
+    tolerance: float = 1e-12
     name = "generalized-alpha"
     order = 2
-    stepwise = False
-
-    def __init__(
-        self,
-        free_step: float,
-        contact_step: float,
-        rho_infinity: float = 0.8,
-        near: float = 0.0,
-        tolerance: float = 1e-10,
-        march: Any = march_alpha,
-    ) -> None:
-        self.free_step, self.contact_step, self.near = free_step, contact_step, near
-        self.coefficients = coefficients(rho_infinity, tolerance)
-        self._gentle = Coefficients(0.0, 0.0, 1.0, 1.0, tolerance)
-        self._gentle_steps = 0
-        self._rigid = self._flying = False  # what the phase before was
-        self._march = march
-        self._fresh = True
 
     def extra_state(self, size: int) -> int:
         """Accelerations, contact forces and rates behind the quadratures."""
-        return 3 * size + EXTRAS
+        return kept_size(size)
 
-    def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
-        """Arm the guards that start clearly positive; accelerations start anew.
+    def steps_per_leg(self, size: int) -> int:  # noqa: D102
+        return min(_STEPS_PER_LEG, max(1, _WORK_PER_LEG // size))
+
+    def march(
+        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+    ) -> Progress:
+        """Advance to the next event, or for some thousand steps.
 
         Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
         by omega h (Hilber and Hughes 1978), and with every impact of a rigid contact energy would be gained.  The
         first steps of phases that begin or end at one, also of a flight after a rebound, are those of backward
         Euler, which has no use for them.
         """
-        arm(phase, scratch, tolerances, initial_guards)
-        rigid = phase.state != FREE and phase.spring == 0.0
-        rebound = phase.state == FREE and self._flying
-        self._gentle_steps = _GENTLE_STEPS if rigid or self._rigid or rebound else 0
-        self._fresh, self._rigid, self._flying = True, rigid, phase.state == FREE
-
-    def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
-        """Advance to the next event, or for some thousand steps."""
-        if self._fresh:
-            course.phase_steps = 0
-        progress, course.next_sample, course.phase_start, course.phase_steps = self._march(
-            system,
-            phase,
-            self.coefficients,
-            self._gentle,
-            self._gentle_steps,
-            course.phase_start,
-            course.phase_steps,
-            0.0 if self._fresh else course.h,
-            course.y,
-            self.free_step,
-            self.contact_step,
-            self.near,
-            t_stop,
-            course.output_interval,
-            course.next_sample,
-            min(_STEPS_PER_LEG, max(1, _WORK_PER_LEG // scratch.work.vectors.shape[1])),
-            self._fresh,
-            scratch,
+        rebound = phase.state == FREE and before is not None and before.state == FREE
+        gentle = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
+        control = Control(
+            coefficients(self.rho_infinity),
+            Coefficients(0.0, 0.0, 1.0, 1.0),
+            _GENTLE_STEPS if gentle else 0,
+            float(self.tolerance),
+            float(self.free_step),
+            float(self.contact_step),
+            float(self.near),
         )
-        self._fresh = progress[0] == AT_GUARD
-        progress = Progress(*progress)
-        self._gentle_steps = max(0, self._gentle_steps - progress.steps)
-        course.t, course.h = progress.t, progress.h
+        progress: Progress = march_alpha(system, phase, control, front, y, leg, scratch)
         return progress
+
+
+def _is_rigid(phase: Phase) -> bool:
+    return phase.state != FREE and not phase.gives_way

@@ -5,6 +5,7 @@ It is the same for every system, discretization and scheme.
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,36 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import (
-    GUARD_DEFINITE,
-    Impulse,
-    Instant,
-    Phase,
-    State,
-    instant_of,
-    measure_guards,
-)
-from oblique_impact.contact.stops import Stop
+from oblique_impact.contact.forces import guards_of
+from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.state import Instant, Phase, State
+from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import ContactMachine, EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
-from oblique_impact.kernels.system import (
-    ACCELERATION,
-    FIRST_GUARD,
-    GAP,
-    GAP_RATE,
-    GUARDS,
-    LAMBDA_N,
-    MASS,
-    NORMAL_RESPONSE,
-    NORMAL_ROW,
-    SLIP_RATE,
-    TANGENT_RESPONSE,
-    TANGENT_ROW,
-    Array,
-    Work,
-    new_work,
-    supplied_power,
-)
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, vectors_of
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
@@ -53,11 +31,11 @@ from oblique_impact.marching.equations import (
     SUPPLIED,
     TANGENTIAL_IMPULSE,
 )
-from oblique_impact.marching.sampling import Observation, condense_at, observe, observe_into
-from oblique_impact.marching.scheme import Course, Scheme, Scratch, Tolerances, new_scratch
+from oblique_impact.marching.sampling import Observation, contact_problem, observe
+from oblique_impact.marching.scheme import Front, Leg, Scheme, arm, new_scratch
 
 MAX_EVENTS = 100_000
-_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so many seconds are chattering
+_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so many time scales are chattering
 _NEARLY_SINGULAR = 0.05
 
 _FAILURES = {
@@ -70,30 +48,20 @@ _FAILURES = {
 }
 
 
-def smallest_eigenvalue(work: Work) -> float:
-    """Smallest eigenvalue of a dense evaluated mass matrix, 0 if it is not finite."""
-    mass = work.matrices[MASS]
-    return float(np.linalg.eigvalsh(mass)[0]) if np.all(np.isfinite(mass)) else 0.0
-
-
 @dataclass(frozen=True)
 class Problem:
     """Everything the loop needs to march one system."""
 
-    system: Any
+    system: Any  # see `oblique_impact.kernels.system.System`
     q0: Array
     qd0: Array
     machine: ContactMachine
     scheme: Scheme
     end_time: float
     output_interval: float
+    scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
     contact: bool = True
     breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
-    observer: Callable[..., None] = observe_into
-    condenser: Callable[..., bool] = condense_at
-    supply: Callable[..., float] = supplied_power
-    allocate: Callable[[int], Work] = new_work
-    inertia: Callable[[Work], float] = smallest_eigenvalue
 
 
 class Event(NamedTuple):
@@ -137,7 +105,7 @@ class _OpenContact:
     peak_force: float = 0.0
     depth: float = 0.0  # m
 
-    def closed(self, end: float, quadratures: Array, stop: Stop | None) -> tuple[Contact, Contact]:
+    def closed(self, end: float, quadratures: Array, stop: ContactLaw | None) -> tuple[Contact, Contact]:
         """Return the contact that ends at `end`, and the share of its finite force."""
         gained = quadratures - self.quadratures
         normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
@@ -161,10 +129,6 @@ class Segment(NamedTuple):
     observation: Observation
 
 
-#: stands in a record for samples that somebody has taken out, so that they do not fill the memory twice
-LET_GO = Segment(State.FREE, np.empty(0), np.empty((0, 0)), Observation(np.empty((0, 0)), np.empty((0, 0))))
-
-
 @dataclass
 class Record:
     """Everything a run leaves behind."""
@@ -186,34 +150,62 @@ class Status(NamedTuple):
     events: int
 
 
-class _Front:
-    """The contact problem at the moving front; the machine's probe."""
+class _Pace:
+    """How many steps a leg takes where a scheme leaves it open: about a tenth of a second of computing.
 
-    def __init__(self, problem: Problem, course: Course, scratch: Scratch) -> None:
-        self._problem, self._course, self._work = problem, course, scratch.work
-        self._size = problem.q0.size
+    So progress and interrupts are prompt.  Where a leg ends does not change the steps.
+    """
+
+    _FIRST, _SECONDS = 20, 0.1
+
+    def __init__(self) -> None:
+        self.steps = self._FIRST
+
+    def learn(self, steps: int, seconds: float) -> None:
+        """Follow a leg that took so many steps."""
+        if steps >= self.steps:
+            self.steps = max(1, int(min(self._SECONDS * steps / max(seconds, 1e-9), 20.0 * steps, 1e6)))
+
+
+class _Probe:
+    """The contact problem at the moving front, and what an impulse makes of it."""
+
+    def __init__(self, system: Any, t: float, y: Array, work: Workspace) -> None:
+        self._system, self._t, self._work = system, t, work
+        size = work.vectors.shape[1]
+        self._q, self._qd = y[:size], y[size : 2 * size]
 
     @cached_property
     def instant(self) -> Instant:
-        d, y = self._size, self._course.y
-        return self._at(y[d : 2 * d])
+        return self._at(self._qd)[1]
 
     def velocity_jump(self, impulse: Impulse) -> Array:
         """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
-        self._at(self._course.y[self._size : 2 * self._size])
-        responses = self._work.vectors
-        jump = impulse.normal * responses[NORMAL_RESPONSE] + impulse.tangential * responses[TANGENT_RESPONSE]
-        return np.asarray(jump)
+        self._at(self._qd)
+        v = vectors_of(self._work.vectors)
+        return np.asarray(impulse.normal * v.normal_response + impulse.tangential * v.tangential_response)
 
     def after(self, impulse: Impulse) -> Instant:
-        velocity = self._course.y[self._size : 2 * self._size]
-        return self._at(velocity + self.velocity_jump(impulse))
+        return self._at(self._qd + self.velocity_jump(impulse))[1]
 
-    def _at(self, velocity: Array) -> Instant:
-        q = self._course.y[: self._size]
-        if not self._problem.condenser(self._problem.system, self._course.t, q, velocity, self._work):
+    def supply(self, impulse: Impulse, jump: Array) -> float:
+        """Energy (J) that drives and moving boundaries put in during an impact.
+
+        The power of drives is affine in the acceleration, so its linear part gives the work of the jump; the
+        boundaries move with the mean of the velocities before and after.
+        """
+        e = self._at(self._qd)[0]
+        v = vectors_of(self._work.vectors)
+        # rates without the boundary's own
+        normal, tangential = float(v.normal @ self._qd), float(v.tangential @ self._qd)
+        boundary = impulse.normal * (normal - e.gap_rate) + impulse.tangential * (tangential - e.slip_rate)
+        return float(v.supply @ jump + boundary)
+
+    def _at(self, velocity: Array) -> tuple[Evaluation, Instant]:
+        defined, e, c = contact_problem(self._system, self._t, self._q, velocity, self._work)
+        if not defined:
             raise PhysicsStop(Outcome.MASS_MATRIX_INDEFINITE)
-        return instant_of(self._work)
+        return e, c
 
 
 class Run:
@@ -233,22 +225,25 @@ class Run:
         self._report = on_progress or (lambda status: None)
         size = problem.q0.size
         extra = np.full(problem.scheme.extra_state(size), np.nan)
-        y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
-        self._scratch = new_scratch(problem.allocate(size), y.size)
-        self._course = Course(0.0, y, 1e-3 * problem.output_interval, problem.output_interval)
+        self._y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
+        work = problem.system.new_workspace()
+        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances)
+        self._front = Front(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
         self._phase = problem.machine.free()._replace(watched=problem.contact)
+        self._before: Phase | None = None
         self._open: _OpenContact | None = None
         self._initial_inertia = 0.0
+        self._pace = _Pace()
         self._recent: deque[float] = deque(maxlen=_CLUSTER)
 
     def execute(self) -> Record:
-        """March to the end or to the named outcome that stops the physics."""
+        """March to the end, to the named outcome that stops the physics, or to an interrupt."""
         record = self.record
         try:
             if self.problem.contact:
                 self._begin()
-            self._initial_inertia = self._smallest_inertia()
-            self._enter()
+            self._initial_inertia = self._inertia()
+            self._enter(None)
             stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
             for stop in [*sorted(stops), self.problem.end_time]:
                 self._march_to(stop)
@@ -262,17 +257,25 @@ class Run:
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""
-        transition = self.problem.machine.start(self._front())
+        transition = self.problem.machine.start(self._probe())
         if transition.kind is not None:
             self._sample(self._phase)
         self._apply(self._phase, transition)
 
     def _march_to(self, stop: float) -> None:
-        problem, course = self.problem, self._course
+        problem, size = self.problem, self.problem.q0.size
         while True:
-            progress = problem.scheme.march(problem.system, self._phase, course, stop, self._scratch)
+            counted = problem.scheme.steps_per_leg(size)
+            leg = Leg(float(stop), float(problem.output_interval), counted or self._pace.steps)
+            started = time.perf_counter()
+            progress = problem.scheme.march(
+                problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
+            )
+            self._pace.learn(progress.steps, time.perf_counter() - started)
+            self._front = progress.front
             self._keep(progress)
-            self._report(Status(course.t, problem.end_time, State(self._phase.state), len(self.record.events)))
+            status = Status(self._front.t, problem.end_time, State(self._phase.state), len(self.record.events))
+            self._report(status)
             if progress.reason == base.AT_STOP:
                 return
             if progress.reason == base.AT_GUARD:
@@ -283,45 +286,56 @@ class Run:
     def _failure(self, reason: int) -> Outcome:
         """Name why a march failed: a step that shrinks to nothing is a symptom of a singular problem."""
         if reason in (base.FAILED_STEP, base.FAILED_FINITE):
-            if self._smallest_inertia() < _NEARLY_SINGULAR * self._initial_inertia:
+            if self._inertia() < _NEARLY_SINGULAR * self._initial_inertia:
                 return Outcome.MASS_MATRIX_INDEFINITE
             sliding = self._phase.state == State.SLIP
-            if sliding and self._scratch.work.scalars[FIRST_GUARD + GUARD_DEFINITE] < _NEARLY_SINGULAR:
+            if sliding and self._relative_inertia() < _NEARLY_SINGULAR:
                 return Outcome.PAINLEVE
         return _FAILURES[reason]
 
-    def _smallest_inertia(self) -> float:
+    def _inertia(self) -> float:
         """Smallest eigenvalue of the mass matrix at the front, or what the system has in its place."""
-        d, y, work = self.problem.q0.size, self._course.y, self._scratch.work
-        self.problem.condenser(self.problem.system, self._course.t, y[:d], y[d : 2 * d], work)
-        return self.problem.inertia(work)
+        d, y, work = self.problem.q0.size, self._y, self._scratch.work
+        _, e, _ = contact_problem(self.problem.system, self._front.t, y[:d], y[d : 2 * d], work)
+        return float(self.problem.system.definiteness(e.rank_one, work))
+
+    def _relative_inertia(self) -> float:
+        """Effective inverse normal mass of the sliding contact at the front, relative to that without friction."""
+        d, y = self.problem.q0.size, self._y
+        defined, _, c = contact_problem(
+            self.problem.system, self._front.t, y[:d], y[d : 2 * d], self._scratch.work
+        )
+        return guards_of(self._phase, c).definite if defined else 1.0
 
     def _pass_guard(self, guard: int) -> None:
         leaving = self._phase
         self._sample(leaving)
-        transition = self.problem.machine.after_guard(leaving, guard, self._front())
+        transition = self.problem.machine.after_guard(leaving, guard, self._probe())
         self._apply(leaving, transition)
         self._watch_for_chattering()
-        self._enter()
+        self._enter(leaving)
 
-    def _front(self) -> _Front:
-        return _Front(self.problem, self._course, self._scratch)
+    def _probe(self) -> _Probe:
+        return _Probe(self.problem.system, self._front.t, self._y, self._scratch.work)
 
     def _apply(self, leaving: Phase, transition: Transition) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
-        front, d = self._front(), self.problem.q0.size
-        before = front.instant
+        before = self._probe().instant
         impulse = transition.impulse or Impulse(0.0, 0.0, 0.0)
         if transition.impulse is not None:
-            jump = front.velocity_jump(impulse)
-            self._course.y[2 * d + SUPPLIED] += self._impulsive_supply(impulse, jump)
-            self._course.y[d : 2 * d] += jump
+            self._jump(impulse)
+        if transition.arrest is not None:
+            self._jump(transition.arrest)
+            quadratures = self._quadratures()
+            quadratures[NORMAL_IMPULSE] += transition.arrest.normal
+            quadratures[TANGENTIAL_IMPULSE] += transition.arrest.tangential
+            quadratures[FRICTION_LOSS] += transition.arrest.energy_loss
         self._phase = transition.phase
-        after = self._front().instant
+        after = self._probe().instant
         finite = self._track_contact(leaving, impulse, transition.kind)
         if transition.kind is not None:
             event = Event(
-                self._course.t,
+                self._front.t,
                 transition.kind,
                 impulse.normal,
                 impulse.tangential,
@@ -335,23 +349,12 @@ class Run:
         if transition.stop is not None:
             raise PhysicsStop(transition.stop)
 
-    def _impulsive_supply(self, impulse: Impulse, jump: Array) -> float:
-        """Energy (J) that drives and moving boundaries put in during an impact.
-
-        Their power is affine in the acceleration, so its linear part gives the work of the jump; the
-        boundaries move with the mean of the velocities before and after.
-        """
-        d, y, work, problem = self.problem.q0.size, self._course.y, self._scratch.work, self.problem
-        q, qd, k = y[:d], y[d : 2 * d], work.scalars
-        problem.condenser(problem.system, self._course.t, q, qd, work)
-        powers = []
-        for acceleration in (jump, np.zeros(d)):
-            work.vectors[ACCELERATION] = acceleration
-            powers.append(problem.supply(problem.system, self._course.t, q, qd, work))
-        rows = work.vectors[NORMAL_ROW], work.vectors[TANGENT_ROW]
-        normal, tangential = (float(row @ qd) for row in rows)  # rates without the boundary's own
-        boundary = impulse.normal * (normal - k[GAP_RATE]) + impulse.tangential * (tangential - k[SLIP_RATE])
-        return float(powers[0] - powers[1] + boundary)
+    def _jump(self, impulse: Impulse) -> None:
+        """Let an impulse change the velocities."""
+        d, probe = self.problem.q0.size, self._probe()
+        jump = probe.velocity_jump(impulse)
+        self._quadratures()[SUPPLIED] += probe.supply(impulse, jump)
+        self._y[d : 2 * d] += jump
 
     def _account_for_penetration(self, leaving: Phase, gap: float) -> None:
         """Charge the scheme with the energy of an elastic stop that contact finds or leaves compressed.
@@ -367,44 +370,45 @@ class Run:
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
         if leaving.state == State.FREE and kind is not None:
-            self._open = _OpenContact(self._course.t, impulse, self._quadratures().copy())
+            self._open = _OpenContact(self._front.t, impulse, self._quadratures().copy())
         return self._close_contact() if self._phase.state == State.FREE else None
 
     def _close_contact(self) -> Contact | None:
         if self._open is None:
             return None
-        contact, finite = self._open.closed(self._course.t, self._quadratures(), self.problem.machine.stop)
+        contact, finite = self._open.closed(self._front.t, self._quadratures(), self.problem.machine.stop)
         self.record.contacts.append(contact)
         self._open = None
         return finite
 
     def _quadratures(self) -> Array:
-        return self._course.y[2 * self.problem.q0.size :]
+        return self._y[2 * self.problem.q0.size :][:QUADRATURES]
 
     def _watch_for_chattering(self) -> None:
-        t = self._course.t
-        if len(self._recent) == _CLUSTER and t - self._recent[0] < _CLUSTER_TIME:
+        t = self._front.t
+        cluster = _CLUSTER_TIME * self.problem.machine.tolerances.time
+        if len(self._recent) == _CLUSTER and t - self._recent[0] < cluster:
             raise PhysicsStop(Outcome.CHATTERING)
         self._recent.append(t)
         if len(self.record.events) > MAX_EVENTS:
             raise PhysicsStop(Outcome.TOO_MANY_EVENTS)
 
-    def _enter(self) -> None:
-        """Begin a phase: sample its right-hand values and arm its guards."""
-        self._course.begin_phase()
-        self._course.y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
-        self._sample(self._phase)
-        scalars = self._scratch.work.scalars  # still those of the sample just taken
-        measure_guards(self._phase, scalars)
-        self.problem.scheme.begin(
-            self._phase,
-            self._scratch,
-            self.problem.machine.tolerances,
-            scalars[FIRST_GUARD : FIRST_GUARD + GUARDS],
-        )
+    def _enter(self, leaving: Phase | None) -> None:
+        """Begin a phase: sample its right-hand values and arm its guards.
 
-    def _sample(self, phase: Phase) -> None:
-        self._observe(phase, np.array([self._course.t]), self._course.y[None, :].copy())
+        Output samples continue with the next multiple of the interval.
+        """
+        t, self._before = self._front.t, leaving
+        sample = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9)) + 1
+        self._front = Front(t, self._front.h, sample, t, 0, 0)
+        self._y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
+        contact = self._sample(self._phase)
+        arm(self._phase, self._scratch, guards_of(self._phase, contact))
+
+    def _sample(self, phase: Phase) -> Instant:
+        """Keep the front as a sample; returns the contact there."""
+        found = self._observe(phase, np.array([self._front.t]), self._y[None, :].copy())
+        return Instant(*found.instants[0].tolist())
 
     def _keep(self, progress: base.Progress) -> None:
         """Store the samples and costs of a leg."""
@@ -418,16 +422,17 @@ class Run:
             self._open.peak_force = max(self._open.peak_force, progress.peak_force)
             self._open.depth = max(self._open.depth, progress.depth)
 
-    def _observe(self, phase: Phase, times: Array, states: Array) -> None:
+    def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
         problem = self.problem
-        observation = observe(problem.system, phase, times, states, self._scratch.work, problem.observer)
+        observation = observe(problem.system, phase, times, states, self._scratch.work)
         if self._open is not None and times.size:
-            forces, gaps = observation.scalars[:, LAMBDA_N], observation.scalars[:, GAP]
+            forces, gaps = observation.column("normal_force"), observation.column("gap")
             self._open.peak_force = float(np.nanmax([self._open.peak_force, *forces]))
             self._open.depth = float(np.nanmax([self._open.depth, *-gaps]))
         # a scheme's own entries behind the quadratures are not kept
         kept = states[:, : 2 * problem.q0.size + QUADRATURES].copy()
         self.record.segments.append(Segment(phase.state, times, kept, observation))
+        return observation
 
 
 def _with_share(event: Event, finite: Contact) -> Event:
@@ -439,8 +444,3 @@ def _with_share(event: Event, finite: Contact) -> Event:
         peak_force=finite.peak_force,
         peak_energy=finite.peak_energy,
     )
-
-
-def default_tolerances(length: float, force: float) -> Tolerances:
-    """Tolerances for a system of the given size (m) whose contact forces are about `force` (N)."""
-    return Tolerances(gap=1e-12 * length, force=1e-10 * force, velocity=1e-11 * length)

@@ -6,83 +6,70 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import Phase, condense
-from oblique_impact.kernels.implicit import approach
-from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import (
-    A_NN,
-    ACCELERATION,
-    FIRST_GUARD,
-    LAMBDA_N,
-    LAMBDA_T,
-    Array,
-    Work,
-    evaluate,
-)
+from oblique_impact.contact.forces import flying, instant_of, with_forces
+from oblique_impact.contact.state import Instant, Phase
+from oblique_impact.kernels.jit import kernel
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.equations import QUADRATURES, derivative
+
+INSTANT = len(Instant._fields)
 
 
 class Observation(NamedTuple):
     """What is known at samples besides the state vector, each row one sample."""
 
     qdd: Array  # (samples, d)
-    scalars: Array  # (samples, 15) kinematics, Delassus entries, forces: see `oblique_impact.kernels.system`
+    instants: Array  # (samples, 13), a column for each field of `Instant`
+
+    def column(self, name: str) -> Array:
+        """Return a field of the instants, shape (samples,)."""
+        return self.instants[:, Instant._fields.index(name)]
 
 
-@jitable
-def condense_at(system: Any, t: float, q: Array, qd: Array, work: Work) -> bool:
-    """Evaluate and condense the contact problem into `work`; False without a positive definite mass."""
-    evaluate(system, t, q, qd, work)
-    return condense(system, work)
+@kernel("the contact forces")
+def contact_problem(system: Any, t: float, q: Array, qd: Array, w: Workspace) -> tuple[bool, Evaluation, Instant]:
+    """Evaluate and solve for the contact without its force; False without a positive definite mass."""
+    e = system.evaluate(t, q, qd, w)
+    if not system.solve_mass(e.rank_one, w, True):
+        return False, e, flying(e)
+    return True, e, instant_of(e, w)
 
 
-@jitable
+@kernel("the sampling")
 def observe_into(
-    system: Any, phase: Phase, times: Array, states: Array, work: Work, dy: Array, qdd: Array, scalars: Array
+    system: Any, phase: Phase, times: Array, states: Array, w: Workspace, dy: Array, qdd: Array, instants: Array
 ) -> None:
     """Accelerations, contact forces and kinematics of `phase` at samples.
 
-    Where no contact force exists (the run ends there) the kinematics are kept, the rest is NaN.
-    """
-    for i in range(times.shape[0]):
-        defined = derivative(system, phase, times[i], states[i], work, dy) == 0
-        for j in range(qdd.shape[1]):
-            qdd[i, j] = work.vectors[ACCELERATION, j] if defined else np.nan
-        for j in range(FIRST_GUARD):
-            scalars[i, j] = work.scalars[j] if defined or j < A_NN else np.nan
-
-
-@jitable
-def observe_kept_into(
-    system: Any, phase: Phase, times: Array, states: Array, work: Work, dy: Array, qdd: Array, scalars: Array
-) -> None:
-    """Observe with the accelerations and contact forces that generalized-alpha keeps in its state.
-
-    At the start of a phase there are none yet (NaN): they follow from the motion, as in :func:`observe_into`.
+    A scheme's own accelerations and forces are taken where it keeps them behind the quadratures; at the start of
+    a phase there are none (NaN).  Where no contact force exists (the run ends there) the kinematics are kept, the
+    rest is NaN.
     """
     d = qdd.shape[1]
     tail = 2 * d + QUADRATURES
     for i in range(times.shape[0]):
-        if np.isnan(states[i, tail]):
-            observe_into(
-                system, phase, times[i : i + 1], states[i : i + 1], work, dy, qdd[i : i + 1], scalars[i : i + 1]
-            )
-            continue
-        approach(system, times[i], states[i, :d], states[i, d : 2 * d], work)
-        work.scalars[LAMBDA_N] = states[i, tail + 3 * d]
-        work.scalars[LAMBDA_T] = states[i, tail + 3 * d + 1]
-        for j in range(d):
-            qdd[i, j] = states[i, tail + j]
-        for j in range(FIRST_GUARD):
-            delassus = A_NN <= j < LAMBDA_N
-            scalars[i, j] = np.nan if delassus else work.scalars[j]
+        kept = states.shape[1] > tail and not np.isnan(states[i, tail])
+        if kept:
+            e = system.approach(times[i], states[i, :d], states[i, d : 2 * d], w)
+            reported = states[i, tail : tail + d + 2]
+            c = with_forces(flying(e), float(reported[d]), float(reported[d + 1]), 0.0)
+            for j in range(d):
+                qdd[i, j] = reported[j]
+        else:
+            status, c = derivative(system, phase, times[i], states[i], w, dy)
+            for j in range(d):
+                qdd[i, j] = dy[d + j] if status == 0 else np.nan
+            kept = status != 0
+            if status != 0:
+                c = with_forces(c, np.nan, np.nan, np.nan)
+        for j in range(INSTANT):
+            known = not kept or j < 4 or INSTANT - 4 <= j < INSTANT - 2
+            instants[i, j] = c[j] if known else np.nan
 
 
-def observe(
-    system: Any, phase: Phase, times: Array, states: Array, work: Work, reader: Any = observe_into
-) -> Observation:
-    """Observe samples with `reader`: `observe_into` itself or its compiled form."""
-    count, d = times.size, work.vectors.shape[1]
-    found = Observation(np.empty((count, d)), np.empty((count, FIRST_GUARD)))
-    reader(system, phase, times, states, work, np.empty(states.shape[1]), found.qdd, found.scalars)
+def observe(system: Any, phase: Phase, times: Array, states: Array, w: Workspace) -> Observation:
+    """Observe samples: times (samples,) and state vectors (samples, ny)."""
+    count, d = times.size, w.vectors.shape[1]
+    found = Observation(np.empty((count, d)), np.empty((count, INSTANT)))
+    observe_into(system, phase, times, states, w, np.empty(states.shape[1]), found.qdd, found.instants)
     return found

@@ -1,69 +1,80 @@
 """The contract between the marching schemes and the loop that drives them.
 
-A scheme advances one phase until a guard of its state changes sign, until `t_stop`, or until its
-buffer is full, and says which.  It knows nothing of transitions.
+A scheme advances one phase until a guard of its state changes sign, until `t_stop`, or until its leg is full, and
+says which.  It knows nothing of transitions, and holds no state of a run: that is in the front and the scratch.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import (
+from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION
+from oblique_impact.contact.state import (
     FREE,
-    GUARD_LOWER,
-    GUARD_NORMAL,
-    GUARD_UPPER,
-    MASS_NOT_POSITIVE,
-    NO_SLIDING_SOLUTION,
-    NO_STICKING_SOLUTION,
+    GUARDS,
+    LOWER,
+    NORMAL,
     SLIDING,
+    UPPER,
+    Guards,
     Phase,
+    Tolerances,
 )
-from oblique_impact.kernels.system import EFFECTIVE_SLOTS, GUARDS, Array, Work
+from oblique_impact.contact.transitions import Judgement
+from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
-AT_STOP, AT_GUARD, BUFFER_FULL = 0, 1, 2
+AT_STOP, AT_GUARD, LEG_FULL = 0, 1, 2
 FAILED_MASS, FAILED_SLIDING, FAILED_STICKING = -MASS_NOT_POSITIVE, -NO_SLIDING_SOLUTION, -NO_STICKING_SOLUTION
 FAILED_STEP, FAILED_FINITE, FAILED_ITERATION = -10, -11, -12
 
+NO_GUARD = -1
 SAMPLES_PER_LEG = 4096
-FIRST_LEG, SECONDS_PER_LEG = 20, 0.1  # steps, and wall time
 SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples
+UNBOUNDED = 1e12  # in units of the scales: beyond it a solution has diverged
 
 
-class Pace:
-    """How many steps a leg takes: about a tenth of a second of computing.
+class Front(NamedTuple):
+    """Where a march is; with the state vector that is all it needs to go on."""
 
-    So progress and interrupts are prompt.  Where a leg ends does not change the steps.
-    """
-
-    def __init__(self) -> None:
-        self.steps = FIRST_LEG
-
-    def learn(self, steps: int, seconds: float) -> None:
-        """Follow a leg that took so many steps."""
-        if steps >= self.steps:
-            self.steps = max(1, int(min(SECONDS_PER_LEG * steps / max(seconds, 1e-9), 20.0 * steps, 1e6)))
+    t: float  # s
+    h: float  # s, step to go on with
+    sample: int  # number of the next output sample
+    origin: float  # s; steps of constant length end at origin + done h
+    done: int
+    taken: int  # steps since the phase began
 
 
-class Tolerances(NamedTuple):
-    """What counts as zero: a guard must rise above this before its fall through zero is an event."""
+class Leg(NamedTuple):
+    """How far a march may go before it returns."""
 
-    gap: float = 1e-12  # m
-    force: float = 1e-9  # N
-    velocity: float = 1e-11  # m/s
-    flight: float = 0.0  # s, bounces shorter than this are taken as accumulated (a fixed step's length)
+    t_stop: float  # s
+    interval: float  # s, of output samples
+    most_steps: int
+
+
+class Progress(NamedTuple):
+    """Where a march stopped and what it cost."""
+
+    reason: int
+    guard: int
+    front: Front
+    steps: int
+    rejected: int
+    samples: int
+    peak_force: float  # N
+    depth: float  # m; the largest, of a contact with a stop that gives way
 
 
 class Scratch(NamedTuple):
     """Buffers of a march, allocated once per run."""
 
-    work: Work
+    work: Workspace
     K: Array  # (16, ny) stages
     F: Array  # (7, ny) dense output
     y_new: Array  # (ny,)
@@ -72,13 +83,15 @@ class Scratch(NamedTuple):
     slopes: Array  # (3, 5)
     armed: NDArray[np.bool_]  # (4,)
     thresholds: Array  # (4,)
+    scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
+    tolerances: Tolerances
     contraction: Array  # (3,) of an implicit scheme's iterations, by slot; negative: not known
     times: Array  # (samples,)
     states: Array  # (samples, ny)
 
 
-def new_scratch(work: Work, ny: int) -> Scratch:
-    """Allocate buffers for state vectors of `ny` entries around the work arrays of a system."""
+def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances) -> Scratch:
+    """Allocate buffers for state vectors of `ny` entries around the workspace of a system."""
     samples = max(16, min(SAMPLES_PER_LEG, SAMPLE_MEMORY // ny))
     return Scratch(
         work=work,
@@ -90,80 +103,93 @@ def new_scratch(work: Work, ny: int) -> Scratch:
         slopes=np.zeros((3, GUARDS + 1)),
         armed=np.zeros(GUARDS, dtype=np.bool_),
         thresholds=np.zeros(GUARDS),
+        scales=scales,
+        tolerances=tolerances,
         contraction=np.full(EFFECTIVE_SLOTS, -1.0),
         times=np.zeros(samples),
         states=np.zeros((samples, ny)),
     )
 
 
-def arm(phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
+def arm(phase: Phase, scratch: Scratch, initial: Guards) -> None:
     """Arm the guards that start a phase clearly positive; the others must rise above their thresholds first."""
-    thresholds = scratch.thresholds
+    thresholds, tolerances, values = scratch.thresholds, scratch.tolerances, np.array(initial)
     if phase.state == FREE:
         thresholds[:] = tolerances.gap
     else:
         thresholds[:] = tolerances.force
-        if phase.spring > 0.0:
-            thresholds[GUARD_NORMAL] = tolerances.gap
+        if phase.gives_way:
+            thresholds[NORMAL] = tolerances.gap
         if phase.state == SLIDING:
-            thresholds[GUARD_LOWER] = thresholds[GUARD_UPPER] = tolerances.velocity
-    scratch.armed[:] = initial_guards > thresholds
-    thresholds += np.maximum(-initial_guards, 0.0)  # one that starts below zero, by rounding, has not fallen yet
+            thresholds[LOWER] = thresholds[UPPER] = tolerances.velocity
+    scratch.armed[:] = values > thresholds
+    thresholds += np.maximum(-values, 0.0)  # one that starts below zero, by rounding, has not fallen yet
 
 
-class Progress(NamedTuple):
-    """Where a march stopped and what it cost."""
-
-    reason: int
-    guard: int
-    t: float
-    h: float  # step to continue with (s)
-    steps: int
-    rejected: int
-    samples: int
-    peak_force: float  # N
-    depth: float  # m; the largest, of a contact with a stop that gives way
+@jitable
+def raised(value: float, guard: int, s: Scratch) -> float:
+    """Return a guard's value, raised by its threshold until it is armed."""
+    return value if s.armed[guard] else value + s.thresholds[guard]
 
 
-@dataclass
-class Course:
-    """The moving front of a run: time, state vector and the bookkeeping a scheme needs to continue."""
+@jitable
+def bounded(y: Array, s: Scratch) -> bool:
+    """Whether coordinates and velocities are finite and below 1e12 of their scales."""
+    for m in range(s.scales.shape[0]):  # noqa: SIM110  a generator would not compile
+        if not abs(y[m]) < UNBOUNDED * s.scales[m]:
+            return False
+    return True
 
-    t: float
-    y: Array
-    h: float
-    output_interval: float
-    next_sample: int = 1
-    phase_start: float = 0.0
-    phase_steps: int = 0
 
-    def begin_phase(self) -> None:
-        """Start a new phase here; output samples continue with the next multiple of the interval."""
-        self.phase_start = self.t
-        self.phase_steps = 0
-        ratio = self.t / self.output_interval
-        self.next_sample = int(np.floor(ratio * (1.0 + 1e-14) + 1e-9)) + 1
+@jitable
+def keep_sample(t: float, y: Array, sample: int, count: int, leg: Leg, s: Scratch) -> tuple[int, int]:
+    """Keep the end of a step as a sample if one is due; the numbers of the next sample and of those kept."""
+    if t >= sample * leg.interval * (1.0 - 1e-12) and t < leg.t_stop:
+        s.times[count] = t
+        for m in range(y.shape[0]):
+            s.states[count, m] = y[m]
+        return int(t / leg.interval * (1.0 + 1e-12)) + 1, count + 1
+    return sample, count
 
 
 class Scheme(ABC):
-    """A marching scheme; subclasses state their order of convergence in the step."""
+    """A marching scheme; subclasses state their order of convergence in the step.
+
+    A scheme is immutable: the same object marches any number of runs.
+    """
 
     name: str
     order: int
-    #: whether transitions are judged once per step (the paper's way) or located as roots
-    stepwise: bool
+
+    @property
+    def judgement(self) -> Judgement | None:
+        """How stick and slip are told apart at the ends of steps; None if transitions are located."""
+        return None
+
+    @property
+    def shortest_flight(self) -> float:
+        """Length (s) of flights between bounces that are too short to be told apart."""
+        return 0.0
 
     def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
-        """Raise InputError if this cannot march; called before a run of an integrator of one's own."""
+        """Raise InputError if this cannot march; called before a run of a user-defined integrator."""
 
     def extra_state(self, size: int) -> int:
-        """Entries of the state vector behind the quadratures, of a system of `size`; NaN as a phase starts."""
+        """Entries of the state vector behind the quadratures, of a system of `size`; NaN as a phase starts.
+
+        The first `size` + 2 of them, if there are any, are the acceleration and the contact forces to report.
+        """
+        return 0
+
+    def steps_per_leg(self, size: int) -> int:
+        """Return after how many steps a march returns; 0: as many as take about a tenth of a second."""
         return 0
 
     @abstractmethod
-    def begin(self, phase: Phase, scratch: Scratch, tolerances: Tolerances, initial_guards: Array) -> None:
-        """Prepare the scratch arrays for a phase that starts with these guards."""
+    def march(
+        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+    ) -> Progress:
+        """Advance `y` in place from the front; samples go to `scratch.times` and `scratch.states`.
 
-    @abstractmethod
-    def march(self, system: Any, phase: Phase, course: Course, t_stop: float, scratch: Scratch) -> Progress:
-        """Advance `course` in place (t, y, h); samples go to `scratch.times` and `scratch.states`."""
+        `before` is the phase that came before this one, None at the start of a run.
+        """

@@ -11,14 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.contact.forces import GUARD_NORMAL, Phase, measure_guards
+from oblique_impact.contact.forces import guards_of
+from oblique_impact.contact.state import GUARDS, NORMAL, Instant, Phase
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.system import FIRST_GUARD, GUARDS, LAMBDA_N, Array
+from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.dop853 import DENSE_STAGES, interpolate
 from oblique_impact.marching.equations import derivative
-from oblique_impact.marching.scheme import Scratch
+from oblique_impact.marching.scheme import NO_GUARD, Scratch, raised
 
-NO_GUARD, UNDEFINED = -1, -2
+UNDEFINED = -2
 
 _WIDEST, _NARROWEST = 0.5, 2.0**-10  # parts of a step
 _SLOPE_STEP = 1e-5  # of a part
@@ -30,19 +31,20 @@ _START, _MIDDLE, _END = 0, 1, 2
 
 
 @jitable
-def shifted(s: Scratch, guard: int) -> float:
-    """Return a measured guard, raised by its threshold until it is armed."""
-    return float(s.work.scalars[FIRST_GUARD + guard] + (0.0 if s.armed[guard] else s.thresholds[guard]))
+def _contact_at(
+    system: Any, phase: Phase, t: float, h: float, x: float, y: Array, s: Scratch
+) -> tuple[bool, Instant]:
+    """Solution of the contact problem at the fraction x of the step; False if there is none."""
+    interpolate(s.F, y, x, s.at)
+    status, c = derivative(system, phase, t + x * h, s.at, s.work, s.K[DENSE_STAGES - 1])
+    return status == 0, c
 
 
 @jitable
-def _guards_at(system: Any, phase: Phase, t: float, h: float, x: float, y: Array, s: Scratch) -> bool:
-    """Guards at the fraction x of the step into the work; False if they are undefined there."""
-    interpolate(s.F, y, x, s.at)
-    if derivative(system, phase, t + x * h, s.at, s.work, s.K[DENSE_STAGES - 1]) != 0:
-        return False
-    measure_guards(phase, s.work.scalars)
-    return True
+def _guard_at(system: Any, phase: Phase, t: float, h: float, x: float, y: Array, s: Scratch, guard: int) -> float:
+    """One guard, raised until it is armed, at the fraction x of the step; -1 if it is undefined there."""
+    defined, c = _contact_at(system, phase, t, h, x, y, s)
+    return raised(guards_of(phase, c)[guard], guard, s) if defined else -1.0
 
 
 @jitable
@@ -51,10 +53,12 @@ def _take(
 ) -> bool:
     """Guards, the normal force and their slopes (per step) at the fraction x into a row; False if undefined."""
     for part in range(2):
-        if not _guards_at(system, phase, t, h, x + part * shift, y, s):
+        defined, c = _contact_at(system, phase, t, h, x + part * shift, y, s)
+        if not defined:
             return False
+        guards = guards_of(phase, c)
         for k in range(GUARDS + 1):
-            value = s.work.scalars[FIRST_GUARD + k] if k < GUARDS else s.work.scalars[LAMBDA_N]
+            value = guards[k] if k < GUARDS else c.normal_force
             if part == 0:
                 s.values[row, k] = value
             else:
@@ -156,7 +160,7 @@ def _trough(
     """
     probe, least = x, np.inf
     for _ in range(80):
-        value = shifted(s, guard) if _guards_at(system, phase, t, h, probe, y, s) else -1.0
+        value = _guard_at(system, phase, t, h, probe, y, s, guard)
         if value <= 0.0:
             return probe, value
         lower = probe < x
@@ -184,7 +188,7 @@ def _rise(
     x = b
     for _ in range(40):
         x = a + 0.5 * (x - a)
-        if _guards_at(system, phase, t, h, x, y, s) and shifted(s, guard) > 2.0 * s.thresholds[guard]:
+        if _guard_at(system, phase, t, h, x, y, s, guard) > 2.0 * s.thresholds[guard]:
             s.armed[guard] = True
             return x
     return a
@@ -211,7 +215,7 @@ def _root(
         x = (a * fb - b * fa) / (fb - fa)
         if not (a < x < b):
             x = 0.5 * (a + b)
-        fx = shifted(s, guard) if _guards_at(system, phase, t, h, x, y, s) else -1.0
+        fx = _guard_at(system, phase, t, h, x, y, s, guard)
         if fx > 0.0:
             a, fa, fb = x, fx, 0.5 * fb
         else:
@@ -305,10 +309,10 @@ def first_fall(
                     first, place = k, x
             if first >= 0:
                 part = (place - start) / (0.5 * width) - half
-                peak, depth = max(peak, s.values[half, GUARDS]), max(depth, s.values[half, GUARD_NORMAL])
+                peak, depth = max(peak, s.values[half, GUARDS]), max(depth, s.values[half, NORMAL])
                 return first, place, _fall_rate(s, first, half, part, width) / h, peak, depth
             peak = max(peak, _highest(s, GUARDS, half, width))
-            depth = max(depth, _highest(s, GUARD_NORMAL, half, width))
+            depth = max(depth, _highest(s, NORMAL, half, width))
             for k in range(GUARDS):
                 s.armed[k] = s.armed[k] or s.values[half + 1, k] > s.thresholds[k]
         _move(s, _END, _START)

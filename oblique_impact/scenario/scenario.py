@@ -141,6 +141,9 @@ class SolverSection(Section):
     baumgarte: Annotated[tuple[NonNegative, NonNegative], Field(strict=False), Unit("1/s")] = (10.0, 1000.0)
     #: how they are read, "squared": Z'' + 2 chi Z' + beta^2 Z = 0; "plain": Z'' + chi Z' + beta Z = 0
     baumgarte_form: Literal["squared", "plain"] = "squared"
+    #: fixed-step: contact sticks where the force that holds it lies in the friction cone and can stop the slip
+    #: within a step (`arrest`), or where it lies in the cone whatever the slip velocity is (`force`, as the paper)
+    stick: Literal["arrest", "force"] = "arrest"
     #: interval of the samples; events are always kept exactly
     output_interval: Annotated[Positive, Unit("s")] = 1e-4
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.instants import first_sample, last_sample
 from oblique_impact.marching.loop import Event

@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from oblique_impact import History, Outcome, simulate_system
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.transitions import EventKind, NewtonImpact
 from oblique_impact.marching.scheme import Tolerances

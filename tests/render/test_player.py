@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from renders.envelope import drawn
 from renders.geometry import BETWEEN, BeamGeometry
 from renders.player import write_player

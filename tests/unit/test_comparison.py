@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import History, InputError
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.instants import ascending
 from oblique_impact.history.variables import labelled

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.instants import jumps
 from oblique_impact.marching.loop import Event

@@ -13,26 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.beam.floating_frame import evaluate_beam
 from oblique_impact.beam.nodal import FullBeam
-from oblique_impact.beam.nodal_frame import evaluate_nodal, mass_product_nodal, new_nodal_work
 from oblique_impact.beam.operators import BeamOperators, build_operators
 from oblique_impact.beam.reduced import Beam
 from oblique_impact.beam.section_forces import cumulative
-from oblique_impact.kernels.system import (
-    FORCES,
-    GAP,
-    GAP_BIAS,
-    GAP_RATE,
-    MASS,
-    NORMAL_ROW,
-    OWN_A,
-    SLIP,
-    SLIP_BIAS,
-    SLIP_RATE,
-    TANGENT_ROW,
-    new_work,
-)
+from oblique_impact.kernels.workspace import vectors_of
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
 from validation.checks.registry import Measurement, checks_of
@@ -119,15 +104,16 @@ def floating_frame() -> list[Measurement]:
             scenario = Scenario.builtin("paper", [*overrides, f"discretization.kinetics={kinetics}"])
             o = build_operators(scenario)
             q, qd = _state(o.size + 1, 1.0 / np.arange(1.0, o.size + 1) ** 2)
-            work = new_work(o.size + 1)
-            evaluate_beam(Beam(scenario, o).model, 0.0, q, qd, work)
+            model = Beam(scenario, o).model
+            work = model.new_workspace()
+            model.evaluate(0.0, q, qd, work)
             energy = (full_lagrangian if kinetics == "full" else first_order_lagrangian)(o, scenario.gravity)
             mass, force = lagrange(energy, q, qd)
             label = f"{kinetics}-{name}"
             found += [
                 Measurement(
                     f"mass matrix, {kinetics}, {name}: relative distance",
-                    _relative(work.matrices[MASS], mass),
+                    _relative(work.mass, mass),
                     0.0,
                     "1",
                     1e-11,
@@ -136,7 +122,7 @@ def floating_frame() -> list[Measurement]:
                 ),
                 Measurement(
                     f"forces, {kinetics}, {name}: relative distance",
-                    _relative(work.vectors[FORCES], force),
+                    _relative(vectors_of(work.vectors).forces, force),
                     0.0,
                     "1",
                     1e-11,
@@ -178,18 +164,17 @@ def nodal() -> list[Measurement]:
     rng = np.random.default_rng(20160923)
     W = 0.4 * o.rigid + 0.01 * rng.uniform(-1.0, 1.0, full.size)
     Wd = -3.0 * o.rigid + rng.uniform(-1.0, 1.0, full.size)
-    work = new_nodal_work(full.size)
-    evaluate_nodal(full.model, 0.0, W, Wd, work)
+    work = full.model.new_workspace()
+    evaluated = full.model.evaluate(0.0, W, Wd, work)
     mass, force = lagrange(lagrangian, W, Wd)
     columns = np.empty_like(mass)
     for k, e in enumerate(np.eye(full.size)):
-        mass_product_nodal(full.model, work, e, OWN_A)
-        columns[:, k] = work.vectors[OWN_A]
+        full.model.mass_product(evaluated.rank_one, work, e, columns[:, k])
     return [
         Measurement("mass: relative distance", _relative(columns, mass), 0.0, "1", 1e-12, _LAGRANGE, "mass"),
         Measurement(
             "forces: relative distance",
-            _relative(work.vectors[FORCES], force),
+            _relative(vectors_of(work.vectors).forces, force),
             0.0,
             "1",
             1e-10,  # K W of a thousandfold size cancels
@@ -219,27 +204,31 @@ def contact_rows() -> list[Measurement]:
         scenario = Scenario.builtin("paper", list(overrides))
         o = build_operators(scenario)
         q, qd = _state(o.size + 1, 1.0 / np.arange(1.0, o.size + 1) ** 2)
-        work = new_work(o.size + 1)
-        evaluate_beam(Beam(scenario, o).model, 0.0, q, qd, work)
+        model = Beam(scenario, o).model
+        work = model.new_workspace()
+        e, v = model.evaluate(0.0, q, qd, work), vectors_of(work.vectors)
         unit, h = np.eye(q.size), 1e-4
 
         def rate(at: Array, k: int, o: BeamOperators = o, s: Scenario = scenario, qd: Array = qd) -> float:
             return float(np.imag(_place(o, s, at + 1j * _STEP * qd)[k]) / _STEP)
 
         for k, (kind, position, row, speed, bias) in enumerate(
-            (("gap", GAP, NORMAL_ROW, GAP_RATE, GAP_BIAS), ("slip", SLIP, TANGENT_ROW, SLIP_RATE, SLIP_BIAS))
+            (
+                ("gap", e.gap, v.normal, e.gap_rate, e.gap_bias),
+                ("slip", e.slip, v.tangential, e.slip_rate, e.slip_bias),
+            )
         ):
-            gradient = np.array([np.imag(_place(o, scenario, q + 1j * _STEP * e)[k]) / _STEP for e in unit])
+            gradient = np.array([np.imag(_place(o, scenario, q + 1j * _STEP * u)[k]) / _STEP for u in unit])
             bent = (rate(q + h * qd, k) - rate(q - h * qd, k)) / (2.0 * h)
-            distance = abs(work.scalars[position] - _place(o, scenario, q)[k])
-            distance += abs(work.scalars[speed] - rate(q, k))
+            distance = abs(position - _place(o, scenario, q)[k])
+            distance += abs(speed - rate(q, k))
             found += [
                 Measurement(
                     f"{kind} and its rate, {name}", distance, 0.0, "m, m/s", 1e-11, text, f"{kind}-{name}"
                 ),
                 Measurement(
                     f"gradient of the {kind}, {name}: relative distance",
-                    _relative(work.vectors[row], gradient),
+                    _relative(row, gradient),
                     0.0,
                     "1",
                     1e-11,
@@ -249,7 +238,7 @@ def contact_rows() -> list[Measurement]:
                 # differences over 1e-4 s of motion err by h² times the third derivative
                 Measurement(
                     f"acceleration bias of the {kind}, {name}",
-                    float(work.scalars[bias]),
+                    bias,
                     bent,
                     "m/s²",
                     1e-6 * max(1.0, abs(bent)),
@@ -266,9 +255,9 @@ def release() -> Measurement:
     scenario = Scenario.builtin("paper", list(_CASES["mean-axis"]))
     beam = Beam(scenario, build_operators(scenario))
     q, qd = beam.initial_state()
-    work = new_work(q.size)
-    evaluate_beam(beam.model, 0.0, q, qd, work)
-    computed = float(np.linalg.solve(work.matrices[MASS], work.vectors[FORCES])[0])
+    work = beam.model.new_workspace()
+    beam.model.evaluate(0.0, q, qd, work)
+    computed = float(np.linalg.solve(work.mass, vectors_of(work.vectors).forces)[0])
     exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
     text = "closed form of the rigid bar"
     return Measurement("angular acceleration at the start", computed, exact, "rad/s²", 1e-11, text)

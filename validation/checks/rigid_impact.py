@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.nodal import FullBeam
 from oblique_impact.contact.friction import Frictionless
-from oblique_impact.contact.transitions import ContactMachine, ContactProbe, EventKind, NewtonImpact, Transition
+from oblique_impact.contact.impacts import NewtonImpact
+from oblique_impact.contact.state import Tolerances
+from oblique_impact.contact.transitions import ContactMachine, ContactProbe, EventKind, Transition
 from oblique_impact.history.instants import first_sample, last_sample
-from oblique_impact.kernels.system import LAMBDA_N
 from oblique_impact.marching.loop import Run
-from oblique_impact.marching.scheme import Tolerances
+from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
-from oblique_impact.simulation import full_beam_problem, simulate
+from oblique_impact.simulation import simulate
 from validation.checks.plots import impulse_law_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source
@@ -67,12 +68,12 @@ def held_tip(elements: int, step: float, rho: float, end_time: float) -> tuple[A
         f"end_time={end_time}",
     ]
     scenario = Scenario.builtin("paper", overrides)
-    problem = full_beam_problem(FullBeam(scenario, discretization("fem").build_nodal(scenario)))
-    machine = HeldTip(Frictionless(), NewtonImpact(), tolerances=Tolerances(force=np.inf))
+    problem = beam_problem(FullBeam(scenario, discretization("fem").build_nodal(scenario)))
+    machine = HeldTip(Frictionless(), NewtonImpact(), Tolerances.of(1.0, 1.0, 1.0)._replace(force=np.inf))
     record = Run(replace(problem, machine=machine)).execute()
     times = np.concatenate([s.times for s in record.segments])
     impulse = np.concatenate([s.states[:, 2 * problem.q0.size] for s in record.segments])
-    force = np.concatenate([s.observation.scalars[:, LAMBDA_N] for s in record.segments])
+    force = np.concatenate([s.observation.column("normal_force") for s in record.segments])
     return times, impulse + record.events[0].normal_impulse, force
 
 

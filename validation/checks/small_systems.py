@@ -7,13 +7,12 @@ from math import atan, ceil, cos, log, nan, pi, radians, sin, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
-from oblique_impact.contact.forces import routh_impulse
 from oblique_impact.contact.friction import Coulomb, Frictionless
+from oblique_impact.contact.impacts import NewtonImpact, RouthImpact, routh_impulse
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import Baumgarte, EventKind, NewtonImpact, RouthImpact
+from oblique_impact.contact.transitions import Baumgarte, EventKind
 from oblique_impact.history.history import History
 from oblique_impact.marching.fixed_step import FixedStepScheme
-from oblique_impact.marching.scheme import Tolerances
 from oblique_impact.simulation import simulate_system
 from validation.checks.registry import Measurement, checks_of, within
 from validation.reference_values import VALUES, source
@@ -97,7 +96,7 @@ def bouncing_ball() -> list[Measurement]:
             np.zeros(2),
             5.0,
             impact=NewtonImpact(e),
-            tolerances=Tolerances(gap=gap),
+            gap_tolerance=gap,
         )
         last = history.events[-1]
         left = 2.0 * sqrt(8.0 * gap / _G) / (1.0 - e) + 1e-11
@@ -202,7 +201,6 @@ def bar_impact() -> list[Measurement]:
             0.318,
             impact=RouthImpact(mu, e),
             friction=Coulomb(mu, mu) if mu else Frictionless(),
-            tolerances=Tolerances(gap=1e-15),
         )
         event = history.events[0]
         name = f"mu{mu:g}-e{e:g}"

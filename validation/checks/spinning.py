@@ -6,10 +6,9 @@ from functools import cache
 
 import numpy as np
 
-from oblique_impact.beam.floating_frame import evaluate_beam
 from oblique_impact.beam.operators import SpinningBeam, build_operators
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.kernels.system import FORCES, MASS, new_work
+from oblique_impact.kernels.workspace import vectors_of
 from oblique_impact.scenario.user_defined import discretization
 from validation.beams import EPS, unit_beam
 from validation.checks.plots import campbell_figure
@@ -129,16 +128,16 @@ def _free_squares(frame: str, eta: float = 5.0, modes: int = 8, step: float = 1e
     """Squares of the frequencies about a steady spin, from differences of the forces, and their rounding."""
     scenario = unit_beam(method="modal", frame=frame, modes=modes).replace(gravity=0.0)
     model, size = Beam(scenario, build_operators(scenario)).model, modes + 1
-    qd, work, slopes = np.zeros(size), new_work(size), np.zeros((size, size))
+    qd, work, slopes = np.zeros(size), model.new_workspace(), np.zeros((size, size))
     qd[0] = eta
     for k in range(size):
         for sign in (1.0, -1.0):
             q = np.zeros(size)
             q[k] = sign * step
-            evaluate_beam(model, 0.0, q, qd, work)
-            slopes[:, k] += sign * work.vectors[FORCES] / (2.0 * step)
-    evaluate_beam(model, 0.0, np.zeros(size), qd, work)
+            model.evaluate(0.0, q, qd, work)
+            slopes[:, k] += sign * vectors_of(work.vectors).forces / (2.0 * step)
+    model.evaluate(0.0, np.zeros(size), qd, work)
     # the spin couples to the elastic coordinates by Coriolis forces at second order only
-    squares = np.linalg.eigvals(np.linalg.solve(work.matrices[MASS], -0.5 * (slopes + slopes.T)))
+    squares = np.linalg.eigvals(np.linalg.solve(work.mass, -0.5 * (slopes + slopes.T)))
     ordered = np.sort(squares.real)
     return ordered, float(EPS / step * ordered[-1])

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from oblique_impact.errors import InputError
-from oblique_impact.marching import EventScheme, GeneralizedAlphaScheme
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.scenario import Scenario
 from validation.refinement.convergence import TOLERANCE
 

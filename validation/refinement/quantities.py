@@ -203,7 +203,7 @@ def _no_contact(history: History) -> str:
 
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision that has ended."""
-    from oblique_impact.contact.forces import State
+    from oblique_impact.contact.state import State
     from oblique_impact.history.ledger import MACRO_GAP
 
     found = history.summary["macro_collisions"]

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from oblique_impact.errors import InputError
-from oblique_impact.marching import EventScheme, FixedStepScheme, GeneralizedAlphaScheme
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.messages import did_you_mean
 from validation.refinement.ladders import Ladder, Study
 

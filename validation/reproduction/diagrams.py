@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from renders.style import GREY, SERIES, STATE_COLOURS
 from validation.report.figures import new_figure, to_svg
 from validation.reproduction.cases import SCHEMES

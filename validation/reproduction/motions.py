@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from validation.report.document import number
 from validation.reproduction.claims import (
     NOT,

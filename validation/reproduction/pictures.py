@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from renders.style import SERIES, STATE_COLOURS
 from validation.report.figures import new_figure, to_svg
 from validation.reproduction.cases import SCHEMES

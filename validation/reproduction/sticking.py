@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.contact.forces import Instant, State, instant_of
+from oblique_impact.contact.forces import OK, holding_force
+from oblique_impact.contact.state import Instant, State, rigid_phase
 from oblique_impact.contact.transitions import Baumgarte, EventKind
 from oblique_impact.history.history import History
 from oblique_impact.history.instants import last_sample
-from oblique_impact.kernels.system import new_work
+from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -65,11 +66,8 @@ class _Reader:
     """Contact problems at the samples of a history."""
 
     def __init__(self, scenario: Scenario, history: History) -> None:
-        from oblique_impact.marching import kernels
-
-        self._condense = kernels.condense_at
         self._model = Beam(scenario, build_operators(scenario)).model
-        self._work = new_work(history["q"].shape[1])
+        self._work = self._model.new_workspace()
         self._time, self._q, self._qd = (history[name].values for name in ("time", "q", "qd"))
         v = scenario.solver
         self._baumgarte = Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form)
@@ -77,8 +75,8 @@ class _Reader:
     def instant(self, sample: int) -> Instant:
         """Contact problem at a sample."""
         q, qd = np.ascontiguousarray(self._q[sample]), np.ascontiguousarray(self._qd[sample])
-        self._condense(self._model, float(self._time[sample]), q, qd, self._work)
-        return instant_of(self._work)
+        instant: Instant = contact_problem(self._model, float(self._time[sample]), q, qd, self._work)[2]
+        return instant
 
     def judged(self, instant: Instant) -> Instant:
         """Return the problem with Baumgarte's terms, as for a stick that begins here."""
@@ -90,7 +88,9 @@ class _Reader:
 
 
 def _forces(instant: Instant) -> tuple[float, float]:
-    return instant.sticking() or (float("nan"), float("nan"))
+    """Return the forces (N) that keep a rigid contact sticking, without stabilization; NaN if there are none."""
+    force = holding_force(rigid_phase(), instant, 0.0)
+    return force[1:] if force.status == OK else (float("nan"), float("nan"))
 
 
 def at_events(scenario: Scenario, history: History) -> list[StickCheck]:

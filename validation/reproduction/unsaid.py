@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import NamedTuple
 
-from oblique_impact.contact.forces import State
+from oblique_impact.contact.state import State
 from validation.reproduction.cases import MODELS, Case, Combination, Variant, case_key
 from validation.reproduction.claims import Claim
 from validation.reproduction.measures import Trio, longest_stick

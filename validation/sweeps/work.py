@@ -148,7 +148,7 @@ def regime(history: History) -> str:
 
     The strongest of what happens in it counts: stick before reversal before slip.
     """
-    from oblique_impact.contact.forces import State
+    from oblique_impact.contact.state import State
     from oblique_impact.contact.transitions import EventKind
     from oblique_impact.history.ledger import MACRO_GAP
 

@@ -1,0 +1,95 @@
+"""The arrays of a run and the numbers of an evaluation: what systems fill and contact states and schemes read."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oblique_impact.kernels.jit import jitable
+
+Array = NDArray[np.float64]
+
+#: effective matrices of an implicit scheme: of its two regular steps and of a cut one
+EFFECTIVE_SLOTS = 3
+VECTORS = 18
+
+
+class Workspace(NamedTuple):
+    """Arrays of one system with d degrees of freedom, allocated once per run.
+
+    The vectors are the rows of one array, because compiled code hands every array on by value.
+    """
+
+    mass: Array  # (d, d)
+    factor: Array  # (d, d) of the mass matrix; banded systems solve in (n + 3, 4)
+    effective: Array  # (3, d, d) factors of an implicit scheme's effective matrices; banded (3, n + 3, 4)
+    vectors: Array  # (18, d), see `vectors_of`
+
+
+def new_workspace(size: int) -> Workspace:
+    """Allocate the arrays of a dense system with `size` degrees of freedom."""
+    square = (size, size)
+    return Workspace(
+        np.zeros(square), np.zeros(square), np.zeros((EFFECTIVE_SLOTS, *square)), np.zeros((VECTORS, size))
+    )
+
+
+class Vectors(NamedTuple):
+    """The vectors of a workspace, each (d,)."""
+
+    forces: Array  # Q
+    normal: Array  # D_n
+    tangential: Array  # D_tau
+    free_acceleration: Array  # M^-1 Q
+    normal_response: Array  # M^-1 D_n^T, or S^-1 D_n^T
+    tangential_response: Array
+    acceleration: Array  # q''
+    supply: Array  # derivative of the supplied power over q''
+    residual: Array  # Q + D^T lambda - M q'' of an implicit step
+    increment: Array  # of q''
+    product_a: Array
+    product_b: Array
+    own_a: Array  # the system's own
+    own_b: Array
+    own_c: Array
+    rank_one: Array  # (3, d) S^-1 of a system's rank-one vector, for each effective matrix
+
+
+@jitable
+def vectors_of(v: Array) -> Vectors:
+    """Return the vectors (18, d) by their names."""
+    return Vectors(
+        v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], v[11], v[12], v[13], v[14], v[15:18]
+    )
+
+
+class Evaluation(NamedTuple):
+    """What a system says of itself at an instant besides its arrays (SI units)."""
+
+    gap: float
+    slip: float
+    gap_rate: float
+    slip_rate: float
+    gap_bias: float  # z_n
+    slip_bias: float  # z_tau
+    damping_power: float  # W
+    supplied_power: float  # W, at q'' = 0; the rest is supply . q''
+    rank_one: float  # coefficient of a rank-one part of the mass matrix that is not in `Workspace.mass`
+
+
+@jitable
+def dot(a: Array, b: Array) -> float:
+    """Scalar product of two vectors (d,)."""
+    total = 0.0
+    for i in range(a.shape[0]):
+        total += a[i] * b[i]
+    return total
+
+
+@jitable
+def copy(source: Array, target: Array) -> None:
+    """Copy one vector (an assignment of slices compiles to far more code)."""
+    for i in range(source.shape[0]):
+        target[i] = source[i]

@@ -1,0 +1,160 @@
+"""From a scenario, or a user's own system, to the problem that the loop marches: the one factory.
+
+It puts together the system (what kernels call), the scheme, the laws of the contact and what counts as zero.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.contact.friction import FrictionLaw, friction_law
+from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
+from oblique_impact.contact.state import Tolerances
+from oblique_impact.contact.stops import ContactLaw, ElasticStop
+from oblique_impact.contact.transitions import Baumgarte, ContactMachine
+from oblique_impact.kernels.system import MechanicalSystem
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.marching.loop import Problem
+from oblique_impact.marching.sampling import contact_problem
+from oblique_impact.marching.scheme import Scheme
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.user_defined import discretization
+
+#: flights closer to the slope than this part of the length take generalized-alpha's contact step
+NEAR = 0.01
+#: part of the tolerance that the iterations of one implicit step may leave: what they leave adds up
+ITERATIONS = 0.01
+#: s; sizes of a beam's angle, deflections and velocities are 1 rad, 1 m and these over the second
+BEAM_TIME = 1.0
+
+
+def beam_of(scenario: Scenario) -> Beam | FullBeam:
+    """Return the discretized beam that a scenario marches: reduced, or nodal without reduction."""
+    chosen = scenario.discretization
+    if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
+        return Beam(scenario, build_operators(scenario))
+    return FullBeam(scenario, discretization(chosen.method).build_nodal(scenario))
+
+
+def beam_problem(beam: Beam | FullBeam) -> Problem:
+    """Put a beam, its scheme and its laws together for the loop."""
+    s = beam.scenario
+    scheme, tolerances = scheme_of(s), beam_tolerances(s, beam.mass)
+    q0, qd0 = beam.initial_state()
+    return Problem(
+        beam.model,
+        q0,
+        qd0,
+        contact_machine(s, scheme, tolerances),
+        scheme,
+        s.end_time,
+        s.solver.output_interval,
+        np.ones(2 * q0.size),
+        contact=s.contact.enabled,
+        breakpoints=beam.breakpoints,
+    )
+
+
+def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:
+    """Return what counts as zero for a beam of the given mass (kg)."""
+    return Tolerances.of(scenario.beam.length, BEAM_TIME, mass * max(scenario.gravity, 1.0))
+
+
+def scheme_of(scenario: Scenario) -> Scheme:
+    """Return the marching scheme of a scenario."""
+    user_defined: Scheme | None = scenario.part("scheme")
+    if user_defined is not None:
+        return user_defined
+    v = scenario.solver
+    if v.scheme == "fixed-step":
+        return FixedStepScheme(v.free_step, v.contact_step, literal=v.stick == "force")
+    if v.scheme == "generalized-alpha":
+        near = NEAR * scenario.beam.length if scenario.contact.enabled else 0.0
+        tolerance = ITERATIONS * v.tolerance
+        return GeneralizedAlphaScheme(
+            v.free_step, min(v.contact_step, v.free_step), v.rho_infinity, near, tolerance
+        )
+    return EventScheme(v.tolerance)
+
+
+def contact_machine(scenario: Scenario, scheme: Scheme, tolerances: Tolerances) -> ContactMachine:
+    """Return the transition table of a scenario."""
+    v, c = scenario.solver, scenario.contact
+    return ContactMachine(
+        scenario.part("friction") or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
+        scenario.part("impact") or _impact_law(scenario),
+        tolerances._replace(flight=scheme.shortest_flight),
+        Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
+        scheme.judgement,
+        stop_of(scenario),
+    )
+
+
+def stop_of(scenario: Scenario) -> ContactLaw | None:
+    """Return the stop of a scenario that gives way, None for a rigid one."""
+    c = scenario.contact
+    if c.normal == "spring":
+        return ElasticStop(c.stiffness, c.damping)
+    user_defined: ContactLaw | None = scenario.part("normal")
+    return user_defined
+
+
+def _impact_law(scenario: Scenario) -> ImpactLaw:
+    """Return the built-in impact law of a scenario."""
+    c = scenario.contact
+    if c.impact == "newton":
+        return NewtonImpact(c.restitution)
+    return RouthImpact(0.0 if c.friction == "frictionless" else c.mu_kinetic, c.restitution)
+
+
+def system_problem(
+    system: MechanicalSystem,
+    q0: Array,
+    qd0: Array,
+    end_time: float,
+    output_interval: float,
+    scheme: Scheme,
+    laws: tuple[FrictionLaw, ImpactLaw, ContactLaw | None],
+    baumgarte: Baumgarte,
+    breakpoints: tuple[float, ...],
+    gap_tolerance: float | None = None,
+) -> Problem:
+    """Put a user's own small system together for the loop; what counts as zero follows from how it starts."""
+    friction, impact, stop = laws
+    tolerances, scales = system_scales(system, q0, qd0, end_time)
+    tolerances = tolerances._replace(
+        flight=scheme.shortest_flight, gap=tolerances.gap if gap_tolerance is None else gap_tolerance
+    )
+    machine = ContactMachine(friction, impact, tolerances, baumgarte, scheme.judgement, stop)
+    return Problem(system, q0, qd0, machine, scheme, end_time, output_interval, scales, breakpoints=breakpoints)
+
+
+def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[Tolerances, Array]:
+    """Return what counts as zero for a system, and the sizes (2 d,) of q and q', from how it starts.
+
+    Gap g, velocity v and acceleration a of the contact give the length max(g, v^2/a) and the velocity
+    max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time` (s).
+    """
+    work = system.new_workspace()
+    defined, _, c = contact_problem(system, 0.0, q0, qd0, work)
+    speed = max(abs(c.gap_rate), abs(c.slip_rate))
+    push = max(abs(c.gap_acceleration), abs(c.slip_acceleration)) if defined else 0.0
+    length = max(abs(c.gap), speed * speed / push if push > 0.0 else speed * end_time)
+    length = length or push * end_time**2 or 1.0
+    speed = max(speed, math.sqrt(push * length)) or length / end_time
+    time = length / speed
+    effective_mass = 1.0 / c.a_nn if c.a_nn > 0.0 else 1.0
+    tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
+    rates = work.vectors[3] if defined else np.zeros_like(q0)
+    size = np.maximum(np.maximum(np.abs(q0), np.abs(qd0) * time), np.abs(rates) * time**2)
+    size = np.where(size > 0.0, size, np.max(size) or length)
+    return tolerances, np.concatenate([size, size / time])
