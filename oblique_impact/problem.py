@@ -18,6 +18,7 @@ from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.state import Tolerances
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.contact.transitions import Baumgarte, ContactMachine
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
@@ -154,7 +155,7 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     time = length / speed
     effective_mass = 1.0 / c.a_nn if c.a_nn > 0.0 else 1.0
     tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
-    rates = work.vectors[3] if defined else np.zeros_like(q0)
+    rates = work.vectors[row.FREE_ACCELERATION] if defined else np.zeros_like(q0)
     size = np.maximum(np.maximum(np.abs(q0), np.abs(qd0) * time), np.abs(rates) * time**2)
     size = np.where(size > 0.0, size, np.max(size) or length)
     return tolerances, np.concatenate([size, size / time])

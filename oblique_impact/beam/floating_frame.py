@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import Law, jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace, vectors_of
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
 PIN, HUB, DRIVEN = 0, 1, 2
 
@@ -72,32 +73,32 @@ def _contract(v: Array, x: Array) -> float:
 @jitable
 def _apply_forces(model: BeamModel, theta: float, B: Array, Bd: Array, w: Workspace) -> float:
     """Add gravity with its geometric stiffness, elasticity, damping, hub torque; the power (W) of damping."""
-    v, g, c, s = vectors_of(w.vectors), model.gravity, np.cos(theta), np.sin(theta)
-    _multiply(model, GRAVITY_STIFFNESS, B, v.own_a)
-    moment = c * (model.static_moment - 0.5 * _contract(v.own_a, B)) - s * dot(model.vectors[LOAD], B)
-    v.forces[0] += model.torque - g * moment
+    v, g, c, s = w.vectors, model.gravity, np.cos(theta), np.sin(theta)
+    _multiply(model, GRAVITY_STIFFNESS, B, v[row.OWN_A])
+    moment = c * (model.static_moment - 0.5 * _contract(v[row.OWN_A], B)) - s * dot(model.vectors[LOAD], B)
+    v[row.FORCES, 0] += model.torque - g * moment
     for i in range(B.shape[0]):
-        v.forces[i + 1] -= g * (c * model.vectors[LOAD, i] - s * v.own_a[i + 1])
-        v.forces[i + 1] += model.torque * model.vectors[ROOT_SLOPE, i]
-    _multiply(model, STIFFNESS, B, v.own_a)
-    _multiply(model, DAMPING, Bd, v.own_b)
+        v[row.FORCES, i + 1] -= g * (c * model.vectors[LOAD, i] - s * v[row.OWN_A, i + 1])
+        v[row.FORCES, i + 1] += model.torque * model.vectors[ROOT_SLOPE, i]
+    _multiply(model, STIFFNESS, B, v[row.OWN_A])
+    _multiply(model, DAMPING, Bd, v[row.OWN_B])
     for i in range(B.shape[0]):
-        v.forces[i + 1] -= v.own_a[i + 1] + v.own_b[i + 1]
-    return _contract(v.own_b, Bd)
+        v[row.FORCES, i + 1] -= v[row.OWN_A, i + 1] + v[row.OWN_B, i + 1]
+    return _contract(v[row.OWN_B], Bd)
 
 
 @jitable
 def _first_order(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     """Kinetic energy to second order in B: mass matrix and inertia forces."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
-    M, v = w.mass, vectors_of(w.vectors)
-    _multiply(model, SPIN_STIFFNESS, B, v.own_a)
-    M[0, 0] = model.inertia + _contract(v.own_a, B)
-    v.forces[0] = -2.0 * spin * _contract(v.own_a, Bd)
+    M, v = w.mass, w.vectors
+    _multiply(model, SPIN_STIFFNESS, B, v[row.OWN_A])
+    M[0, 0] = model.inertia + _contract(v[row.OWN_A], B)
+    v[row.FORCES, 0] = -2.0 * spin * _contract(v[row.OWN_A], Bd)
     for i in range(B.shape[0]):
         M[0, i + 1] = model.vectors[COUPLING, i]
         M[i + 1, 0] = model.vectors[COUPLING, i]
-        v.forces[i + 1] = spin * spin * v.own_a[i + 1]
+        v[row.FORCES, i + 1] = spin * spin * v[row.OWN_A, i + 1]
         for j in range(B.shape[0]):
             M[i + 1, j + 1] = model.matrices[ELASTIC_MASS, i, j]
 
@@ -107,10 +108,10 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     """Exact kinetic energy by quadrature: a Gram matrix, positive semidefinite whatever B is."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
     n = B.shape[0]
-    M, v = w.mass, vectors_of(w.vectors)
-    axial_row, transverse_row = v.own_a, v.own_b
+    M, v = w.mass, w.vectors
+    axial_row, transverse_row = v[row.OWN_A], v[row.OWN_B]
     for i in range(n + 1):
-        v.forces[i] = 0.0
+        v[row.FORCES, i] = 0.0
         for j in range(i + 1):
             M[i, j] = 0.0
     for k in range(model.quad_shapes.shape[0]):
@@ -134,7 +135,7 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
         axial = mass * (bias - 2.0 * spin * uy_rate - spin * spin * arm)
         transverse = mass * (2.0 * spin * shortening_rate - spin * spin * uy)
         for i in range(n + 1):
-            v.forces[i] -= axial_row[i] * axial + transverse_row[i] * transverse
+            v[row.FORCES, i] -= axial_row[i] * axial + transverse_row[i] * transverse
             for j in range(i + 1):
                 M[i, j] += mass * (axial_row[i] * axial_row[j] + transverse_row[i] * transverse_row[j])
     hub_row = axial_row
@@ -151,19 +152,19 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
 def _contact(model: BeamModel, q: Array, qd: Array, w: Workspace) -> ContactKinematics:
     """Gap, slip and biases at the contact point, and its rows (paper Eqs. 22-24 and 50)."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
-    v = vectors_of(w.vectors)
-    HB, HBd, shape = v.own_a, v.own_b, model.vectors[CONTACT_SHAPE]
+    v = w.vectors
+    HB, HBd, shape = v[row.OWN_A], v[row.OWN_B], model.vectors[CONTACT_SHAPE]
     _multiply(model, CONTACT_SHORTENING, B, HB)
     _multiply(model, CONTACT_SHORTENING, Bd, HBd)
     x, y = model.contact_radius - 0.5 * _contract(HB, B), dot(shape, B)
     x_rate, y_rate = -_contract(HB, Bd), dot(shape, Bd)
     angle = q[0] - model.slope_angle
     c, s = np.cos(angle), np.sin(angle)
-    v.normal[0] = x * c - y * s
-    v.tangential[0] = -x * s - y * c
+    v[row.NORMAL, 0] = x * c - y * s
+    v[row.TANGENTIAL, 0] = -x * s - y * c
     for i in range(B.shape[0]):
-        v.normal[i + 1] = -s * HB[i + 1] + c * shape[i]
-        v.tangential[i + 1] = -c * HB[i + 1] - s * shape[i]
+        v[row.NORMAL, i + 1] = -s * HB[i + 1] + c * shape[i]
+        v[row.TANGENTIAL, i + 1] = -c * HB[i + 1] - s * shape[i]
     return kinematics(model, c, s, x, y, x_rate, y_rate, spin, _contract(HBd, Bd))
 
 
@@ -207,14 +208,14 @@ def _prescribe(model: BeamModel, acceleration: float, spin: float, w: Workspace)
 
     The rest of its power, supply . q'', and that of the contact force follow from the rows that are replaced.
     """
-    M, v = w.mass, vectors_of(w.vectors)
-    power = -v.forces[0] * spin
-    v.forces[0] = acceleration
-    v.supply[0] = M[0, 0] * spin
+    M, v = w.mass, w.vectors
+    power = -v[row.FORCES, 0] * spin
+    v[row.FORCES, 0] = acceleration
+    v[row.SUPPLY, 0] = M[0, 0] * spin
     M[0, 0] = 1.0
-    for i in range(1, v.forces.shape[0]):
-        v.supply[i] = M[0, i] * spin
-        v.forces[i] -= M[i, 0] * acceleration
+    for i in range(1, v[row.FORCES].shape[0]):
+        v[row.SUPPLY, i] = M[0, i] * spin
+        v[row.FORCES, i] -= M[i, 0] * acceleration
         M[0, i] = 0.0
         M[i, 0] = 0.0
     return power
@@ -223,24 +224,29 @@ def _prescribe(model: BeamModel, acceleration: float, spin: float, w: Workspace)
 @jitable
 def evaluate_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill mass matrix, forces and contact rows of the beam at (t, q, q')."""
-    v = vectors_of(w.vectors)
+    v = w.vectors
     if model.full:
         _full(model, q, qd, w)
     else:
         _first_order(model, q, qd, w)
     damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
     k = _contact(model, q, qd, w)
-    gap_rate, slip_rate, gap_bias, slip_bias = dot(v.normal, qd), dot(v.tangential, qd), k.gap_bias, k.slip_bias
+    gap_rate, slip_rate, gap_bias, slip_bias = (
+        dot(v[row.NORMAL], qd),
+        dot(v[row.TANGENTIAL], qd),
+        k.gap_bias,
+        k.slip_bias,
+    )
     supplied = 0.0
     if model.root == HUB:
         supplied = model.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
     if model.root == DRIVEN:
         acceleration = model.drive(t, model.drive_parameters)
         supplied = _prescribe(model, acceleration, qd[0], w)
-        gap_bias += v.normal[0] * acceleration
-        slip_bias += v.tangential[0] * acceleration
-        v.normal[0] = 0.0
-        v.tangential[0] = 0.0
+        gap_bias += v[row.NORMAL, 0] * acceleration
+        slip_bias += v[row.TANGENTIAL, 0] * acceleration
+        v[row.NORMAL, 0] = 0.0
+        v[row.TANGENTIAL, 0] = 0.0
     return Evaluation(k.gap, k.slip, gap_rate, slip_rate, gap_bias, slip_bias, damping, supplied, 0.0)
 
 
@@ -259,9 +265,9 @@ def add_beam_tangent(
 @jitable
 def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
     """Power (W) of the damping matrix at the velocities q'."""
-    v = vectors_of(w.vectors)
-    _multiply(model, DAMPING, qd[1:], v.own_b)
-    return float(_contract(v.own_b, qd[1:]))
+    v = w.vectors
+    _multiply(model, DAMPING, qd[1:], v[row.OWN_B])
+    return float(_contract(v[row.OWN_B], qd[1:]))
 
 
 class BeamModel(_BeamData, DenseAlgebra):

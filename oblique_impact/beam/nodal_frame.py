@@ -20,6 +20,7 @@ import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from oblique_impact.beam.floating_frame import ContactKinematics, kinematics
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.banded import HALF_BANDWIDTH, band_multiply, factor_band, solve_band
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import (
@@ -29,7 +30,6 @@ from oblique_impact.kernels.workspace import (
     Evaluation,
     Workspace,
     dot,
-    vectors_of,
 )
 
 # NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D, H at the contact point
@@ -74,8 +74,8 @@ def _contact(
     model: NodalModel, q: Array, qd: Array, biased: bool, w: Workspace
 ) -> tuple[ContactKinematics, float, float]:
     """Gap and slip with their rows in W, D_B + S (D_theta - x.D_B)/J, and their rates; biases only if `biased`."""
-    v, u = vectors_of(w.vectors), model.vectors
-    HB, point = v.own_c, model.contact_dof
+    v, u = w.vectors, model.vectors
+    HB, point = v[row.OWN_C], model.contact_dof
     theta, spin = _frame(model, q, qd)
     band_multiply(model.bands, SHORTENING_BAND, q, HB)
     rigid, bent, bending = 0.0, 0.0, 0.0
@@ -92,16 +92,16 @@ def _contact(
     tangential = (-x * s - y * c + c * rigid + s * model.contact_radius) / model.inertia
     gap_rate, slip_rate = 0.0, 0.0
     for i in range(q.shape[0]):
-        v.normal[i] = -s * HB[i] + normal * u[COUPLING, i]
-        v.tangential[i] = -c * HB[i] + tangential * u[COUPLING, i]
-        gap_rate += v.normal[i] * qd[i]
-        slip_rate += v.tangential[i] * qd[i]
-    v.normal[point] += c
-    v.tangential[point] -= s
+        v[row.NORMAL, i] = -s * HB[i] + normal * u[COUPLING, i]
+        v[row.TANGENTIAL, i] = -c * HB[i] + tangential * u[COUPLING, i]
+        gap_rate += v[row.NORMAL, i] * qd[i]
+        slip_rate += v[row.TANGENTIAL, i] * qd[i]
+    v[row.NORMAL, point] += c
+    v[row.TANGENTIAL, point] -= s
     curved = 0.0  # B'^T H B'
     if biased:
-        band_multiply(model.bands, SHORTENING_BAND, qd, v.own_a)
-        curved = dot(v.own_a, qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
+        band_multiply(model.bands, SHORTENING_BAND, qd, v[row.OWN_A])
+        curved = dot(v[row.OWN_A], qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
         curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
     k = kinematics(model, c, s, x, y, x_rate, y_rate, spin, curved)
     return k, gap_rate + c * qd[point], slip_rate - s * qd[point]
@@ -110,8 +110,8 @@ def _contact(
 @jitable
 def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float, float]:
     """Generalized forces f - K W - Cd W'; returns kappa and the power (W) of damping."""
-    v, u, J, g = vectors_of(w.vectors), model.vectors, model.inertia, model.gravity
-    NW, DB, B, n = v.own_a, v.own_b, v.own_c, q.shape[0]
+    v, u, J, g = w.vectors, model.vectors, model.inertia, model.gravity
+    NW, DB, B, n = v[row.OWN_A], v[row.OWN_B], v[row.OWN_C], q.shape[0]
     theta, spin = _frame(model, q, qd)
     c, s = np.cos(theta), np.sin(theta)
     band_multiply(model.bands, SPIN_BAND, q, NW)
@@ -119,7 +119,7 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
     # K W = K B, but in W the rounding of K x would hold the beam like a spring, the stiffer the finer the mesh
     for i in range(n):
         B[i] = q[i] - theta * u[RIGID, i]
-    band_multiply(model.bands, STIFFNESS_BAND, B, v.forces)
+    band_multiply(model.bands, STIFFNESS_BAND, B, v[row.FORCES])
     lag, lagging, gravity_rigid, bent, lifted = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         DB[i] -= theta * u[GRAVITY_RIGID, i]
@@ -136,29 +136,31 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
     moment /= J
     square = spin * spin
     for i in range(n):
-        v.forces[i] = square * NW[i] - g * (c * u[LOAD, i] - s * DB[i]) + moment * u[COUPLING, i] - v.forces[i]
-    v.forces[0] += model.torque  # the first free coordinate is the slope at the root
+        v[row.FORCES, i] = (
+            square * NW[i] - g * (c * u[LOAD, i] - s * DB[i]) + moment * u[COUPLING, i] - v[row.FORCES, i]
+        )
+    v[row.FORCES, 0] += model.torque  # the first free coordinate is the slope at the root
     power = 0.0
     if model.kelvin_voigt > 0.0 or model.mass_proportional > 0.0:
         power = _damp(model, qd, w)
         for i in range(n):
-            v.forces[i] -= v.own_a[i]
+            v[row.FORCES, i] -= v[row.OWN_A, i]
     return lag / (J * J), power
 
 
 @jitable
 def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
     """Damping forces Cd W' into `own_a`; their power (W)."""
-    v, n, power = vectors_of(w.vectors), qd.shape[0], 0.0
+    v, n, power = w.vectors, qd.shape[0], 0.0
     spin = dot(model.vectors[COUPLING], qd) / model.inertia
-    band_multiply(model.bands, STIFFNESS_BAND, qd, v.own_a)
-    band_multiply(model.bands, MASS_BAND, qd, v.own_b)
-    v.own_b[0] -= model.hub_inertia * qd[0]
+    band_multiply(model.bands, STIFFNESS_BAND, qd, v[row.OWN_A])
+    band_multiply(model.bands, MASS_BAND, qd, v[row.OWN_B])
+    v[row.OWN_B, 0] -= model.hub_inertia * qd[0]
     for i in range(n):
         # mass-proportional damping acts on B' only: M1 B' = M1 W' - S theta', without the hub's inertia
-        v.own_a[i] *= model.kelvin_voigt
-        v.own_a[i] += model.mass_proportional * (v.own_b[i] - spin * model.vectors[COUPLING, i])
-        power += v.own_a[i] * qd[i]
+        v[row.OWN_A, i] *= model.kelvin_voigt
+        v[row.OWN_A, i] += model.mass_proportional * (v[row.OWN_B, i] - spin * model.vectors[COUPLING, i])
+        power += v[row.OWN_A, i] * qd[i]
     return power
 
 
@@ -184,16 +186,16 @@ def take_nodal_residual(
     model: NodalModel, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace
 ) -> Evaluation:
     """Take forces and the residual f - K W - Cd W' - M W'' and, with `contact`, the rows; no biases."""
-    v = vectors_of(w.vectors)
+    v = w.vectors
     rank_one, damping = _forces(model, q, qd, w)
     supplied = model.torque * qd[0]
     e = Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, damping, supplied, rank_one)
     if contact:
         k, gap_rate, slip_rate = _contact(model, q, qd, False, w)
         e = Evaluation(k.gap, k.slip, gap_rate, slip_rate, 0.0, 0.0, damping, supplied, rank_one)
-    multiply_nodal_mass(model, rank_one, w, qdd, v.residual)
+    multiply_nodal_mass(model, rank_one, w, qdd, v[row.RESIDUAL])
     for i in range(q.shape[0]):
-        v.residual[i] = v.forces[i] - v.residual[i]
+        v[row.RESIDUAL, i] = v[row.FORCES, i] - v[row.RESIDUAL, i]
     return e
 
 
@@ -228,12 +230,12 @@ def _solve(
 
     `response` is that of S.  False if the matrix with its rank-one part is not positive definite.
     """
-    columns, v, u = w.factor, vectors_of(w.vectors), model.vectors
+    columns, v, u = w.factor, w.vectors, model.vectors
     n = right.shape[0]
     for i in range(n):
         columns[i, 0] = right[i]
-        columns[i, 1] = v.normal[i]  # of an earlier instant if there is no contact: not used
-        columns[i, 2] = v.tangential[i]
+        columns[i, 1] = v[row.NORMAL, i]  # of an earlier instant if there is no contact: not used
+        columns[i, 2] = v[row.TANGENTIAL, i]
     solve_band(factors, columns)
     a, b, c, own = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
@@ -249,17 +251,19 @@ def _solve(
         x[i] = columns[i, 0] - share * a * response[i]
     if contact:
         for i in range(n):
-            v.normal_response[i] = columns[i, 1] - share * b * response[i]
-            v.tangential_response[i] = columns[i, 2] - share * c * response[i]
+            v[row.NORMAL_RESPONSE, i] = columns[i, 1] - share * b * response[i]
+            v[row.TANGENTIAL_RESPONSE, i] = columns[i, 2] - share * c * response[i]
     return True
 
 
 @jitable
 def solve_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, contact: bool) -> bool:
     """Acceleration without contact force and, with `contact`, M^-1 D^T; False if M is not positive definite."""
-    v = vectors_of(w.vectors)
+    v = w.vectors
     response = model.vectors[MASS_RESPONSE]
-    return _solve(model, rank_one, model.mass_factor, response, v.forces, v.free_acceleration, contact, w)
+    return _solve(
+        model, rank_one, model.mass_factor, response, v[row.FORCES], v[row.FREE_ACCELERATION], contact, w
+    )
 
 
 @jitable
@@ -274,7 +278,7 @@ def factor_nodal_effective(
     factors = w.effective[slot]
     if not factor_band(model.bands, MASS_BAND, mass, STIFFNESS_BAND, stiffness, factors):
         return False
-    _respond(model.vectors[COUPLING], factors, w.factor, vectors_of(w.vectors).rank_one[slot])
+    _respond(model.vectors[COUPLING], factors, w.factor, w.vectors[row.RANK_ONE + slot])
     return True
 
 
@@ -291,8 +295,10 @@ def _respond(coupling: Array, factors: Array, columns: Array, response: Array) -
 @jitable
 def solve_nodal_effective(model: NodalModel, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
     """S^-1 of the residual and, with `contact`, of the contact rows."""
-    v = vectors_of(w.vectors)
-    _solve(model, rank_one, w.effective[slot], v.rank_one[slot], v.residual, v.increment, contact, w)
+    v = w.vectors
+    _solve(
+        model, rank_one, w.effective[slot], v[row.RANK_ONE + slot], v[row.RESIDUAL], v[row.INCREMENT], contact, w
+    )
 
 
 class NodalModel(_NodalData):

@@ -20,8 +20,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from oblique_impact.contact.state import FREE, SLIDING, STICKING, Guards, Instant, Phase
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, vectors_of
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot
 
 #: what a solution of the contact problem can say about itself
 OK, MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION = 0, 1, 2, 3
@@ -135,17 +136,17 @@ def can_stick(phase: Phase, c: Instant, stopping_time: float) -> bool:
 @jitable
 def instant_of(e: Evaluation, w: Workspace) -> Instant:
     """Reduce an evaluated system, whose mass matrix is solved for, to its contact; no force yet."""
-    v = vectors_of(w.vectors)
+    v = w.vectors
     return Instant(
         e.gap,
         e.slip,
         e.gap_rate,
         e.slip_rate,
-        dot(v.normal, v.normal_response),
-        dot(v.normal, v.tangential_response),
-        dot(v.tangential, v.tangential_response),
-        dot(v.normal, v.free_acceleration) + e.gap_bias,
-        dot(v.tangential, v.free_acceleration) + e.slip_bias,
+        dot(v[row.NORMAL], v[row.NORMAL_RESPONSE]),
+        dot(v[row.NORMAL], v[row.TANGENTIAL_RESPONSE]),
+        dot(v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE]),
+        dot(v[row.NORMAL], v[row.FREE_ACCELERATION]) + e.gap_bias,
+        dot(v[row.TANGENTIAL], v[row.FREE_ACCELERATION]) + e.slip_bias,
         0.0,
         0.0,
         e.damping_power,
@@ -200,13 +201,13 @@ def accelerate(system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Work
     The status is OK or the reason why there is no solution; then forces are 0 and the acceleration is void.
     """
     e = system.evaluate(t, q, qd, w)
-    v = vectors_of(w.vectors)
+    v = w.vectors
     if phase.state == FREE:
         if not system.solve_mass(e.rank_one, w, False):
             return MASS_NOT_POSITIVE, flying(e)
         for i in range(q.shape[0]):
-            v.acceleration[i] = v.free_acceleration[i]
-        return OK, with_forces(flying(e), 0.0, 0.0, e.supplied_power + dot(v.supply, v.acceleration))
+            v[row.ACCELERATION, i] = v[row.FREE_ACCELERATION, i]
+        return OK, with_forces(flying(e), 0.0, 0.0, e.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION]))
     if not system.solve_mass(e.rank_one, w, True):
         return MASS_NOT_POSITIVE, flying(e)
     c = instant_of(e, w)
@@ -214,9 +215,9 @@ def accelerate(system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Work
     if force.status != OK:
         return force.status, c
     for i in range(q.shape[0]):
-        push = v.normal_response[i] * force.normal + v.tangential_response[i] * force.tangential
-        v.acceleration[i] = v.free_acceleration[i] + push
-    supplied = e.supplied_power + dot(v.supply, v.acceleration)
+        push = v[row.NORMAL_RESPONSE, i] * force.normal + v[row.TANGENTIAL_RESPONSE, i] * force.tangential
+        v[row.ACCELERATION, i] = v[row.FREE_ACCELERATION, i] + push
+    supplied = e.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
     return OK, with_forces(c, force.normal, force.tangential, supplied)
 
 

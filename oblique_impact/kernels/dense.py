@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, vectors_of
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 
 
 @jitable
@@ -60,23 +61,23 @@ class DenseAlgebra:
     """The protocol of :class:`~oblique_impact.kernels.system.System` for a dense mass matrix."""
 
     def solve_mass(self: Any, rank_one: float, w: Workspace, contact: bool) -> bool:  # noqa: D102
-        v = vectors_of(w.vectors)
+        v = w.vectors
         if not factor(w.mass, w.factor):
             return False
-        solve(w.factor, v.forces, v.free_acceleration)
+        solve(w.factor, v[row.FORCES], v[row.FREE_ACCELERATION])
         if contact:
-            solve(w.factor, v.normal, v.normal_response)
-            solve(w.factor, v.tangential, v.tangential_response)
+            solve(w.factor, v[row.NORMAL], v[row.NORMAL_RESPONSE])
+            solve(w.factor, v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
         return True
 
     def take_residual(  # noqa: D102
         self: Any, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace
     ) -> Evaluation:
         e: Evaluation = self.evaluate(t, q, qd, w)
-        v = vectors_of(w.vectors)
-        multiply(w.mass, qdd, v.residual)
+        v = w.vectors
+        multiply(w.mass, qdd, v[row.RESIDUAL])
         for i in range(q.shape[0]):
-            v.residual[i] = v.forces[i] - v.residual[i]
+            v[row.RESIDUAL, i] = v[row.FORCES, i] - v[row.RESIDUAL, i]
         return e
 
     def approach(self: Any, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:  # noqa: D102
@@ -98,11 +99,11 @@ class DenseAlgebra:
         return factor(effective, effective)
 
     def solve_effective(self: Any, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:  # noqa: D102
-        v = vectors_of(w.vectors)
-        solve(w.effective[slot], v.residual, v.increment)
+        v = w.vectors
+        solve(w.effective[slot], v[row.RESIDUAL], v[row.INCREMENT])
         if contact:
-            solve(w.effective[slot], v.normal, v.normal_response)
-            solve(w.effective[slot], v.tangential, v.tangential_response)
+            solve(w.effective[slot], v[row.NORMAL], v[row.NORMAL_RESPONSE])
+            solve(w.effective[slot], v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
 
     def definiteness(self: Any, rank_one: float, w: Workspace) -> float:
         """Smallest eigenvalue of the evaluated mass matrix, 0 if it is not finite."""

@@ -44,6 +44,9 @@ Law = Callable[..., float]
 # systems. Divisions by zero give infinities, as in NumPy, and the step control sees them.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"reassoc", "contract"}}
 
+# what kernels call is called by nobody else: without the wrappers for Python it compiles in less time
+_INNER_OPTIONS = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = ("kernels", "contact", "marching", "beam/floating_frame.py", "beam/nodal_frame.py")
 _NUMBER = types.float64
@@ -71,7 +74,13 @@ event.register("numba:compile", _compilations)  # type: ignore[no-untyped-call]
 
 def jitable(function: F) -> F:
     """Mark `function` as numeric source: interpreted from Python, compiled from a kernel."""
-    decorated: F = register_jitable(**_OPTIONS)(function)
+    decorated: F = register_jitable(**_INNER_OPTIONS)(function)
+    return decorated
+
+
+def inlined(function: F) -> F:
+    """Mark a `jitable` function that does little but name things: calls of it cost nothing."""
+    decorated: F = register_jitable(forceinline=True, **_INNER_OPTIONS)(function)
     return decorated
 
 
@@ -91,7 +100,7 @@ def _compile_method(name: str, signature: inspect.Signature) -> None:
         return getattr(arguments[0].instance_class, name, None)
 
     implementation.__signature__ = signature  # type: ignore[attr-defined]
-    overload_method(types.BaseNamedTuple, name, jit_options=_OPTIONS, strict=False)(  # type: ignore[call-arg]
+    overload_method(types.BaseNamedTuple, name, jit_options=_INNER_OPTIONS, strict=False)(  # type: ignore[call-arg]
         implementation
     )
 

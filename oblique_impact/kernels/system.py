@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import compiled_protocol
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, new_workspace, vectors_of
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, new_workspace
 
 __all__ = ["ContactRows", "MechanicalSystem", "System"]
 
@@ -129,13 +130,13 @@ class MechanicalSystem(DenseAlgebra, System, ABC):
 
     def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Put what the methods above return into the arrays and the numbers of the protocol."""
-        rows, v = self.contact(t, q, qd), vectors_of(w.vectors)
+        rows, v = self.contact(t, q, qd), w.vectors
         w.mass[:] = self.mass_matrix(t, q)
-        v.forces[:], v.normal[:], v.tangential[:] = self.forces(t, q, qd), rows.normal, rows.tangential
+        v[row.FORCES], v[row.NORMAL], v[row.TANGENTIAL] = self.forces(t, q, qd), rows.normal, rows.tangential
         at_rest = np.zeros(self.size)
         supplied = float(self.supplied_power(t, q, qd, at_rest))
         for i, unit in enumerate(np.eye(self.size)):
-            v.supply[i] = self.supplied_power(t, q, qd, unit) - supplied
+            v[row.SUPPLY, i] = self.supplied_power(t, q, qd, unit) - supplied
         return Evaluation(
             float(rows.gap),
             float(rows.slip),

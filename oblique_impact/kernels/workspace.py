@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.rows import VECTORS
 
 Array = NDArray[np.float64]
 
 #: effective matrices of an implicit scheme: of its two regular steps and of a cut one
 EFFECTIVE_SLOTS = 3
-VECTORS = 18
 
 
 class Workspace(NamedTuple):
@@ -25,7 +24,7 @@ class Workspace(NamedTuple):
     mass: Array  # (d, d)
     factor: Array  # (d, d) of the mass matrix; banded systems solve in (n + 3, 4)
     effective: Array  # (3, d, d) factors of an implicit scheme's effective matrices; banded (3, n + 3, 4)
-    vectors: Array  # (18, d), see `vectors_of`
+    vectors: Array  # (18, d), see `oblique_impact.kernels.rows`
 
 
 def new_workspace(size: int) -> Workspace:
@@ -33,35 +32,6 @@ def new_workspace(size: int) -> Workspace:
     square = (size, size)
     return Workspace(
         np.zeros(square), np.zeros(square), np.zeros((EFFECTIVE_SLOTS, *square)), np.zeros((VECTORS, size))
-    )
-
-
-class Vectors(NamedTuple):
-    """The vectors of a workspace, each (d,)."""
-
-    forces: Array  # Q
-    normal: Array  # D_n
-    tangential: Array  # D_tau
-    free_acceleration: Array  # M^-1 Q
-    normal_response: Array  # M^-1 D_n^T, or S^-1 D_n^T
-    tangential_response: Array
-    acceleration: Array  # q''
-    supply: Array  # derivative of the supplied power over q''
-    residual: Array  # Q + D^T lambda - M q'' of an implicit step
-    increment: Array  # of q''
-    product_a: Array
-    product_b: Array
-    own_a: Array  # the system's own
-    own_b: Array
-    own_c: Array
-    rank_one: Array  # (3, d) S^-1 of a system's rank-one vector, for each effective matrix
-
-
-@jitable
-def vectors_of(v: Array) -> Vectors:
-    """Return the vectors (18, d) by their names."""
-    return Vectors(
-        v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10], v[11], v[12], v[13], v[14], v[15:18]
     )
 
 

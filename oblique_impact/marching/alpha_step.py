@@ -28,8 +28,9 @@ from oblique_impact.contact.forces import (
     with_forces,
 )
 from oblique_impact.contact.state import FREE, SLIDING, STICKING, Instant, Phase, no_instant
-from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, vectors_of
+from oblique_impact.kernels import rows as row
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
     FRICTION_LOSS,
@@ -77,7 +78,7 @@ class StepLength(NamedTuple):
     position: float  # s^2
 
 
-@jitable
+@inlined
 def step_length(c: Coefficients, h: float) -> StepLength:
     """Return the factors of a step of length h (s)."""
     ratio = (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
@@ -104,7 +105,7 @@ def kept_size(d: int) -> int:
     return 3 * d + 2 + 2 + 2 + QUADRATURES + 2
 
 
-@jitable
+@inlined
 def kept_of(y: Array, d: int) -> Kept:
     """Return the parts of the state vector that the scheme keeps."""
     a = 2 * d + QUADRATURES
@@ -129,7 +130,7 @@ def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> 
     status, c = accelerate(system, phase, t, y[:d], qd, w)
     if status != OK:
         return status, c
-    acceleration = vectors_of(w.vectors).acceleration
+    acceleration = w.vectors[row.ACCELERATION]
     for i in range(d):
         kept.reported[i] = acceleration[i]
         kept.acceleration[i] = acceleration[i]
@@ -147,15 +148,15 @@ def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> 
 @jitable
 def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -> Instant:
     """Return the contact of an iteration, with the Delassus entries of the effective matrix."""
-    v = vectors_of(w.vectors)
+    v = w.vectors
     return Instant(
         e.gap,
         e.slip,
         e.gap_rate,
         e.slip_rate,
-        dot(v.normal, v.normal_response),
-        dot(v.normal, v.tangential_response),
-        dot(v.tangential, v.tangential_response),
+        dot(v[row.NORMAL], v[row.NORMAL_RESPONSE]),
+        dot(v[row.NORMAL], v[row.TANGENTIAL_RESPONSE]),
+        dot(v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE]),
         0.0,
         0.0,
         normal,
@@ -165,7 +166,7 @@ def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -
     )
 
 
-@jitable
+@inlined
 def _moved(c: Instant, e: Evaluation, normal: float, tangential: float) -> Instant:
     """Return the contact with other kinematics and forces (N) and the same Delassus entries."""
     return Instant(
@@ -200,8 +201,8 @@ def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
 @jitable
 def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> tuple[int, float, float]:
     """Newton step of the two contact forces in an iteration, also into increment and residual; its status."""
-    v, velocity = vectors_of(w.vectors), step.velocity
-    normal, tangential = dot(v.normal, v.increment), dot(v.tangential, v.increment)
+    v, velocity = w.vectors, step.velocity
+    normal, tangential = dot(v[row.NORMAL], v[row.INCREMENT]), dot(v[row.TANGENTIAL], v[row.INCREMENT])
     # n1 dn + n2 dt = n3,  t1 dn + t2 dt = t3
     if phase.gives_way:
         over_depth, over_rate = stop_tangent(phase, c.gap, c.gap_rate)
@@ -225,9 +226,9 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
     if determinant == 0.0:
         return NO_STICKING_SOLUTION, 0.0, 0.0
     dn, dt = (n3 * t2 - n2 * t3) / determinant, (n1 * t3 - n3 * t1) / determinant
-    for i in range(v.increment.shape[0]):
-        v.increment[i] += dn * v.normal_response[i] + dt * v.tangential_response[i]
-        v.residual[i] += dn * v.normal[i] + dt * v.tangential[i]
+    for i in range(v[row.INCREMENT].shape[0]):
+        v[row.INCREMENT, i] += dn * v[row.NORMAL_RESPONSE, i] + dt * v[row.TANGENTIAL_RESPONSE, i]
+        v[row.RESIDUAL, i] += dn * v[row.NORMAL, i] + dt * v[row.TANGENTIAL, i]
     return OK, dn, dt
 
 
@@ -246,11 +247,11 @@ def _predict(c: Coefficients, y: Array, h: float, d: int, y_new: Array) -> None:
 @jitable
 def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -> float:
     """Add the contact forces to the residual; its largest entry."""
-    v, largest = vectors_of(w.vectors), 0.0
-    for i in range(v.residual.shape[0]):
+    v, largest = w.vectors, 0.0
+    for i in range(v[row.RESIDUAL].shape[0]):
         if phase.state != FREE:
-            v.residual[i] += normal * v.normal[i] + tangential * v.tangential[i]
-        largest = max(largest, abs(v.residual[i]))
+            v[row.RESIDUAL, i] += normal * v[row.NORMAL, i] + tangential * v[row.TANGENTIAL, i]
+        largest = max(largest, abs(v[row.RESIDUAL, i]))
     return largest
 
 
@@ -280,7 +281,7 @@ def take_step(
     `tolerance` (J^1/2) is that of the iterations, on the root of the energy of a correction.
     """
     d, w, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    step, v, contact = step_length(c, h), vectors_of(s.work.vectors), phase.state != FREE
+    step, v, contact = step_length(c, h), s.work.vectors, phase.state != FREE
     q, qd, qdd = y_new[:d], y_new[d : 2 * d], kept_of(y_new, d).acceleration
     _predict(c, y, h, d, y_new)
     forces = kept_of(y, d).forces
@@ -317,11 +318,11 @@ def take_step(
             normal += more
             tangential += along
         before = left
-        change = step.velocity * np.sqrt(abs(dot(v.increment, v.residual)))
+        change = step.velocity * np.sqrt(abs(dot(v[row.INCREMENT], v[row.RESIDUAL])))
         for i in range(d):
-            qdd[i] += v.increment[i]
-            q[i] += step.position * v.increment[i]
-            qd[i] += step.velocity * v.increment[i]
+            qdd[i] += v[row.INCREMENT, i]
+            q[i] += step.position * v[row.INCREMENT, i]
+            qd[i] += step.velocity * v[row.INCREMENT, i]
         if 0.0 < change * s.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
             end = _moved(end, system.approach(t + h, q, qd, w), normal, tangential)
@@ -339,17 +340,17 @@ def finish_step(
     Forces to report are in `step`, those at its end in s.y_new.  Returns the contact there.
     """
     d, w, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    v, before, after = vectors_of(w.vectors), kept_of(y, d), kept_of(y_new, d)
+    v, before, after = w.vectors, kept_of(y, d), kept_of(y_new, d)
     scale, end = 1.0 / (1.0 - c.alpha_m), step.end
     rigid = phase.state != FREE and not phase.gives_way
     for i in range(d):
         mean = (1.0 - c.alpha_f) * after.acceleration[i] + c.alpha_f * before.acceleration[i]
         after.algorithmic[i] = scale * (mean - c.alpha_m * before.algorithmic[i])
         after.reported[i] = mean if rigid else after.acceleration[i]
-        v.acceleration[i] = after.acceleration[i]
+        v[row.ACCELERATION, i] = after.acceleration[i]
     after.reported[d], after.reported[d + 1] = end.normal_force, end.tangential_force
     after.memory[LAG], after.memory[SLIP_RATE] = c.alpha_f * h, end.slip_rate
-    supplied = end.supplied_power + dot(v.supply, v.acceleration)
+    supplied = end.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
     last = with_forces(end, after.forces[0], after.forces[1], supplied)
     # damping is sampled at the mean velocity, below: at the ends it is that of vibrations cut short
     rates = quadrature_rates(phase, last, y_new[d : 2 * d], w)
@@ -420,16 +421,16 @@ def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: A
 
     The velocity is left exact to rounding, because a step cut short divides what is left by its length.
     """
-    d, v, done = w.vectors.shape[1], vectors_of(w.vectors), 0.0
+    d, v, done = w.vectors.shape[1], w.vectors, 0.0
     normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.slip_reference)
     for i in range(d):
-        move = normal * v.normal_response[i] + tangential * v.tangential_response[i]
+        move = normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
         y[i] += move
-        done += v.forces[i] * move
+        done += v[row.FORCES, i] * move
     e = system.approach(t, y[:d], y[d : 2 * d], w)
     normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate)
     for i in range(d):
-        y[d + i] += normal * v.normal_response[i] + tangential * v.tangential_response[i]
+        y[d + i] += normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
     return done
 
 
@@ -441,14 +442,14 @@ def _dissipation(system: Any, c: Coefficients, y: Array, h: float, rank_one: flo
     and A of q'':  h^2 (beta - gamma/2) A.M (a1 - a0) - v.M (q'1 - q'0 - h A).
     """
     d, w, y_new = s.work.vectors.shape[1], s.work, s.y_new
-    v, before, after = vectors_of(w.vectors), kept_of(y, d), kept_of(y_new, d)
+    v, before, after = w.vectors, kept_of(y, d), kept_of(y_new, d)
     for i in range(d):
         s.at[i] = 0.5 * (y[d + i] + y_new[d + i])
         s.at[d + i] = 0.5 * (before.acceleration[i] + after.acceleration[i])
-    system.mass_product(rank_one, w, s.at[:d], v.product_a)
-    system.mass_product(rank_one, w, s.at[d : 2 * d], v.product_b)
+    system.mass_product(rank_one, w, s.at[:d], v[row.PRODUCT_A])
+    system.mass_product(rank_one, w, s.at[d : 2 * d], v[row.PRODUCT_B])
     curved, lagging = 0.0, 0.0
     for i in range(d):
-        curved += v.product_b[i] * (after.algorithmic[i] - before.algorithmic[i])
-        lagging += v.product_a[i] * (y_new[d + i] - y[d + i] - h * s.at[d + i])
+        curved += v[row.PRODUCT_B, i] * (after.algorithmic[i] - before.algorithmic[i])
+        lagging += v[row.PRODUCT_A, i] * (y_new[d + i] - y[d + i] - h * s.at[d + i])
     return h * h * (c.beta - 0.5 * c.gamma) * curved - lagging

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from oblique_impact.contact.forces import accelerate, stop_force
 from oblique_impact.contact.state import FREE, Instant, Phase
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable, kernel
-from oblique_impact.kernels.workspace import Array, Workspace, dot, vectors_of
+from oblique_impact.kernels.workspace import Array, Workspace, dot
 
 
 class Quadratures(NamedTuple):
@@ -32,8 +33,8 @@ QUADRATURES = 7
 @jitable
 def boundary_power(c: Instant, qd: Array, w: Workspace) -> float:
     """Power (W) of moving or driven boundaries: that of the contact force beyond the rates of gap and slip."""
-    v = vectors_of(w.vectors)
-    closing, sliding = dot(v.normal, qd), dot(v.tangential, qd)
+    v = w.vectors
+    closing, sliding = dot(v[row.NORMAL], qd), dot(v[row.TANGENTIAL], qd)
     return c.normal_force * (closing - c.gap_rate) + c.tangential_force * (sliding - c.slip_rate)
 
 
@@ -64,7 +65,7 @@ def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: 
     status, c = accelerate(system, phase, t, q, qd, w)
     if status != 0:
         return status, c
-    acceleration = vectors_of(w.vectors).acceleration
+    acceleration = w.vectors[row.ACCELERATION]
     for i in range(d):
         dy[i] = qd[i]
         dy[d + i] = acceleration[i]

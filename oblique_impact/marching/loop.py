@@ -20,7 +20,8 @@ from oblique_impact.contact.state import Instant, Phase, State
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import ContactMachine, EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, vectors_of
+from oblique_impact.kernels import rows as row
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
@@ -182,8 +183,10 @@ class _Probe:
     def velocity_jump(self, impulse: Impulse) -> Array:
         """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
         self._at(self._qd)
-        v = vectors_of(self._work.vectors)
-        return np.asarray(impulse.normal * v.normal_response + impulse.tangential * v.tangential_response)
+        v = self._work.vectors
+        return np.asarray(
+            impulse.normal * v[row.NORMAL_RESPONSE] + impulse.tangential * v[row.TANGENTIAL_RESPONSE]
+        )
 
     def after(self, impulse: Impulse) -> Instant:
         return self._at(self._qd + self.velocity_jump(impulse))[1]
@@ -195,11 +198,11 @@ class _Probe:
         boundaries move with the mean of the velocities before and after.
         """
         e = self._at(self._qd)[0]
-        v = vectors_of(self._work.vectors)
+        v = self._work.vectors
         # rates without the boundary's own
-        normal, tangential = float(v.normal @ self._qd), float(v.tangential @ self._qd)
+        normal, tangential = float(v[row.NORMAL] @ self._qd), float(v[row.TANGENTIAL] @ self._qd)
         boundary = impulse.normal * (normal - e.gap_rate) + impulse.tangential * (tangential - e.slip_rate)
-        return float(v.supply @ jump + boundary)
+        return float(v[row.SUPPLY] @ jump + boundary)
 
     def _at(self, velocity: Array) -> tuple[Evaluation, Instant]:
         defined, e, c = contact_problem(self._system, self._t, self._q, velocity, self._work)

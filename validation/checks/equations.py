@@ -17,7 +17,7 @@ from oblique_impact.beam.nodal import FullBeam
 from oblique_impact.beam.operators import BeamOperators, build_operators
 from oblique_impact.beam.reduced import Beam
 from oblique_impact.beam.section_forces import cumulative
-from oblique_impact.kernels.workspace import vectors_of
+from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
 from validation.checks.registry import Measurement, checks_of
@@ -122,7 +122,7 @@ def floating_frame() -> list[Measurement]:
                 ),
                 Measurement(
                     f"forces, {kinetics}, {name}: relative distance",
-                    _relative(vectors_of(work.vectors).forces, force),
+                    _relative(work.vectors[row.FORCES], force),
                     0.0,
                     "1",
                     1e-11,
@@ -174,7 +174,7 @@ def nodal() -> list[Measurement]:
         Measurement("mass: relative distance", _relative(columns, mass), 0.0, "1", 1e-12, _LAGRANGE, "mass"),
         Measurement(
             "forces: relative distance",
-            _relative(vectors_of(work.vectors).forces, force),
+            _relative(work.vectors[row.FORCES], force),
             0.0,
             "1",
             1e-10,  # K W of a thousandfold size cancels
@@ -206,7 +206,7 @@ def contact_rows() -> list[Measurement]:
         q, qd = _state(o.size + 1, 1.0 / np.arange(1.0, o.size + 1) ** 2)
         model = Beam(scenario, o).model
         work = model.new_workspace()
-        e, v = model.evaluate(0.0, q, qd, work), vectors_of(work.vectors)
+        e, v = model.evaluate(0.0, q, qd, work), work.vectors
         unit, h = np.eye(q.size), 1e-4
 
         def rate(at: Array, k: int, o: BeamOperators = o, s: Scenario = scenario, qd: Array = qd) -> float:
@@ -214,8 +214,8 @@ def contact_rows() -> list[Measurement]:
 
         for k, (kind, position, row, speed, bias) in enumerate(
             (
-                ("gap", e.gap, v.normal, e.gap_rate, e.gap_bias),
-                ("slip", e.slip, v.tangential, e.slip_rate, e.slip_bias),
+                ("gap", e.gap, v[row.NORMAL], e.gap_rate, e.gap_bias),
+                ("slip", e.slip, v[row.TANGENTIAL], e.slip_rate, e.slip_bias),
             )
         ):
             gradient = np.array([np.imag(_place(o, scenario, q + 1j * _STEP * u)[k]) / _STEP for u in unit])
@@ -257,7 +257,7 @@ def release() -> Measurement:
     q, qd = beam.initial_state()
     work = beam.model.new_workspace()
     beam.model.evaluate(0.0, q, qd, work)
-    computed = float(np.linalg.solve(work.mass, vectors_of(work.vectors).forces)[0])
+    computed = float(np.linalg.solve(work.mass, work.vectors[row.FORCES])[0])
     exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
     text = "closed form of the rigid bar"
     return Measurement("angular acceleration at the start", computed, exact, "rad/s²", 1e-11, text)
