@@ -16,7 +16,7 @@ from oblique_impact.contact.forces import State
 from oblique_impact.contact.stops import stop_of
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import first_sample, last_sample
+from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.scenario.scenario import Scenario
 from renders.geometry import BeamGeometry
 from renders.player.selection import chart_points, frames, listed_events

@@ -69,7 +69,6 @@ def test_a_long_run_has_written_its_history_on_the_way(history, tmp_path, nodes)
 def test_a_second_interrupt_waits_for_nothing(monkeypatch):
     left = []
     monkeypatch.setattr(interrupts, "leave_now", left.append)
-    monkeypatch.setattr(interrupts, "discard_unfinished", lambda: None)
     said: list[str] = []
     with interrupts.interruptible(said.append):
         interrupts.keep()

@@ -14,7 +14,7 @@ from scipy.integrate import trapezoid
 
 from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.history.history import EVENT_COLUMNS, FILES
-from oblique_impact.history.instants import first_sample, jumps, last_sample
+from oblique_impact.history.sample_times import first_sample, jumps, last_sample
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.errors import Outcome
-from oblique_impact.history.instants import last_sample
+from oblique_impact.history.sample_times import last_sample
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,

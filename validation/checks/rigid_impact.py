@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oblique_impact.beam.nodal import FullBeam
 from oblique_impact.contact.friction import Frictionless
 from oblique_impact.contact.transitions import ContactMachine, ContactProbe, EventKind, NewtonImpact, Transition
-from oblique_impact.history.instants import first_sample, last_sample
+from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.kernels.system import LAMBDA_N
 from oblique_impact.marching.loop import Run
 from oblique_impact.marching.scheme import Tolerances

@@ -22,7 +22,7 @@ from oblique_impact.beam.reduced import Beam
 from oblique_impact.contact.forces import Instant, State, instant_of
 from oblique_impact.contact.transitions import Baumgarte, EventKind
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import last_sample
+from oblique_impact.history.sample_times import last_sample
 from oblique_impact.kernels.system import new_work
 from oblique_impact.scenario.scenario import Scenario
 

@@ -11,8 +11,8 @@ import xarray as xr
 
 from oblique_impact import History, InputError, Outcome, Scenario, concatenate, simulate, simulate_system
 from oblique_impact.contact.transitions import NewtonImpact
-from oblique_impact.history.instants import last_sample
-from oblique_impact.history.ledger import macro_collisions
+from oblique_impact.history.sample_times import last_sample
+from oblique_impact.history.summary import macro_collisions
 from renders import export, render
 from tests.unit.systems import Block
 from validation import compare

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oblique_impact.history.instants import ascending, first_sample, jumps, last_sample, pieces, shifted
+from oblique_impact.history.sample_times import ascending, first_sample, jumps, last_sample, pieces, shifted
 
 GIVEN = np.array([0.0, 0.0, 0.1, 0.2, 0.2, 0.2, 0.3])
 LEFT = np.array([True, False, False, True, True, False])
