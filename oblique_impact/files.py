@@ -144,7 +144,7 @@ def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
     path = Path(target)
     lock = FileLock(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock"))
     try:
-        lock.acquire(timeout=0)
+        lock.acquire(timeout=0.1, poll_interval=0.01)  # again, if the holder removes the file meanwhile
     except Timeout:
         line = f"--out {path}: another process is writing here; wait for it, or choose another place"
         raise InputError(line) from None

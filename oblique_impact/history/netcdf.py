@@ -37,8 +37,10 @@ DIMENSIONS_ATTRIBUTE = "dimensions"
 
 _WRITTEN_HERE, _LONGEST = "oblique-impact history", 200
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
-#: a dimension of histories without values: NetCDF has an empty variable for it
-_ONLY_A_DIMENSION = "coordinate"
+#: how NetCDF names the empty variable that stands for a dimension without values
+_ONLY_A_DIMENSION = b"This is a netCDF dimension but not a netCDF variable."
+#: NetCDF's own attributes that refer to the dimensions of a variable and from there to the variable
+_SCALES = (b"DIMENSION_LIST", b"REFERENCE_LIST")
 #: newer layouts of HDF5 carry checksums, and take attributes longer than 64 kB
 _VERSIONS = ("v110", "v110")
 
@@ -124,6 +126,9 @@ def _check_file(file: h5py.File, size: int) -> int:
         raise InputError(f"would unpack from {size:.3g} to {total:.3g} bytes; a history is not packed like that")
     if size - stored > MAX_BESIDES:
         raise InputError(f"holds more than {MAX_BESIDES:.3g} bytes besides its variables")
+    for name in file:
+        if not any(h5a.exists(file[name].id, attribute) for attribute in (b"DIMENSION_LIST", b"CLASS")):
+            raise InputError(f"{name}: should have values along time, coordinate or station")
     return total
 
 
@@ -139,7 +144,7 @@ def _checked_size(dataset: h5py.Dataset, name: str) -> int:
         raise InputError(f"{name}: lies in another file; a history holds everything itself")
     if any(properties.get_filter(place)[0] not in _FILTERS for place in range(properties.get_nfilters())):
         raise InputError(f"{name}: is packed with a filter that histories do not use")
-    if name == _ONLY_A_DIMENSION:
+    if _ONLY_A_DIMENSION in np.bytes_(dataset.attrs.get("NAME", b"")):
         return 0
     size: int = number.get_size() * math.prod(dataset.shape)
     if size > MAX_BYTES:
@@ -165,7 +170,10 @@ def _check_attributes(place: Any, name: str) -> None:
     if count > MAX_VARIABLES:
         raise InputError(f"{name}: more than {MAX_VARIABLES} attributes")
     for attribute in (h5a.open(place, index=index) for index in range(count)):
-        if math.prod(attribute.shape) * attribute.get_type().get_size() > MAX_BESIDES:
+        kind = attribute.get_type()
+        if kind.get_class() not in (h5t.INTEGER, h5t.FLOAT, h5t.STRING) and attribute.name not in _SCALES:
+            raise InputError(f"{name}: attribute {attribute.name.decode('utf-8', 'replace')} is no word or number")
+        if math.prod(attribute.shape) * kind.get_size() > MAX_BESIDES:
             raise InputError(f"{name}: an attribute is larger than {MAX_BESIDES:.3g} bytes")
 
 

@@ -13,15 +13,6 @@ from tests.hard.processes import files_in, interrupt, started, wait_for
 
 FOUR = ["events.csv", "history.nc", "scenario.toml", "summary.json"]
 LONG = ("--set", "end_time=100")
-NODAL = tuple(
-    word
-    for change in (
-        "end_time=60",
-        'discretization={method="fem", elements=64, modes=0, frame="mean-axis"}',
-        "solver.scheme=generalized-alpha",
-    )
-    for word in ("--set", change)
-)
 
 
 @pytest.fixture(scope="module")
@@ -50,20 +41,6 @@ def test_a_run_keeps_its_history(history, tmp_path, number, group):
     history = History.load(tmp_path)
     assert history.summary["outcome"] == "interrupted"
     assert 0.0 < float(history["time"][-1]) < 100.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("nodes", [False, True])
-def test_a_long_run_has_written_its_history_on_the_way(history, tmp_path, nodes):
-    """Several hundred megabytes are not written within a second."""
-    with started("run", "paper", "--out", tmp_path, *(NODAL if nodes else LONG)) as process:
-        wait_for(lambda: (tmp_path / ".history.part.nc").exists())
-        time.sleep(25.0)
-        seconds, said = interrupt(process, group=False)
-    check(process, seconds, said)
-    assert files_in(tmp_path) == FOUR
-    assert (tmp_path / "history.nc").stat().st_size > 200e6
-    assert History.load(tmp_path).summary["outcome"] == "interrupted"
 
 
 def test_a_second_interrupt_waits_for_nothing(monkeypatch):

@@ -25,11 +25,6 @@ def test_equal_times_become_neighbours():
     assert [piece.tolist() for piece in pieces(found)] == [[0], [1, 2, 3], [4], [5, 6]]
 
 
-def test_times_follow_those_before():
-    assert ascending(np.array([0.2, 0.2, 0.3]), after=0.2).tolist() == [after(0.2), after(0.2, 2), 0.3]
-    assert ascending(np.array([0.1, 0.2])).tolist() == [0.1, 0.2]
-
-
 def test_samples_at_an_instant():
     times = ascending(GIVEN)
     assert last_sample(times, [0.0, 0.1, 0.2, 0.25, 0.3, 9.0, -1.0]).tolist() == [1, 2, 5, 5, 6, 6, -1]
