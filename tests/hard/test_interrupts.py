@@ -30,7 +30,8 @@ def check(process, seconds, said):
 @pytest.mark.parametrize(("number", "group"), [(signal.SIGINT, True), (signal.SIGTERM, False)])
 def test_a_run_keeps_its_history(history, tmp_path, number, group):
     for delay in (2.0, 4.0, 8.0, 16.0):  # until it marches: that depends on the machine
-        with started("run", "paper", "--out", tmp_path, *LONG) as process:
+        few = ("--set", "solver.output_interval=1e-3")  # what is computed has to be written within the second
+        with started("run", "paper", "--out", tmp_path, *LONG, *few) as process:
             wait_for(lambda: (tmp_path / ".lock").exists())
             time.sleep(delay)
             seconds, said = interrupt(process, group=group, number=number)

@@ -52,10 +52,14 @@ def test_an_interrupted_run_keeps_what_is_computed(tmp_path, changes, calls):
 
 def test_an_interrupt_ends_the_loop_over_runs():
     started = []
-    with pytest.raises(KeyboardInterrupt):
+
+    def runs():
         for angle in (0.7, 0.8):
             started.append(angle)
             simulate(Scenario.builtin("paper", [f"initial.angle={angle}", "end_time=0.1"]), after(1))
+
+    with pytest.raises(KeyboardInterrupt):
+        runs()
     assert started == [0.7]
 
 
