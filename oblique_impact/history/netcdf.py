@@ -38,7 +38,7 @@ DIMENSIONS_ATTRIBUTE = "dimensions"
 _WRITTEN_HERE, _LONGEST = "oblique-impact history", 200
 _FILTERS = (h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32)
 #: how NetCDF names the empty variable that stands for a dimension without values
-_ONLY_A_DIMENSION = b"This is a netCDF dimension but not a netCDF variable."
+_ONLY_A_DIMENSION = "This is a netCDF dimension but not a netCDF variable."
 #: NetCDF's own attributes that refer to the dimensions of a variable and from there to the variable
 _SCALES = (b"DIMENSION_LIST", b"REFERENCE_LIST")
 #: newer layouts of HDF5 carry checksums, and take attributes longer than 64 kB
@@ -144,7 +144,7 @@ def _checked_size(dataset: h5py.Dataset, name: str) -> int:
         raise InputError(f"{name}: lies in another file; a history holds everything itself")
     if any(properties.get_filter(place)[0] not in _FILTERS for place in range(properties.get_nfilters())):
         raise InputError(f"{name}: is packed with a filter that histories do not use")
-    if _ONLY_A_DIMENSION in np.bytes_(dataset.attrs.get("NAME", b"")):
+    if _ONLY_A_DIMENSION in str(dataset.attrs.get("NAME")):
         return 0
     size: int = number.get_size() * math.prod(dataset.shape)
     if size > MAX_BYTES:
