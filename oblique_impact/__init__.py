@@ -4,7 +4,6 @@
 `simulate`             run it: returns a `History`
 `natural_frequencies`  of the spinning beam: returns `Frequencies`
 `History`              labelled samples, event log, summary; `save` and `load`
-`Draft`                a history that is written while its run goes on
 `concatenate`          histories of consecutive spans joined to one
 `simulate_system`      run a small system of one's own through the same contact states
 
@@ -19,34 +18,33 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
     from oblique_impact.command_line.progress import Progress
-    from oblique_impact.errors import InputError, Outcome
-    from oblique_impact.history.draft import Draft
+    from oblique_impact.errors import InputError, Interrupted, Outcome
+    from oblique_impact.history.concatenation import concatenate
     from oblique_impact.history.history import History
-    from oblique_impact.history.joining import concatenate
     from oblique_impact.kernels.system import MechanicalSystem
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate, simulate_system
 
 #: public names and their modules, imported on first use so that the command line starts quickly
 _HOME = {
-    "Draft": "history.draft",
     "Frequencies": "beam.frequencies",
     "History": "history.history",
     "InputError": "errors",
+    "Interrupted": "errors",
     "MechanicalSystem": "kernels.system",
     "Outcome": "errors",
     "Progress": "command_line.progress",
     "Scenario": "scenario.scenario",
-    "concatenate": "history.joining",
+    "concatenate": "history.concatenation",
     "natural_frequencies": "beam.frequencies",
     "simulate": "simulation",
     "simulate_system": "simulation",
 }
 __all__ = [
-    "Draft",
     "Frequencies",
     "History",
     "InputError",
+    "Interrupted",
     "MechanicalSystem",
     "Outcome",
     "Progress",

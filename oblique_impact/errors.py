@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import Any
 
 
 class InputError(ValueError):
@@ -70,3 +71,11 @@ class PhysicsStop(Exception):  # noqa: N818  it is an outcome, not an error
     def __init__(self, outcome: Outcome) -> None:
         super().__init__(outcome.sentence)
         self.outcome = outcome
+
+
+class Interrupted(KeyboardInterrupt):
+    """Raised by a simulation that Ctrl-C has ended; `history` holds what was computed until then."""
+
+    def __init__(self, history: Any) -> None:
+        super().__init__("interrupted")
+        self.history = history

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import os
+import secrets
 import shutil
-import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
+
 from oblique_impact.errors import InputError
 
 #: bytes; a file of text is read up to this size
 MAX_TEXT = 16_000_000
-
-#: what is being written and has no final name yet; removed even when a process leaves in haste
-_unfinished: set[Path] = set()
 
 
 def prepare_folder(folder: str | os.PathLike[str]) -> Path:
@@ -55,7 +55,7 @@ def read_text(path: Path, limit: int = MAX_TEXT) -> str:
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Let `write` fill a temporary file beside `path`, then put it in place in one step.
+    """Let `write` fill a temporary file beside `path`, then rename it to `path`.
 
     The temporary file keeps the suffix of `path`.  Raises OSError.
     """
@@ -63,40 +63,59 @@ def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
 
 
 def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
-    """Let each of `writers` fill a temporary file beside its path; when all are complete, put them in place.
+    """Let each of `writers` fill a temporary file beside its path; when all are complete, rename them together.
 
     What fails, on a full disk for instance, fails before the first old file is replaced; if one cannot be
     replaced, those that were are put back.  Raises OSError.
     """
-    with ExitStack() as stack:
-        parts = {path: stack.enter_context(_temporary(path)) for path in writers}
+    with ExitStack() as cleanup, ExitStack() as rollback:
+        temporaries = {path: cleanup.enter_context(_temporary(path)) for path in writers}
         for path, write in writers.items():
-            write(parts[path])
-        several = len(parts) > 1
-        earlier = {path: stack.enter_context(_temporary(path)) for path in parts if several and path.is_file()}
-        with ExitStack() as undo:
-            for path, part in parts.items():
-                if path in earlier:
-                    _keep_aside(path, earlier[path])
-                    undo.callback(os.replace, earlier[path], path)
-                os.replace(part, path)
-                if several and path not in earlier:
-                    undo.callback(path.unlink)
-            undo.pop_all()
+            write(temporaries[path])
+        for path, temporary in temporaries.items():
+            existed = path.is_file()
+            if existed and len(writers) > 1:
+                backup = cleanup.enter_context(_temporary(path))
+                _move_or_link(path, backup)
+                rollback.callback(os.replace, backup, path)
+            os.replace(temporary, path)
+            if not existed:
+                rollback.callback(path.unlink)
+        rollback.pop_all()
 
 
-def _keep_aside(path: Path, name: Path) -> None:
-    """Give a file that is about to be replaced a second name."""
-    name.unlink()
+@contextmanager
+def _temporary(path: Path) -> Iterator[Path]:
+    """Create an empty file beside `path`, which is removed at the end if it is still there."""
+    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(4)}.part{path.suffix}")
+    temporary.touch(exist_ok=False)
     try:
-        os.link(path, name)
-    except OSError:  # this file system knows no second names
-        os.replace(path, name)
+        yield temporary
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _move_or_link(path: Path, backup: Path) -> None:
+    """Give a file that is about to be replaced a second name."""
+    backup.unlink()
+    try:
+        os.link(path, backup)
+    except OSError:  # this file system has no hard links
+        os.replace(path, backup)
 
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text, whole or not at all."""
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def remove(path: Path) -> None:
+    """Remove a file, a link or a folder with all it holds, if it is there; links are not followed."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -111,37 +130,11 @@ def writing(folder: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 @contextmanager
-def unfinished(*paths: Path) -> Iterator[None]:
-    """Name files or folders that are to be removed if the process leaves inside of the block."""
-    _unfinished.update(paths)
-    try:
-        yield
-    finally:
-        _unfinished.difference_update(paths)
-
-
-def discard_unfinished() -> None:
-    """Remove what is half-written; for a process that leaves without unwinding."""
-    for path in list(_unfinished):
-        remove(path)
-
-
-def remove(path: Path) -> None:
-    """Remove a file, a link or a folder with all it holds, if it is there; links are not followed."""
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        with suppress(OSError):
-            path.unlink(missing_ok=True)
-
-
-@contextmanager
 def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
     """Be the only process that writes to a folder, or to a file that need not exist yet.
 
     The lock is an empty hidden file, `.lock` in a folder and `.NAME.lock` beside a file, which is gone at the end.
-    The system takes the lock away from a process that is killed; the file that is left then holds nobody up.
-    Where a file system knows no locks, there is none.
+    The system releases the lock of a process that is killed; the file that is left does not block anybody.
 
     Raises
     ------
@@ -149,73 +142,66 @@ def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
         In one line, if another process is writing there or the lock cannot be made.
     """
     path = Path(target)
-    lock = path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock")
-    handle = _hold(path, lock)
+    lock = FileLock(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock"))
     try:
-        with unfinished(lock):
-            yield
+        lock.acquire(timeout=0.1, poll_interval=0.01)  # again, if the holder removes the file meanwhile
+    except Timeout:
+        line = f"--out {path}: another process is writing here; wait for it, or choose another place"
+        raise InputError(line) from None
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    try:
+        yield
     finally:
-        # removed while it is held: who opened it in the meantime finds another file under its name, or none
+        # removed while it is held: filelock does not accept a lock on a file that has lost its name
         with suppress(OSError):
-            lock.unlink(missing_ok=True)
-        os.close(handle)
+            os.unlink(lock.lock_file)
+        lock.release()
 
 
-def _hold(path: Path, lock: Path) -> int:
-    """Return the open, locked file `lock`."""
-    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
-    while True:
+class CheckedFile(io.FileIO):
+    """A new binary file for HDF5 whose first failed write is raised at the end of the block, as OSError.
+
+    After a failed write, on a full disk for instance, HDF5 tries again until the process ends, and then crashes.
+    So it is told that all is well, and nothing more is written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+")
+        self.problem: OSError | None = None
+
+    def check(self) -> None:
+        """Raise the OSError of the first write that failed, if any."""
+        if self.problem:
+            raise self.problem
+
+    def write(self, data: Any) -> int:
+        """Write all of `data`, or remember why not."""
+        view = memoryview(data).cast("B")
+        done = 0
         try:
-            handle = os.open(lock, flags, 0o666)
+            while done < len(view) and not self.problem:
+                done += super().write(view[done:]) or 0
         except OSError as error:
-            raise cannot_write(path, error) from None
-        if not _try_lock(handle):
-            os.close(handle)
-            raise InputError(
-                f"--out {path}: another process is writing here; wait for it, or choose another place"
-            )
-        with suppress(OSError):
-            # the last holder may have removed the file between our opening and locking it
-            if os.path.samestat(os.fstat(handle), os.stat(lock)):
-                return handle
-        os.close(handle)
+            self.problem = error
+        return len(view)
 
-
-def _try_lock(handle: int) -> bool:
-    """Lock an open file; False if another process holds it."""
-    if sys.platform == "win32":
-        import msvcrt
-
+    def truncate(self, size: int | None = None) -> int:
+        """Set the size, or remember why not."""
         try:
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return False
-        return True
-    import fcntl
-
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return True  # this file system knows no locks
-    return True
+            return super().truncate(size)
+        except OSError as error:
+            self.problem = self.problem or error
+            return size or 0
 
 
 @contextmanager
-def _temporary(path: Path) -> Iterator[Path]:
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=f".part{path.suffix}", dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
-    os.chmod(temporary, 0o666 & ~_umask())
-    try:
-        with unfinished(temporary):
-            yield temporary
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def checked_file(path: Path) -> Iterator[CheckedFile]:
+    """Create the file `path` for HDF5 to write through; raises OSError if something could not be written."""
+    with CheckedFile(path) as file:
+        try:
+            yield file
+        except (OSError, RuntimeError):
+            file.check()  # HDF5 may stumble over what is missing; the reason is the first failure
+            raise
+        file.check()

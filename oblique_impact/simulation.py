@@ -1,14 +1,14 @@
-"""From a scenario, or a system of one's own, to a history."""
+"""From a scenario, or a user-defined system, to a history."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
 from oblique_impact.beam.clearance import closest
+from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.nodal import FullBeam
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.beam.reduced import Beam, Energies
@@ -16,23 +16,23 @@ from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import Baumgarte
-from oblique_impact.history.ahead import Ahead, ProgressCallback
-from oblique_impact.history.draft import Draft
+from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
-from oblique_impact.history.samples import Samples, beam_variables, gather, summarize, warnings_of
+from oblique_impact.history.samples import beam_variables, gather, warnings_of
+from oblique_impact.history.summary import summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.loop import Run
+from oblique_impact.marching.loop import Problem, Record, Run, Status
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.problem import beam_of, beam_problem, system_problem
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
+ProgressCallback = Callable[[Status], None]
 
-def simulate(
-    scenario: Scenario, on_progress: ProgressCallback | None = None, draft: Draft | None = None
-) -> History:
+
+def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) -> History:
     """Run a scenario and return its history, whatever the named outcome.
 
     Parameters
@@ -41,8 +41,6 @@ def simulate(
         What to simulate.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
-    draft : Draft, optional
-        Where samples are written while the run goes on; :meth:`~oblique_impact.history.history.History.save` completes it.
 
     Returns
     -------
@@ -53,6 +51,8 @@ def simulate(
     ------
     InputError
         If this is no scenario.
+    Interrupted
+        After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
     Examples
     --------
@@ -65,24 +65,18 @@ def simulate(
     full = marched if isinstance(marched, FullBeam) else None
     beam = Beam(scenario, marched.operators.beam) if isinstance(marched, FullBeam) else marched
     problem = beam_problem(marched)
-    if draft is not None:
-        draft.start()
-    ahead = Ahead(_gathering(beam, full), partial(beam_variables, beam), on_progress, draft)
-    run = Run(problem, ahead)
-    ahead.record = run.record
-    started = time.perf_counter()
-    record = run.execute()
-    wall = time.perf_counter() - started - ahead.seconds
-    variables, first, last = ahead.finish()
-    variables["station"] = beam.operators.stations.points
-    summary = summarize(record, (first, last), wall, problem.machine.stop, scenario)
+    record, wall = _march(problem, on_progress)
+    if full is None:
+        samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd))
+    else:
+        samples = gather(record.segments, full.size, lambda time, W, Wd: full.energies(W, Wd), full.split)
+    record.segments.clear()  # the samples have copies
+    variables = beam_variables(beam, samples)
+    summary = summarize(record, samples, wall, macro_gap(scenario), problem.machine.stop, scenario)
     summary["clearance"] = closest(variables, scenario.beam.length)
     events = [event.time for event in record.events]
     summary["warnings"] = [*doubts(scenario), *warnings_of(beam, variables, events)]
-    data = dataset(variables)
-    if draft is not None:
-        draft.end(data)
-    return History(data, record.events, summary, scenario.to_toml(), record.contacts)
+    return _finished(History(dataset(variables), record.events, summary, scenario.to_toml(), record.contacts))
 
 
 def simulate_system(
@@ -99,9 +93,10 @@ def simulate_system(
     stop: ContactLaw | None = None,
     gap_tolerance: float | None = None,
     breakpoints: tuple[float, ...] = (),
+    macro_gap: float = 0.0,
     on_progress: ProgressCallback | None = None,
 ) -> History:
-    """Run a small system of one's own, in plain Python, through the same states and schemes.
+    """Run a small user-defined system, in plain Python, through the same states and schemes.
 
     Parameters
     ----------
@@ -116,11 +111,19 @@ def simulate_system(
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
         :func:`~oblique_impact.problem.system_scales`.
+    macro_gap : float
+        Contacts less than this apart (s) are one macro-collision; by default each contact is one, because a system
+        without a beam has no period to compare with.
 
     Returns
     -------
     History
         Without the variables that only a beam has.
+
+    Raises
+    ------
+    Interrupted
+        After Ctrl-C, as :func:`simulate`.
     """
     problem = system_problem(
         system,
@@ -134,22 +137,26 @@ def simulate_system(
         breakpoints,
         gap_tolerance,
     )
-    started = time.perf_counter()
-    record = Run(problem, on_progress).execute()
-    wall = time.perf_counter() - started
+    record, wall = _march(problem, on_progress)
 
     def energies(time: Array, q: Array, qd: Array) -> Energies:
         rows = [system.energy(*sample) for sample in zip(time, q, qd, strict=True)]
         return Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
 
     samples = gather(record.segments, system.size, energies)
-    ends = samples.part(slice(1)), samples.part(slice(-1, None))
-    summary = summarize(record, ends, wall, stop)
-    return History(dataset(samples.variables()), record.events, summary, contacts=record.contacts)
+    summary = summarize(record, samples, wall, macro_gap, stop)
+    return _finished(History(dataset(samples.variables()), record.events, summary, contacts=record.contacts))
 
 
-def _gathering(beam: Beam, full: FullBeam | None) -> Callable[..., Samples]:
-    """Return what puts the samples of a beam together, with coordinates of the floating frame."""
-    if full is None:
-        return partial(gather, size=beam.size, energies=lambda time, q, qd: beam.energies(q, qd))
-    return partial(gather, size=full.size, energies=lambda time, W, Wd: full.energies(W, Wd), transform=full.split)
+def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
+    """Run the loop; returns what it leaves and its wall time (s)."""
+    started = time.perf_counter()
+    record = Run(problem, on_progress).execute()
+    return record, time.perf_counter() - started
+
+
+def _finished(history: History) -> History:
+    """Return a history; raises Interrupted with one that Ctrl-C has cut short, so that loops over runs end too."""
+    if history.outcome is Outcome.INTERRUPTED:
+        raise Interrupted(history)
+    return history

@@ -14,7 +14,7 @@ from PIL import Image
 
 from oblique_impact.command_line import interrupts
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, only_writer, unfinished, write_whole
+from oblique_impact.files import cannot_write, only_writer, write_whole
 from oblique_impact.history.history import History
 from renders.frame import Composer, Style
 from renders.metadata import add_comment, made_by, save_picture
@@ -157,7 +157,7 @@ def _encode(
     made: str,
 ) -> None:
     """Send raw frames to ffmpeg, which are never all in memory; `made` says in the file what made it."""
-    with tempfile.TemporaryDirectory() as folder, unfinished(Path(folder)):
+    with tempfile.TemporaryDirectory() as folder:
         extra = _palette_options(composer, timeline, Path(folder)) if part.suffix.lower() == ".gif" else []
         command = [
             _encoder(),

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import last_sample
+from oblique_impact.history.sample_times import last_sample
 from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import last_sample
+from oblique_impact.history.sample_times import last_sample
 from renders.files import save_figure
 from renders.geometry import BeamGeometry
 from renders.slope import drawn_slope

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
-from oblique_impact.history.instants import jumps
+from oblique_impact.history.sample_times import jumps
 from validation.alignment import SAME, Clock, Sampling, align, clock, deviation
 from validation.comparison import EventPair, graph_distance, pair_events
 from validation.contrast import Comparison, Measure, VariableDifference

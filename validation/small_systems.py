@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import Instant
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import last_sample
+from oblique_impact.history.sample_times import last_sample
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching.loop import Event
 

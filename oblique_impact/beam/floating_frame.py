@@ -209,7 +209,7 @@ def _prescribe(model: BeamModel, acceleration: float, spin: float, w: Workspace)
     The rest of its power, supply . q'', and that of the contact force follow from the rows that are replaced.
     """
     M, v = w.mass, w.vectors
-    power = -v[row.FORCES, 0] * spin
+    power: float = -v[row.FORCES, 0] * spin
     v[row.FORCES, 0] = acceleration
     v[row.SUPPLY, 0] = M[0, 0] * spin
     M[0, 0] = 1.0

@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
+from scipy.linalg import eigvals
 
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.scenario.user_defined import discretization
@@ -17,6 +20,10 @@ Array = NDArray[np.float64]
 
 #: frequencies per speed, and the fastest spin (rad/s)
 MOST, FASTEST = 100, 1e9
+#: contacts less than this many elastic periods apart, or than this part of sqrt(length/gravity), belong together
+ELASTIC_PERIODS, PENDULUM_PART = 2.0, 0.1
+#: shape functions, and points of the quadrature between two rows of a table, of the lowest elastic frequency
+_SHAPES, _POINTS = 10, 14
 
 
 @dataclass(frozen=True)
@@ -91,3 +98,46 @@ def natural_frequencies(
         np.array([beam.flapwise(rate, wanted) for rate in rates]),
         np.array([beam.chordwise(rate, wanted) for rate in rates]),
     )
+
+
+def lowest_elastic_frequency(scenario: Scenario) -> float:
+    """Return the lowest angular frequency (rad/s) of bending of the beam at rest, free of contact.
+
+    Hinged on a pin, clamped otherwise.  By Rayleigh and Ritz with ten polynomials, whatever the discretization of
+    the scenario, so that it is the same for all of one beam: to 1e-9 for a uniform beam, to about a hundredth for
+    sections that change abruptly.
+    """
+    sections, hinged = Sections.from_scenario(scenario), scenario.root.kind == "pin"
+    length = sections.length
+    nodes, weights = legendre.leggauss(_POINTS)
+    edges = np.concatenate([[0.0], sections.kinks, [length]]) / length
+    half = 0.5 * np.diff(edges)[:, None]
+    x = (edges[:-1, None] + half * (1.0 + nodes)).ravel()
+    w = (half * weights).ravel()
+    # functions of x / length that vanish at the root, with their slopes if it is clamped; else the first is rigid
+    root = [0.5, 0.5] if hinged else legendre.legpow([0.5, 0.5], 2)
+    shapes = np.zeros((_SHAPES + 2, _SHAPES))
+    for k in range(_SHAPES):
+        shapes[: k + len(root), k] = legendre.legmul(root, np.eye(_SHAPES)[k, : k + 1])
+    values = legendre.legval(2.0 * x - 1.0, shapes)
+    curvatures = 4.0 * legendre.legval(2.0 * x - 1.0, legendre.legder(shapes, 2))
+    tip = legendre.legval(1.0, shapes)
+    masses, stiffnesses = sections.mass_per_length(x * length), sections.bending_stiffness(x * length)
+    mass, stiffness = float(masses.max()), float(stiffnesses.max())  # scales, that extremes do not overflow
+    M = (values * w * (masses / mass)) @ values.T + sections.tip_mass / (mass * length) * np.outer(tip, tip)
+    K = (curvatures * w * (stiffnesses / stiffness)) @ curvatures.T
+    squares = np.sort(eigvals(K, M).real)
+    return float(np.sqrt(max(squares[1 if hinged else 0], 0.0)) * np.sqrt(stiffness / mass) / length**2)
+
+
+def macro_gap(scenario: Scenario) -> float:
+    """Return the time (s) below which contacts that follow each other belong to one macro-collision.
+
+    It is the longer of two periods of the lowest elastic mode, in which the beam strikes again because it
+    vibrates, and a tenth of sqrt(length/gravity), in which one too stiff to vibrate bounces until it rests.  Both
+    are times of the beam itself: a similar beam of another size has as many macro-collisions.
+    """
+    frequency = lowest_elastic_frequency(scenario)
+    period = 2.0 * math.pi / frequency if frequency > 0.0 else math.inf
+    pendulum = math.sqrt(scenario.beam.length / scenario.gravity) if scenario.gravity > 0.0 else 0.0
+    return max(ELASTIC_PERIODS * period, PENDULUM_PART * pendulum)

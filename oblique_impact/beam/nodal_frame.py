@@ -25,7 +25,6 @@ from oblique_impact.kernels.banded import HALF_BANDWIDTH, band_multiply, factor_
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import (
     EFFECTIVE_SLOTS,
-    VECTORS,
     Array,
     Evaluation,
     Workspace,
@@ -320,7 +319,7 @@ class NodalModel(_NodalData):
         n = self.vectors.shape[1]
         rows = n + HALF_BANDWIDTH  # zeros behind the last row, so that a solve needs no special case
         effective = np.zeros((EFFECTIVE_SLOTS, rows, _LANES))
-        return Workspace(np.zeros((0, 0)), np.zeros((rows, _LANES)), effective, np.zeros((VECTORS, n)))
+        return Workspace(np.zeros((0, 0)), np.zeros((rows, _LANES)), effective, np.zeros((row.VECTORS, n)))
 
     def definiteness(self, rank_one: float, w: Workspace) -> float:
         """1 + kappa S.M1^-1 S, which vanishes with the definiteness of the mass matrix."""

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from oblique_impact.command_line import interrupts
-from oblique_impact.errors import InputError
+from oblique_impact.errors import InputError, Interrupted
 
 if TYPE_CHECKING:
     from oblique_impact.beam.frequencies import Frequencies
-    from oblique_impact.history.draft import Draft
     from oblique_impact.history.history import History
     from oblique_impact.scenario.scenario import Scenario
 
@@ -50,15 +49,14 @@ def run(
     chosen = _load(scenario, changes)
     from oblique_impact.beam.plausibility import doubts
     from oblique_impact.files import writing
-    from oblique_impact.history.draft import Draft
 
     said = doubts(chosen)
     for doubt in said:
         _say(f"warning: {doubt}")
     replaced = (out / "history.nc").exists()
-    with writing(out), Draft(out) as draft:
-        history = _simulate(chosen, draft)
-        folder = _save(history, out, draft)
+    with writing(out):
+        history = _simulate(chosen)
+        folder = _save(history, out)
     _print_summary(history, folder, replaced, said)
     outcome = history.outcome
     if outcome.exit_code:
@@ -351,7 +349,7 @@ def _pair(option: str, text: str | None) -> tuple[float, float] | None:
     return first, second
 
 
-def _simulate(scenario: Scenario, draft: Draft) -> History:
+def _simulate(scenario: Scenario) -> History:
     from xarray import DataArray
 
     from oblique_impact.command_line.progress import progress_bar
@@ -367,16 +365,19 @@ def _simulate(scenario: Scenario, draft: Draft) -> History:
             show(status)
             interrupts.check()
 
-        return simulate(scenario, proceed, draft)
+        try:
+            return simulate(scenario, proceed)
+        except Interrupted as stopped:
+            return cast("History", stopped.history)
 
 
-def _save(history: History, out: Path, draft: Draft) -> Path:
+def _save(history: History, out: Path) -> Path:
     """Write the results, elsewhere if the disk is full by now: what is computed is not thrown away."""
     from tempfile import mkdtemp
 
     interrupts.keep()
     try:
-        return history.save(out, draft)
+        return history.save(out)
     except InputError as error:
         try:
             elsewhere = mkdtemp(prefix="oblique-impact-")
@@ -392,7 +393,8 @@ def _print_summary(history: History, folder: Path, replaced: bool, said: Sequenc
     _print(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
     for number, m in enumerate(summary["macro_collisions"], start=1):
         _print(
-            f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts, "
+            f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts "
+            f"(gap < {history.macro_gap:.2g} s), "
             f"{m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
         )
     losses = ", ".join(

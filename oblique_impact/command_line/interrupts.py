@@ -21,8 +21,6 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, Protocol
 
-from oblique_impact.files import discard_unfinished
-
 #: s; so long a loop may take to notice
 PATIENCE = 0.35
 EXIT_CODE = 130
@@ -107,7 +105,6 @@ def interruptible(say: Callable[[str], None]) -> Iterator[None]:
 
     def leave() -> None:
         end_started()
-        discard_unfinished()
         say("interrupted")
         leave_now(EXIT_CODE)
 

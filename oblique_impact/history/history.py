@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 from collections.abc import Callable
@@ -14,40 +12,20 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from oblique_impact.contact.state import State
-from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
-from oblique_impact.history.draft import Draft
-from oblique_impact.history.foreign import is_history, no_history, not_a_history
-from oblique_impact.history.netcdf import DIMENSIONS_ATTRIBUTE, read_netcdf
-from oblique_impact.history.netcdf_writer import write_netcdf
-from oblique_impact.history.variables import (
-    DIMENSIONS,
-    check_summary,
-    check_times_of_events,
-    check_variables,
-    read_json,
-)
+from oblique_impact.history.events import check_times_of_events, contact_of, event_of, event_row, events_csv
+from oblique_impact.history.netcdf import DIMENSIONS_ATTRIBUTE, is_history, read_netcdf, write_netcdf
+from oblique_impact.history.summary import EARLIER_MACRO_GAP, check_summary, read_json
+from oblique_impact.history.variables import DIMENSIONS, check_variables
 from oblique_impact.marching.loop import Contact, Event
 from oblique_impact.scenario.messages import short
+from oblique_impact.scenario.scenario import builtin_names
 
 if TYPE_CHECKING:
     from xarray.core.resample import DatasetResample
 
 FORMAT = "oblique-impact history 2"
-EVENT_COLUMNS = (
-    "time",
-    "kind",
-    "normal_impulse",
-    "normal_velocity",
-    "tangential_velocity",
-    "energy_loss",
-    "state",
-    "tangential_impulse",
-    "peak_force",
-    "peak_energy",
-)
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
 
 
@@ -105,15 +83,18 @@ class History:
         label = self.summary["outcome"]
         return next(outcome for outcome in Outcome if outcome.label == label)
 
-    def save(self, folder: str | os.PathLike[str], draft: Draft | None = None) -> Path:
+    @property
+    def macro_gap(self) -> float:
+        """Contacts less than this apart (s) are one macro-collision."""
+        return float(self.summary.get("macro_gap", EARLIER_MACRO_GAP))
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write scenario.toml, history.nc, events.csv and summary.json; all of them whole, or none.
 
         Parameters
         ----------
         folder : path
             Where to.
-        draft : Draft, optional
-            Begun by `simulate`; one of another run or for another folder is left alone.
 
         Raises
         ------
@@ -126,10 +107,9 @@ class History:
             "events.csv": self.events_csv(),
             "summary.json": json.dumps(self.summary, indent=2) + "\n",
         }
-        write: Callable[[xr.Dataset, Path], None] = write_netcdf
-        if draft is not None and draft.is_of(self.data, target):
-            write = draft.complete
-        writers: dict[Path, Callable[[Path], Any]] = {target / "history.nc": partial(write, self._labelled())}
+        writers: dict[Path, Callable[[Path], Any]] = {
+            target / "history.nc": partial(write_netcdf, self._with_attributes())
+        }
         for name, text in texts.items():
             writers[target / name] = partial(Path.write_text, data=text, encoding="utf-8")
         try:
@@ -147,40 +127,32 @@ class History:
         file = Path(path)
         file = file / "history.nc" if _is(file, Path.is_dir) else file
         if not _is(file, Path.is_file):
-            raise InputError(no_history(Path(path), FILES))
+            raise InputError(_no_history(Path(path)))
         try:
-            data = read_netcdf(file, DIMENSIONS)
-            return _from_data(cls, data)
+            return _from_data(cls, read_netcdf(file))
         except Exception as error:  # damaged files raise whatever the reader's layers raise
             if not is_history(file):
-                raise InputError(not_a_history(file)) from None
+                raise InputError(_not_a_history(file)) from None
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history: {reason}") from None
 
     def events_csv(self) -> str:
         """Return the event log as CSV text."""
-        buffer = io.StringIO()
-        writer = csv.writer(buffer, lineterminator="\n")
-        writer.writerow(EVENT_COLUMNS)
-        writer.writerows([_cell(value) for value in _row(event)] for event in self.events)
-        return buffer.getvalue()
+        return events_csv(self.events)
 
-    def _labelled(self) -> xr.Dataset:
+    def _with_attributes(self) -> xr.Dataset:
         """Return the data with all the rest in attributes."""
-        attributes = {
-            **self.data.attrs,
-            "format": FORMAT,
-            "scenario": self.scenario_toml,
-            "events": json.dumps([_row(event) for event in self.events]),
-            "contacts": json.dumps(self.contacts),
-            "summary": json.dumps(self.summary),
-        }
-        labelled = self.data.copy().assign_attrs(attributes)
-        for name, variable in labelled.variables.items():
-            # the reader does not follow a file's own lists of dimensions
+        data = self.data.assign_attrs(
+            format=FORMAT,
+            scenario=self.scenario_toml,
+            events=json.dumps([event_row(event) for event in self.events]),
+            contacts=json.dumps(self.contacts),
+            summary=json.dumps(self.summary),
+        )
+        for name, variable in data.variables.items():
             if name not in DIMENSIONS:
                 variable.attrs[DIMENSIONS_ATTRIBUTE] = " ".join(map(str, variable.dims))
-        return labelled
+        return data
 
 
 def require_history(value: object, where: str) -> None:
@@ -196,14 +168,14 @@ def _from_data(cls: type[History], data: xr.Dataset) -> History:
         raise InputError(f"not of this version ({FORMAT})")
     check_variables(data)
     first, last = float(data["time"][0]), float(data["time"][-1])
-    events = [_event(row) for row in read_json(data.attrs.pop("events", ""), "events", list)]
-    check_times_of_events([event.time for event in events], first, last)
+    events = [event_of(row) for row in read_json(data.attrs.pop("events", ""), "events", list)]
+    check_times_of_events(events, first, last)
     summary = read_json(data.attrs.pop("summary", ""), "summary", dict)
     check_summary(summary, first, last)
     scenario = data.attrs.pop("scenario", None)
     if not isinstance(scenario, str):
         raise InputError("attribute scenario: missing, or not a text")
-    contacts = [_contact(row) for row in read_json(data.attrs.pop("contacts", ""), "contacts", list)]
+    contacts = [contact_of(row) for row in read_json(data.attrs.pop("contacts", ""), "contacts", list)]
     return cls(data, events, summary, scenario, contacts)
 
 
@@ -214,27 +186,21 @@ def _is(path: Path, what: Callable[[Path], bool]) -> bool:
         return False
 
 
-def _row(event: Event) -> list[Any]:
-    """Return an event in the order of `EVENT_COLUMNS`."""
-    words = {"kind": event.kind.value, "state": event.state.name.lower()}
-    return [words.get(name) or float(getattr(event, name)) for name in EVENT_COLUMNS]
+def _not_a_history(file: Path) -> str:
+    """Return the line for a file that is no history of this program."""
+    line = f"{file}: is not a history written by oblique-impact (history.nc)"
+    beside = file.with_name("history.nc")
+    if file != beside and beside.is_file():
+        return f"{line}; one lies beside it: {beside}"
+    if file.suffix.lower() == ".toml":
+        return f"{line}; run a scenario first: oblique-impact run {file} --out DIR, and give DIR"
+    return line
 
 
-def _cell(value: Any) -> str:
-    return repr(float(value)) if isinstance(value, float) else str(value)
-
-
-def _event(row: list[Any]) -> Event:
-    try:
-        given = dict(zip(EVENT_COLUMNS, row, strict=True))
-        kind, state = EventKind(given.pop("kind")), State[given.pop("state").upper()]
-        return Event(kind=kind, state=state, **{name: float(value) for name, value in given.items()})
-    except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
-        raise InputError(f"attribute events: {short(row)} is not an event") from None
-
-
-def _contact(row: list[Any]) -> Contact:
-    try:
-        return Contact._make(map(float, row))
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"attribute contacts: {short(row)} is not a contact") from None
+def _no_history(path: Path) -> str:
+    """Return the line for a path where there is no file, or a folder that is not one of a run."""
+    if not _is(path, Path.is_dir):
+        run = f"; run the scenario first: oblique-impact run {path} --out DIR, and give DIR"
+        return f"{path}: no such history{run if str(path) in builtin_names() else ''}"
+    lacking = [name for name in FILES if not (path / name).exists()]
+    return f"{path}: is not the folder of a run: it lacks {', '.join(lacking)}"

@@ -1,11 +1,8 @@
-"""What the record of a run becomes: labelled variables and a summary."""
+"""The samples of a run, and the variables of a history that follow from them."""
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,17 +10,13 @@ import numpy as np
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
 from oblique_impact.beam.reduced import Beam, Energies
 from oblique_impact.beam.section_forces import Motion
-from oblique_impact.contact.state import Instant, State
-from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.history.growing import Column
-from oblique_impact.history.instants import ascending
-from oblique_impact.history.ledger import balance, macro_collisions
-from oblique_impact.history.provenance import provenance
+from oblique_impact.contact.state import Instant
+from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching.loop import Record, Segment
-from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.marching.loop import Segment
 
-_REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+#: an array of any kind of number with a row for each sample
+Column = np.ndarray[Any, Any]
 
 
 GAP, SLIP, GAP_RATE, SLIP_RATE = range(4)
@@ -77,7 +70,6 @@ def gather(
     size: int,
     energies: Callable[[Array, Array, Array], Energies],
     transform: Callable[[Array], Array] | None = None,
-    after: float = -np.inf,
 ) -> Samples:
     """Put the samples of segments together.
 
@@ -91,8 +83,6 @@ def gather(
         Of times (samples,), coordinates and velocities (samples, size).
     transform : callable, optional
         A linear map of the coordinates to those of the samples.
-    after : float
-        Time (s) of the sample before the first.
     """
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
@@ -100,24 +90,19 @@ def gather(
     scalars = np.concatenate([s.observation.instants for s in segments])
     q, qd = states[:, :size], states[:, size : 2 * size]
     qdd = np.concatenate([s.observation.qdd for s in segments])
-    its = energies(time, q, qd)
+    found = energies(time, q, qd)
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
-    return Samples(ascending(time, after), q, qd, qdd, states[:, 2 * size :], state, scalars, *its)
-
-
-def join(first: Samples, second: Samples) -> Samples:
-    """Put samples behind others."""
-    return Samples(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
+    return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found)
 
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
-    """Return all variables of a beam's history that have a value for each sample."""
+    """Return all variables of a beam's history."""
     fields = beam.fields(samples.motion())
     found = {**samples.variables(), **_at_the_contact(beam, samples), **fields._asdict()}
     if beam.scenario.contact.enabled:
         found["clearance"], found["clearance_at"] = beam_clearance(beam, samples.q, fields.ux, fields.uy)
-    return found
+    return {**found, "station": beam.operators.stations.points}
 
 
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
@@ -141,50 +126,6 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
         "deflection": uy,
         "shortening": ux,
     }
-
-
-def summarize(
-    record: Record,
-    ends: tuple[Samples, Samples],
-    wall: float,
-    stop: ContactLaw | None,
-    scenario: Scenario | None = None,
-) -> dict[str, Any]:
-    """Return summary.json of a run that took `wall` seconds, by its first and its last sample (`ends`).
-
-    Warnings, which only a beam has, are not in it.
-    """
-    first, last = ends
-    stored = stop.energy(float(last.scalars[0, GAP])) if stop and last.state[0] != State.FREE else 0.0
-    ledger = balance(
-        float(first.kinetic[0] + first.elastic[0] + first.gravity[0]),
-        (float(last.kinetic[0]), float(last.elastic[0]), float(last.gravity[0]), stored),
-        last.quadratures[0],
-        record.events,
-    )
-    return {
-        "outcome": record.outcome.label,
-        "message": record.outcome.sentence,
-        "end_time": float(last.time[0]),
-        "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts)],
-        "events": len(record.events),
-        "energy": ledger.as_dict(),
-        "steps": record.steps,
-        "rejected_steps": record.rejected,
-        "wall_time": wall,
-        "versions": {"python": platform.python_version(), **_versions()},
-        "provenance": dict(provenance(scenario)),
-    }
-
-
-def _versions() -> dict[str, str]:
-    found = {}
-    for name in _REPORTED_PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 def warnings_of(beam: Beam, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:

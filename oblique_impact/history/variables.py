@@ -1,18 +1,15 @@
-"""What a history must hold to be one: variables, events, summary.  Files from elsewhere are held against it."""
+"""The variables of a history: names, dimensions, units, meanings; files from elsewhere are held against them."""
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from oblique_impact.contact.state import State
-from oblique_impact.errors import InputError, Outcome
+from oblique_impact.errors import InputError
 
 Array = np.ndarray[Any, Any]
 
@@ -68,10 +65,6 @@ OF_A_BEAM = {
 VARIABLES = NEEDED | OF_A_BEAM
 #: and their dimensions
 DIMENSIONS = {name: variable.dimensions for name, variable in VARIABLES.items()}
-_COLLISION = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
-_ENERGY = ("initial", "final", "kinetic", "elastic", "gravity")
-_LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
-_OUTCOMES = tuple(outcome.label for outcome in Outcome)
 
 
 def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
@@ -120,63 +113,3 @@ def check_variables(data: xr.Dataset) -> None:
 def _check_ascending(values: Array, name: str) -> None:
     if not np.isfinite(values).all() or not (np.diff(values) > 0.0).all():
         raise InputError(f"{name}: should be finite and ascending")
-
-
-def read_json(text: Any, name: str, kind: type) -> Any:
-    """Return the JSON of an attribute, a list or a dict; raises InputError, in a few words."""
-    try:
-        found = json.loads(str(text))
-    except (ValueError, RecursionError):
-        raise InputError(f"attribute {name}: is not JSON") from None
-    if not isinstance(found, kind):
-        raise InputError(f"attribute {name}: should be a {kind.__name__}")
-    return found
-
-
-def check_times_of_events(times: list[float], first: float, last: float) -> None:
-    """Raise InputError for events outside of the run (s), or not in order."""
-    inside = all(first <= time <= last for time in times)
-    if not inside or any(later < earlier for earlier, later in pairwise(times)):
-        raise InputError(f"attribute events: times should be ascending, from {first:g} to {last:g} s")
-
-
-def check_summary(summary: dict[str, Any], first: float, last: float) -> None:
-    """Raise InputError for a summary that lacks what it should have, or has something else there."""
-    if summary.get("outcome") not in _OUTCOMES:
-        raise InputError(f"attribute summary: outcome should be one of {', '.join(_OUTCOMES)}")
-    _check_numbers(summary, ("end_time", "events", "steps", "wall_time"), "summary")
-    collisions = summary.get("macro_collisions")
-    if not isinstance(collisions, list) or not all(isinstance(item, dict) for item in collisions):
-        raise InputError("attribute summary: macro_collisions should be a list of objects")
-    for item in collisions:
-        _check_numbers(item, _COLLISION, "macro_collisions")
-        if not first <= item["start"] <= item["end"] <= last:
-            raise InputError(f"attribute summary: macro_collisions should lie between {first:g} and {last:g} s")
-    energy = summary.get("energy")
-    if not isinstance(energy, dict):
-        raise InputError("attribute summary: energy should be an object")
-    _check_numbers(energy, (*_ENERGY, *_LOSSES), "energy")
-    clearance = summary.get("clearance") or {"distance": 0.0, "x": 0.0, "time": 0.0}
-    if not isinstance(clearance, dict):
-        raise InputError("attribute summary: clearance should be an object")
-    _check_numbers(clearance, ("distance", "x", "time"), "clearance")
-    warnings = summary.get("warnings", [])
-    if not isinstance(warnings, list) or not all(isinstance(line, str) for line in warnings):
-        raise InputError("attribute summary: warnings should be a list of sentences")
-    if not isinstance(summary.get("message", ""), str) or not isinstance(summary.get("versions", {}), dict):
-        raise InputError("attribute summary: message or versions are not words")
-
-
-def _check_numbers(values: dict[str, Any], names: tuple[str, ...], where: str) -> None:
-    for name in names:
-        value = values.get(name)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not _fits(value):
-            raise InputError(f"attribute summary: {where}: {name} should be a number")
-
-
-def _fits(value: float) -> bool:
-    """Whether a number can be a float; energies of a run that diverged are not finite."""
-    try:
-        return not math.isnan(float(value)) or isinstance(value, float)
-    except OverflowError:
-        return False

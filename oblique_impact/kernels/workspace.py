@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.rows import VECTORS
 
 Array = NDArray[np.float64]

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from oblique_impact.contact.forces import accelerate, stop_force
 from oblique_impact.contact.state import FREE, Instant, Phase
 from oblique_impact.kernels import rows as row
@@ -75,5 +77,18 @@ def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: 
     return status, c
 
 
-#: the derivative called from Python
-take_derivative = kernel("the equations")(derivative)
+@kernel("the equations")
+def _derivative_into(
+    system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: Array, instant: Array
+) -> int:
+    status, c = derivative(system, phase, t, y, w, dy)
+    for i in range(instant.shape[0]):
+        instant[i] = c[i]
+    return status
+
+
+def take_derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: Array) -> tuple[int, Instant]:
+    """Call :func:`derivative` from Python."""
+    found = np.empty(len(Instant._fields))
+    status = _derivative_into(system, phase, t, y, w, dy, found)
+    return status, Instant(*found.tolist())

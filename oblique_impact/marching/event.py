@@ -35,9 +35,11 @@ from oblique_impact.marching.scheme import (
     Front,
     Leg,
     Progress,
+    Returned,
     Scheme,
     Scratch,
     bounded,
+    progress_of,
     raised,
 )
 from oblique_impact.marching.search import UNDEFINED, first_fall
@@ -100,14 +102,15 @@ def _land(
 @kernel("the event scheme")
 def march_event(
     system: Any, phase: Phase, tolerance: float, front: Front, y: Array, leg: Leg, s: Scratch
-) -> Progress:
+) -> Returned:
     """Advance y in place until a guard falls, until the stop, until the sample buffer or the leg is full."""
     t, h, taken = front.t, front.h, front.taken
     steps, rejected, count, peak, depth = 0, 0, 0, 0.0, 0.0
     capacity, reason, fallen = s.times.shape[0], AT_STOP, NO_GUARD
     status, c = derivative(system, phase, t, y, s.work, s.K[0])
     if status != 0:
-        return Progress(-status, NO_GUARD, front, steps, rejected, count, peak, depth)
+        unchanged = (t, h, front.sample, front.origin, front.done, taken)
+        return -status, NO_GUARD, unchanged, steps, rejected, count, peak, depth
     gap = c.gap
     while t < leg.t_stop:
         if count > capacity // 2 or steps >= leg.most_steps:
@@ -163,8 +166,7 @@ def march_event(
             reason = FAILED_FINITE
         if reason != AT_STOP:
             break
-    behind = Front(t, h, front.sample + count, t, 0, taken + steps)
-    return Progress(reason, fallen, behind, steps, rejected, count, peak, depth)
+    return reason, fallen, (t, h, front.sample + count, t, 0, taken + steps), steps, rejected, count, peak, depth
 
 
 @dataclass(frozen=True)
@@ -186,5 +188,4 @@ class EventScheme(Scheme):
         self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
     ) -> Progress:
         tolerance = _SHARE_OF_A_STEP * self.tolerance
-        progress: Progress = march_event(system, phase, tolerance, front, y, leg, scratch)
-        return progress
+        return progress_of(march_event(system, phase, tolerance, front, y, leg, scratch))

@@ -26,10 +26,12 @@ from oblique_impact.marching.scheme import (
     Front,
     Leg,
     Progress,
+    Returned,
     Scheme,
     Scratch,
     bounded,
     keep_sample,
+    progress_of,
 )
 
 
@@ -71,7 +73,7 @@ def _judge(phase: Phase, c: Instant, stopping_time: float) -> int:
 @kernel("the fixed steps")
 def march_fixed(
     system: Any, phase: Phase, h: float, stopping_time: float, front: Front, y: Array, leg: Leg, s: Scratch
-) -> Progress:
+) -> Returned:
     """Advance y in place by steps of h until a step's judgement differs from the phase, or the leg is full."""
     origin, done, sample, count = front.origin, front.done, front.sample, 0
     t, peak, depth, reason, guard, steps = front.t, 0.0, 0.0, AT_STOP, NO_GUARD, 0
@@ -106,8 +108,7 @@ def march_fixed(
             break
         sample, count = keep_sample(t, y, sample, count, leg, s)
     reason = reason if status == 0 else -status
-    behind = Front(t, h, sample, origin, done, front.taken + steps)
-    return Progress(reason, guard, behind, steps, 0, count, peak, depth)
+    return reason, guard, (t, h, sample, origin, done, front.taken + steps), steps, 0, count, peak, depth
 
 
 @dataclass(frozen=True)
@@ -141,5 +142,4 @@ class FixedStepScheme(Scheme):
         self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
     ) -> Progress:
         h = self.free_step if phase.state == FREE else self.contact_step
-        progress: Progress = march_fixed(system, phase, h, self.judgement.stopping_time, front, y, leg, scratch)
-        return progress
+        return progress_of(march_fixed(system, phase, h, self.judgement.stopping_time, front, y, leg, scratch))

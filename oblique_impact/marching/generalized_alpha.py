@@ -42,10 +42,12 @@ from oblique_impact.marching.scheme import (
     Front,
     Leg,
     Progress,
+    Returned,
     Scheme,
     Scratch,
     bounded,
     keep_sample,
+    progress_of,
     raised,
 )
 
@@ -260,7 +262,7 @@ def _make_end_the_start(s: Scratch) -> None:
 @kernel("generalized-alpha")
 def march_alpha(
     system: Any, phase: Phase, control: Control, front: Front, y: Array, leg: Leg, s: Scratch
-) -> Progress:
+) -> Returned:
     """Advance y in place; the times are origin + count h as long as the step h stays the same."""
     steps, count, peak, depth, sample = 0, 0, 0.0, 0.0, front.sample
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]
@@ -324,8 +326,7 @@ def march_alpha(
         t, done = following, done + 1
         sample, count = keep_sample(t, y, sample, count, leg, s)
     reason = reason if status == 0 else -status
-    behind = Front(t, h, sample, origin, done, front.taken + steps)
-    return Progress(reason, fallen, behind, steps, 0, count, peak, depth)
+    return reason, fallen, (t, h, sample, origin, done, front.taken + steps), steps, 0, count, peak, depth
 
 
 @dataclass(frozen=True)
@@ -381,8 +382,7 @@ class GeneralizedAlphaScheme(Scheme):
             float(self.contact_step),
             float(self.near),
         )
-        progress: Progress = march_alpha(system, phase, control, front, y, leg, scratch)
-        return progress
+        return progress_of(march_alpha(system, phase, control, front, y, leg, scratch))
 
 
 def _is_rigid(phase: Phase) -> bool:

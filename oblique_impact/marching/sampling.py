@@ -12,7 +12,7 @@ from oblique_impact.kernels.jit import kernel
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.equations import QUADRATURES, derivative
 
-INSTANT = len(Instant._fields)
+INSTANT, EVALUATION = len(Instant._fields), len(Evaluation._fields)
 
 
 class Observation(NamedTuple):
@@ -27,12 +27,25 @@ class Observation(NamedTuple):
 
 
 @kernel("the contact forces")
+def _solve_contact(
+    system: Any, t: float, q: Array, qd: Array, w: Workspace, evaluation: Array, instant: Array
+) -> bool:
+    """Evaluate and solve for the contact without its force, into arrays; False without a definite mass."""
+    e = system.evaluate(t, q, qd, w)
+    defined = system.solve_mass(e.rank_one, w, True)
+    c = instant_of(e, w) if defined else flying(e)
+    for i in range(EVALUATION):
+        evaluation[i] = e[i]
+    for i in range(INSTANT):
+        instant[i] = c[i]
+    return bool(defined)
+
+
 def contact_problem(system: Any, t: float, q: Array, qd: Array, w: Workspace) -> tuple[bool, Evaluation, Instant]:
     """Evaluate and solve for the contact without its force; False without a positive definite mass."""
-    e = system.evaluate(t, q, qd, w)
-    if not system.solve_mass(e.rank_one, w, True):
-        return False, e, flying(e)
-    return True, e, instant_of(e, w)
+    e, c = np.empty(EVALUATION), np.empty(INSTANT)
+    defined = _solve_contact(system, t, q, qd, w, e, c)
+    return defined, Evaluation(*e.tolist()), Instant(*c.tolist())
 
 
 @kernel("the sampling")

@@ -71,6 +71,15 @@ class Progress(NamedTuple):
     depth: float  # m; the largest, of a contact with a stop that gives way
 
 
+#: a `Progress` in plain tuples, as kernels return it: numba makes named ones by calls that an interrupt may break
+Returned = tuple[int, int, tuple[float, float, int, float, int, int], int, int, int, float, float]
+
+
+def progress_of(found: Returned) -> Progress:
+    """Return a kernel's progress with its names."""
+    return Progress(found[0], found[1], Front(*found[2]), *found[3:])
+
+
 class Scratch(NamedTuple):
     """Buffers of a march, allocated once per run."""
 

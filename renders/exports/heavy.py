@@ -9,7 +9,7 @@ from typing import Any
 
 import h5py
 
-from oblique_impact.history.hdf5 import Guard, guarded
+from oblique_impact.files import CheckedFile, checked_file
 
 #: for datasets of a frame: fast, and shuffled bytes of doubles pack well
 COMPRESSION: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
@@ -28,17 +28,17 @@ class HeavyFile:
         What to write to.
     """
 
-    def __init__(self, root: h5py.File, guard: Guard) -> None:
+    def __init__(self, root: h5py.File, file: CheckedFile) -> None:
         self.root = root
-        self._guard = guard
+        self._file = file
 
     def check(self) -> None:
         """Raise the OSError of the first write that failed, if any."""
-        self._guard.check()
+        self._file.check()
 
 
 @contextmanager
 def heavy_file(path: Path) -> Iterator[HeavyFile]:
     """Create an HDF5 file; raises OSError if it could not be written."""
-    with guarded(path) as guard, h5py.File(guard, "w", libver=_VERSIONS) as root:
-        yield HeavyFile(root, guard)
+    with checked_file(path) as file, h5py.File(file, "w", libver=_VERSIONS) as root:
+        yield HeavyFile(root, file)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import jumps
+from oblique_impact.history.sample_times import jumps
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import first_sample, last_sample
+from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.problem import stop_of
 from oblique_impact.scenario.scenario import Scenario
 from renders.geometry import BeamGeometry

@@ -14,6 +14,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+import h5netcdf
 import h5py
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from oblique_impact import History, InputError, Scenario, simulate
+from oblique_impact import History, InputError, Interrupted, Scenario, simulate
 from oblique_impact.command_line.cli import main
 from oblique_impact.scenario.scenario import builtin_names
 from renders.exports.command import export_command
@@ -228,11 +229,13 @@ def older(content: bytes, folder: Path) -> bytes:
     """The same history in the oldest layout of HDF5, as other programs write it."""
     new, old = folder / "new.nc", folder / "old.nc"
     new.write_bytes(content)
-    with h5py.File(new) as source, h5py.File(old, "w", libver=("earliest", "v108")) as target:
-        for name in source:
-            target.create_dataset(name, data=source[name][()])
-        for name, value in source.attrs.items():
-            target.attrs[name] = value
+    with h5py.File(new) as source, h5netcdf.File(old, "w", libver=("earliest", "v108")) as target:
+        data = History.load(new).data
+        target.dimensions = dict(data.sizes)
+        for name, variable in data.variables.items():
+            target.create_variable(name, variable.dims, data=variable.values)
+        for name in ("format", "scenario", "events", "contacts", "summary"):
+            target.attrs[name] = np.bytes_(source.attrs[name])
     assert History.load(old).events == History.load(new).events
     return old.read_bytes()
 
@@ -425,7 +428,10 @@ def run_for_a_second(scenario: Scenario) -> None:
             raise KeyboardInterrupt
 
     with np.errstate(all="ignore"):
-        history = simulate(scenario, stop)
+        try:
+            history = simulate(scenario, stop)
+        except Interrupted as interrupted:
+            history = interrupted.history
     assert time.monotonic() - clock < 6.0
     with tempfile.TemporaryDirectory() as folder:
         History.load(history.save(folder))

@@ -13,15 +13,6 @@ from tests.hard.processes import files_in, interrupt, started, wait_for
 
 FOUR = ["events.csv", "history.nc", "scenario.toml", "summary.json"]
 LONG = ("--set", "end_time=100")
-NODAL = tuple(
-    word
-    for change in (
-        "end_time=60",
-        'discretization={method="fem", elements=64, modes=0, frame="mean-axis"}',
-        "solver.scheme=generalized-alpha",
-    )
-    for word in ("--set", change)
-)
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +30,8 @@ def check(process, seconds, said):
 @pytest.mark.parametrize(("number", "group"), [(signal.SIGINT, True), (signal.SIGTERM, False)])
 def test_a_run_keeps_its_history(history, tmp_path, number, group):
     for delay in (2.0, 4.0, 8.0, 16.0):  # until it marches: that depends on the machine
-        with started("run", "paper", "--out", tmp_path, *LONG) as process:
+        few = ("--set", "solver.output_interval=1e-3")  # what is computed has to be written within the second
+        with started("run", "paper", "--out", tmp_path, *LONG, *few) as process:
             wait_for(lambda: (tmp_path / ".lock").exists())
             time.sleep(delay)
             seconds, said = interrupt(process, group=group, number=number)
@@ -52,24 +44,9 @@ def test_a_run_keeps_its_history(history, tmp_path, number, group):
     assert 0.0 < float(history["time"][-1]) < 100.0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("nodes", [False, True])
-def test_a_long_run_has_written_its_history_on_the_way(history, tmp_path, nodes):
-    """Several hundred megabytes are not written within a second."""
-    with started("run", "paper", "--out", tmp_path, *(NODAL if nodes else LONG)) as process:
-        wait_for(lambda: (tmp_path / ".history.part.nc").exists())
-        time.sleep(25.0)
-        seconds, said = interrupt(process, group=False)
-    check(process, seconds, said)
-    assert files_in(tmp_path) == FOUR
-    assert (tmp_path / "history.nc").stat().st_size > 200e6
-    assert History.load(tmp_path).summary["outcome"] == "interrupted"
-
-
 def test_a_second_interrupt_waits_for_nothing(monkeypatch):
     left = []
     monkeypatch.setattr(interrupts, "leave_now", left.append)
-    monkeypatch.setattr(interrupts, "discard_unfinished", lambda: None)
     said: list[str] = []
     with interrupts.interruptible(said.append):
         interrupts.keep()

@@ -42,17 +42,3 @@ def test_a_killed_run_leaves_whole_files_or_none(run, tmp_path):
         for path in tmp_path.iterdir():
             path.unlink()
     assert 0 in seen  # some were killed while they wrote
-
-
-@pytest.mark.slow
-def test_what_a_killed_run_had_written_on_the_way_goes_with_the_next(run, tmp_path):
-    run("paper")  # the kernels are compiled
-    part = tmp_path / ".history.part.nc"
-    with started("run", "paper", "--set", "end_time=100", "--out", tmp_path) as process:
-        wait_for(part.exists)
-        process.kill()
-        process.wait()
-    assert {path.name for path in tmp_path.iterdir()} == {part.name, ".lock"}
-    with started("run", "paper", "--set", "end_time=0.01", "--out", tmp_path) as process:
-        process.communicate()
-    assert {path.name for path in tmp_path.iterdir()} == FOUR

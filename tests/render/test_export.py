@@ -14,8 +14,8 @@ import pytest
 import pyvista as pv
 
 from oblique_impact import InputError, Scenario
-from oblique_impact.history.instants import ascending, shifted
 from oblique_impact.history.provenance import described, provenance
+from oblique_impact.history.sample_times import ascending, shifted
 from renders.exports import pvd, vtkhdf, xdmf
 from renders.exports.command import _Job
 from renders.exports.scene import FRAME_QUANTITIES, RESULTS, Scene, static_part

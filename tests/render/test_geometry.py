@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 from oblique_impact import InputError
-from oblique_impact.history.instants import jumps
+from oblique_impact.history.sample_times import jumps
 from renders.geometry import BETWEEN, SIDES, BeamGeometry
 
 FAMILIES = {

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from oblique_impact import History, InputError
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.history.instants import ascending
+from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.variables import labelled
 from oblique_impact.marching.loop import Event
 from validation import compare

@@ -13,8 +13,9 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 from oblique_impact import History, InputError, Scenario, simulate
-from oblique_impact.history.history import EVENT_COLUMNS, FILES
-from oblique_impact.history.instants import first_sample, jumps, last_sample
+from oblique_impact.history.events import EVENT_COLUMNS
+from oblique_impact.history.history import FILES
+from oblique_impact.history.sample_times import first_sample, jumps, last_sample
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +58,7 @@ def test_a_jump_has_two_samples_next_to_each_other(history):
     np.testing.assert_array_equal(np.flatnonzero(jumps(time)), left)
 
 
-def test_times_are_unique_however_a_long_run_is_gathered():
-    """Legs of a run are gathered while it goes on; a jump may lie where one portion ends."""
+def test_times_of_a_long_run_are_unique():
     history = simulate(Scenario.builtin("bouncing", ["end_time=0.35", "solver.output_interval=1e-5"]))
     time = history["time"].values
     assert time.size > 30_000

@@ -188,7 +188,7 @@ def test_physics_imports_no_sibling():
     "module",
     [
         "oblique_impact.beam.frequencies",
-        "oblique_impact.history.joining",
+        "oblique_impact.history.concatenation",
         "validation.differences",
         "validation.refinement.command",
     ],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from io import BytesIO
@@ -12,8 +11,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Scenario
-from oblique_impact.errors import Outcome
-from oblique_impact.history.instants import last_sample
+from oblique_impact.errors import Interrupted
+from oblique_impact.history.sample_times import last_sample
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
@@ -505,10 +504,11 @@ def test_a_run_the_physics_stops_is_a_row_and_not_the_end(stopped):
     assert all(math.isfinite(value) for value in later.values[:-1])
 
 
-def test_an_interrupt_ends_the_study_and_not_one_run(monkeypatch, run):
-    history = run("paper", "end_time=0.2")
-    cut = dataclasses.replace(history, summary={**history.summary, "outcome": Outcome.INTERRUPTED.label})
-    monkeypatch.setattr("validation.refinement.study.simulate", lambda scenario: cut)
+def test_an_interrupt_ends_the_study_and_not_one_run(monkeypatch):
+    def interrupted(scenario):
+        raise Interrupted(None)
+
+    monkeypatch.setattr("validation.refinement.study.simulate", interrupted)
     ladder = Ladder("modes", "paper", (), "modes", (1.0, 2.0, 3.0))
     with pytest.raises(KeyboardInterrupt):
         run_study(Study("modes", "modes", "", (ladder,)), workers=1)

@@ -10,7 +10,7 @@ import pytest
 from oblique_impact import Scenario
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.history.instants import jumps
+from oblique_impact.history.sample_times import jumps
 from oblique_impact.marching.loop import Event
 from validation.reference_values import VALUES
 from validation.reproduction import energies, forces, motions

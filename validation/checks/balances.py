@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from oblique_impact.beam.operators import BeamOperators, build_operators
 from oblique_impact.beam.section_forces import BLOCK, cumulative
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import pieces
+from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
 from validation.checks.plots import energy_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within

@@ -212,7 +212,7 @@ def contact_rows() -> list[Measurement]:
         def rate(at: Array, k: int, o: BeamOperators = o, s: Scenario = scenario, qd: Array = qd) -> float:
             return float(np.imag(_place(o, s, at + 1j * _STEP * qd)[k]) / _STEP)
 
-        for k, (kind, position, row, speed, bias) in enumerate(
+        for k, (kind, position, computed, speed, bias) in enumerate(
             (
                 ("gap", e.gap, v[row.NORMAL], e.gap_rate, e.gap_bias),
                 ("slip", e.slip, v[row.TANGENTIAL], e.slip_rate, e.slip_bias),
@@ -228,7 +228,7 @@ def contact_rows() -> list[Measurement]:
                 ),
                 Measurement(
                     f"gradient of the {kind}, {name}: relative distance",
-                    _relative(row, gradient),
+                    _relative(computed, gradient),
                     0.0,
                     "1",
                     1e-11,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import pieces
+from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
 from validation.checks.registry import Measurement, checks_of
 from validation.runs import column, run

@@ -12,7 +12,7 @@ from oblique_impact.contact.friction import Frictionless
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Tolerances
 from oblique_impact.contact.transitions import ContactMachine, ContactProbe, EventKind, Transition
-from oblique_impact.history.instants import first_sample, last_sample
+from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.marching.loop import Run
 from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.scenario import Scenario

@@ -16,7 +16,7 @@ from oblique_impact.scenario.scenario import Scenario
 # the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
-from oblique_impact.history.instants import jumps
+from oblique_impact.history.sample_times import jumps
 
 
 class GapError(Exception):
@@ -204,7 +204,6 @@ def _no_contact(history: History) -> str:
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision that has ended."""
     from oblique_impact.contact.state import State
-    from oblique_impact.history.ledger import MACRO_GAP
 
     found = history.summary["macro_collisions"]
     if len(found) <= number:
@@ -214,7 +213,7 @@ def _collision(history: History, number: int = 0) -> dict[str, Any]:
     collision: dict[str, Any] = found[number]
     if len(found) == number + 1:
         end = history.summary["end_time"]
-        if not _complete(history) and end - collision["end"] < MACRO_GAP:
+        if not _complete(history) and end - collision["end"] < history.macro_gap:
             raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
         if history["state"].values[-1] != State.FREE:
             raise GapError("still in contact at end_time")

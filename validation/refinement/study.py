@@ -120,8 +120,6 @@ def run_task(task: Task) -> RunResult:
     """Simulate and measure; runs in a process of its own."""
     started = time.perf_counter()
     history = simulate(task.scenario)
-    if history.outcome is Outcome.INTERRUPTED:
-        raise KeyboardInterrupt  # half a run is no level of a study
     values, gaps = {}, {}
     for name in task.quantities:
         try:

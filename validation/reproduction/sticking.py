@@ -23,7 +23,7 @@ from oblique_impact.contact.forces import OK, holding_force
 from oblique_impact.contact.state import Instant, State, rigid_phase
 from oblique_impact.contact.transitions import Baumgarte, EventKind
 from oblique_impact.history.history import History
-from oblique_impact.history.instants import last_sample
+from oblique_impact.history.sample_times import last_sample
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.scenario.scenario import Scenario
 

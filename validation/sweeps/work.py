@@ -94,8 +94,6 @@ def run_one(job: Job, number: int, values: Iterable[Any], scratch: str | None = 
     files = None
     try:
         history = simulate(changed(_base(job.scenario_toml), job.changes, job.keys, values))
-        if history.outcome is Outcome.INTERRUPTED:
-            raise KeyboardInterrupt  # half a run is no row
         _measure(row, job, history)
         files = _files(history, scratch) if job.histories else None
     except InputError as error:
@@ -150,12 +148,11 @@ def regime(history: History) -> str:
     """
     from oblique_impact.contact.state import State
     from oblique_impact.contact.transitions import EventKind
-    from oblique_impact.history.ledger import MACRO_GAP
 
     collisions, outcome = history.summary["macro_collisions"], history.outcome
     if outcome is not Outcome.COMPLETED:
         stop = history.summary["end_time"]
-        if not collisions or (len(collisions) == 1 and stop - collisions[0]["end"] < MACRO_GAP):
+        if not collisions or (len(collisions) == 1 and stop - collisions[0]["end"] < history.macro_gap):
             return "painleve" if outcome is Outcome.PAINLEVE else "stopped"
     if not collisions:
         return "no contact"

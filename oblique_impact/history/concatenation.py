@@ -15,8 +15,8 @@ import xarray as xr
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History, require_history
-from oblique_impact.history.instants import ascending, shifted
-from oblique_impact.history.ledger import Ledger, macro_collisions
+from oblique_impact.history.sample_times import ascending, shifted
+from oblique_impact.history.summary import Ledger, macro_collisions
 from oblique_impact.marching.loop import Contact
 from oblique_impact.scenario.derived import TABLE
 from oblique_impact.scenario.messages import short
@@ -34,10 +34,10 @@ def concatenate(*histories: History, shift: bool = False) -> History:
 
     Samples and events follow each other.  Where two spans meet, two samples that are equal become one; two that
     differ both stay, the earlier span's first, as at any jump, and a warning says so.  Macro-collisions that go on
-    across a joint are one.  Losses and supplied energy of the ledger add up, its `initial` is the first one's and
-    its `final` the last one's, so that a jump of the energy at a joint appears as `unaccounted`.  Steps, rejected
-    steps and wall times add up; the outcome is the last one's; ``summary["joints"]`` lists the times (s) where
-    spans meet.
+    across a joint are one; the first history's `macro_gap` holds for all.  Losses and supplied energy of the
+    ledger add up, its `initial` is the first one's and its `final` the last one's, so that a jump of the energy at
+    a joint appears as `unaccounted`.  Steps, rejected steps and wall times add up; the outcome is the last one's;
+    ``summary["joints"]`` lists the times (s) where spans meet.
 
     Parameters
     ----------
@@ -194,13 +194,15 @@ def _summary(parts: Sequence[History], joints: list[float]) -> dict[str, Any]:
         for t, (before, after) in zip(joints, pairwise(parts), strict=True)
         if not _same(before.data, after.data, ("q", "qd"))
     ]
+    macro_gap = parts[0].macro_gap
     distances = [summary["clearance"] for summary in summaries if summary.get("clearance")]
     return {
         **summaries[-1],
+        "macro_gap": macro_gap,
         "clearance": min(distances, key=lambda found: found["distance"], default=None),
-        "macro_collisions": [asdict(m) for m in macro_collisions(_contacts(parts))],
+        "macro_collisions": [asdict(m) for m in macro_collisions(_contacts(parts), macro_gap)],
         **total,
-        "energy": _energy([summary["energy"] for summary in summaries]).as_dict(),
+        "energy": asdict(_energy([summary["energy"] for summary in summaries])),
         "versions": _versions([summary.get("versions", {}) for summary in summaries]),
         "provenance": _provenance([summary.get("provenance", {}) for summary in summaries]),
         "warnings": list(dict.fromkeys([*said, *jumps])),

@@ -13,16 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 
-def ascending(times: Array, after: float = -np.inf) -> Array:
-    """Return times (samples,) in s, each that is not above the one before moved to the next larger number.
-
-    `after` is the time before the first one.
-    """
+def ascending(times: Array) -> Array:
+    """Return times (samples,) in s, each that is not above the one before moved to the next larger number."""
     found = np.array(times, dtype=float)
-    for k in np.flatnonzero(np.diff(found, prepend=after) <= 0.0):
+    for k in np.flatnonzero(np.diff(found) <= 0.0) + 1:
         # one that is moved may meet the next: go on until there is room
-        while k < found.size and found[k] <= (found[k - 1] if k else after):
-            found[k] = np.nextafter(found[k - 1] if k else after, np.inf)
+        while k < found.size and found[k] <= found[k - 1]:
+            found[k] = np.nextafter(found[k - 1], np.inf)
             k += 1
     return found
 

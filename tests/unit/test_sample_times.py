@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oblique_impact.history.instants import ascending, first_sample, jumps, last_sample, pieces, shifted
+from oblique_impact.history.sample_times import ascending, first_sample, jumps, last_sample, pieces, shifted
 
 GIVEN = np.array([0.0, 0.0, 0.1, 0.2, 0.2, 0.2, 0.3])
 LEFT = np.array([True, False, False, True, True, False])
@@ -23,11 +23,6 @@ def test_equal_times_become_neighbours():
     assert GIVEN[1] == 0.0  # the times that were given are left alone
     np.testing.assert_array_equal(jumps(found), LEFT)
     assert [piece.tolist() for piece in pieces(found)] == [[0], [1, 2, 3], [4], [5, 6]]
-
-
-def test_times_follow_those_before():
-    assert ascending(np.array([0.2, 0.2, 0.3]), after=0.2).tolist() == [after(0.2), after(0.2, 2), 0.3]
-    assert ascending(np.array([0.1, 0.2])).tolist() == [0.1, 0.2]
 
 
 def test_samples_at_an_instant():

@@ -11,8 +11,8 @@ import xarray as xr
 
 from oblique_impact import History, InputError, Outcome, Scenario, concatenate, simulate, simulate_system
 from oblique_impact.contact.transitions import NewtonImpact
-from oblique_impact.history.instants import last_sample
-from oblique_impact.history.ledger import macro_collisions
+from oblique_impact.history.sample_times import last_sample
+from oblique_impact.history.summary import macro_collisions
 from renders import export, render
 from tests.unit.systems import Block
 from validation import compare
@@ -51,7 +51,7 @@ def cut(history, k, first):
     if not first:
         whole = history.summary["energy"]
         energy |= {key: whole[key] for key in ("kinetic", "elastic", "gravity", "contact", "final")}
-    collisions = [dataclasses.asdict(m) for m in macro_collisions(contacts)]
+    collisions = [dataclasses.asdict(m) for m in macro_collisions(contacts, history.macro_gap)]
     summary = {**history.summary, "events": len(events), "macro_collisions": collisions, "energy": energy}
     summary |= {"steps": 10, "rejected_steps": 1, "wall_time": 0.5, "end_time": float(data["time"][-1])}
     return dataclasses.replace(history, data=data, events=events, summary=summary, contacts=contacts)
