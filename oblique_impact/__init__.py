@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
-    from oblique_impact.command_line.progress import Progress
     from oblique_impact.errors import InputError, Outcome
     from oblique_impact.history.draft import Draft
     from oblique_impact.history.history import History
     from oblique_impact.history.joining import concatenate
     from oblique_impact.kernels.system import MechanicalSystem
+    from oblique_impact.progress import Progress
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate, simulate_system
 
@@ -35,7 +35,7 @@ _HOME = {
     "InputError": "errors",
     "MechanicalSystem": "kernels.system",
     "Outcome": "errors",
-    "Progress": "command_line.progress",
+    "Progress": "progress",
     "Scenario": "scenario.scenario",
     "concatenate": "history.joining",
     "natural_frequencies": "beam.frequencies",

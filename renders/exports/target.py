@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder, remove, unfinished
+from oblique_impact.files import prepare_folder, remove
 from oblique_impact.scenario.messages import one_of
 
 #: formats and what their files end in
@@ -70,8 +70,7 @@ def partial(*targets: Path) -> Iterator[tuple[Path, ...]]:
     for part in parts:
         remove(part)
     try:
-        with unfinished(*parts):
-            yield parts
+        yield parts
     finally:
         for part in parts:
             remove(part)

@@ -12,9 +12,10 @@ from typing import Literal, cast
 
 import tomli_w
 
-from oblique_impact.command_line.progress import OnProgress, counting_bar, silent
+from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import writing
+from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, parse_levels
 from validation.refinement.quantities import default_quantities
@@ -76,7 +77,7 @@ def refine(
     command : str, optional
         How to repeat the study, for the report; default: this call.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after each run.
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, only_writer, prepare_folder, read_text, unfinished, write_text
+from oblique_impact.files import cannot_write, only_writer, prepare_folder, read_text, write_text
 from validation.sweeps.plan import Plan
 from validation.sweeps.work import Done, Files, Row, is_row
 
@@ -188,11 +188,13 @@ class Store:
         partial = final.with_name(f".{run:06d}.part")
         for old in (partial, final):
             shutil.rmtree(old, ignore_errors=True)
-        with unfinished(partial):
+        try:
             partial.mkdir(parents=True)
             for name, content in files.items():
                 (partial / name).write_bytes(content)
             os.replace(partial, final)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
 
 
 @contextmanager
