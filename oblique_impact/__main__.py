@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import warnings
 from types import FrameType
 
@@ -28,6 +29,13 @@ def main() -> None:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         command_line()
+    except SystemExit as end:
+        if end.code == 130:
+            # Python would end itself by the signal, in place of this code, if it came where text was executed
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(130)
+        raise
     finally:
         # the interpreter's cleaning up is nothing to be interrupted
         signal.signal(signal.SIGINT, signal.SIG_IGN)

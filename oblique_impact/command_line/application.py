@@ -13,11 +13,9 @@ import typer
 from oblique_impact.command_line.modes import modes
 from oblique_impact.command_line.printing import print_note
 from oblique_impact.command_line.run import run
-from oblique_impact.errors import InputError, Interrupted
+from oblique_impact.errors import InputError, Interrupted, Outcome
 from oblique_impact.installed import installed, load
 
-#: exit code of a program that was interrupted
-INTERRUPTED = 130
 #: order of the commands on the help page; those of other packages follow by their names
 ORDER = ("run", "modes", "validate", "refine", "reproduce", "sweep", "render", "export")
 #: what every command line of this program is made with
@@ -65,7 +63,7 @@ def main(arguments: list[str] | None = None) -> None:
     except KeyboardInterrupt as stop:
         words = () if isinstance(stop, Interrupted) else stop.args
         print_note(": ".join(["interrupted", *map(str, words)]))
-        code = INTERRUPTED
+        code = Outcome.INTERRUPTED.exit_code
     sys.exit(code)
 
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from oblique_impact.command_line.options import ScenarioArgument, SetOption
 from oblique_impact.command_line.printing import print_line, print_note
-from oblique_impact.errors import InputError, Interrupted
+from oblique_impact.errors import InputError, Interrupted, Outcome
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
+    from oblique_impact.marching.loop import Status
 
 
 def run(
@@ -33,10 +38,17 @@ def run(
     for warning in warnings:
         print_note(f"warning: {warning}")
     replaced = (out / "history.nc").exists()
-    with writing(out):
+    with ExitStack() as lock:
+        lock.enter_context(writing(out))
         try:
-            with progress_bar() as show:
-                history = simulate(chosen, show)
+            with ExitStack() as bar, _ending_at_once(bar, lock) as until_now:
+                show = bar.enter_context(progress_bar())
+
+                def on_progress(status: Status) -> None:
+                    until_now.close()
+                    show(status)
+
+                history = simulate(chosen, on_progress)
         except Interrupted as stop:
             history = stop.history
         folder = _save(history, out)
@@ -45,6 +57,27 @@ def run(
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
         raise typer.Exit(outcome.exit_code)
+
+
+@contextmanager
+def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
+    """Let an interrupt close the stacks and end the process while the block runs, or until the yielded one is closed.
+
+    Numba calls back into Python while it compiles, and an exception that is raised there is lost.
+    """
+
+    def leave(number: int, frame: FrameType | None) -> None:
+        for stack in stacks:
+            stack.close()
+        print_note("interrupted")
+        os._exit(Outcome.INTERRUPTED.exit_code)
+
+    with ExitStack() as restore:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            # not where they are ignored, nor in a program that has its own handler
+            if signal.getsignal(number) is signal.default_int_handler:
+                restore.callback(signal.signal, number, signal.signal(number, leave))
+        yield restore
 
 
 def _save(history: History, out: Path) -> Path:
