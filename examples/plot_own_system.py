@@ -1,6 +1,6 @@
 """
-A system of your own: a mass on a belt
-======================================
+A user-defined system: a mass on a belt
+=======================================
 
 A mass on a spring rides on a belt that moves at a constant speed, pressed down by its weight. It sticks to the
 belt until the spring is strong enough, slips back and is caught again.

@@ -6,7 +6,7 @@
 `History`              labelled samples, event log, summary; `save` and `load`
 `Draft`                a history that is written while its run goes on
 `concatenate`          histories of consecutive spans joined to one
-`simulate_system`      run a small system of one's own through the same contact states
+`simulate_system`      run a small user-defined system through the same contact states
 
 Checks, comparisons and studies are in `validation`, pictures and exports in `renders`.
 """

@@ -41,11 +41,11 @@ def run(
     with ExitStack() as lock:
         lock.enter_context(writing(out))
         try:
-            with ExitStack() as bar, _ending_at_once(bar, lock) as until_now:
+            with ExitStack() as bar, _ending_at_once(bar, lock) as early:
                 show = bar.enter_context(progress_bar())
 
                 def on_progress(status: Status) -> None:
-                    until_now.close()
+                    early.close()  # from here on there is something to keep
                     show(status)
 
                 history = simulate(chosen, on_progress)
@@ -61,7 +61,7 @@ def run(
 
 @contextmanager
 def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
-    """Let an interrupt close the stacks and end the process while the block runs, or until the yielded one is closed.
+    """Let an interrupt close the stacks and end the process, in the block or until the yielded one is closed.
 
     Numba calls back into Python while it compiles, and an exception that is raised there is lost.
     """

@@ -62,7 +62,7 @@ def refine(
     quantities : sequence of str
         Names as in :mod:`validation.refinement.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the usual ones.
     study : str or Study, optional
-        A shipped study by name, or one of your own, in place of a scenario and levels.
+        A shipped study by name, or a user-defined one, in place of a scenario and levels.
     changes : mapping or sequence of str
         For every ladder of a shipped study: {"section.key": value}, or "section.key=value" as on the command line.
     within : float, optional
