@@ -20,13 +20,14 @@ def main() -> None:
     if heard:
         signal.signal(signal.SIGINT, _leave)
     from oblique_impact.command_line.application import main as command_line
+    from oblique_impact.command_line.interrupts import raise_interrupt
 
     # of numbers that leave their range tell the results, by an outcome with a name
     warnings.simplefilter("ignore", RuntimeWarning)
     if heard:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, raise_interrupt)
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # the polite request to end is treated as Ctrl-C
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, raise_interrupt)
     try:
         command_line()
     except SystemExit as end:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import signal
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from oblique_impact.command_line.interrupts import ending_at_once
 from oblique_impact.command_line.options import ScenarioArgument, SetOption
 from oblique_impact.command_line.printing import print_line, print_note
-from oblique_impact.errors import InputError, Interrupted, Outcome
+from oblique_impact.errors import InputError, Interrupted
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
@@ -27,12 +25,16 @@ def run(
     changes: SetOption = None,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
+    from xarray import DataArray
+
     from oblique_impact.beam.plausibility import doubts
     from oblique_impact.command_line.bars import progress_bar
     from oblique_impact.files import writing
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate
 
+    # xarray looks for array libraries when it makes its first array: an interrupted run should not wait for that
+    DataArray(0.0)
     chosen = Scenario.load(scenario, changes)
     warnings = doubts(chosen)
     for warning in warnings:
@@ -41,7 +43,7 @@ def run(
     with ExitStack() as lock:
         lock.enter_context(writing(out))
         try:
-            with ExitStack() as bar, _ending_at_once(bar, lock) as early:
+            with ExitStack() as bar, ending_at_once(bar, lock) as early:
                 show = bar.enter_context(progress_bar())
 
                 def on_progress(status: Status) -> None:
@@ -57,27 +59,6 @@ def run(
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
         raise typer.Exit(outcome.exit_code)
-
-
-@contextmanager
-def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
-    """Let an interrupt close the stacks and end the process, in the block or until the yielded one is closed.
-
-    Numba calls back into Python while it compiles, and an exception that is raised there is lost.
-    """
-
-    def leave(number: int, frame: FrameType | None) -> None:
-        for stack in stacks:
-            stack.close()
-        print_note("interrupted")
-        os._exit(Outcome.INTERRUPTED.exit_code)
-
-    with ExitStack() as restore:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            # not where they are ignored, nor in a program that has its own handler
-            if signal.getsignal(number) is signal.default_int_handler:
-                restore.callback(signal.signal, number, signal.signal(number, leave))
-        yield restore
 
 
 def _save(history: History, out: Path) -> Path:
