@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
@@ -33,6 +34,7 @@ def main() -> None:
     except SystemExit as end:
         if end.code == 130:
             # Python would end itself by the signal, in place of this code, if it came where text was executed
+            atexit._run_exitfuncs()  # multiprocessing gives its semaphores back
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(130)
