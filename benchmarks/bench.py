@@ -56,7 +56,7 @@ def time_process(arguments: list[str], runs: int, **environment: str) -> tuple[f
     for _ in range(runs):
         start = time.perf_counter()
         subprocess.run(
-            [sys.executable, "-m", "oblique_impact.command_line.cli", *arguments],
+            [sys.executable, "-m", "oblique_impact", *arguments],
             check=True,
             capture_output=True,
             env={**os.environ, **environment},

@@ -17,7 +17,8 @@ from rich.console import Console
 from rich.table import Table
 
 from oblique_impact import History, InputError, Scenario, simulate
-from oblique_impact.command_line.progress import Progress, counting_bar, progress_bar
+from oblique_impact.command_line.bars import counting_bar, progress_bar
+from oblique_impact.progress import Progress
 from renders.film import write_film, write_strip
 from renders.frame import Style
 from renders.overview import overview_figure

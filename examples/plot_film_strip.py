@@ -2,7 +2,7 @@
 A strip of the first macro-collision
 ====================================
 
-The beam before, during and after its first contacts, coloured by bending stress. Without times of one's own the
+The beam before, during and after its first contacts, coloured by bending stress. Without given times the
 strip chooses them by the events. The same from the command line:
 ``oblique-impact render out/paper --strip --out film_strip.png``.
 """

@@ -1,6 +1,6 @@
 """
-A contact law and a friction law of your own
-============================================
+A user-defined contact law and friction law
+===========================================
 
 A Hertzian stop and Stribeck friction, each a few lines, take the places of the built-in laws.
 """

@@ -1,6 +1,6 @@
 """
-A system of your own: a mass on a belt
-======================================
+A user-defined system: a mass on a belt
+=======================================
 
 A mass on a spring rides on a belt that moves at a constant speed, pressed down by its weight. It sticks to the
 belt until the spring is strong enough, slips back and is caught again.
@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from oblique_impact import MechanicalSystem, simulate_system
-from oblique_impact.contact.state import State
 from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.state import State
 from oblique_impact.kernels.system import ContactRows
 from renders.style import GREY, STATE_COLOURS, figure_style
 

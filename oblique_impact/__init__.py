@@ -5,7 +5,7 @@
 `natural_frequencies`  of the spinning beam: returns `Frequencies`
 `History`              labelled samples, event log, summary; `save` and `load`
 `concatenate`          histories of consecutive spans joined to one
-`simulate_system`      run a small system of one's own through the same contact states
+`simulate_system`      run a small user-defined system through the same contact states
 
 Checks, comparisons and studies are in `validation`, pictures and exports in `renders`.
 """
@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
-    from oblique_impact.command_line.progress import Progress
     from oblique_impact.errors import InputError, Interrupted, Outcome
     from oblique_impact.history.concatenation import concatenate
     from oblique_impact.history.history import History
     from oblique_impact.kernels.system import MechanicalSystem
+    from oblique_impact.progress import Progress
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate, simulate_system
 
@@ -33,7 +33,7 @@ _HOME = {
     "Interrupted": "errors",
     "MechanicalSystem": "kernels.system",
     "Outcome": "errors",
-    "Progress": "command_line.progress",
+    "Progress": "progress",
     "Scenario": "scenario.scenario",
     "concatenate": "history.concatenation",
     "natural_frequencies": "beam.frequencies",

@@ -15,21 +15,21 @@ def _leave(number: int, frame: FrameType | None) -> None:
 
 def main() -> None:
     """Run the command line; an interrupt is one line at any time, even while it is loaded or ends."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not where a shell has it ignored
+    if heard:
         signal.signal(signal.SIGINT, _leave)
-    from oblique_impact.command_line.cli import main as command_line
-    from oblique_impact.command_line.interrupts import EXIT_CODE, leave_now
+    from oblique_impact.command_line.application import main as command_line
 
     # of numbers that leave their range tell the results, by an outcome with a name
     warnings.simplefilter("ignore", RuntimeWarning)
+    if heard:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # the polite request to end is treated as Ctrl-C
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         command_line()
-    except SystemExit as end:
-        if end.code == EXIT_CODE:
-            leave_now(EXIT_CODE)  # the interpreter's cleaning up takes its time
-        raise
     finally:
-        # ... and is nothing to be interrupted
+        # the interpreter's cleaning up is nothing to be interrupted
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

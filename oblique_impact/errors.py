@@ -14,8 +14,12 @@ class InputError(ValueError):
         super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in message))
 
 
-class NotYetError(InputError):
-    """A valid request for something this version does not compute yet."""
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a run; `history` holds what was computed until then."""
+
+    def __init__(self, history: Any) -> None:
+        super().__init__("interrupted")
+        self.history = history
 
 
 class Outcome(Enum):

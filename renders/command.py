@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.command_line.progress import OnProgress, Progress, counting_bar, silent
+from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
+from oblique_impact.progress import OnProgress, Progress, silent
 from renders.difference import magnify_difference as magnified
 from renders.film import write_film, write_still, write_strip
 from renders.frame import Style
@@ -105,7 +106,7 @@ def render(
     magnify_difference : float, optional
         Draw the second of two histories so many times as far from the first one as it is.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` after each frame of a film.
+        Called with a :class:`~oblique_impact.progress.Progress` after each frame of a film.
 
     Returns
     -------

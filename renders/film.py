@@ -12,7 +12,6 @@ import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
-from oblique_impact.command_line import interrupts
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, write_whole
 from oblique_impact.history.history import History
@@ -142,7 +141,6 @@ def write_film(
 
 def _frames(composer: Composer, timeline: Timeline, on_frame: Progress | None) -> Iterator[Image.Image]:
     for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
-        interrupts.check()
         yield composer.draw(float(time), float(rate))
         if on_frame:
             on_frame(n, timeline.times.size)
@@ -169,12 +167,15 @@ def _encode(
             str(part),
         ]
         log = Path(folder) / "log"
-        with log.open("wb") as errors, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors) as encoder:
+        # in a session of its own: Ctrl-C is for this process, which ends the encoder
+        with (
+            log.open("wb") as errors,
+            subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors, start_new_session=True) as encoder,
+        ):
             assert encoder.stdin is not None
             try:
-                with interrupts.ends_with_us(encoder):
-                    for frame in frames:
-                        encoder.stdin.write(frame.tobytes())
+                for frame in frames:
+                    encoder.stdin.write(frame.tobytes())
             except BrokenPipeError:
                 pass  # it says why in its log
             except BaseException:
@@ -183,7 +184,6 @@ def _encode(
             finally:
                 encoder.stdin.close()
         if encoder.returncode != 0:
-            interrupts.check()  # one from the keyboard goes to the encoder as well
             text = " ".join(log.read_text(encoding="utf-8", errors="replace").split())[:200]
             raise OSError(0, f"the encoder stopped: {text}")
         add_comment(part, made)
@@ -194,7 +194,6 @@ def _encoder() -> str:
     try:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except RuntimeError:
-        interrupts.check()  # one from the keyboard ends the trial as well
         raise InputError(
             "films need ffmpeg: install the one of the package imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE"
         ) from None

@@ -52,7 +52,7 @@ def compare(
     Parameters
     ----------
     left, right : History
-        Of beams or of systems of one's own.
+        Of beams or of user-defined systems.
     variables : sequence of str, optional
         Names of the variables to compare; default: all that both have.
     names : tuple of str

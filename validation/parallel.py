@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from multiprocessing import SimpleQueue, connection, get_context, parent_process, resource_tracker
 from typing import TypeVar
 
-from oblique_impact.command_line.progress import OnProgress, Progress
 from oblique_impact.kernels.compiling import announce, listen
+from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -64,10 +64,14 @@ def map_parallel(
         context = get_context("spawn")
         compiled = context.SimpleQueue()
         with single_threaded(), ProcessPoolExecutor(count, context, _begin, (compiled,)) as pool:
-            with deaf_to_interrupts():
-                submitted = [pool.submit(function, item) for item in items]
-            futures = {future: index for index, future in enumerate(submitted)}
-            _collect(pool, futures, take, compiled)
+            try:
+                with deaf_to_interrupts():
+                    submitted = [pool.submit(function, item) for item in items]
+                futures = {future: index for index, future in enumerate(submitted)}
+                _collect(futures, take, compiled)
+            except BaseException:
+                _kill(pool)
+                raise
     return [results[index] for index in range(len(items))]
 
 
@@ -78,26 +82,26 @@ def _begin(compiled: SimpleQueue[str]) -> None:
 
 
 def _collect(
-    pool: ProcessPoolExecutor,
     futures: dict[Future[Result], int],
     take: Callable[[int, Result], None],
     compiled: SimpleQueue[str],
 ) -> None:
     pending = set(futures)
-    try:
-        while pending:
-            done, pending = wait(pending, TICK, return_when=FIRST_COMPLETED)
-            while not compiled.empty():
-                announce(compiled.get())
-            for future in sorted(done, key=futures.__getitem__):
-                take(futures[future], future.result())
-    except BaseException:
-        # leave at once: what runs is of no use any more; after its shutdown a pool forgets its processes
-        processes = list((getattr(pool, "_processes", None) or {}).values())
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in processes:
-            process.kill()
-        raise
+    while pending:
+        done, pending = wait(pending, TICK, return_when=FIRST_COMPLETED)
+        while not compiled.empty():
+            announce(compiled.get())
+        for future in sorted(done, key=futures.__getitem__):
+            take(futures[future], future.result())
+
+
+def _kill(pool: ProcessPoolExecutor) -> None:
+    """End all processes at once: what they compute is of no use any more."""
+    # after its shutdown a pool forgets its processes
+    processes = list((getattr(pool, "_processes", None) or {}).values())
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in processes:
+        process.kill()
 
 
 @contextmanager

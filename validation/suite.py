@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.command_line.progress import OnProgress, silent
 from oblique_impact.errors import InputError
 from oblique_impact.files import writing
+from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from validation.checks.plots import tolerance_figure
 from validation.checks.registry import Check, Evidence, Group, all_checks
@@ -144,7 +144,7 @@ def validate(
     workers : int, optional
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first check and after each.
+        Called with a :class:`~oblique_impact.progress.Progress` before the first check and after each.
     command : str, optional
         How to repeat the validation, for the report; default: this call.
 

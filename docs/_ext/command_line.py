@@ -11,7 +11,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact.command_line.cli import app as application
+from oblique_impact.command_line.application import application
 
 PROGRAM = "oblique-impact"
 _VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}
@@ -19,7 +19,7 @@ _VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}
 
 def commands() -> dict[str, Any]:
     """Return the commands by name, in the order of ``--help``."""
-    return dict(typer.main.get_command(application).commands)  # type: ignore[attr-defined]
+    return dict(typer.main.get_command(application()).commands)  # type: ignore[attr-defined]
 
 
 def reference() -> str:

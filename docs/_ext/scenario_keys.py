@@ -1,7 +1,7 @@
 """The reference of the scenario's keys, from the pydantic models and their comments: nothing is written by hand.
 
 A model tells types, units, ranges and defaults; its source tells meanings in the comments of the keys; the
-validators tell which keys exclude each other, in the words of their faults.
+validators tell which keys exclude each other, in the words of their errors.
 """
 
 from __future__ import annotations
@@ -26,10 +26,9 @@ from sphinx.util.docutils import SphinxDirective
 from oblique_impact.errors import InputError
 from oblique_impact.scenario import rules as rules_of_keys
 from oblique_impact.scenario import scenario
-from oblique_impact.scenario.parameters import Pairs
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.tables import Table
+from oblique_impact.scenario.tables import Pairs, Table
 from oblique_impact.scenario.units import unit_of
 from oblique_impact.scenario.user_defined import Choice
 
@@ -101,7 +100,7 @@ def rules() -> list[tuple[str, str]]:
         if isinstance(function, ast.FunctionDef) and function.name.startswith("_check_"):
             texts = {n: v.value for n, v in _assigned(function) if isinstance(v, ast.Constant)}
             for call, names in _refusals(function, texts):
-                found.add((_words(call.args[0], names), _words(call.args[2], names)))
+                found.add((_words(call.args[1], names), _words(call.args[2], names)))
     return sorted(found, key=lambda row: (_place(row[0]), row[1]))
 
 
@@ -275,7 +274,7 @@ def reference() -> str:
                 allowed = ": ".join(part for part in (key.kind, key.allowed) if part)
                 lines += _row([name, key.unit or "–", allowed, key.default, _plain(key.meaning)])
         lines.append("")
-    lines += ["Rules between keys", "-" * 18, "", "What is refused, in the words of the fault (… is a value).", ""]
+    lines += ["Rules between keys", "-" * 18, "", "What is refused, in the words of the error (… is a value).", ""]
     lines += [".. list-table::", "   :header-rows: 1", "   :widths: 28 72", "   :class: keys", ""]
     lines += _row(["key", "what is allowed"])
     for path, message in rules():

@@ -1,4 +1,4 @@
-"""Checks of one's own: run with the others by ``oblique-impact validate``, alone by ``--only own``."""
+"""User-defined checks: run with the others by ``oblique-impact validate``, alone by ``--only own``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from oblique_impact import simulate_system
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from validation.checks.registry import Measurement, checks_of, within
 
-check = checks_of("own", "Parts of one's own")
+check = checks_of("own", "User-defined parts")
 
 
 class FlyingMass(MechanicalSystem):

@@ -1,4 +1,4 @@
-"""Laws, a base motion and an integrator of one's own; pyproject.toml tells oblique-impact their names."""
+"""User-defined laws, a base motion and an integrator; pyproject.toml tells oblique-impact their names."""
 
 from __future__ import annotations
 

@@ -1,23 +1,84 @@
-"""What a bar looks like: one line that is never as wide as the terminal, whatever its width becomes."""
+"""Bars on a terminal: one line that is never as wide as the terminal, whatever its width becomes."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, RenderableType
 from rich.constrain import Constrain
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as RichProgress
 from rich.table import Column
 from rich.text import Text
 
-#: s; a terminal that cannot erase gets a line so often
-PLAIN = 5.0
+from oblique_impact.kernels.compiling import compilations
+from oblique_impact.progress import OnProgress, Progress
+
+if TYPE_CHECKING:
+    from oblique_impact.marching.loop import Status
+
+#: s; a terminal that cannot erase gets a new line at this interval
+LINE_INTERVAL = 5.0
 
 
-class Bar(Progress):
+@contextmanager
+def counting_bar(title: str, console: Console | None = None, rate: str = "") -> Iterator[OnProgress]:
+    """Show a bar while the block runs, on standard error or on `console`; yields an `on_progress`.
+
+    Nothing is drawn where that is not a terminal; what is compiled is said there too.  With `rate`, the name of
+    what is counted, the bar tells how many are done in a second.
+    """
+    with _shown(Bar(console or Console(stderr=True), counting_columns(title, rate), last=""), "last") as bar:
+
+        def show(progress: Progress) -> None:
+            last = progress.last if progress.done < progress.total else "writing"
+            bar.set_fields(completed=progress.done, total=progress.total, last=last)
+
+        yield show
+
+
+@contextmanager
+def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], None]]:
+    """Show a bar while the block runs, on standard error or on `console`; yields the callback for `simulate`.
+
+    Nothing is drawn where that is not a terminal; what is compiled is said there too.
+    """
+    new = Bar(console or Console(stderr=True), run_columns, state="", text="preparing", short="preparing")
+    with _shown(new, "text", "short") as bar:
+
+        def show(status: Status) -> None:
+            end, time = status.end_time, f"{status.time:.{digits_of(status.end_time)}f}"
+            bar.set_fields(
+                total=end,
+                completed=status.time,
+                state=status.state.name,
+                text=f"t = {time} of {end:g} s, {status.events} events",
+                short=f"{time}/{end:g} s {status.events} events",
+            )
+
+        yield show
+
+
+@contextmanager
+def _shown(bar: Bar, *fields: str) -> Iterator[Bar]:
+    """Draw a bar while the block runs and take it away, whatever ends it; what is compiled stands in `fields`."""
+    known: set[str] = set()
+
+    def show_name(name: str) -> None:
+        if name not in known:
+            known.add(name)
+            bar.write_line(f"oblique-impact: compiling {name} (once on this machine, up to 30 s)")
+        bar.set_fields(**dict.fromkeys(fields, f"compiling {name}"))
+
+    with bar, compilations(show_name):
+        yield bar
+
+
+class Bar(RichProgress):
     """A bar of one task that vanishes at its end, drawn where `console` is a terminal.
 
     Parameters
@@ -31,7 +92,7 @@ class Bar(Progress):
 
     Notes
     -----
-    Dumb terminals, which cannot move their cursor, get a plain line every few seconds.
+    Terminals that cannot move their cursor get a plain line every few seconds.
     """
 
     def __init__(
@@ -40,7 +101,7 @@ class Bar(Progress):
         terminal = console.file.isatty()
         self._plain = terminal and not console.is_interactive
         self._console, self._columns = console, columns
-        self._said = time.monotonic()
+        self._last_line = time.monotonic()
         super().__init__(console=console, transient=True, disable=self._plain or not terminal)
         self._task = self.add_task("", total=None, **fields)
 
@@ -50,19 +111,15 @@ class Bar(Progress):
         if not self.disable:
             self.console.show_cursor(True)
 
-    def kill(self) -> None:
-        """Take the bar away: a program that leaves in haste ends this like its processes."""
-        self.stop()
-
-    def say(self, line: str) -> None:
+    def write_line(self, line: str) -> None:
         """Write a line that stays, above the bar; to a file or a pipe too."""
         self.console.print(line, soft_wrap=True, markup=False, highlight=False)
 
-    def tell(self, **fields: Any) -> None:
+    def set_fields(self, **fields: Any) -> None:
         """Update the task."""
         self.update(self._task, **fields)
-        if self._plain and time.monotonic() - self._said >= PLAIN:
-            self._said = time.monotonic()
+        if self._plain and time.monotonic() - self._last_line >= LINE_INTERVAL:
+            self._last_line = time.monotonic()
             self.console.print(self.get_renderable())
 
     def get_renderables(self) -> Iterable[RenderableType]:
@@ -73,7 +130,7 @@ class Bar(Progress):
         yield Constrain(self.make_tasks_table(self.tasks), width)
 
 
-class Left(TimeRemainingColumn):
+class TimeLeft(TimeRemainingColumn):
     """The time that is left; the time that has passed where nobody knows how much there is to do."""
 
     def __init__(self, word: str = " left") -> None:
@@ -87,7 +144,7 @@ class Left(TimeRemainingColumn):
         return super().render(task).append(self._word)
 
 
-class Passed(ProgressColumn):
+class TimePassed(ProgressColumn):
     """The time that has passed."""
 
     def render(self, task: Task) -> Text:
@@ -121,14 +178,14 @@ class Rate(ProgressColumn):
 def run_columns(width: int) -> Sequence[ProgressColumn]:
     """Return the columns for one run: state, simulated time, events, time left."""
     if width < 60:
-        return [_text("{task.fields[state]:>5}"), _text("{task.fields[short]}"), Left("")]
+        return [_text("{task.fields[state]:>5}"), _text("{task.fields[short]}"), TimeLeft("")]
     columns = [
         _text("{task.fields[state]:>5}"),
         BarColumn(max(4, min(40, width - 60))),
-        _text("{task.fields[said]}"),
-        Left(),
+        _text("{task.fields[text]}"),
+        TimeLeft(),
     ]
-    return [*columns, Passed()] if width >= 110 else columns
+    return [*columns, TimePassed()] if width >= 110 else columns
 
 
 def counting_columns(title: str, rate: str = "") -> Callable[[int], Sequence[ProgressColumn]]:
@@ -137,14 +194,14 @@ def counting_columns(title: str, rate: str = "") -> Callable[[int], Sequence[Pro
     def columns(width: int) -> Sequence[ProgressColumn]:
         rates = [Rate(rate)] if rate else []
         if width < 60:
-            return [_text(title), Count(), Left("")]
+            return [_text(title), Count(), TimeLeft("")]
         bar = max(4, min(40, width - 60))
         # what stands to the left of it, at its widest
         room = width - len(title) - bar - len("100000/100000 99:59:59 left") - 6 - (14 if rate else 0)
         if width < 110:
-            return [_text(title), BarColumn(bar), Count(), *rates, Left(), _text("{task.fields[last]}", room)]
+            return [_text(title), BarColumn(bar), Count(), *rates, TimeLeft(), _text("{task.fields[last]}", room)]
         last = _text("{task.fields[last]}", room - len("after 9:59:59 "))
-        return [_text(title), BarColumn(bar), Count(), *rates, Left(), Passed(), last]
+        return [_text(title), BarColumn(bar), Count(), *rates, TimeLeft(), TimePassed(), last]
 
     return columns
 

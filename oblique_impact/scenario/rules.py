@@ -1,15 +1,14 @@
-"""Rules about several keys of a scenario: which exclude each other, and what has to fit together.
+"""Rules between keys of a scenario: which follow others, which exclude each other, what has to fit together.
 
-Each rule refuses one key in one line; the reference of the documentation is made from them.
+Each check refuses one key in one line; the reference of the documentation is made from them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from oblique_impact.errors import InputError
-from oblique_impact.scenario.messages import refuse as _refuse
 from oblique_impact.scenario.messages import short
 
 if TYPE_CHECKING:
@@ -23,26 +22,77 @@ MAX_VALUES = 500_000_000
 #: a start this close to the slope (relative to the beam's length) touches it
 TOUCHING = 1e-12
 
+#: keys that may name a user-defined part, each with its section; `parameters` calls the numbers by the key
+PARTS = {"friction": "contact", "normal": "contact", "impact": "contact", "profile": "root", "scheme": "solver"}
+
+#: keys that follow others as long as they are not given; a resolved file lists their values in this table too
+TABLE = "derived"
+DERIVED: dict[str, Callable[[Scenario], Any]] = {
+    "contact.point": lambda s: s.beam.length,
+    "discretization.frame": lambda s: "mean-axis" if s.is_nodal else "tangent",
+    "solver.scheme": lambda s: "generalized-alpha" if s.is_nodal else "event",
+}
+
+
+def derive(scenario: Scenario) -> None:
+    """Fill in the keys that were not given and follow others; they go on counting as not given."""
+    for section, key in _not_given(scenario):
+        old = getattr(scenario, section)
+        value = DERIVED[f"{section}.{key}"](scenario)
+        new = old.model_construct(old.model_fields_set, **{**old.__dict__, key: value})
+        object.__setattr__(scenario, section, new)
+
+
+def derived_values(scenario: Scenario) -> dict[str, Any]:
+    """Return the values, by "section.key", that were not given and follow other keys."""
+    return {f"{section}.{key}": getattr(getattr(scenario, section), key) for section, key in _not_given(scenario)}
+
+
+def drop_derived_values(data: dict[str, Any]) -> None:
+    """Take out of a file's data what its table of derived values lists: it follows other keys again.
+
+    A value that is not the listed one was changed by hand since, and stays.  Raises InputError.
+    """
+    listed = data.pop(TABLE, {})
+    if not isinstance(listed, dict) or not listed.keys() <= DERIVED.keys():
+        raise InputError(f"{TABLE} = {short(listed)}: should be a table of {', '.join(DERIVED)}")
+    for name, value in listed.items():
+        section, _, key = name.partition(".")
+        inner = data.get(section)
+        if isinstance(inner, dict) and key in inner and inner[key] == value:
+            del inner[key]
+
+
+def _not_given(scenario: Scenario) -> list[tuple[str, str]]:
+    pairs = [(section, key) for section, _, key in (name.partition(".") for name in DERIVED)]
+    return [(section, key) for section, key in pairs if key not in getattr(scenario, section).model_fields_set]
+
+
+def _refuse(s: Scenario, name: str, allowed: str) -> NoReturn:
+    """Raise the error of the key `name`, "section.key"."""
+    section, _, key = name.partition(".")
+    raise ValueError(f"{name} = {short(getattr(getattr(s, section), key))}: {allowed}")
+
 
 def _check_root(s: Scenario) -> None:
     root, kind = s.root, s.root.kind
     only = {"inertia": "hub", "torque": "hub", "spin_rate": "driven", "spin_up_time": "driven"}
     for key, needed in only.items():
         if getattr(root, key) != 0.0 and kind != needed:
-            _refuse(f"root.{key}", getattr(root, key), f'only with root.kind = "{needed}" (it is "{kind}")')
+            _refuse(s, f"root.{key}", f'only with root.kind = "{needed}" (it is "{kind}")')
     if root.profile != "hold" and kind != "driven":
-        _refuse("root.profile", root.profile, f'only with root.kind = "driven" (it is "{kind}")')
+        _refuse(s, "root.profile", f'only with root.kind = "driven" (it is "{kind}")')
     if root.hub_radius > 0.0 and kind == "pin":
-        _refuse("root.hub_radius", root.hub_radius, 'a pin has radius 0; use root.kind = "hub" or "driven"')
+        _refuse(s, "root.hub_radius", 'a pin has radius 0; use root.kind = "hub" or "driven"')
     if root.profile == "spin-up" and not root.spin_up_time > 0.0:
-        _refuse("root.spin_up_time", root.spin_up_time, "should be greater than 0 for a spin-up")
+        _refuse(s, "root.spin_up_time", "should be greater than 0 for a spin-up")
     if s.part("profile") is not None:
         for key in ("spin_rate", "spin_up_time"):
             if getattr(root, key) != 0.0:
-                _refuse(f"root.{key}", getattr(root, key), "the numbers of this profile are in parameters.profile")
+                _refuse(s, f"root.{key}", "the numbers of this profile are in parameters.profile")
     speed = s.initial.angular_velocity
     if kind == "driven" and speed not in (0.0, s.initial_angular_velocity):
-        _refuse("initial.angular_velocity", speed, "a driven root prescribes its own speed; leave it 0")
+        _refuse(s, "initial.angular_velocity", "a driven root prescribes its own speed; leave it 0")
 
 
 def _check_beam(s: Scenario) -> None:
@@ -54,19 +104,19 @@ def _check_beam(s: Scenario) -> None:
             continue
         if table[-1][0] != beam.length:
             _refuse(
+                s,
                 f"beam.{key}",
-                table,
                 f"should end at x = beam.length = {beam.length}, not at {table[-1][0]}; a new length "
                 "needs new tables",
             )
         if modal:
-            _refuse(f"beam.{key}", table, f"{uniform} tables")
+            _refuse(s, f"beam.{key}", f"{uniform} tables")
     if modal and beam.tip_mass > 0.0:
-        _refuse("beam.tip_mass", beam.tip_mass, f"{uniform} a tip mass")
+        _refuse(s, "beam.tip_mass", f"{uniform} a tip mass")
     if modal and s.discretization.grading != 1.0:
         _refuse(
+            s,
             "discretization.grading",
-            s.discretization.grading,
             'the modal method has no mesh; use 1.0, or discretization.method = "fem"',
         )
 
@@ -74,24 +124,22 @@ def _check_beam(s: Scenario) -> None:
 def _check_contact(s: Scenario) -> None:
     contact, length = s.contact, s.beam.length
     if contact.normal != "rigid" and contact.restitution > 0.0:
-        _refuse("contact.restitution", contact.restitution, "only with a rigid stop; a spring has contact.damping")
+        _refuse(s, "contact.restitution", "only with a rigid stop; a spring has contact.damping")
     if contact.normal != "rigid" and contact.impact != "newton":
-        _refuse("contact.impact", contact.impact, 'only with contact.normal = "rigid": others have no impacts')
+        _refuse(s, "contact.impact", 'only with contact.normal = "rigid": others have no impacts')
     if contact.point > length:
-        _refuse("contact.point", contact.point, f"should be on the beam, at most beam.length = {length}")
+        _refuse(s, "contact.point", f"should be on the beam, at most beam.length = {length}")
     if contact.point < 1e-3 * length:
-        _refuse("contact.point", contact.point, f"should be at least 0.001 beam.length = {1e-3 * length}")
+        _refuse(s, "contact.point", f"should be at least 0.001 beam.length = {1e-3 * length}")
     if contact.mu_static < contact.mu_kinetic:
-        _refuse(
-            "contact.mu_static", contact.mu_static, f"should be at least contact.mu_kinetic = {contact.mu_kinetic}"
-        )
+        _refuse(s, "contact.mu_static", f"should be at least contact.mu_kinetic = {contact.mu_kinetic}")
     v0, v1 = contact.regularization
     if not v0 < v1:
-        _refuse("contact.regularization", contact.regularization, "should be [v0, v1] in m/s with v0 less than v1")
+        _refuse(s, "contact.regularization", "should be [v0, v1] in m/s with v0 less than v1")
     if contact.enabled and s.initial_gap < -TOUCHING * length:
         _refuse(
+            s,
             "initial.angle",
-            s.initial.angle,
             f"the contact point starts {-s.initial_gap:.6g} m below the slope; the gap should be at least 0",
         )
 
@@ -99,28 +147,24 @@ def _check_contact(s: Scenario) -> None:
 def _check_slope(s: Scenario) -> None:
     extent = s.slope.extent
     if extent and not (len(extent) == 2 and extent[0] < extent[1]):
-        _refuse(
-            "slope.extent", extent, "should be [first, last] in m with first less than last, or [] without ends"
-        )
+        _refuse(s, "slope.extent", "should be [first, last] in m with first less than last, or [] without ends")
 
 
 def _check_discretization(s: Scenario) -> None:
     d, root = s.discretization, s.root
     if d.frame == "mean-axis" and (root.kind == "driven" or root.hub_radius > 0.0):
         _refuse(
+            s,
             "discretization.frame",
-            d.frame,
             'the mean-axis frame is for a pin or a hub of radius 0; use "tangent" for this root',
         )
     if d.method == "modal" and d.modes < 1:
-        _refuse("discretization.modes", d.modes, f"should be 1 to {MAX_MODES} for the modal method")
+        _refuse(s, "discretization.modes", f"should be 1 to {MAX_MODES} for the modal method")
     if d.method == "fem":
         if s.contact.point < s.beam.length and d.elements < 2:
-            _refuse(
-                "discretization.elements", d.elements, "should be at least 2 with a contact point inside the span"
-            )
+            _refuse(s, "discretization.elements", "should be at least 2 with a contact point inside the span")
         if d.modes > 2 * d.elements:
-            _refuse("discretization.modes", d.modes, f"should be at most the {2 * d.elements} modes of the mesh")
+            _refuse(s, "discretization.modes", f"should be at most the {2 * d.elements} modes of the mesh")
 
 
 def _check_nodal(s: Scenario) -> None:
@@ -130,27 +174,25 @@ def _check_nodal(s: Scenario) -> None:
     d, root = s.discretization, s.root
     full, instead = "the full nodal model (discretization.modes = 0)", "or keep modes: discretization.modes >= 1"
     if root.kind == "driven" or root.hub_radius > 0.0:
-        _refuse(
-            "discretization.modes", d.modes, "the full nodal model is for a pin or a hub of radius 0; keep modes"
-        )
+        _refuse(s, "discretization.modes", "the full nodal model is for a pin or a hub of radius 0; keep modes")
     if s.solver.scheme != "generalized-alpha":
         _refuse(
+            s,
             "solver.scheme",
-            s.solver.scheme,
             f'{full} is marched by "generalized-alpha" only; leave this key out, {instead}',
         )
     if d.frame != "mean-axis":
         _refuse(
+            s,
             "discretization.frame",
-            d.frame,
             f'{full} is marched in the "mean-axis" frame only; leave this key out, {instead}',
         )
     if d.kinetics != "first-order":
-        _refuse("discretization.kinetics", d.kinetics, f'the full nodal model is "first-order"; {instead}')
+        _refuse(s, "discretization.kinetics", f'the full nodal model is "first-order"; {instead}')
     if s.beam.modal_damping_ratio > 0.0:
         _refuse(
+            s,
             "beam.modal_damping_ratio",
-            s.beam.modal_damping_ratio,
             f"the full nodal model has no modes to damp; use beam.kelvin_voigt, {instead}",
         )
 
@@ -158,18 +200,18 @@ def _check_nodal(s: Scenario) -> None:
 def _check_solver(s: Scenario) -> None:
     v = s.solver
     if s.end_time / v.output_interval > MAX_SAMPLES:
-        _refuse("solver.output_interval", v.output_interval, f"gives more than {MAX_SAMPLES} samples")
+        _refuse(s, "solver.output_interval", f"gives more than {MAX_SAMPLES} samples")
     if s.end_time / v.output_interval * _values_per_sample(s) > MAX_VALUES:
         _refuse(
+            s,
             "solver.output_interval",
-            v.output_interval,
             f"gives {s.end_time / v.output_interval:.3g} samples of {_values_per_sample(s)} values; "
             f"at most {MAX_VALUES:.0e} values fit into a history",
         )
     if v.scheme != "event":
         for key in ("free_step", "contact_step"):
             if s.end_time / getattr(v, key) > MAX_STEPS:
-                _refuse(f"solver.{key}", getattr(v, key), f"gives more than {MAX_STEPS} steps")
+                _refuse(s, f"solver.{key}", f"gives more than {MAX_STEPS} steps")
 
 
 def _values_per_sample(s: Scenario) -> int:
@@ -180,8 +222,8 @@ def _values_per_sample(s: Scenario) -> int:
 
 
 def _build_parts(s: Scenario) -> None:
-    """Build the parts of one's own: what they do not take is refused before anything runs."""
-    for section, key in PARTS:
+    """Build the user-defined parts: what they do not take is refused before anything runs."""
+    for key, section in PARTS.items():
         name, numbers = getattr(getattr(s, section), key), dict(getattr(s.parameters, key))
         try:
             part = s.part(key)
@@ -190,18 +232,9 @@ def _build_parts(s: Scenario) -> None:
         except InputError as error:
             raise ValueError(f"{section}.{key}: {error}") from None
         if part is None and numbers:
-            words = f'only with a {section}.{key} of one\'s own (it is "{name}")'
+            words = f'only with a user-defined {section}.{key} (it is "{name}")'
             raise ValueError(f"parameters.{key} = {short(numbers)}: {words}")
 
-
-#: keys that may name a part of one's own, each with its section; `parameters` calls the numbers by the key
-PARTS = (
-    ("contact", "friction"),
-    ("contact", "normal"),
-    ("contact", "impact"),
-    ("root", "profile"),
-    ("solver", "scheme"),
-)
 
 RULES: tuple[Callable[[Scenario], None], ...] = (
     _build_parts,

@@ -12,13 +12,19 @@ from pydantic import Field, model_validator
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.scenario.derived import TABLE, apply_change, at_line, derive, derived, put, release
 from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.parameters import Parameters
-from oblique_impact.scenario.rules import MAX_MODES, PARTS, RULES
+from oblique_impact.scenario.rules import (
+    MAX_MODES,
+    PARTS,
+    RULES,
+    TABLE,
+    derive,
+    derived_values,
+    drop_derived_values,
+)
 from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.tables import Tabulated
-from oblique_impact.scenario.toml import parse_toml
+from oblique_impact.scenario.tables import Parameters, Tabulated
+from oblique_impact.scenario.toml import apply_change, parse_toml, set_key, with_line
 from oblique_impact.scenario.units import Unit
 from oblique_impact.scenario.user_defined import Choice, build
 
@@ -60,7 +66,7 @@ class RootSection(Section):
     hub_radius: Annotated[NonNegative, Unit("m")] = 0.0  # distance of the root from the axis of rotation
     inertia: Annotated[NonNegative, Unit("kg m^2")] = 0.0  # moment of inertia of the hub
     torque: Annotated[Finite, Unit("N m")] = 0.0  # torque on the hub
-    #: how a driven root turns; or an installed base motion of one's own
+    #: how a driven root turns; or a user-defined base motion
     profile: Annotated[str, Choice("base_motions", ("hold", "constant-speed", "spin-up"))] = "hold"
     #: angular velocity of a driven root, the final one of a spin-up
     spin_rate: Annotated[Finite, Unit("rad/s")] = 0.0
@@ -90,17 +96,17 @@ class ContactSection(Section):
     enabled: bool = True  # whether the slope is there at all
     #: place of the contact point along the beam; not given: the beam's length
     point: Annotated[Positive, Unit("m")] = math.nan
-    #: a rigid stop, an elastic one, or an installed contact law of one's own
+    #: a rigid stop, an elastic one, or a user-defined contact law
     normal: Annotated[str, Choice("contact_laws", ("rigid", "spring"))] = "rigid"
     stiffness: Annotated[Positive, Unit("N/m")] = 1e6  # stiffness of an elastic stop
     #: Hunt-Crossley damping of an elastic stop: its force is stiffness d (1 + damping d') at the depth d
     damping: Annotated[NonNegative, Unit("s/m")] = 0.0
-    #: impact on a rigid stop: without friction (Newton), with friction mu_kinetic (Routh), or an installed law
+    #: impact on a rigid stop: without friction (Newton), with friction mu_kinetic (Routh), or a user-defined law
     impact: Annotated[str, Choice("impact_laws", ("newton", "routh"))] = "newton"
     #: coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's
     restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     shortening: bool = True  # whether gap and slip know the foreshortening of the beam up to the contact point
-    #: the tangential law, or an installed friction law of one's own
+    #: the tangential law, or a user-defined friction law
     friction: Annotated[str, Choice("friction_laws", ("frictionless", "hybrid", "modified-coulomb"))] = "hybrid"
     mu_static: NonNegative = 0.3  # static coefficient of friction
     mu_kinetic: NonNegative = 0.3  # kinetic coefficient of friction
@@ -111,7 +117,7 @@ class ContactSection(Section):
 class DiscretizationSection(Section):
     """How the beam becomes a finite number of coordinates."""
 
-    #: assumed modes (`modal`), Hermite finite elements (`fem`), or an installed discretization of one's own
+    #: assumed modes (`modal`), Hermite finite elements (`fem`), or a user-defined discretization
     method: Annotated[str, Choice("discretizations")] = "modal"
     #: the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes), which is the
     #: default of the full nodal model
@@ -129,7 +135,7 @@ class SolverSection(Section):
     """How time is marched."""
 
     #: adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of the full
-    #: nodal model), or one of one's own
+    #: nodal model), or a user-defined one
     scheme: Annotated[str, Choice("integrators", ("event", "fixed-step", "generalized-alpha"))] = "event"
     #: relative tolerance of a step (event), of the iterations (generalized-alpha)
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-10
@@ -149,7 +155,7 @@ class SolverSection(Section):
 
 
 class ParametersSection(Section):
-    """Numbers of installed or registered parts of one's own; built-in ones have keys of their own."""
+    """Numbers of user-defined parts, installed or registered; the built-in ones have keys."""
 
     friction: Parameters = ()  # of the friction law that contact.friction names
     normal: Parameters = ()  # of the contact law that contact.normal names
@@ -203,18 +209,18 @@ class Scenario(Section):
     def initial_angular_velocity(self) -> float:
         """Angular velocity of the root at t = 0 (rad/s)."""
         if self.root.kind == "driven":
-            own = self.part("profile")
-            if own is not None:
-                return float(own.at(0.0).speed)
+            motion = self.part("profile")
+            if motion is not None:
+                return float(motion.at(0.0).speed)
             return self.root.spin_rate if self.root.profile == "constant-speed" else 0.0
         return self.initial.angular_velocity
 
     def part(self, key: str) -> Any:
-        """Build the part of one's own that `friction`, `normal`, `impact`, `profile` or `scheme` names.
+        """Build the user-defined part that `friction`, `normal`, `impact`, `profile` or `scheme` names.
 
         Returns None for a built-in one.  Raises InputError if it does not take its numbers.
         """
-        section = getattr(self, next(section for section, name in PARTS if name == key))
+        section = getattr(self, PARTS[key])
         field = type(section).model_fields[key]
         choice = next(entry for entry in field.metadata if isinstance(entry, Choice))
         name = getattr(section, key)
@@ -225,15 +231,15 @@ class Scenario(Section):
 
     @classmethod
     def from_toml(cls, text: str, overrides: list[str] | None = None, name: str = "scenario file") -> Scenario:
-        """Read a scenario file's text; `overrides` are strings "section.key=value", `name` begins its faults."""
+        """Read a scenario file's text; `overrides` are strings "section.key=value", `name` begins its errors."""
         data = parse_toml(text, name)
         changed: set[str] = set()
         try:
-            release(data)
+            drop_derived_values(data)
             changed.update(apply_change(data, item) for item in overrides or [])
             return cls.from_dict(data)
         except InputError as error:
-            raise at_line(error, text, name, changed) from None
+            raise with_line(error, text, name, changed) from None
 
     @classmethod
     def builtin(cls, name: str, overrides: list[str] | None = None) -> Scenario:
@@ -269,9 +275,9 @@ class Scenario(Section):
         Keys that were not given and follow others (the contact point is at the tip) go on following them.
         """
         data = self._with_derived()
-        release(data)
+        drop_derived_values(data)
         for name, value in values.items():
-            put(data, name.split("__"), value, name)
+            set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 
     def to_toml(self) -> str:
@@ -284,7 +290,7 @@ class Scenario(Section):
 
     def _with_derived(self) -> dict[str, Any]:
         """Return the data of a resolved file."""
-        return {**self.model_dump(mode="json"), TABLE: derived(self)}
+        return {**self.model_dump(mode="json"), TABLE: derived_values(self)}
 
 
 def require_scenario(value: object, where: str) -> None:

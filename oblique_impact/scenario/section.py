@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Self
+import re
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from oblique_impact.errors import InputError
-from oblique_impact.scenario.messages import one_line, short
+from oblique_impact.scenario.messages import did_you_mean, short
+from oblique_impact.scenario.units import Unit, unit_of
 
 
 class Section(BaseModel):
@@ -25,9 +28,9 @@ class Section(BaseModel):
             try:
                 super().__init__(**data)
             except ValidationError as error:
-                raise InputError(one_line(error, type(self))) from None
+                raise InputError(_one_line(error, type(self))) from None
 
-        # validation of a whole file makes its sections itself, and tells where in it a fault is
+        # validation of a whole file makes its sections itself, and tells where in it an error is
         __init__.__pydantic_base_init__ = True
 
         def __setattr__(self, name: str, value: Any) -> None:
@@ -37,13 +40,68 @@ class Section(BaseModel):
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:
-        """Validate plain data; raises InputError with one line about the first fault."""
+        """Validate plain data; raises InputError with one line about the first error."""
         try:
             return super().model_validate(obj, **options)
         except ValidationError as error:
-            raise InputError(one_line(error, cls)) from None
+            raise InputError(_one_line(error, cls)) from None
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
-        """Validate nested sections; raises InputError with one line about the first fault."""
+        """Validate nested sections; raises InputError with one line about the first error."""
         return cls.model_validate(data)
+
+
+def _one_line(error: ValidationError, root: type[BaseModel]) -> str:
+    """Put the first error of a failed validation of the model `root` into one line, which begins with the key."""
+    first = error.errors()[0]
+    location, value = first["loc"], short(first["input"])
+    key = ".".join(str(part) for part in location) or root.__name__
+    if first["type"] == "extra_forbidden":
+        return f"{key} = {value}: unknown key{_known_keys(root, location)}"
+    if first["type"] == "missing":
+        return f"{key}: missing"
+    if first["type"] in ("too_short", "too_long"):
+        allowed = first["msg"].removeprefix("List ").partition(" after validation")[0]
+        return f"{key} = {value}: {allowed}"
+    message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    if first["type"] == "value_error":  # of a rule between keys: it names the key itself
+        return message
+    if first["type"] in ("literal_error", "choice"):
+        message += did_you_mean(first["input"], re.findall("'([^']*)'", message), "'")
+    if first["type"] in ("less_than_equal", "greater_than_equal"):
+        field = _model(root, location).model_fields.get(str(location[-1]))
+        if field and unit_of(field) == Unit("rad"):
+            message += f' rad; for degrees write "{value} deg"'
+    return f"{key} = {value}: should be {message}"
+
+
+def _known_keys(root: type[BaseModel], location: tuple[Any, ...]) -> str:
+    """Say which keys are known where an unknown one stands, and which was meant there or in another section."""
+    name, known = location[-1], _model(root, location).model_fields
+    meant = did_you_mean(name, known)
+    if not meant:
+        places = {
+            key: f"{section}.{key}"
+            for section, field in root.model_fields.items()
+            for model in _models(field.annotation)[:1]
+            for key in model.model_fields
+        }
+        meant = f"; did you mean {places[name]}?" if name in places else ""
+    return f"{meant} (allowed here: {', '.join(known)})" if meant else f"; allowed here: {', '.join(known)}"
+
+
+def _model(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel]:
+    """Return the model that holds the key at a location; numbers in it are places in a list of models."""
+    for part in location[:-1]:
+        field = model.model_fields.get(part) if isinstance(part, str) else None
+        model = next(iter(_models(field.annotation) if field else ()), model)
+    return model
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    """Return the models in an annotation: `list[X] | None` holds X."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    parts: Iterable[Any] = get_args(annotation)
+    return [model for part in parts for model in _models(part)]

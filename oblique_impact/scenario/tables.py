@@ -1,62 +1,66 @@
-"""Numbers that may be tables over x in a scenario file: `[[x, value], ...]`, linear between the rows."""
+"""Tables in a scenario file: of a number over x, `[[x, value], ...]`, and of numbers by their names."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import PlainSerializer, PlainValidator
-from pydantic_core import PydanticCustomError
 
-from oblique_impact.scenario.messages import short
+from oblique_impact.scenario.messages import not_allowed, short
 
 MAX_ROWS = 1000
+MAX_PARAMETERS = 100
 _LARGEST = 1e30
 
 Table = tuple[tuple[float, float], ...]
+#: kept as pairs sorted by name, so that a scenario stays hashable; a table in files and in Python
+Pairs = tuple[tuple[str, float], ...]
 
 
-def _validate(value: Any) -> float | Table:
+def _number_or_table(value: Any) -> float | Table:
     """Check a positive number, or the rows of a table as far as they can be judged without the beam's length."""
     if isinstance(value, (list, tuple)):
-        return _table(value)
+        return _rows(value)
     if not _is_number(value):
-        raise _fault("a number greater than 0, or a table of pairs [x, value]")
+        raise not_allowed("a number greater than 0, or a table of pairs [x, value]")
     return _positive(value, "")
 
 
-def _table(rows: list[Any] | tuple[Any, ...]) -> Table:
+def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
     if not 2 <= len(rows) <= MAX_ROWS:
-        raise _fault(f"a number, or a table of 2 to {MAX_ROWS} pairs [x, value], not of {len(rows)}")
+        raise not_allowed(f"a number, or a table of 2 to {MAX_ROWS} pairs [x, value], not of {len(rows)}")
     table: list[tuple[float, float]] = []
     for number, row in enumerate(rows, start=1):
         if not (isinstance(row, (list, tuple)) and len(row) == 2 and all(_is_number(v) for v in row)):
-            raise _fault(f"a table of pairs [x, value] of numbers; row {number} is {short(row)}")
-        x, value = (_float(v, f"; row {number} is {short(row)}") for v in row)
+            raise not_allowed(f"a table of pairs [x, value] of numbers; row {number} is {short(row)}")
+        where = f"; row {number} is {short(row)}"
+        x, value = _finite(row[0], where), _finite(row[1], where)
         if not table and x != 0.0:
-            raise _fault(f"a table that begins at x = 0, not at {x}")
+            raise not_allowed(f"a table that begins at x = 0, not at {x}")
         if table and x <= table[-1][0]:
-            raise _fault(f"a table with strictly ascending x; in row {number} {x} follows {table[-1][0]}")
-        table.append((x, _positive(value, f"; row {number} is {short(row)}")))
+            raise not_allowed(f"a table with strictly ascending x; in row {number} {x} follows {table[-1][0]}")
+        table.append((x, _positive(value, where)))
     return tuple(table)
 
 
 def _positive(value: Any, where: str) -> float:
-    number = _float(value, where)
+    number = _finite(value, where)
     if not number > 0.0:
-        raise _fault(f"greater than 0{where}")
+        raise not_allowed(f"greater than 0{where}")
     if number > _LARGEST:
-        raise _fault(f"less than or equal to {_LARGEST:g}{where}")
+        raise not_allowed(f"less than or equal to {_LARGEST:g}{where}")
     return number
 
 
-def _float(value: Any, where: str) -> float:
+def _finite(value: Any, where: str) -> float:
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise _fault(f"a finite number{where}")
+        raise not_allowed(f"a finite number{where}")
     return number
 
 
@@ -64,14 +68,24 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _fault(message: str) -> PydanticCustomError:
-    # without a context the message is taken as it is, braces and all
-    return PydanticCustomError("number_or_table", message)
-
-
-def _as_it_is(value: float | Table) -> float | Table:
-    return value
+def _parameters(value: Any) -> Pairs:
+    """Check a table of numbers by name."""
+    if isinstance(value, tuple):
+        value = dict(value)
+    if not isinstance(value, Mapping) or len(value) > MAX_PARAMETERS:
+        raise not_allowed(f"a table of at most {MAX_PARAMETERS} numbers by name")
+    for name, number in value.items():
+        if not (isinstance(name, str) and name.isidentifier()):
+            words = "a table whose names are made of letters, digits and underscores"
+            raise not_allowed(f"{words}, not {short(name)}")
+        if not (_is_number(number) and abs(number) <= _LARGEST):
+            raise not_allowed(f"a table of finite numbers; {name} is {short(number)}")
+    return tuple(sorted((name, float(number)) for name, number in value.items()))
 
 
 #: a positive number, or a table of it over x from 0 to beam.length
-Tabulated = Annotated[float | Table, PlainValidator(_validate), PlainSerializer(_as_it_is, return_type=Any)]
+Tabulated = Annotated[
+    float | Table, PlainValidator(_number_or_table), PlainSerializer(lambda value: value, return_type=Any)
+]
+#: the numbers of a user-defined part
+Parameters = Annotated[Pairs, PlainValidator(_parameters), PlainSerializer(dict, return_type=dict[str, float])]

@@ -1,9 +1,10 @@
-"""TOML from anybody: read in bounded time, faults in one line."""
+"""TOML text from anybody: read in bounded time, errors in one line with its number, changed keys."""
 
 from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Collection
 from typing import Any
 
 from oblique_impact.errors import InputError
@@ -15,6 +16,7 @@ _LONG_KEY = re.compile(rf"(?:^|[{{,\[])[ \t]*+{_PART}(?:[ \t]*+\.[ \t]*+{_PART})
 _LINE = re.compile(r"(.*) \(at line (\d+), column (\d+)\)", re.DOTALL)
 _KEY = rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+"
 _HEADER = re.compile(rf"[ \t]*+(\[\[?)[ \t]*+({_KEY})[ \t]*+\]\]?[ \t]*+(?:#.*)?")
+_ERROR_KEY = re.compile(r"([\w-]+(?:\.[\w-]+)*)(?: =|:)")
 _ENTRY = re.compile(rf"[ \t]*+({_KEY})[ \t]*+=")
 
 
@@ -35,13 +37,48 @@ def parse_toml(text: str, what: str) -> dict[str, Any]:
         raise InputError(f"{what}: {error}") from None
 
 
+def set_key(data: dict[str, Any], keys: list[str], value: Any, what: str) -> None:
+    """Set the value at a path of keys; raises InputError that begins with `what` if it leads through a value."""
+    target = data
+    for key in keys[:-1]:
+        target = target.setdefault(key, {})
+        if not isinstance(target, dict):
+            raise InputError(f"{what}: {key} is not a section")
+    target[keys[-1]] = value
+
+
+def apply_change(data: dict[str, Any], item: str) -> str:
+    """Apply "section.key=value" or "parameters.part.name=value"; it is TOML, or a bare word taken as a string.
+
+    Returns the key.
+    """
+    path, separator, text = item.partition("=")
+    keys = [part.strip() for part in path.split(".")]
+    if not separator or not all(keys) or len(keys) > (3 if keys[0] == "parameters" else 2):
+        raise InputError(f"--set {item}: expected section.key=value")
+    try:
+        parsed = parse_toml(f"value = {text}", "--set")
+    except InputError:
+        parsed = {}
+    value = parsed["value"] if parsed.keys() == {"value"} else text.strip()
+    set_key(data, keys, value, f"--set {item}")
+    return ".".join(keys)
+
+
+def with_line(error: InputError, text: str, name: str, changed: Collection[str] = ()) -> InputError:
+    """Return an error with the file's name and the line of its key; `changed` keys are not those of the file."""
+    key = _ERROR_KEY.match(str(error))
+    line = line_of(key[1], text) if name and key and key[1] not in changed else None
+    return error if line is None else InputError(f"{name}, line {line}: {error}")
+
+
 def line_of(key: str, text: str) -> int | None:
     """Return the number of the line of a file's text that gives `key`, or the table or list it stands in.
 
     Parameters
     ----------
     key : str
-        As faults name it, "section.key"; entries of lists have their number, "axes.0.key".
+        As errors name it, "section.key"; entries of lists have their number, "axes.0.key".
     text : str
         Of a valid TOML file.
     """

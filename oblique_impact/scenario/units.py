@@ -13,6 +13,8 @@ from pydantic import GetCoreSchemaHandler
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from oblique_impact.scenario.messages import not_allowed
+
 _LONGEST = 100
 #: value in SI units, powers of m, kg, s and rad; exact, so that "12 mm" is 0.012 to the last digit
 _UNITS = {
@@ -60,14 +62,16 @@ class Unit:
         found = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
         wanted = f"{self.symbol} or deg" if self.symbol == "rad" else self.symbol
         if found is None or not found[2]:
-            raise _fault(f'a number in {self.symbol}, or a text with number and unit such as "1 {self.symbol}"')
+            raise not_allowed(
+                f'a number in {self.symbol}, or a text with number and unit such as "1 {self.symbol}"'
+            )
         factor, powers = _expression(found[2], wanted)
         if powers != _expression(self.symbol, wanted)[1]:
-            raise _fault(f"in {wanted}, not in {found[2]}")
+            raise not_allowed(f"in {wanted}, not in {found[2]}")
         try:
             return float(Fraction(found[1]) * factor)
         except OverflowError:
-            raise _fault("a finite number") from None
+            raise not_allowed("a finite number") from None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self._convert, handler(source))
@@ -80,8 +84,8 @@ class Unit:
         for number, row in enumerate(value, start=1):
             try:
                 rows.append(self._row(row))
-            except PydanticCustomError as fault:
-                raise _fault(f"{fault.message()}; entry {number} is {str(row)[:40]!r}") from None
+            except PydanticCustomError as error:
+                raise not_allowed(f"{error.message()}; entry {number} is {str(row)[:40]!r}") from None
         return rows
 
     def _row(self, row: Any) -> Any:
@@ -103,7 +107,7 @@ def unit_of(field: FieldInfo) -> Unit | None:
 
 @cache
 def _expression(text: str, wanted: str) -> tuple[Fraction, tuple[int, ...]]:
-    """Return the value in SI units and the powers of a product of units; `wanted` is for the fault."""
+    """Return the value in SI units and the powers of a product of units; `wanted` is for the message."""
     plain = re.sub(r"[⁻¹²³⁴]+", lambda power: "^" + power[0].translate(_RAISED), text.replace("**", "^"))
     factor, place = Fraction(1), 0
     powers: tuple[int, ...] = (0, 0, 0, 0)
@@ -112,7 +116,7 @@ def _expression(text: str, wanted: str) -> tuple[Fraction, tuple[int, ...]]:
         unit = _unit(found[2]) if found else None
         if found is None or unit is None:
             known = ", ".join([*_UNITS, "deg", "rpm"])
-            raise _fault(f"in {wanted}; {text!r} is no unit (known: {known}, with prefixes n u m c d k M G)")
+            raise not_allowed(f"in {wanted}; {text!r} is no unit (known: {known}, with prefixes n u m c d k M G)")
         power = int(found[3] or 1) * (-1 if found[1] == "/" else 1)
         factor *= unit[0] ** power
         powers = tuple(a + power * b for a, b in zip(powers, unit[1], strict=True))
@@ -127,8 +131,3 @@ def _unit(name: str) -> tuple[Fraction, tuple[int, ...]] | None:
         value, powers = _UNITS[name[1:]]
         return value * Fraction(10) ** _PREFIXES[name[0]], powers
     return None
-
-
-def _fault(allowed: str) -> PydanticCustomError:
-    # without a context the message is taken as it is, braces and all
-    return PydanticCustomError("unit", allowed)

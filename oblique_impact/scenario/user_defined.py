@@ -1,7 +1,7 @@
-"""Parts of one's own, found by name: laws, base motions, integrators, discretizations; none is imported here.
+"""User-defined parts, found by name: laws, base motions, integrators, discretizations; none is imported here.
 
 A part is announced by an installed package through an entry point of its kind's group, or registered by a
-program of one's own before it makes a scenario:
+program before it makes a scenario:
 
     @register("friction_laws", "stribeck")
     @dataclass(frozen=True)
@@ -15,22 +15,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from oblique_impact import installed
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import one_of
 
 T = TypeVar("T")
 
-PREFIX = "oblique_impact"
-
-#: kinds of parts and what a part is built to, as "module:class"; a discretization is a module with
+#: kinds of parts and the class of each part, as "module:class"; a discretization is a module with
 #: ``build_operators(scenario) -> BeamOperators`` and ``spectrum(scenario) -> SpinningBeam``
 KINDS = {
     "friction_laws": "oblique_impact.contact.friction:FrictionLaw",
@@ -41,12 +37,8 @@ KINDS = {
     "discretizations": "",
 }
 
+#: what `register` has added in this process
 _REGISTERED: dict[tuple[str, str], Any] = {}
-
-
-@cache
-def _installed(kind: str) -> dict[str, EntryPoint]:
-    return {point.name: point for point in entry_points(group=f"{PREFIX}.{kind}")}
 
 
 def register(kind: str, name: str) -> Callable[[T], T]:
@@ -78,7 +70,7 @@ def register(kind: str, name: str) -> Callable[[T], T]:
 
 def names(kind: str) -> list[str]:
     """Return the names of the installed and registered parts of a kind."""
-    return sorted({*_installed(kind), *(name for of, name in _REGISTERED if of == kind)})
+    return sorted({*installed.installed(kind), *(name for of, name in _REGISTERED if of == kind)})
 
 
 def load(kind: str, name: str) -> Any:
@@ -88,15 +80,11 @@ def load(kind: str, name: str) -> Any:
     """
     if (kind, name) in _REGISTERED:
         return _REGISTERED[kind, name]
-    point = _installed(kind)[name]
-    try:
-        return point.load()
-    except (ImportError, AttributeError, SyntaxError) as error:
-        raise InputError(f"{name} ({point.value}): cannot be loaded: {_reason(error)}") from None
+    return installed.load(installed.installed(kind)[name])
 
 
 def build(kind: str, name: str, parameters: Mapping[str, float], *arguments: Any) -> Any:
-    """Build a part of one's own from the numbers of a scenario: ``part(*arguments, **parameters)``.
+    """Build a user-defined part from the numbers of a scenario: ``part(*arguments, **parameters)``.
 
     Raises
     ------
@@ -107,16 +95,12 @@ def build(kind: str, name: str, parameters: Mapping[str, float], *arguments: Any
     try:
         built = part(*arguments, **parameters)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: {_reason(error)}") from None
+        raise InputError(f"{name}: {installed.reason(error)}") from None
     module, _, base = KINDS[kind].partition(":")
-    if not isinstance(built, getattr(import_module(module), base)):
+    # compared by name: this package must not import from those that use it
+    if (module, base) not in {(parent.__module__, parent.__name__) for parent in type(built).__mro__}:
         raise InputError(f"{name}: is a {type(built).__name__}, should be a {base} ({module})")
     return built
-
-
-def discretization_names() -> list[str]:
-    """Return the names of the installed discretizations."""
-    return names("discretizations")
 
 
 def discretization(name: str) -> Any:
@@ -148,7 +132,3 @@ class Choice:
             words = words or "an installed one, but none is installed (run: make install)"
             raise PydanticCustomError("choice", "{allowed}", {"allowed": words})
         return name
-
-
-def _reason(error: BaseException) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__

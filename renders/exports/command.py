@@ -11,10 +11,11 @@ from typing import Literal, cast
 
 import numpy as np
 
-from oblique_impact.command_line.progress import OnProgress, Progress, counting_bar, silent
+from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer
 from oblique_impact.history.history import History, require_history
+from oblique_impact.progress import OnProgress, Progress, silent
 from renders.exports.scene import Scene, missing_variables
 from renders.exports.selection import Integers, Selection
 from renders.exports.target import READERS, resolve
@@ -84,7 +85,7 @@ def export(
     deformation : float
         Factor by which the bending is magnified.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after each frame.
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each frame.
 
     Returns
     -------

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 from renders.exports import selection
 from tests.render.export_readers import read
 
@@ -44,7 +44,7 @@ def folder(run, tmp_path_factory):
 
 
 def command(*arguments: object) -> list[str]:
-    return [sys.executable, "-m", "oblique_impact.command_line.cli", "export", *map(str, arguments)]
+    return [sys.executable, "-m", "oblique_impact", "export", *map(str, arguments)]
 
 
 @pytest.mark.parametrize("format", QUICK)

@@ -35,7 +35,7 @@ def own(tmp_path_factory):
 
     def command(*words):
         return subprocess.run(
-            [sys.executable, "-m", "oblique_impact.command_line.cli", *map(str, words)],
+            [sys.executable, "-m", "oblique_impact", *map(str, words)],
             capture_output=True,
             text=True,
             timeout=300,

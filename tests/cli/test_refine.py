@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from oblique_impact.command_line import cli as command_line
+from oblique_impact.command_line import application as command_line
 
 FAST = (
     *("--set", "end_time=0.33"),

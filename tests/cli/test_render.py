@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from oblique_impact.command_line.cli import app, main
+from oblique_impact.command_line.application import application, main
 from renders import Style, render
 from renders.outputs import APPLIES, FILM, PAGE, STILL, STRIP
 
@@ -120,7 +120,7 @@ KINDS = {STILL: ("a.png",), STRIP: ("a.png", "--strip"), FILM: ("a.gif",), PAGE:
 def options_of_the_command():
     import typer
 
-    command = typer.main.get_command(app).commands["render"]
+    command = typer.main.get_command(application()).commands["render"]
     return {o.opts[0]: o for o in command.params if o.name not in ("histories", "out", "help")}
 
 

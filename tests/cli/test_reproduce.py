@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 from validation.reproduction import command
 from validation.reproduction.cases import combinations, main_cases, sticking_cases, variant_cases
 from validation.reproduction.unsaid import all_claims

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from oblique_impact import Scenario
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 from oblique_impact.scenario.scenario import builtin_names
 
 
@@ -200,12 +200,13 @@ def test_modes_draws_a_campbell_diagram(tmp_path, cli):
 def test_help_is_quick_because_it_imports_no_numerics():
     numerics = ("numpy", "numba", "scipy")
     code = (
-        f"import sys; import oblique_impact.command_line.cli; print([m for m in {numerics} if m in sys.modules])"
+        "import sys; from oblique_impact.command_line.application import application; application(); "
+        f"print([m for m in {numerics} if m in sys.modules])"
     )
     result = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert result.stdout.strip() == "[]"
     shown = subprocess.run(
-        [sys.executable, "-m", "oblique_impact.command_line.cli", "--help"],
+        [sys.executable, "-m", "oblique_impact", "--help"],
         check=True,
         capture_output=True,
         text=True,

@@ -19,7 +19,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from oblique_impact import History
-from oblique_impact.command_line import cli as command_line
+from oblique_impact.command_line import application as command_line
 from tests.hard.processes import started, wait_for
 from validation.sweeps.plan import load_plan, make_plan
 from validation.sweeps.store import open_store

@@ -11,7 +11,7 @@ import shutil
 
 import pytest
 
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 
 KEYS = {
     "id",

@@ -138,7 +138,7 @@ def plant(fault: Fault, folder: Path) -> None:
 def run_validate(folder: Path, *options: str) -> tuple[int, set[str]]:
     """Exit code and failing groups of `validate` run from the sources in `folder`."""
     out = folder / "out"
-    command = [sys.executable, "-m", "oblique_impact.command_line.cli", "validate", "--out", str(out), *options]
+    command = [sys.executable, "-m", "oblique_impact", "validate", "--out", str(out), *options]
     environment = {**os.environ, "PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "kernels")}
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=500, check=False

@@ -11,7 +11,7 @@ import tempfile
 import pytest
 
 from oblique_impact import History
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 from tests.hard.processes import COMMAND, files_in
 from validation.checks.registry import all_checks
 

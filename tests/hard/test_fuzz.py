@@ -23,7 +23,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import History, InputError, Interrupted, Scenario, simulate
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 from oblique_impact.scenario.scenario import builtin_names
 from renders.exports.command import export_command
 from renders.exports.selection import Selection

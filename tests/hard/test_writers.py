@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 from oblique_impact.errors import InputError
 from oblique_impact.files import only_writer, writing
 from tests.hard.processes import files_in

@@ -10,8 +10,8 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from oblique_impact import History, Outcome, simulate_system
-from oblique_impact.contact.state import State
 from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind, NewtonImpact
 from oblique_impact.marching.scheme import Tolerances
 from validation.reference_values import VALUES

@@ -842,9 +842,7 @@ def test_memory_stays_flat(run, tmp_path, format):
     peaks = []
     for every in ("20", "2"):
         arguments = ["export", source, "--out", tmp_path / f"beam.{format}", "--every", every]
-        process = subprocess.Popen(
-            [sys.executable, "-m", "oblique_impact.command_line.cli", *arguments], stdout=subprocess.DEVNULL
-        )
+        process = subprocess.Popen([sys.executable, "-m", "oblique_impact", *arguments], stdout=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         assert process.returncode == 0

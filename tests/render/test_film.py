@@ -15,7 +15,6 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from oblique_impact.command_line import interrupts
 from renders.film import strip_times, write_film, write_strip
 from renders.frame import Style
 from renders.timeline import make_timeline
@@ -94,8 +93,8 @@ def test_an_interrupted_film_leaves_nothing(run, tmp_path):
 
 @pytest.mark.parametrize("place", ["trial", "encoder"])
 @pytest.mark.parametrize("interrupted", [False, True])
-def test_an_encoder_that_an_interrupt_has_ended_is_no_fault(run, tmp_path, monkeypatch, place, interrupted):
-    """Ctrl-C goes to all processes in front of a terminal: to the encoder, and to its trial run, as well."""
+def test_a_failing_encoder_is_an_error_and_an_interrupt_is_not(run, tmp_path, monkeypatch, place, interrupted):
+    """In both cases nothing is left of the film."""
     failing = tmp_path / "failing"
     failing.write_text("#!/bin/sh\ncat > /dev/null\nexit 1\n")
     failing.chmod(0o755)
@@ -103,13 +102,12 @@ def test_an_encoder_that_an_interrupt_has_ended_is_no_fault(run, tmp_path, monke
     def ffmpeg():
         if place == "encoder":
             return str(failing)
-        interrupts._stop.asked = interrupted
-        raise RuntimeError("No ffmpeg exe could be found.")
+        raise KeyboardInterrupt if interrupted else RuntimeError("No ffmpeg exe could be found.")
 
     def on_frame(done, total):
-        interrupts._stop.asked = interrupted and done == total  # no frame is left to notice it
+        if interrupted and done == total:
+            raise KeyboardInterrupt
 
-    monkeypatch.setattr(interrupts._stop, "asked", False)
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", ffmpeg)
     history = run("paper")
     words = "films need ffmpeg" if place == "trial" else "the encoder stopped"
@@ -158,7 +156,8 @@ def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path):
     run("paper").save(tmp_path / "run")
     done = without_libraries(
         tmp_path,
-        "from oblique_impact.command_line.cli import main; main(['render', 'run', '--out', 'a.png', '--size', '320x240'])",
+        "from oblique_impact.command_line.application import main; "
+        "main(['render', 'run', '--out', 'a.png', '--size', '320x240'])",
     )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1

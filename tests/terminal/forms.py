@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from oblique_impact import simulate
-from oblique_impact.command_line.progress import OnProgress
+from oblique_impact.progress import OnProgress
 from tests.unit.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
 
 OURS = "oblique-impact"
@@ -110,7 +110,7 @@ def lines_at_once() -> None:
     """Let dumb terminals get each line that they could get every few seconds."""
     from oblique_impact.command_line import bars
 
-    bars.PLAIN = 0.0
+    bars.LINE_INTERVAL = 0.0
 
 
 def few_cases() -> None:

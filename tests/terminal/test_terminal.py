@@ -131,14 +131,14 @@ def test_a_reader_that_has_gone_is_no_traceback():
 def test_the_longest_bars_fit_into_any_width(width):
     """The longest words that occur; the last column of the terminal stays free."""
     console = Console(file=io.StringIO(), width=width)
-    said, short = "t = 0.123456 of 0.123456 s, 9999 events", "0.12346/0.33 s 999 events"
+    text, short = "t = 0.123456 of 0.123456 s, 9999 events", "0.12346/0.33 s 999 events"
     bars = [
-        (Bar(console, run_columns, state="STICK", said=said, short=short), 1.0),
+        (Bar(console, run_columns, state="STICK", text=text, short=short), 1.0),
         (Bar(console, counting_columns("export vtkhdf"), last="small-systems.bouncing-ball"), 10_000),
         (Bar(console, counting_columns("sweep", "runs"), last="run 99999"), 100_000),
     ]
     for bar, total in bars:
-        bar.tell(total=total, completed=0.75 * total)
+        bar.set_fields(total=total, completed=0.75 * total)
         console.print(bar.get_renderable())
     lines = console.file.getvalue().splitlines()
     assert len(lines) == len(bars), lines

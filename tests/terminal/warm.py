@@ -17,7 +17,7 @@ from oblique_impact import Scenario, simulate
 
 #: what the commands import by themselves, late
 MODULES = """
-    oblique_impact.command_line.cli oblique_impact.simulation oblique_impact.marching.kernels
+    oblique_impact.command_line.application oblique_impact.simulation
     oblique_impact.command_line.bars oblique_impact.beam.frequencies validation.suite validation.refinement.command
     validation.reproduction.command validation.sweeps.command validation.sweeps.report renders.command
     renders.campbell renders.player renders.overview renders.exports.command renders.exports.pvd

@@ -12,7 +12,7 @@ from fem_beam.reduction import eigenmodes
 from modal.eigenfunctions import Eigenfunctions
 from oblique_impact import History, InputError, Scenario, concatenate, simulate
 from oblique_impact.beam.clearance import Axis, nearest, two_digits
-from oblique_impact.command_line.cli import main
+from oblique_impact.command_line.application import main
 from oblique_impact.scenario.scenario import SlopeSection
 
 UNBOUNDED = "slope.extent=[]"

@@ -112,7 +112,7 @@ def test_command_line_reference_has_every_command_and_option(extension):
     module = extension("command_line")
     page = module.reference()
     help_text = subprocess.run(
-        [sys.executable, "-m", "oblique_impact.command_line.cli", "--help"],
+        [sys.executable, "-m", "oblique_impact", "--help"],
         capture_output=True,
         text=True,
         check=True,

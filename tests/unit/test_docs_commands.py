@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from oblique_impact import Scenario
-from oblique_impact.command_line.cli import app
+from oblique_impact.command_line.application import application
 from validation.checks.registry import all_checks
 from validation.refinement.quantities import quantity
 from validation.refinement.shipped import STUDIES
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("howto/*.md"))]
 PAGES += sorted(DOCS.glob("theory/*.md"))
-COMMANDS = typer.main.get_command(app).commands
+COMMANDS = typer.main.get_command(application()).commands
 OURS = {"mine"}  # a group of checks that the how-to has just written
 
 
@@ -126,9 +126,9 @@ def test_links_lead_to_files(page):
 
 def test_first_run_prints_what_its_page_shows(run, capsys):
     """The same lines; numbers as far as they are the same on every machine."""
-    from oblique_impact.command_line.cli import _print_summary
+    from oblique_impact.command_line.run import print_summary
 
-    _print_summary(run("paper"), Path("out/paper"), False)
+    print_summary(run("paper"), Path("out/paper"), False)
     printed = capsys.readouterr().out.splitlines()
     shown = blocks(DOCS / "first-run.md", "text")[0].splitlines()
     assert printed[:5] == shown[:5]

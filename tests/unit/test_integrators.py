@@ -109,7 +109,7 @@ ORDERS = {
         [0.015, 0.0075, 0.00375, 0.001875],
         1e-11,
     ),
-    "explicit of one's own, contact": (
+    "explicit and user-defined, contact": (
         lambda h: sliding_error(RungeKutta(SolverSection(free_step=1.0, contact_step=h))),
         RungeKutta.order,
         4,

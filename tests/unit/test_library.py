@@ -18,7 +18,7 @@ import pytest
 import typer
 
 from oblique_impact import InputError, Progress, Scenario, natural_frequencies, simulate
-from oblique_impact.command_line import cli
+from oblique_impact.command_line import application as cli
 from renders import Style, campbell_diagram, export, render
 from renders.exports.command import Format
 from renders.exports.target import SUFFIXES
@@ -59,7 +59,7 @@ ELSEWHERE = {
 
 def commands() -> dict:
     """Click commands by name, from the command line itself."""
-    return typer.main.get_command(cli.app).commands
+    return typer.main.get_command(cli.application()).commands
 
 
 def table() -> dict[str, list[str]]:

@@ -7,7 +7,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.plausibility import doubts
-from oblique_impact.command_line import cli
+from oblique_impact.command_line import application as cli
 from oblique_impact.scenario.scenario import builtin_names
 
 # changes of the paper's case -> the beginning of each line, and what it must say

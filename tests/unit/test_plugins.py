@@ -1,4 +1,4 @@
-"""Parts of one's own: each against a built-in one that it repeats, or a closed form; bad ones are one line."""
+"""User-defined parts: each against a built-in one that it repeats, or a closed form; bad ones are one line."""
 
 import math
 from dataclasses import dataclass

@@ -52,7 +52,7 @@ def fake_rows(plan: Plan, **changes):
 
 def test_every_key_of_a_scenario_is_known_with_its_kind_and_unit():
     data = Scenario.builtin("paper").model_dump()
-    del data["parameters"]  # numbers of parts of one's own: any name
+    del data["parameters"]  # numbers of user-defined parts: any name
     flat = {f"{s}.{k}": v for s, section in data.items() if isinstance(section, dict) for k, v in section.items()}
     flat |= {key: value for key, value in data.items() if not isinstance(value, dict)}
     assert set(known_keys()) == set(flat)

@@ -12,9 +12,10 @@ from typing import Literal, cast
 
 import tomli_w
 
-from oblique_impact.command_line.progress import OnProgress, counting_bar, silent
+from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import writing
+from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, parse_levels
 from validation.refinement.quantities import default_quantities
@@ -61,7 +62,7 @@ def refine(
     quantities : sequence of str
         Names as in :mod:`validation.refinement.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the usual ones.
     study : str or Study, optional
-        A shipped study by name, or one of your own, in place of a scenario and levels.
+        A shipped study by name, or a user-defined one, in place of a scenario and levels.
     changes : mapping or sequence of str
         For every ladder of a shipped study: {"section.key": value}, or "section.key=value" as on the command line.
     within : float, optional
@@ -76,7 +77,7 @@ def refine(
     command : str, optional
         How to repeat the study, for the report; default: this call.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after each run.
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
 
     Returns
     -------

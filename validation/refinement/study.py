@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from oblique_impact.command_line.progress import OnProgress, silent
 from oblique_impact.errors import Outcome
+from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from validation.parallel import map_parallel, told
@@ -174,7 +174,7 @@ def run_study(
     before_running : callable
         Called once when nothing is left to refuse.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after each run.
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
 
     Raises
     ------

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.command_line.progress import OnProgress, counting_bar, silent
+from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, prepare_folder, write_text, writing
+from oblique_impact.progress import OnProgress, silent
 from validation.parallel import map_parallel, told
 from validation.report.document import write_csv, write_json, write_report
 from validation.report.provenance import call_text, command_line
@@ -85,7 +86,7 @@ def reproduce(
     workers : int, optional
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after each run.
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
     command : str, optional
         How to repeat it, for the report; default: this call.
 

@@ -11,7 +11,6 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from oblique_impact.command_line import interrupts
 from oblique_impact.errors import InputError
 from validation.sweeps.design import Design
 from validation.sweeps.pool import TICK, TakeRows
@@ -76,7 +75,6 @@ class Cluster:
         try:
             with self._client.as_current():
                 while chunks.left or pending:
-                    interrupts.check()
                     with self._talking():
                         wanted = 2 * max(sum(self._client.nthreads().values()), 1)
                         while chunks.left and len(pending) < wanted:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from oblique_impact.command_line import interrupts
-from oblique_impact.command_line.progress import OnProgress, Progress, counting_bar, silent
+from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
 from validation.parallel import default_workers
 from validation.report.provenance import call_text, command_line
@@ -116,7 +116,7 @@ def sweep(
     workers : int, optional
         Processes of this machine; default: the cores.
     on_progress : callable, optional
-        Called with a :class:`~oblique_impact.command_line.progress.Progress` before the first and after runs.
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after runs.
     command : str, optional
         How to repeat the sweep, for the report; default: this call.
 
@@ -193,14 +193,13 @@ def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None, o
             if finished:
                 on_progress(Progress(len(store.done), plan.design.size, f"run {finished[-1].row['run']}"))
 
-        with interrupts.keeping():
-            try:
-                executor.run(missing, take, store.scratch)
-            except KeyboardInterrupt:
-                store.flush()
-                kept = f"{len(store.done)} of {plan.design.size} runs are kept"
-                raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
+        try:
+            executor.run(missing, take, store.scratch)
+        except KeyboardInterrupt:
             store.flush()
+            kept = f"{len(store.done)} of {plan.design.size} runs are kept"
+            raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
+        store.flush()
     finally:
         executor.close()
 

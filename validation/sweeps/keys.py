@@ -46,7 +46,7 @@ def known_keys() -> tuple[str, ...]:
 
 
 def _of_own_part(key: str) -> bool:
-    """Whether this is a number of a part of one's own, parameters.PART.NAME."""
+    """Whether this is a number of a user-defined part, parameters.PART.NAME."""
     home, *rest = key.split(".")
     return (
         home == "parameters"

@@ -19,11 +19,10 @@ from pydantic import Field
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.history.provenance import NUMERIC_PACKAGES, named_in, part_digests, part_keys, source_digest
-from oblique_impact.scenario.derived import at_line
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.toml import parse_toml
+from oblique_impact.scenario.toml import parse_toml, with_line
 from validation.refinement.quantities import Quantity, default_quantities, quantity
 from validation.sweeps.design import Block, Design, Dimension, between, latin_hypercube, spread
 from validation.sweeps.keys import check_key, coerce, kind
@@ -183,7 +182,7 @@ def make_plan(text: str, folder: Path = Path(), base: Scenario | None = None, na
     try:
         return plan_of(SweepFile.from_dict(data), folder, base)
     except InputError as error:
-        raise at_line(error, text, name) from None
+        raise with_line(error, text, name) from None
 
 
 def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None) -> Plan:

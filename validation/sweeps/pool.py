@@ -11,7 +11,6 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from oblique_impact.command_line import interrupts
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.compiling import announce, listen
 from validation.parallel import deaf_to_interrupts, leave_with_parent, single_threaded
@@ -68,7 +67,6 @@ class LocalPool:
         todo = deque(numbers)
         self._scratch = scratch
         while todo or any(worker.assigned for worker in self._crew):
-            interrupts.check()
             for worker in self._crew:
                 self._assign(worker, todo)
             ready = wait([worker.pipe for worker in self._crew], TICK)

@@ -188,10 +188,13 @@ class Store:
         partial = final.with_name(f".{run:06d}.part")
         for old in (partial, final):
             shutil.rmtree(old, ignore_errors=True)
-        partial.mkdir(parents=True)
-        for name, content in files.items():
-            (partial / name).write_bytes(content)
-        os.replace(partial, final)
+        try:
+            partial.mkdir(parents=True)
+            for name, content in files.items():
+                (partial / name).write_bytes(content)
+            os.replace(partial, final)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
 
 
 @contextmanager

@@ -1,0 +1,96 @@
+"""The application: the commands of this package and of installed ones, their exit codes, errors in one line."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import typer
+
+from oblique_impact.command_line.modes import modes
+from oblique_impact.command_line.printing import print_note
+from oblique_impact.command_line.run import run
+from oblique_impact.errors import InputError, Interrupted, Outcome
+from oblique_impact.installed import installed, load
+
+#: order of the commands on the help page; those of other packages follow by their names
+ORDER = ("run", "modes", "validate", "refine", "reproduce", "sweep", "render", "export")
+#: what every command line of this program is made with
+OPTIONS: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False}
+
+
+def application() -> typer.Typer:
+    """Return the application with all commands: `run`, `modes`, those of the group ``oblique_impact.commands``.
+
+    A command whose package cannot be imported says so when it is called; the others do not suffer.
+    """
+    about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
+    app = typer.Typer(name="oblique-impact", help=about, **OPTIONS)
+    commands = {name: _load(point) for name, point in installed("commands").items()}
+    commands |= {"run": run, "modes": modes}
+    for name in sorted(commands, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name)):
+        # the arguments of a broken command are not known: it takes any
+        unchecked = getattr(commands[name], "broken", False)
+        settings = {"allow_extra_args": True, "ignore_unknown_options": True} if unchecked else {}
+        app.command(name, context_settings=settings)(commands[name])
+    return app
+
+
+def _load(point: EntryPoint) -> Callable[..., None]:
+    """Import a command, or return one that raises what is wrong with it."""
+    try:
+        command: Callable[..., None] = load(point)
+        return command
+    except InputError as error:
+        message = str(error)
+
+    def broken() -> None:
+        raise InputError(message)
+
+    broken.__doc__ = f"Not available: {message}"
+    broken.broken = True  # type: ignore[attr-defined]
+    return broken
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point: exit 0 done, 1 stopped by the physics, 2 bad input, 130 interrupted."""
+    given = sys.argv[1:] if arguments is None else arguments
+    try:
+        code = _call(given or ["--help"])
+    except KeyboardInterrupt as stop:
+        words = () if isinstance(stop, Interrupted) else stop.args
+        print_note(": ".join(["interrupted", *map(str, words)]))
+        code = Outcome.INTERRUPTED.exit_code
+    sys.exit(code)
+
+
+def _call(arguments: list[str]) -> int:
+    """Run a command and return its exit code; what is wrong with the input is said in one line."""
+    try:
+        # not through typer's own main: it swallows interrupts
+        command = typer.main.get_command(application())
+        with command.make_context("oblique-impact", arguments) as context:
+            command.invoke(context)
+        sys.stdout.flush()
+    except typer.Exit as stop:
+        return stop.exit_code
+    except BrokenPipeError:
+        # whoever read the output has gone; nothing more can be said there, not even at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 1
+    except InputError as error:
+        print_note(str(error))
+    except MemoryError as error:
+        needed = " ".join(str(error).split()) or "a smaller model or fewer samples are needed"
+        print_note(f"not enough memory: {needed}")
+    except Exception as error:
+        # typer's usage errors have no public base class; they all know how to say what is wrong
+        if not hasattr(error, "format_message"):
+            raise
+        print_note(" ".join(error.format_message().split()))
+    else:
+        return 0
+    return 2

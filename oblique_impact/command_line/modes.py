@@ -1,0 +1,68 @@
+"""The command `modes`: natural frequencies, and their Campbell diagram if a package that draws it is installed."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from oblique_impact.command_line.options import ScenarioArgument, SetOption
+from oblique_impact.command_line.printing import print_line, print_note
+from oblique_impact.errors import InputError
+from oblique_impact.installed import installed, load
+
+if TYPE_CHECKING:
+    from oblique_impact.beam.frequencies import Frequencies
+
+
+def modes(
+    scenario: ScenarioArgument = "paper",
+    speeds: Annotated[str, typer.Option(help="Spin rates in rad/s, separated by commas.")] = "0",
+    count: Annotated[int | None, typer.Option(min=1, max=100, help="Frequencies per speed.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Campbell diagram: a picture file or a folder.")
+    ] = None,
+    changes: SetOption = None,
+) -> None:
+    """Natural frequencies (rad/s) of the spinning beam, flapwise and chordwise."""
+    from oblique_impact.beam.frequencies import natural_frequencies
+    from oblique_impact.command_line.bars import counting_bar
+    from oblique_impact.files import prepare_folder
+    from oblique_impact.scenario.scenario import Scenario
+
+    chosen = Scenario.load(scenario, changes)
+    rates = _speeds(speeds)
+    if out is not None:
+        if "campbell" not in installed("drawings"):
+            raise InputError(f"--out {out}: no installed package draws Campbell diagrams (run: make install)")
+        prepare_folder(out.parent if out.suffix else out)
+    with counting_bar("frequencies"):
+        found = natural_frequencies(chosen, rates, count)
+    if as_json:
+        typer.echo(json.dumps(found.to_dict()))
+    else:
+        _print_frequencies(found)
+    if out is not None:
+        draw = load(installed("drawings")["campbell"])
+        print_note(f"Campbell diagram: {draw(chosen, rates, found.flapwise.shape[1], out)}")
+
+
+def _speeds(text: str) -> list[float]:
+    try:
+        rates = [float(part) for part in text.split(",")]
+    except ValueError:
+        rates = [math.nan]
+    if not all(math.isfinite(rate) and abs(rate) <= 1e9 for rate in rates):
+        raise InputError(f"--speeds {text}: should be finite numbers in rad/s, separated by commas")
+    return rates
+
+
+def _print_frequencies(found: Frequencies) -> None:
+    for direction, table in (("flapwise", found.flapwise), ("chordwise", found.chordwise)):
+        print_line(f"{direction} (rad/s)")
+        for rate, row in zip(found.speeds, table, strict=True):
+            print_line(f"  at {rate:10.4g} rad/s: " + " ".join(f"{value:14.6f}" for value in row))

@@ -1,0 +1,100 @@
+"""The command `run`: one simulation and its four files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from oblique_impact.command_line.interrupts import ending_at_once
+from oblique_impact.command_line.options import ScenarioArgument, SetOption
+from oblique_impact.command_line.printing import print_line, print_note
+from oblique_impact.errors import InputError, Interrupted
+
+if TYPE_CHECKING:
+    from oblique_impact.history.history import History
+    from oblique_impact.marching.loop import Status
+
+
+def run(
+    scenario: ScenarioArgument = "paper",
+    out: Annotated[Path, typer.Option("--out", help="Folder for the results.")] = Path("out"),
+    changes: SetOption = None,
+) -> None:
+    """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
+    from xarray import DataArray
+
+    from oblique_impact.beam.plausibility import doubts
+    from oblique_impact.command_line.bars import progress_bar
+    from oblique_impact.files import writing
+    from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.simulation import simulate
+
+    # xarray looks for array libraries when it makes its first array: an interrupted run should not wait for that
+    DataArray(0.0)
+    chosen = Scenario.load(scenario, changes)
+    warnings = doubts(chosen)
+    for warning in warnings:
+        print_note(f"warning: {warning}")
+    replaced = (out / "history.nc").exists()
+    with ExitStack() as lock:
+        lock.enter_context(writing(out))
+        try:
+            with ExitStack() as bar, ending_at_once(bar, lock) as early:
+                show = bar.enter_context(progress_bar())
+
+                def on_progress(status: Status) -> None:
+                    early.close()  # from here on there is something to keep
+                    show(status)
+
+                history = simulate(chosen, on_progress)
+        except Interrupted as stop:
+            history = stop.history
+        folder = _save(history, out)
+    print_summary(history, folder, replaced, warnings)
+    outcome = history.outcome
+    if outcome.exit_code:
+        print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
+        raise typer.Exit(outcome.exit_code)
+
+
+def _save(history: History, out: Path) -> Path:
+    """Write the results, elsewhere if the disk is full by now: what is computed is not thrown away."""
+    from tempfile import mkdtemp
+
+    try:
+        return history.save(out)
+    except KeyboardInterrupt:
+        history.save(out)  # Ctrl-C ends runs and keeps what is done; a second one ends this too
+        raise
+    except InputError as error:
+        try:
+            elsewhere = mkdtemp(prefix="oblique-impact-")
+            history.save(elsewhere)
+        except (InputError, OSError):
+            raise error from None
+        raise InputError(f"{error}; the results are in {elsewhere}") from None
+
+
+def print_summary(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> None:
+    """Print what a run was like; `known` warnings, which were printed before it, are not repeated."""
+    summary, energy = history.summary, history.summary["energy"]
+    print_line(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
+    for number, m in enumerate(summary["macro_collisions"], start=1):
+        print_line(
+            f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts "
+            f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
+        )
+    losses = ", ".join(
+        f"{name} {energy[f'lost_{name}']:.4g}" for name in ("impact", "friction", "damping", "scheme")
+    )
+    print_line(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J")
+    print_line(f"  lost: {losses} J")
+    unaccounted, steps, seconds = energy["unaccounted"], summary["steps"], summary["wall_time"]
+    print_line(f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s")
+    for warning in (words for words in summary.get("warnings", []) if words not in known):
+        print_line(f"  warning: {warning}")
+    print_line(f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}")
