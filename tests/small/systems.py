@@ -5,12 +5,14 @@ The names are imported here once; the tests take them from here.
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp, inf, log, sin
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
 from oblique_impact import History, Outcome, Scenario, simulate, simulate_system
@@ -274,6 +276,11 @@ def completed(history: History) -> History:
     """Return the history of a run that has to reach its end."""
     assert history.outcome is Outcome.COMPLETED
     return history
+
+
+def specializations() -> int:
+    """Count the machine codes of all compiled functions of this process, those from the cache on disk included."""
+    return sum(len(kept.signatures) for kept in gc.get_objects() if isinstance(kept, Dispatcher))
 
 
 def assert_order(

@@ -123,25 +123,25 @@ def test_a_particle_thrown_up_an_incline_turns_and_comes_back_or_stays(law, sche
 
 @pytest.mark.parametrize(("scheme", "order"), [("fixed-step", 4), ("generalized-alpha", 2)])
 def test_sliding_between_kinks_converges_at_the_order_of_the_scheme(scheme, order):
-    """The smoothed law above 0.1 m/s and below 0.5 m/s: v = v0 + (v1 - v0) exp(-mu N t/(v1 - v0)) for v(0) = v1.
+    """The smoothed law between v0 = 0.1 and v1 = 0.5 m/s: v = v0 + (v(0) - v0) exp(-r t), r = mu g/(v1 - v0).
 
-    On a level plane, mu = 0.3; at 0.3 s.
+    On a level plane, mu = 0.3, v(0) = 0.4 m/s; at 0.3 s.
     """
     rate, steps = 0.3 * GRAVITY / 0.4, np.array([0.02, 0.01, 0.005])
-    exact = 0.1 * 0.3 + 0.4 * (1.0 - exp(-rate * 0.3)) / rate
+    exact = 0.1 * 0.3 + 0.3 * (1.0 - exp(-rate * 0.3)) / rate
     errors = []
     for h in steps:
         history = simulate_system(
             Particle(above=-GRAVITY),
             np.zeros(2),
-            np.array([0.5, 0.0]),
+            np.array([0.4, 0.0]),
             0.3,
             friction=ModifiedCoulomb(0.3, 0.1, 0.5),
             scheme=scheme_of(scheme, h),
         )
         errors.append(last(history, "slip") - exact)
     # fixed-step: e = (rate h)^4/120 of what decays; generalized-alpha: below (rate h)^2
-    ceiling = 0.4 / rate * ((rate * steps) ** 4 / 120.0 if order == 4 else (rate * steps) ** 2)
+    ceiling = 0.3 / rate * ((rate * steps) ** 4 / 120.0 if order == 4 else (rate * steps) ** 2)
     assert_order(steps, errors, (order - 0.3, order + 0.3), ceiling)
 
 
@@ -241,7 +241,12 @@ def test_a_ball_bounces_half_as_fast_each_time_and_comes_to_rest(friction, schem
             speed, abs=bound(scheme, GRAVITY * early[k], 4.0 * (GRAVITY * h) ** 2 / slowest)
         )
     # the smallest bounce that a step resolves lasts h; the event scheme goes on to far smaller ones
-    unresolved = {"event": 1e-5, "fixed-step": rest, "generalized-alpha": 6.0 * h}
+    lowest = 4.0 * EVENT_ERROR  # m, a bounce that need not be told from rest
+    unresolved = {
+        "event": 4.0 * sqrt(2.0 * lowest / GRAVITY),
+        "fixed-step": rest,
+        "generalized-alpha": 6.0 * h,
+    }
     assert times[-1] == pytest.approx(3.0 * FALL, abs=unresolved[scheme])
     most = log2(LANDING_SPEED / (GRAVITY * h)) + 6.0 if scheme == "fixed-step" else 60.0
     assert len(kinds) <= most
@@ -250,7 +255,7 @@ def test_a_ball_bounces_half_as_fast_each_time_and_comes_to_rest(friction, schem
     # a bounce of speed v is closed for good when e v can no longer lift the ball out of the depth v h
     assert abs(last(history, "gap")) <= bound(scheme, 8.0 * GRAVITY * h**2, 0.0)
     assert history.summary["energy"]["lost_impact"] == pytest.approx(
-        GRAVITY * DROP, abs=bound(scheme, 2.0 * GRAVITY * LANDING_SPEED * h, (GRAVITY * h) ** 2)
+        GRAVITY * DROP, abs=bound(scheme, 2.0 * GRAVITY * LANDING_SPEED * h, len(kinds) * (GRAVITY * h) ** 2)
     )
 
 
@@ -270,9 +275,7 @@ def test_a_ball_leaves_an_elastic_stop_as_fast_as_it_came(law, scheme):
     """
     chosen, h = LAWS[law], 1e-3
     end = FALL + CONTACT_TIME + 0.05
-    history = completed(
-        dropped(scheme, h, end, 4.0, friction=chosen.make(UNSCALED), stop=ElasticStop(STIFFNESS))
-    )
+    history = completed(dropped(scheme, h, end, 4.0, friction=chosen.make(UNSCALED), stop=ElasticStop(STIFFNESS)))
     assert kinds_of(history) == ["impact", "release"]
     impulse = 2.0 * LANDING_SPEED + GRAVITY * CONTACT_TIME
     along = slide(impulse, 4.0, 0.0, 1.0, chosen).speed
@@ -287,8 +290,8 @@ def test_a_ball_leaves_an_elastic_stop_as_fast_as_it_came(law, scheme):
     assert history.contacts[0].normal_impulse == pytest.approx(impulse, abs=bound(scheme, 2 * v * wh, v * wh**2))
     depth = GRAVITY / CONTACT_RATE**2 + sqrt((GRAVITY / CONTACT_RATE**2) ** 2 + (v / CONTACT_RATE) ** 2)
     peak = history.contacts[0].peak_force
-    # the largest force of a sample falls short of the peak by (w h)^2/8 of it
-    assert peak == pytest.approx(STIFFNESS * depth, rel=bound(scheme, wh, wh**2))
+    # of samples h apart the largest force falls short of the peak by up to (w h)^2/8 of it
+    assert peak == pytest.approx(STIFFNESS * depth, rel=wh**2 / 8.0 + bound(scheme, wh, wh**2))
 
 
 # --- a mass on a belt ------------------------------------------------------------------------------------------
@@ -414,7 +417,7 @@ def landing(law: Law) -> Landing:
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("law", ROD_LAWS)
 def test_a_rod_that_falls_on_its_end(law, scheme):
-    """m = 1 kg, half-length 0.5 m, 60 degrees, 50 mm above the ground, 2 m/s along it; plastic, frictionless impact.
+    """m = 1 kg, half-length 0.5 m, 60 degrees, 50 mm above the ground, 2 m/s along it; plastic impact.
 
     Exact: impulse, velocities and the force of the sliding contact just after (`landing`).
     """
@@ -500,8 +503,8 @@ CASES = {
 
 
 @cache
-def unscaled(case: str, scheme: str) -> History:
-    return CASES[case](scheme, UNSCALED)
+def run_of(case: str, scheme: str, scale: Scale = UNSCALED) -> History:
+    return CASES[case](scheme, scale)
 
 
 @pytest.mark.parametrize("scale", SCALES)
@@ -513,7 +516,7 @@ def test_a_scaled_problem_has_the_scaled_solution(case, scheme, scale):
     No scale is given to the solver; what it takes for zero has to follow from the motion.
     """
     factors = SCALES[scale]
-    found, exact = CASES[case](scheme, factors), unscaled(case, scheme)
+    found, exact = run_of(case, scheme, factors), run_of(case, scheme)
     assert found.outcome is exact.outcome
     assert kinds_of(found) == kinds_of(exact)
     error = 10.0 * EVENT_ERROR
@@ -522,4 +525,11 @@ def test_a_scaled_problem_has_the_scaled_solution(case, scheme, scale):
     assert last(found, "q")[end] / factors.length == pytest.approx(last(exact, "q")[end], abs=error)
     assert last(found, "qd")[end] / factors.speed == pytest.approx(last(exact, "qd")[end], abs=error)
     assert last(found, "lambda_n") / factors.force == pytest.approx(last(exact, "lambda_n"), abs=100.0 * error)
-    assert found.summary["steps"] == exact.summary["steps"]
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("case", CASES)
+def test_a_scaled_problem_takes_the_same_steps(case, scheme, scale):
+    """Scaled by powers of two every operation rounds the same: adaptive steps must not know metres or seconds."""
+    assert run_of(case, scheme, SCALES[scale]).summary["steps"] == run_of(case, scheme).summary["steps"]
