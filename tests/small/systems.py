@@ -1,0 +1,295 @@
+"""Small systems of the tests in this folder, their closed forms, and every name of the package that they use.
+
+The names are imported here once; the tests take them from here.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import exp, inf, log, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+from numpy.typing import NDArray
+
+from oblique_impact import History, Outcome, Scenario, simulate, simulate_system
+from oblique_impact.base_motion import BaseMotion
+from oblique_impact.compiling import compilations
+from oblique_impact.contact import State
+from oblique_impact.friction import Branch, Coulomb, FrictionCurve, FrictionLaw, Frictionless, ModifiedCoulomb
+from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme
+from oblique_impact.plugins import register
+from oblique_impact.stops import ElasticStop
+from oblique_impact.system import ContactRows, MechanicalSystem
+from oblique_impact.transitions import Baumgarte, NewtonImpact, RouthImpact
+from validation.reference_values import VALUES
+from validation.small_systems import FreeRod, Particle, PinnedBar
+
+__all__ = [
+    "VALUES",
+    "BaseMotion",
+    "Baumgarte",
+    "Branch",
+    "Coulomb",
+    "ElasticStop",
+    "EventScheme",
+    "FixedStepScheme",
+    "FreeRod",
+    "FrictionCurve",
+    "FrictionLaw",
+    "Frictionless",
+    "GeneralizedAlphaScheme",
+    "History",
+    "ModifiedCoulomb",
+    "NewtonImpact",
+    "Outcome",
+    "Particle",
+    "PinnedBar",
+    "RouthImpact",
+    "Scenario",
+    "State",
+    "compilations",
+    "register",
+    "simulate",
+    "simulate_system",
+]
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.8  # m/s^2
+TOLERANCE = 1e-10  # of the event scheme
+#: what the event scheme may be away from a closed form: a few times its tolerance
+EVENT_ERROR = 1e-9
+#: exact in exact arithmetic: what some thousand steps leave by rounding
+ROUNDING = 1e-11
+SCHEMES = ("event", "fixed-step", "generalized-alpha")
+
+
+def scheme_of(name: str, step: float, rho: float = 0.8) -> Any:
+    """Return a new scheme whose steps in flight and in contact are `step` (s)."""
+    if name == "event":
+        return EventScheme(TOLERANCE)
+    if name == "fixed-step":
+        return FixedStepScheme(step, step)
+    return GeneralizedAlphaScheme(step, step, rho)
+
+
+# --- scales
+
+
+class Scale(NamedTuple):
+    """Factors of length, time and mass by which a whole problem is scaled."""
+
+    length: float = 1.0
+    time: float = 1.0
+    mass: float = 1.0
+
+    @property
+    def speed(self) -> float:
+        return self.length / self.time
+
+    @property
+    def acceleration(self) -> float:
+        return self.length / self.time**2
+
+    @property
+    def stiffness(self) -> float:
+        return self.mass / self.time**2
+
+    @property
+    def force(self) -> float:
+        return self.mass * self.acceleration
+
+
+UNSCALED = Scale()
+
+
+# --- friction laws and their closed forms
+
+
+class Law(NamedTuple):
+    """A friction law by numbers: coefficients over slip speed (m/s), linear between points; static or None."""
+
+    make: Callable[[Scale], Any]
+    points: tuple[tuple[float, float], ...]
+    static: float | None = None
+
+    def at(self, speed: float) -> float:
+        """Coefficient of friction at a slip speed (m/s)."""
+        return float(np.interp(speed, *zip(*self.points, strict=True)))
+
+    @property
+    def steepest(self) -> float:
+        """Largest slope of the coefficient over the speed (s/m)."""
+        speeds, values = zip(*self.points, strict=True)
+        return float(np.abs(np.diff(values) / np.diff(speeds)).max()) if len(speeds) > 1 else 0.0
+
+    @property
+    def jump(self) -> float:
+        """Twice the coefficient at rest: what friction jumps by where slip reverses."""
+        return 2.0 * self.points[0][1]
+
+
+def _curve(points: tuple[tuple[float, float], ...], static: float | None) -> Law:
+    def make(scale: Scale) -> FrictionCurve:
+        return FrictionCurve(tuple((v * scale.speed, mu) for v, mu in points), static)
+
+    return Law(make, points, static)
+
+
+def coulomb(mu: float) -> Law:
+    return Law(lambda scale: Coulomb(mu, mu), ((0.0, mu),), mu)
+
+
+FRICTIONLESS = Law(lambda scale: Frictionless(), ((0.0, 0.0),))
+MODIFIED = Law(
+    lambda scale: ModifiedCoulomb(0.3, 0.1 * scale.speed, 0.5 * scale.speed), ((0.0, 0.0), (0.1, 0.0), (0.5, 0.3))
+)
+HOLDING_CURVE = _curve(((0.0, 0.4), (1.0, 0.2)), 0.4)
+YIELDING_CURVE = _curve(((0.0, 0.25), (2.0, 0.15)), 0.25)
+
+
+class Passage(NamedTuple):
+    """A motion with friction at an instant: time (s), way (m), speed (m/s), and when it turned or stopped (s)."""
+
+    time: float
+    way: float
+    speed: float
+    turns: tuple[float, ...] = ()
+
+
+def slide(end: float, speed: float, drive: float, normal: float, law: Law) -> Passage:
+    """Way and speed at `end` of v' = drive - mu(|v|) sign(v) normal, x(0) = 0, v(0) = speed; closed forms only.
+
+    In each interval where mu is linear, v' = a + b v: v = (v0 + a/b) exp(b t) - a/b.  At v = 0 it rests for good
+    if |drive| <= static normal, and goes on with the direction of `drive` otherwise.
+    """
+    time, way, turns = 0.0, 0.0, []
+    while time < end:
+        if speed == 0.0:
+            if law.static is not None and abs(drive) <= law.static * normal:
+                break
+            side = 1.0 if drive > 0.0 else -1.0
+        else:
+            side = 1.0 if speed > 0.0 else -1.0
+        growing = side * drive - law.at(abs(speed)) * normal > 0.0
+        edges = [v for v, _ in law.points if (v > abs(speed) if growing else v < abs(speed))]
+        goal = (min(edges) if growing else max(edges)) if edges else (inf if growing else 0.0)
+        inner, outer = sorted((abs(speed), min(goal, abs(speed) + 1.0)))
+        slope = (law.at(outer) - law.at(inner)) / (outer - inner)
+        b = -slope * normal
+        a = side * drive - (law.at(inner) - slope * inner) * normal
+        left = end - time
+        span = min(left, _time_to(abs(speed), goal, a, b))
+        fast, gone = _line(span, abs(speed), a, b)
+        speed = side * (goal if span < left else fast)
+        way, time = way + side * gone, time + span
+        if speed == 0.0:
+            turns.append(time)
+    return Passage(time, way, speed, tuple(turns))
+
+
+def _time_to(speed: float, goal: float, a: float, b: float) -> float:
+    """When v' = a + b v brings a speed to the goal; infinite if it never does."""
+    if goal == inf:
+        return inf
+    if b == 0.0:
+        return (goal - speed) / a if (goal - speed) * a > 0.0 else inf
+    ratio = (goal + a / b) / (speed + a / b)
+    return log(ratio) / b if ratio > 0.0 and log(ratio) / b > 0.0 else inf
+
+
+def _line(t: float, speed: float, a: float, b: float) -> tuple[float, float]:
+    """Speed and way after t of v' = a + b v."""
+    if b == 0.0:
+        return speed + a * t, speed * t + 0.5 * a * t * t
+    final = (speed + a / b) * exp(b * t) - a / b
+    return final, (final - speed - a * t) / b
+
+
+# --- systems
+
+
+@dataclass(frozen=True)
+class PulledMass(MechanicalSystem):
+    """A mass on the ground: a spring along it, whose end moves at `pull`, and a lifting force lift sin(rate t).
+
+    q = [x, y];  m x'' = stiffness (pull t - x) + lambda_tau,  m y'' = -m gravity + lift sin(rate t) + lambda_n.
+    """
+
+    stiffness: float = 0.0
+    pull: float = 0.0
+    lift: float = 0.0
+    rate: float = 1.0
+    mass: float = 1.0
+    gravity: float = GRAVITY
+    size = 2
+
+    def mass_matrix(self, t: float, q: Array) -> Array:
+        return self.mass * np.eye(2)
+
+    def forces(self, t: float, q: Array, qd: Array) -> Array:
+        spring = self.stiffness * (self.pull * t - q[0])
+        return np.array([spring, -self.mass * self.gravity + self.lift * sin(self.rate * t)])
+
+    def contact(self, t: float, q: Array, qd: Array) -> ContactRows:
+        return ContactRows(q[1], q[0], qd[1], qd[0], np.array([0.0, 1.0]), np.array([1.0, 0.0]))
+
+    def energy(self, t: float, q: Array, qd: Array) -> tuple[float, float, float]:
+        elastic = 0.5 * self.stiffness * (self.pull * t - q[0]) ** 2
+        return 0.5 * self.mass * float(qd @ qd), elastic, self.mass * self.gravity * q[1]
+
+    def supplied_power(self, t: float, q: Array, qd: Array, work: Any) -> float:
+        spring = self.stiffness * (self.pull * t - q[0])
+        return spring * self.pull + self.lift * sin(self.rate * t) * float(qd[1])
+
+
+# --- what is read off a history
+
+
+def kinds_of(history: History) -> list[str]:
+    """Return the kinds of the events in order of time, without the touch of a start in contact."""
+    return [event.kind.value for event in history.events if event.time > 0.0]
+
+
+def times_of(history: History, *kinds: str) -> Array:
+    """Times (s) of the events after the start, of all kinds or the named ones."""
+    chosen = [e.time for e in history.events if e.time > 0.0 and (not kinds or e.kind.value in kinds)]
+    return np.array(chosen, dtype=float)
+
+
+def just_after(history: History, name: str, time: float) -> Any:
+    """Value of a variable on the right side of the jump at `time`."""
+    index = int(np.searchsorted(history["time"].values, time, side="right"))
+    return history[name].values[index]
+
+
+def last(history: History, name: str) -> Any:
+    """Value of a variable at the end."""
+    return history[name].values[-1]
+
+
+def completed(history: History) -> History:
+    """Return the history of a run that has to reach its end."""
+    assert history.outcome is Outcome.COMPLETED
+    return history
+
+
+def specializations() -> int:
+    """Count the machine codes of all compiled functions of this process, those from the cache on disk included."""
+    return sum(len(kept.signatures) for kept in gc.get_objects() if isinstance(kept, Dispatcher))
+
+
+def assert_order(
+    steps: Any, errors: Any, band: tuple[float, float], ceilings: Any, rounding: float = ROUNDING
+) -> None:
+    """Errors stay below their ceilings and fall with a slope inside of the band; exact results have no slope."""
+    steps, errors = np.asarray(steps, dtype=float), np.abs(np.asarray(errors, dtype=float))
+    assert np.all(errors <= ceilings), f"errors {errors} above {ceilings}"
+    if errors.max() <= rounding:
+        return
+    slope = np.polyfit(np.log(steps), np.log(np.maximum(errors, 1e-300)), 1)[0]
+    assert band[0] <= slope <= band[1], f"errors {errors} fall with a slope of {slope:.2f}, not within {band}"
