@@ -75,11 +75,3 @@ class PhysicsStop(Exception):  # noqa: N818  it is an outcome, not an error
     def __init__(self, outcome: Outcome) -> None:
         super().__init__(outcome.sentence)
         self.outcome = outcome
-
-
-class Interrupted(KeyboardInterrupt):
-    """Raised by a simulation that Ctrl-C has ended; `history` holds what was computed until then."""
-
-    def __init__(self, history: Any) -> None:
-        super().__init__("interrupted")
-        self.history = history
