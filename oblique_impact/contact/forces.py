@@ -118,13 +118,20 @@ def contact_force(phase: Phase, c: Instant) -> Forces:
 
 @jitable
 def can_stick(phase: Phase, c: Instant, stopping_time: float) -> bool:
-    """Whether a force inside the friction cone keeps the gap and stops the slip within `stopping_time` (s).
+    """Whether contact sticks, for a scheme that does not locate the end of slip.
 
-    This is the judgement of a scheme that does not locate the end of slip.  An infinite time asks, as the paper
-    writes in Sec. 5.3, for the force that keeps the contact sticking, whatever its slip velocity is.
+    The force that keeps it sticking lies in the friction cone, and the sliding force stops the slip within
+    `stopping_time` (s) or has done so.  With an infinite time the slip velocity is not asked for, as the paper
+    writes in Sec. 5.3; the force is then that of the stabilized constraint.
     """
+    correction = 0.0
     if stopping_time < 1e300:
-        correction = c.slip_rate / stopping_time
+        if phase.state == SLIDING:
+            acceleration = c.slip_acceleration + c.a_nt * c.normal_force + c.a_tt * c.tangential_force
+            ahead = c.slip_rate + stopping_time * acceleration
+            direction = 1.0 if phase.lower >= 0.0 else -1.0
+            if c.slip_rate * direction > 0.0 and ahead * direction > 0.0:
+                return False
     else:
         drift = c.slip - phase.slip_reference if phase.state == STICKING else 0.0
         correction = phase.damping * c.slip_rate + phase.stiffness * drift

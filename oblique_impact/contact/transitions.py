@@ -273,11 +273,12 @@ class ContactMachine:
         return Transition(phase, EventKind.STICK, arrest=arrest)
 
     def _leave_stick(self, phase: Phase, guard: int, instant: Instant) -> Transition:
+        if self._judgement and self._judgement.arrests:
+            # the force that would hold it decides, not a slip velocity that is rounding or stabilization
+            direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
+            return Transition(self._slide(0.0, direction), EventKind.SLIP)
         if self._judgement:
-            direction = _direction(instant.slip_rate)
-            if abs(instant.slip_rate) <= self.tolerances.velocity:
-                direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
-            return Transition(self._slide(instant.slip_rate, direction), EventKind.SLIP)
+            return Transition(self._slide(instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
         # guard LOWER: lambda_tau reached +static lambda_n, so the contact gives way backwards
         direction = 1 if guard == UPPER else -1
         following = self._slide_or_free(instant._replace(slip_rate=0.0), direction)

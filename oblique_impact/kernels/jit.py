@@ -195,7 +195,7 @@ def _compiled_law(function: Callable[..., Any], arguments: int, parameters: int,
 def _unpacking(count: int) -> Callable[[Any], tuple[float, ...]]:
     """Return the function that makes a tuple of an array of `count` parameters."""
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
-        return tuple
+        return lambda numbers: tuple(numbers[:-1])
 
     length = count + 1  # numba makes no tuple of nothing: the array has an entry more, which is left out
 

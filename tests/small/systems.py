@@ -16,15 +16,25 @@ from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
 from oblique_impact import History, Outcome, Scenario, simulate, simulate_system
-from oblique_impact.base_motion import BaseMotion
-from oblique_impact.compiling import compilations
-from oblique_impact.contact import State
-from oblique_impact.friction import Branch, Coulomb, FrictionCurve, FrictionLaw, Frictionless, ModifiedCoulomb
-from oblique_impact.integrators import EventScheme, FixedStepScheme, GeneralizedAlphaScheme
-from oblique_impact.plugins import register
-from oblique_impact.stops import ElasticStop
-from oblique_impact.system import ContactRows, MechanicalSystem
-from oblique_impact.transitions import Baumgarte, NewtonImpact, RouthImpact
+from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.contact.friction import (
+    Branch,
+    Coulomb,
+    FrictionCurve,
+    FrictionLaw,
+    Frictionless,
+    ModifiedCoulomb,
+)
+from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
+from oblique_impact.contact.state import State
+from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.contact.transitions import Baumgarte
+from oblique_impact.kernels.compiling import compilations
+from oblique_impact.kernels.system import ContactRows, MechanicalSystem
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.scenario.user_defined import register
 from validation.reference_values import VALUES
 from validation.small_systems import FreeRod, Particle, PinnedBar
 

@@ -220,18 +220,22 @@ def test_generalized_alpha_locates_the_release_of_a_lifted_mass(rho):
 
     Then y = F/W cos(W t0) s - F/W^2 (sin(W t) - sin(W t0)) - g s^2/2, s = t - t0.
     """
-    lift, rate, end = 20.0, 3.0, 0.5
-    release = asin(GRAVITY / lift) / rate
-    s = end - release
-    height = lift / rate * cos(rate * release) * s - lift / rate**2 * (sin(rate * end) - GRAVITY / lift)
-    height -= 0.5 * GRAVITY * s**2
-    system, steps = PulledMass(lift=lift, rate=rate), np.array([1e-2, 5e-3, 2.5e-3])
+    rate, end, steps = 3.0, 0.5, np.array([1e-2, 5e-3, 2.5e-3])
     times, heights = [], []
     for h in steps:
-        history = completed(simulate_system(system, REST, REST, end, scheme=GeneralizedAlphaScheme(h, h, rho)))
-        assert kinds_of(history) == ["release"]
-        times.append(times_of(history)[0] - release)
-        heights.append(last(history, "gap") - height)
+        late, high = [], []
+        for lift in (20.0, 20.3, 20.6, 20.9, 21.2):  # the error depends on where in a step the force vanishes
+            release = asin(GRAVITY / lift) / rate
+            s = end - release
+            height = lift / rate * cos(rate * release) * s - lift / rate**2 * (sin(rate * end) - GRAVITY / lift)
+            height -= 0.5 * GRAVITY * s**2
+            system, scheme = PulledMass(lift=lift, rate=rate), GeneralizedAlphaScheme(h, h, rho)
+            history = completed(simulate_system(system, REST, REST, end, scheme=scheme))
+            assert kinds_of(history) == ["release"]
+            late.append(abs(times_of(history)[0] - release))
+            high.append(abs(last(history, "gap") - height))
+        times.append(max(late))
+        heights.append(max(high))
     # the force F cos(W t0) W s that lifts it is F W^2 h^2 away at most, which is so much over its slope in time
     assert_order(steps, times, (1.7, 2.4), (rate * steps) ** 2 / rate)
     assert_order(steps, heights, (1.7, 2.4), lift * s**2 * (rate * steps) ** 2)
@@ -480,7 +484,9 @@ def test_every_scheme_runs_without_the_compiler(name, tmp_path):
     np.testing.assert_allclose(found["events"], [event.time for event in compiled.events], rtol=0, atol=1e-12)
     for key in ("time", "q", "qd", "lambda_n"):
         size = max(1.0, float(np.nanmax(np.abs(compiled[key].values))))
-        np.testing.assert_allclose(found[key], compiled[key].values, rtol=0, atol=1e-9 * size, err_msg=key)
+        # generalized-alpha closes a rigid contact to 1e-10 m/s: that over the step, times some 0.1 kg, is a force
+        left = 0.1 * 1e-10 / 2e-5 * 5.0 if key == "lambda_n" and "alpha" in name else 0.0
+        np.testing.assert_allclose(found[key], compiled[key].values, rtol=0, atol=1e-9 * size + left, err_msg=key)
 
 
 # --- j: a base motion that outlives its beam -----------------------------------------------------------------
@@ -489,9 +495,10 @@ _OUTLIVE = """
 import gc, math
 from dataclasses import dataclass
 import numpy as np
-from oblique_impact.beam import Beam
-from oblique_impact.floating_frame import drive_acceleration
-from oblique_impact.operators import build_operators
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.reduced import Beam
+from oblique_impact.kernels import rows as row
+from oblique_impact.marching.sampling import contact_problem
 from tests.small.systems import BaseMotion, Scenario, register
 
 @register("base_motions", "test-swing")
@@ -515,7 +522,9 @@ def model_of():
 model = model_of()
 gc.collect()
 others = [np.full(size, 3.0) for size in range(1, 9) for _ in range(200)]  # take the memory that was let go
-print(repr(drive_acceleration(model, 0.1)))
+work, rest = model.new_workspace(), np.zeros(3)
+contact_problem(model, 0.1, rest, rest, work)
+print(repr(float(work.vectors[row.FREE_ACCELERATION, 0])))
 """
 
 
