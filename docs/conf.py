@@ -65,7 +65,6 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "show_signature": False,
     "thumbnail_size": (540, 360),
-    "prefer_full_module": {r"oblique_impact\.simulate\.simulate"},  # the module has the name of its function
     # names in the code of an example lead to their documentation
     "doc_module": ("oblique_impact", "modal", "fem_beam", "validation", "renders"),
 }
