@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 Indices = NDArray[np.int64]
 
-#: a depth below that of the contact point which is worth a warning, over the length: less than a picture shows, more
-#: than the kinematics of second order leave out (an eighth of the fourth power of the bending slope: 1e-5 at 0.1 rad)
+#: depth below the contact point, over the length, that is worth a warning: less than pictures show, more than the
+#: kinematics of second order leave out (an eighth of the fourth power of the bending slope: 1e-5 at 0.1 rad)
 NOTICEABLE = 1e-4
 #: distances this close, over the length, are equal: of a touch the first instant is told
 EQUAL = 1e-9
