@@ -39,7 +39,8 @@ nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|xr|xarray|scipy|pydantic|typer|matplotlib|mpl|skfem|numba|PIL|pyvista|pv|vtk)\..*"),
     ("py:.*", r"(collections|pathlib|os|enum|abc|typing|types|functools|importlib|jinja2)\..*"),
-    ("py:class", r"oblique_impact\.scenario\.tables\._\w+"),  # validators inside of an annotation
+    ("py:class", r"oblique_impact\.scenario\.tables\._\w+|lambda"),  # validators inside of an annotation
+    ("py:class", "DenseAlgebra"),  # of another module than the docstring that names it
 ]
 
 autodoc_member_order = "bysource"
@@ -65,7 +66,6 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "show_signature": False,
     "thumbnail_size": (540, 360),
-    "prefer_full_module": {r"oblique_impact\.simulate\.simulate"},  # the module has the name of its function
     # names in the code of an example lead to their documentation
     "doc_module": ("oblique_impact", "modal", "fem_beam", "validation", "renders"),
 }

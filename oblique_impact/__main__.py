@@ -15,21 +15,21 @@ def _leave(number: int, frame: FrameType | None) -> None:
 
 def main() -> None:
     """Run the command line; an interrupt is one line at any time, even while it is loaded or ends."""
-    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not where a shell has it ignored
-    if heard:
+    handled = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not where a shell has it ignored
+    if handled:
         signal.signal(signal.SIGINT, _leave)
     from oblique_impact.command_line.application import main as command_line
 
-    # of numbers that leave their range tell the results, by an outcome with a name
+    # numbers that leave their range end a run with a named outcome
     warnings.simplefilter("ignore", RuntimeWarning)
-    if heard:
+    if handled:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # the polite request to end is treated as Ctrl-C
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # a request to end is treated as Ctrl-C
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         command_line()
     finally:
-        # the interpreter's cleaning up is nothing to be interrupted
+        # an interrupt while the interpreter ends would print a traceback
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

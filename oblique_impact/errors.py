@@ -10,7 +10,7 @@ class InputError(ValueError):
     """Bad input: the message is one line that names the key, the value and what is allowed."""
 
     def __init__(self, message: str) -> None:
-        # the input may bring its own line breaks and control characters
+        # the input may hold line breaks and control characters
         super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in message))
 
 

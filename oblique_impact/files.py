@@ -163,7 +163,7 @@ class CheckedFile(io.FileIO):
     """A new binary file for HDF5 whose first failed write is raised at the end of the block, as OSError.
 
     After a failed write, on a full disk for instance, HDF5 tries again until the process ends, and then crashes.
-    So it is told that all is well, and nothing more is written.
+    So every write is reported to HDF5 as done, and after the first failure nothing more is written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -202,6 +202,6 @@ def checked_file(path: Path) -> Iterator[CheckedFile]:
         try:
             yield file
         except (OSError, RuntimeError):
-            file.check()  # HDF5 may stumble over what is missing; the reason is the first failure
+            file.check()  # HDF5 may fail over what is missing; the reason is the first failure
             raise
         file.check()

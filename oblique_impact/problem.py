@@ -1,4 +1,4 @@
-"""From a scenario, or a user's own system, to the problem that the loop marches: the one factory.
+"""From a scenario, or a user-defined system, to the problem that the loop marches: the one factory.
 
 It puts together the system (what kernels call), the scheme, the laws of the contact and what counts as zero.
 """
@@ -129,7 +129,7 @@ def system_problem(
     breakpoints: tuple[float, ...],
     gap_tolerance: float | None = None,
 ) -> Problem:
-    """Put a user's own small system together for the loop; what counts as zero follows from how it starts."""
+    """Put a small user-defined system together for the loop; what counts as zero follows from how it starts."""
     friction, impact, stop = laws
     tolerances, scales = system_scales(system, q0, qd0, end_time)
     tolerances = tolerances._replace(

@@ -1,4 +1,4 @@
-"""How far a long call is: what it tells its `on_progress`."""
+"""Progress of a long call, as `on_progress` is told it."""
 
 from __future__ import annotations
 

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.contact.forces import Impulse, Instant, newton_impulse
 from oblique_impact.contact.friction import FrictionCurve
+from oblique_impact.contact.impacts import ImpactLaw, Impulse, newton_impulse
+from oblique_impact.contact.state import Instant
 from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.contact.transitions import ImpactLaw
-from oblique_impact.marching import ExplicitScheme
+from oblique_impact.marching.explicit import ExplicitScheme
 
 
 class Stribeck(FrictionCurve):

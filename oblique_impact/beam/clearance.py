@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 Indices = NDArray[np.int64]
 
-#: a depth below the contact point's own that is worth a word, over the length: more than the kinematics of second
-#: order leave out (an eighth of the fourth power of the bending slope: 1e-5 at 0.1 rad), less than a picture shows
+#: depth below the contact point, over the length, that is worth a warning: less than pictures show, more than the
+#: kinematics of second order leave out (an eighth of the fourth power of the bending slope: 1e-5 at 0.1 rad)
 NOTICEABLE = 1e-4
 #: distances this close, over the length, are equal: of a touch the first instant is told
 EQUAL = 1e-9
@@ -173,8 +173,8 @@ def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] |
 def slope_warnings(scenario: Scenario, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:
     """Say where the beam passes below the slope, and where it is in contact beyond the slope's ends.
 
-    The contact point's own depth, that of an elastic stop or of a fixed step, is no passing; `events` are the
-    times (s) of the transitions.
+    The depth of the contact point, in an elastic stop or after a fixed step, is no passing; `events` are the times
+    (s) of the transitions.
     """
     if "clearance" not in variables:
         return []
@@ -184,8 +184,8 @@ def slope_warnings(scenario: Scenario, variables: Mapping[str, Array], events: S
 def _passing(scenario: Scenario, variables: Mapping[str, Array]) -> list[str]:
     slope = scenario.slope
     (x0, y0), c, s = slope.origin, np.cos(slope.angle), np.sin(slope.angle)
-    own = (variables["tip_y"] - y0) * c - (variables["tip_x"] - x0) * s
-    deeper = np.nan_to_num(np.minimum(own, 0.0) - variables["clearance"], nan=0.0, posinf=0.0)
+    height = (variables["tip_y"] - y0) * c - (variables["tip_x"] - x0) * s
+    deeper = np.nan_to_num(np.minimum(height, 0.0) - variables["clearance"], nan=0.0, posinf=0.0)
     k = int(np.argmax(deeper))
     if deeper[k] <= NOTICEABLE * scenario.beam.length:
         return []

@@ -144,7 +144,7 @@ def station_points(length: float, contact_point: float) -> Array:
 
 
 def build_operators(scenario: Scenario) -> BeamOperators:
-    """Discretize the beam of `scenario` with its own method."""
+    """Discretize the beam of `scenario` with the method that it names."""
     operators = discretization(scenario.discretization.method).build_operators(scenario)
     assert isinstance(operators, BeamOperators)
     return operators

@@ -1,4 +1,4 @@
-"""Values that can be computed with but are hardly meant, named before a run: mostly wrong units."""
+"""Implausible values, mostly wrong units, which are named before a run."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _FIRST_MODE = 3.5160
 
 
 class Rule(NamedTuple):
-    """One thing that is hardly meant."""
+    """One implausible value."""
 
     key: str  # of the scenario; the warning begins with it
-    reason: Callable[[Scenario, Sections], str]  # "" where all is well
+    reason: Callable[[Scenario, Sections], str]  # "" for plausible values
 
 
 def _modulus(s: Scenario, sections: Sections) -> str:
@@ -111,7 +111,7 @@ RULES = (
 
 
 def doubts(scenario: Scenario) -> list[str]:
-    """Return a line for each value that is hardly meant, beginning with its key; none for plausible scenarios."""
+    """Return a line for each implausible value, beginning with its key; none for plausible scenarios."""
     sections = Sections.from_scenario(scenario)
     with np.errstate(all="ignore"):
         found = [(rule.key, rule.reason(scenario, sections)) for rule in RULES]

@@ -1,4 +1,4 @@
-"""A scenario's beam: operators and data put into a model, and what can be read off a motion."""
+"""A scenario's beam: its model for the kernels, its energies, and the results along it."""
 
 from __future__ import annotations
 
@@ -115,12 +115,12 @@ class Beam:
             CONTACT_SHAPE: o.contact_shape,
         }
         return BeamModel(
-            matrices=_own(np.stack([matrices[k] for k in sorted(matrices)])),
-            vectors=_own(np.stack([vectors[k] for k in sorted(vectors)])),
+            matrices=_contiguous(np.stack([matrices[k] for k in sorted(matrices)])),
+            vectors=_contiguous(np.stack([vectors[k] for k in sorted(vectors)])),
             full=full,
-            quad_points=_own(self._mass_points() if full else np.zeros((2, 0))),
-            quad_shapes=_own(self._with_tip(o.stations.quadrature.values) if full else np.zeros((0, n))),
-            quad_shortening=_own(self._shortening_table() if full else np.zeros((0, n, n))),
+            quad_points=_contiguous(self._mass_points() if full else np.zeros((2, 0))),
+            quad_shapes=_contiguous(self._with_tip(o.stations.quadrature.values) if full else np.zeros((0, n))),
+            quad_shortening=_contiguous(self._shortening_table() if full else np.zeros((0, n, n))),
             inertia=o.J + hub,
             static_moment=o.Sm,
             gravity=s.gravity,
@@ -211,7 +211,7 @@ class Beam:
         return 0.0 if self.scenario.discretization.kinetics == "zeroth-order" else 1.0
 
 
-def _own(values: Array) -> Array:
+def _contiguous(values: Array) -> Array:
     return np.ascontiguousarray(values, dtype=np.float64)
 
 

@@ -25,7 +25,7 @@ OPTIONS: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "p
 def application() -> typer.Typer:
     """Return the application with all commands: `run`, `modes`, those of the group ``oblique_impact.commands``.
 
-    A command whose package cannot be imported says so when it is called; the others do not suffer.
+    A command whose package cannot be imported says so when it is called; the others still work.
     """
     about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
     app = typer.Typer(name="oblique-impact", help=about, **OPTIONS)
@@ -78,7 +78,7 @@ def _call(arguments: list[str]) -> int:
     except typer.Exit as stop:
         return stop.exit_code
     except BrokenPipeError:
-        # whoever read the output has gone; nothing more can be said there, not even at exit
+        # the reader of the output is gone: nothing more can be written there, not even at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 1
     except InputError as error:

@@ -106,7 +106,7 @@ class Bar(RichProgress):
         self._task = self.add_task("", total=None, **fields)
 
     def start(self) -> None:
-        """Draw from now on; the cursor stays, so that nothing can leave the terminal without it."""
+        """Draw from now on; the cursor stays, so that a process that is killed leaves the terminal with it."""
         super().start()
         if not self.disable:
             self.console.show_cursor(True)
@@ -124,14 +124,14 @@ class Bar(RichProgress):
 
     def get_renderables(self) -> Iterable[RenderableType]:
         """Return the line for the present width of the terminal; the last column stays free."""
-        width = self._console.width - 1  # rich asks before it knows its own console
+        width = self._console.width - 1  # rich calls this before it has set its console
         chosen = self._columns(width + 1)
         self.columns = tuple(column for column in chosen if not (self._plain and isinstance(column, BarColumn)))
         yield Constrain(self.make_tasks_table(self.tasks), width)
 
 
 class TimeLeft(TimeRemainingColumn):
-    """The time that is left; the time that has passed where nobody knows how much there is to do."""
+    """The time that is left, or where the total is not known the time that has passed."""
 
     def __init__(self, word: str = " left") -> None:
         super().__init__(table_column=Column(no_wrap=True))

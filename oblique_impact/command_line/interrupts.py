@@ -1,4 +1,4 @@
-"""What Ctrl-C does around compiled code, which does not know of Python's exceptions."""
+"""What Ctrl-C does around compiled code, in which Python's exceptions are lost."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
 
     with ExitStack() as restore:
         for number in (signal.SIGINT, signal.SIGTERM):
-            # not where they are ignored, nor in a program that has its own handler
+            # not where they are ignored, nor in a program that handles them itself
             if signal.getsignal(number) is signal.default_int_handler:
                 restore.callback(signal.signal, number, signal.signal(number, leave))
         yield restore

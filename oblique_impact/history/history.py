@@ -69,8 +69,8 @@ class History:
     def resample(self, **options: Any) -> DatasetResample:
         """Group samples by spans of time, as :meth:`xarray.Dataset.resample`.
 
-        ``history.resample(time="1ms").mean()`` averages over milliseconds.  xarray groups times of its own kind
-        alone, so they become durations (timedelta64) from 0 s.
+        ``history.resample(time="1ms").mean()`` averages over milliseconds.  xarray groups dates and durations
+        alone, so times become durations (timedelta64) from 0 s.
         """
         from pandas import to_timedelta
 

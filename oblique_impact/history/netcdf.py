@@ -32,7 +32,7 @@ MAX_CHUNK = 256_000_000
 #: bytes; variables that take more than this may not be packed to less than a part of `MAX_RATIO`
 FREE, MAX_RATIO = 100_000_000, 20
 
-#: attribute with the names of the dimensions of a variable that is not one of a history's own
+#: attribute with the names of the dimensions of a variable
 DIMENSIONS_ATTRIBUTE = "dimensions"
 
 _WRITTEN_HERE, _LONGEST = "oblique-impact history", 200

@@ -141,7 +141,7 @@ def _module(part: Any) -> str:
 
 
 def part_digest(part: Any) -> str:
-    """Return the digest of a class or module: of its file, or of its own source if it has none."""
+    """Return the digest of a class or module: of its file, or of its source if it has no file."""
     return hashlib.sha256(_source(part).encode()).hexdigest()[:_DIGITS]
 
 

@@ -31,7 +31,7 @@ class Samples(NamedTuple):
     qd: Array
     qdd: Array
     quadratures: Array  # integrals over time of forces and powers: see `oblique_impact.marching.equations`
-    state: Column  # of int8, see `oblique_impact.contact.forces.State`
+    state: Column  # of int8, see `oblique_impact.contact.state.State`
     scalars: Array  # see `oblique_impact.contact.state.Instant`
     kinetic: Array  # J
     elastic: Array

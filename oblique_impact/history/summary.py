@@ -1,4 +1,4 @@
-"""What a run was like, as in summary.json: outcome, macro-collisions, energy balance, costs, versions.
+"""The summary of a run, as in summary.json: outcome, macro-collisions, energy balance, costs, versions.
 
 The balance of energy says what impact, friction, damping and the scheme took, and what does not add up:
 
@@ -34,7 +34,7 @@ from oblique_impact.marching.equations import (
 from oblique_impact.marching.loop import Contact, Event, Record
 from oblique_impact.scenario.scenario import Scenario
 
-#: s; the gap of histories that do not say theirs: it was the same for all beams
+#: s; the gap of histories that do not record one: it was the same for all beams
 EARLIER_MACRO_GAP = 0.03
 _REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 _OUTCOMES = tuple(outcome.label for outcome in Outcome)
@@ -152,7 +152,7 @@ def summarize(
         Wall time of the marching (s).
     macro_gap : float
         Contacts less than this apart (s) are one macro-collision.
-    stop : Stop or None
+    stop : ContactLaw or None
         An elastic stop, which stores energy.
     scenario : Scenario, optional
         Names the user-defined parts for the provenance.

@@ -75,8 +75,7 @@ def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
 
 
 def _labelled(name: str, values: Array) -> xr.DataArray:
-    its = VARIABLES[name]
-    variable = labelled(values, *its)
+    variable = labelled(values, *VARIABLES[name])
     if name == "state":
         variable.attrs["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
         variable.attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)

@@ -1,4 +1,4 @@
-"""TOML text from anybody: read in bounded time, errors in one line with its number, changed keys."""
+"""TOML text from any source: read in bounded time, errors in one line with its number, changed keys."""
 
 from __future__ import annotations
 

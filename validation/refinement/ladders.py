@@ -195,7 +195,7 @@ def sizes(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tu
 
 
 def declared_orders(axis: str, scenario: Scenario, quantities: Sequence[str]) -> dict[str, float]:
-    """Orders that hold for any scenario of the user's own, by quantity; few do.
+    """Orders that hold for any scenario, by quantity; few do.
 
     Frequencies of Hermite elements, and with them everything at a fixed number of modes, converge at order 4;
     generalized-alpha is of its order on motions without a rigid stop.  Forces and counts get none.
