@@ -7,7 +7,7 @@ after Yuan et al. 2016, Eq. 10, with a hub of radius r and inertia J_h, and a dr
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,12 +52,12 @@ class _BeamData(NamedTuple):
 
 
 @jitable
-def _multiply(model: BeamModel, which: int, x: Array, product: Array) -> None:
+def _multiply(matrices: Array, which: int, x: Array, product: Array) -> None:
     """One of the model's matrices times x (n,) into product[1:] (n + 1,)."""
     for i in range(x.shape[0]):
         total = 0.0
         for j in range(x.shape[0]):
-            total += model.matrices[which, i, j] * x[j]
+            total += matrices[which, i, j] * x[j]
         product[i + 1] = total
 
 
@@ -74,14 +74,14 @@ def _contract(v: Array, x: Array) -> float:
 def _apply_forces(model: BeamModel, theta: float, B: Array, Bd: Array, w: Workspace) -> float:
     """Add gravity with its geometric stiffness, elasticity, damping, hub torque; the power (W) of damping."""
     v, g, c, s = w.vectors, model.gravity, np.cos(theta), np.sin(theta)
-    _multiply(model, GRAVITY_STIFFNESS, B, v[row.OWN_A])
+    _multiply(model.matrices, GRAVITY_STIFFNESS, B, v[row.OWN_A])
     moment = c * (model.static_moment - 0.5 * _contract(v[row.OWN_A], B)) - s * dot(model.vectors[LOAD], B)
     v[row.FORCES, 0] += model.torque - g * moment
     for i in range(B.shape[0]):
         v[row.FORCES, i + 1] -= g * (c * model.vectors[LOAD, i] - s * v[row.OWN_A, i + 1])
         v[row.FORCES, i + 1] += model.torque * model.vectors[ROOT_SLOPE, i]
-    _multiply(model, STIFFNESS, B, v[row.OWN_A])
-    _multiply(model, DAMPING, Bd, v[row.OWN_B])
+    _multiply(model.matrices, STIFFNESS, B, v[row.OWN_A])
+    _multiply(model.matrices, DAMPING, Bd, v[row.OWN_B])
     for i in range(B.shape[0]):
         v[row.FORCES, i + 1] -= v[row.OWN_A, i + 1] + v[row.OWN_B, i + 1]
     return _contract(v[row.OWN_B], Bd)
@@ -92,7 +92,7 @@ def _first_order(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     """Kinetic energy to second order in B: mass matrix and inertia forces."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
     M, v = w.mass, w.vectors
-    _multiply(model, SPIN_STIFFNESS, B, v[row.OWN_A])
+    _multiply(model.matrices, SPIN_STIFFNESS, B, v[row.OWN_A])
     M[0, 0] = model.inertia + _contract(v[row.OWN_A], B)
     v[row.FORCES, 0] = -2.0 * spin * _contract(v[row.OWN_A], Bd)
     for i in range(B.shape[0]):
@@ -154,8 +154,8 @@ def _contact(model: BeamModel, q: Array, qd: Array, w: Workspace) -> ContactKine
     B, Bd, spin = q[1:], qd[1:], qd[0]
     v = w.vectors
     HB, HBd, shape = v[row.OWN_A], v[row.OWN_B], model.vectors[CONTACT_SHAPE]
-    _multiply(model, CONTACT_SHORTENING, B, HB)
-    _multiply(model, CONTACT_SHORTENING, Bd, HBd)
+    _multiply(model.matrices, CONTACT_SHORTENING, B, HB)
+    _multiply(model.matrices, CONTACT_SHORTENING, Bd, HBd)
     x, y = model.contact_radius - 0.5 * _contract(HB, B), dot(shape, B)
     x_rate, y_rate = -_contract(HB, Bd), dot(shape, Bd)
     angle = q[0] - model.slope_angle
@@ -165,7 +165,8 @@ def _contact(model: BeamModel, q: Array, qd: Array, w: Workspace) -> ContactKine
     for i in range(B.shape[0]):
         v[row.NORMAL, i + 1] = -s * HB[i + 1] + c * shape[i]
         v[row.TANGENTIAL, i + 1] = -c * HB[i + 1] - s * shape[i]
-    return kinematics(model, c, s, x, y, x_rate, y_rate, spin, _contract(HBd, Bd))
+    offsets = model.normal_offset, model.tangential_offset
+    return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, _contract(HBd, Bd))
 
 
 class ContactKinematics(NamedTuple):
@@ -179,7 +180,7 @@ class ContactKinematics(NamedTuple):
 
 @jitable
 def kinematics(
-    model: Any,
+    offsets: tuple[float, float],
     c: float,
     s: float,
     x: float,
@@ -191,12 +192,13 @@ def kinematics(
 ) -> ContactKinematics:
     """Gap, slip and their biases for the contact point at (x, y) in a frame that is inclined to the slope.
 
-    c and s are cosine and sine of that angle, x_rate and y_rate velocities in the frame, `bending` is B'^T H B'.
+    `offsets` are c_n and c_t (m), c and s cosine and sine of that angle, x_rate and y_rate velocities in the
+    frame; `bending` is B'^T H B'.
     """
     square = spin * spin
     return ContactKinematics(
-        x * s + y * c - model.normal_offset,
-        x * c - y * s - model.tangential_offset,
+        x * s + y * c - offsets[0],
+        x * c - y * s - offsets[1],
         2.0 * spin * (c * x_rate - s * y_rate) - square * (s * x + c * y) - s * bending,
         -2.0 * spin * (s * x_rate + c * y_rate) - square * (c * x - s * y) - c * bending,
     )
@@ -266,7 +268,7 @@ def add_beam_tangent(
 def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
     """Power (W) of the damping matrix at the velocities q'."""
     v = w.vectors
-    _multiply(model, DAMPING, qd[1:], v[row.OWN_B])
+    _multiply(model.matrices, DAMPING, qd[1:], v[row.OWN_B])
     return float(_contract(v[row.OWN_B], qd[1:]))
 
 

@@ -102,7 +102,8 @@ def _contact(
         band_multiply(model.bands, SHORTENING_BAND, qd, v[row.OWN_A])
         curved = dot(v[row.OWN_A], qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
         curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
-    k = kinematics(model, c, s, x, y, x_rate, y_rate, spin, curved)
+    offsets = model.normal_offset, model.tangential_offset
+    k = kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, curved)
     return k, gap_rate + c * qd[point], slip_rate - s * qd[point]
 
 

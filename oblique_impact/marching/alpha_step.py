@@ -226,7 +226,7 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
     if determinant == 0.0:
         return NO_STICKING_SOLUTION, 0.0, 0.0
     dn, dt = (n3 * t2 - n2 * t3) / determinant, (n1 * t3 - n3 * t1) / determinant
-    for i in range(v[row.INCREMENT].shape[0]):
+    for i in range(v.shape[1]):
         v[row.INCREMENT, i] += dn * v[row.NORMAL_RESPONSE, i] + dt * v[row.TANGENTIAL_RESPONSE, i]
         v[row.RESIDUAL, i] += dn * v[row.NORMAL, i] + dt * v[row.TANGENTIAL, i]
     return OK, dn, dt
@@ -248,9 +248,10 @@ def _predict(c: Coefficients, y: Array, h: float, d: int, y_new: Array) -> None:
 def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -> float:
     """Add the contact forces to the residual; its largest entry."""
     v, largest = w.vectors, 0.0
-    for i in range(v[row.RESIDUAL].shape[0]):
-        if phase.state != FREE:
+    if phase.state != FREE:
+        for i in range(v.shape[1]):
             v[row.RESIDUAL, i] += normal * v[row.NORMAL, i] + tangential * v[row.TANGENTIAL, i]
+    for i in range(v.shape[1]):
         largest = max(largest, abs(v[row.RESIDUAL, i]))
     return largest
 
@@ -312,17 +313,18 @@ def take_step(
         system.solve_effective(rank_one, w, slot, contact)
         if contact:
             end = _responding(e, w, normal, tangential)
-            status, more, along = _contact_step(phase, end, w, step)
+            status, pressing, along = _contact_step(phase, end, w, step)
             if status != OK:
                 return Step(status, end, rank_one)
-            normal += more
+            normal += pressing
             tangential += along
         before = left
         change = step.velocity * np.sqrt(abs(dot(v[row.INCREMENT], v[row.RESIDUAL])))
         for i in range(d):
-            qdd[i] += v[row.INCREMENT, i]
-            q[i] += step.position * v[row.INCREMENT, i]
-            qd[i] += step.velocity * v[row.INCREMENT, i]
+            more = v[row.INCREMENT, i]
+            qdd[i] += more
+            q[i] += step.position * more
+            qd[i] += step.velocity * more
         if 0.0 < change * s.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
             end = _moved(end, system.approach(t + h, q, qd, w), normal, tangential)

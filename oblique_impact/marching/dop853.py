@@ -41,15 +41,15 @@ def take_stages(
     K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status and the contact of
     the last stage and, in free flight, the largest gap rate met (m/s).
     """
-    speed, c = 0.0, no_instant()
+    speed, c, K, work = 0.0, no_instant(), s.K, s.work
     for i in range(first, last + 1):
         copy(y, at)
         for j in range(i):
             weight = h * _A[i, j]
             if weight != 0.0:
                 for m in range(y.shape[0]):
-                    at[m] += weight * s.K[j, m]
-        status, c = derivative(system, phase, t + _C[i] * h, at, s.work, s.K[i])
+                    at[m] += weight * K[j, m]
+        status, c = derivative(system, phase, t + _C[i] * h, at, work, K[i])
         if status != 0:
             return status, c, speed
         if phase.state == FREE:
@@ -60,13 +60,13 @@ def take_stages(
 @jitable
 def error_norm(h: float, y: Array, s: Scratch, tolerance: float) -> float:
     """Error of q and q' at the end of a step, s.y_new, relative to the tolerance (of the scales, and relative)."""
-    sum5, sum3, size = 0.0, 0.0, s.scales.shape[0]
+    sum5, sum3, size, K, scales, y_new = 0.0, 0.0, s.scales.shape[0], s.K, s.scales, s.y_new
     for m in range(size):
-        scale = tolerance * (s.scales[m] + max(abs(y[m]), abs(s.y_new[m])))
+        scale = tolerance * (scales[m] + max(abs(y[m]), abs(y_new[m])))
         e5, e3 = 0.0, 0.0
         for i in range(STAGES + 1):
-            e5 += _E5[i] * s.K[i, m]
-            e3 += _E3[i] * s.K[i, m]
+            e5 += _E5[i] * K[i, m]
+            e3 += _E3[i] * K[i, m]
         sum5 += (e5 / scale) ** 2
         sum3 += (e3 / scale) ** 2
     if sum5 == 0.0 and sum3 == 0.0:
