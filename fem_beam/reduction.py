@@ -5,14 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular, svd
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
+from scipy.sparse.linalg import eigsh
 
 from fem_beam.nodal import Array, NodalBeam, merge_points
 from oblique_impact.beam.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
 from oblique_impact.scenario.scenario import Scenario
 
+Indices = NDArray[np.int64]
+
 _GAUSS_ORDER = 6  # a linear mass times squares of foreshortening rates is a polynomial of degree 11
+_LARGE = 200  # degrees of freedom, from which on a few modes are found without dense matrices
 
 
 def build_operators(scenario: Scenario) -> BeamOperators:
@@ -31,23 +36,46 @@ def build_operators(scenario: Scenario) -> BeamOperators:
 def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     """Elastic eigenvectors, shape (2 nodes, count), in ascending order of frequency; all if count is None.
 
-    They come from the singular vectors of G L^-T with K = G^T G and M1 = L L^T.  Their modal mass is the
-    mass of the beam, so those of a uniform one have int phi^2 dx = length like the eigenfunctions of
-    ``modal``; the tip is positive.
+    Their modal mass is the mass of the beam, so those of a uniform one have int phi^2 dx = length like the
+    eigenfunctions of ``modal``; the tip is positive.  A few modes of a large mesh take a shift-invert Lanczos
+    method, all others the decomposition of dense matrices.
     """
     free = nodal.free_dofs(root)
-    factor = cholesky(nodal.M1.toarray()[np.ix_(free, free)], lower=True)
-    curvature = nodal.curvature_factor().toarray()[:, free]
-    scaled = solve_triangular(factor, curvature.T, lower=True)
-    left, _, _ = svd(scaled, full_matrices=True, lapack_driver="gesvd")
-    shapes = solve_triangular(factor, left, lower=True, trans="T")[:, ::-1]
-    if root == "hinged":
-        shapes = shapes[:, 1:]  # the rigid rotation has frequency 0
-    shapes = shapes[:, :count] * np.sqrt(nodal.sections.mass)
+    rigid = 1 if root == "hinged" else 0  # the rigid rotation has frequency 0
+    few = count is not None and free.size > _LARGE and count + rigid <= free.size // 4
+    shapes = _lowest(nodal, free, count + rigid) if few and count is not None else _all(nodal, free)
+    shapes = shapes[:, rigid:][:, :count] * np.sqrt(nodal.sections.mass)
     shapes *= np.where(shapes[-2] < 0.0, -1.0, 1.0)
     modes = np.zeros((nodal.basis.N, shapes.shape[1]))
     modes[free] = shapes
     return modes
+
+
+def _all(nodal: NodalBeam, free: Indices) -> Array:
+    """Eigenvectors (n, n), ascending: singular vectors of G L^-T with K = G^T G and M1 = L L^T.
+
+    The square root has half the condition exponent of K, so low frequencies of fine meshes keep their digits.
+    """
+    factor = cholesky(nodal.M1.toarray()[np.ix_(free, free)], lower=True)
+    curvature = nodal.curvature_factor().toarray()[:, free]
+    scaled = solve_triangular(factor, curvature.T, lower=True)
+    left, _, _ = svd(scaled, full_matrices=True, lapack_driver="gesvd")
+    return np.asarray(solve_triangular(factor, left, lower=True, trans="T")[:, ::-1])
+
+
+def _lowest(nodal: NodalBeam, free: Indices, count: int) -> Array:
+    """Eigenvectors (n, count) of the lowest frequencies, ascending, by shift-invert Lanczos.
+
+    The shift lies below zero, where K - shift M1 is definite in spite of the rigid rotation.  Eigenvectors err by
+    the rounding of the factors, frequencies and operators, which are quadratic in it, by its square.
+    """
+    sections = nodal.sections
+    middle = np.array([0.5 * sections.length])
+    shift = -float(sections.bending_stiffness(middle)[0]) / (sections.mass * sections.length**3)
+    K, M1 = (csc_array(matrix[free][:, free]) for matrix in (nodal.K, nodal.M1))
+    start = np.ones(free.size)  # not at random: the same beam gives the same modes
+    squares, vectors = eigsh(K, count, M1, sigma=shift, which="LM", v0=start, tol=0.0)
+    return np.asarray(vectors[:, np.argsort(squares)])
 
 
 def project(nodal: NodalBeam, modes: Array | csr_array) -> BeamOperators:

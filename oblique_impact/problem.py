@@ -18,6 +18,7 @@ from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.state import Tolerances
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.contact.transitions import Baumgarte, ContactMachine
+from oblique_impact.errors import InputError
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array
@@ -43,7 +44,11 @@ def beam_of(scenario: Scenario) -> Beam | FullBeam:
     chosen = scenario.discretization
     if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
         return Beam(scenario, build_operators(scenario))
-    return FullBeam(scenario, discretization(chosen.method).build_nodal(scenario))
+    build_nodal = getattr(discretization(chosen.method), "build_nodal", None)
+    if build_nodal is None:
+        words = "should be at least 1; this discretization has no nodal model (build_nodal)"
+        raise InputError(f"discretization.modes = 0: {words}: {chosen.method}")
+    return FullBeam(scenario, build_nodal(scenario))
 
 
 def beam_problem(beam: Beam | FullBeam) -> Problem:

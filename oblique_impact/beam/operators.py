@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
+from scipy.sparse import issparse
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.scenario.user_defined import discretization
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
+#: a matrix of operators, (n, n) or (points, n): dense, or a `csr_array` of a nodal model
+Matrix = Any
 
 
 @dataclass(frozen=True)
@@ -25,8 +28,8 @@ class ShapeTable:
     order: int  # points per panel
     points: Array  # (nq,) m, ascending
     weights: Array  # (nq,) m
-    values: Array  # (nq, n) Phi
-    slopes: Array  # (nq, n) Phi' (1/m)
+    values: Matrix  # (nq, n) Phi
+    slopes: Matrix  # (nq, n) Phi' (1/m)
 
 
 @dataclass(frozen=True)
@@ -34,9 +37,9 @@ class StationTable:
     """Shape functions at the output stations; `cells[k]:cells[k+1]` are the quadrature points between two."""
 
     points: Array  # (ns,) m, from 0 to the length
-    values: Array  # (ns, n)
-    slopes: Array  # (ns, n) Phi' (1/m)
-    curvatures: Array  # (ns, n) Phi'' (1/m^2)
+    values: Matrix  # (ns, n)
+    slopes: Matrix  # (ns, n) Phi' (1/m)
+    curvatures: Matrix  # (ns, n) Phi'' (1/m^2)
     quadrature: ShapeTable
     cells: NDArray[np.int64]  # (ns,)
 
@@ -54,22 +57,21 @@ class BeamOperators:
         S  = int m (r + x) Phi      P = int m Phi
         J  = int m (r + x)^2        Sm = int m (r + x)
 
-    Matrices are dense for a reduced model; those of a nodal model are banded and live in
-    ``fem_beam`` until they are projected.
+    Matrices and tables are dense for a reduced model, sparse (``csr_array``) for a nodal one.
     """
 
     sections: Sections
-    M1: Array
-    K: Array
-    C: Array
-    D: Array
+    M1: Matrix
+    K: Matrix
+    C: Matrix
+    D: Matrix
     S: Array
     P: Array
     J: float
     Sm: float
     contact_point: float  # x_F
     contact_shape: Array  # (n,) Phi(x_F)
-    contact_shortening: Array  # (n, n) H(x_F)
+    contact_shortening: Matrix  # (n, n) H(x_F)
     root_slope: Array  # (n,) Phi'(0)
     stations: StationTable
     method: str = ""
@@ -96,7 +98,8 @@ class BeamOperators:
 
     def natural_frequencies(self) -> Array:
         """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending."""
-        return np.asarray(np.sqrt(np.maximum(eigh(self.K, self.M1, lower=False, eigvals_only=True), 0.0)))
+        K, M1 = (matrix.toarray() if issparse(matrix) else matrix for matrix in (self.K, self.M1))
+        return np.asarray(np.sqrt(np.maximum(eigh(K, M1, lower=False, eigvals_only=True), 0.0)))
 
 
 @dataclass(frozen=True)

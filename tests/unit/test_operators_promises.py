@@ -1,0 +1,66 @@
+"""What operators promise: dense or sparse, and a discretization without a nodal model says so."""
+
+import sys
+import types
+
+import numpy as np
+import pytest
+from scipy.sparse import issparse
+
+import modal
+from oblique_impact import InputError, Scenario, simulate
+from oblique_impact.problem import beam_of
+from oblique_impact.scenario.user_defined import register
+
+NODAL = {"method": "fem", "modes": 0, "frame": "mean-axis", "elements": 8}
+
+
+def test_the_operators_of_a_nodal_beam_are_sparse_and_have_its_frequencies():
+    """A hinged beam: omega_1 = b^2 sqrt(E I/m)/L^2 with tan b = tanh b, after the rigid rotation."""
+    scenario = Scenario.builtin("paper", [f"discretization.{key}={value}" for key, value in NODAL.items()])
+    operators = beam_of(scenario).operators.beam
+    assert all(issparse(matrix) for matrix in (operators.M1, operators.K, operators.C, operators.D))
+    found = operators.natural_frequencies()
+    assert found[0] < 1.0
+    beam = scenario.beam
+    wave = np.sqrt(beam.youngs_modulus * beam.second_moment / (beam.density * beam.area))
+    assert found[1] == pytest.approx(3.926602312047919**2 * wave, rel=1e-5)
+
+
+def test_the_operators_of_a_reduced_beam_are_dense():
+    operators = beam_of(Scenario.builtin("paper")).operators
+    assert all(isinstance(matrix, np.ndarray) for matrix in (operators.M1, operators.K, operators.C, operators.D))
+
+
+def test_a_discretization_without_a_nodal_model_says_so(monkeypatch):
+    plain = types.ModuleType("plain_modes")
+    plain.build_operators, plain.spectrum = modal.build_operators, modal.spectrum
+    monkeypatch.setitem(sys.modules, "plain_modes", plain)
+    register("discretizations", "plain-modes")(plain)
+    scenario = Scenario.builtin("paper", ["solver.scheme=generalized-alpha"]).replace(
+        discretization__method="plain-modes", discretization__modes=0, discretization__frame="mean-axis"
+    )
+    with pytest.raises(InputError, match=r"discretization\.modes = 0: should be at least 1"):
+        simulate(scenario)
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+def test_few_modes_of_a_large_mesh_are_those_of_the_whole_decomposition(frame, monkeypatch):
+    """Shift-invert Lanczos against the singular vectors: frequencies to 2e-10, shapes to the root of that."""
+    from fem_beam import reduction
+
+    scenario = Scenario.builtin("paper").replace(
+        discretization__method="fem",
+        discretization__frame=frame,
+        discretization__elements=128,
+        discretization__modes=16,
+    )
+    quick = reduction.build_operators(scenario)
+    monkeypatch.setattr(reduction, "_LARGE", 10**9)
+    whole = reduction.build_operators(scenario)
+    np.testing.assert_allclose(quick.natural_frequencies(), whole.natural_frequencies(), rtol=2e-10)
+    np.testing.assert_allclose(
+        quick.contact_shape, whole.contact_shape, atol=2e-8 * np.abs(whole.contact_shape).max()
+    )
+    again = reduction.build_operators(scenario.replace(end_time=0.5))
+    np.testing.assert_array_equal(again.K, whole.K)
