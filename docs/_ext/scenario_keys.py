@@ -26,6 +26,7 @@ from sphinx.util.docutils import SphinxDirective
 from oblique_impact.errors import InputError
 from oblique_impact.scenario import rules as rules_of_keys
 from oblique_impact.scenario import scenario
+from oblique_impact.scenario import sections as sections_of_keys
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.tables import Pairs, Table
@@ -74,7 +75,7 @@ def every_key() -> list[Key]:
 
 def read_comments(model: type[BaseModel]) -> dict[str, str]:
     """Return the meaning of each key from the comments in the source of a model."""
-    source = inspect.getsource(model)
+    source = inspect.getsource(sections_of_keys.ScenarioKeys if model is Scenario else model)
     behind, above = {}, {}
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
@@ -297,7 +298,7 @@ class ScenarioKeys(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the tables."""
-        for module in (scenario, rules_of_keys):
+        for module in (scenario, sections_of_keys, rules_of_keys):
             self.env.note_dependency(inspect.getsourcefile(module) or "")
         return self.parse_text_to_nodes(reference(), allow_section_headings=True)
 

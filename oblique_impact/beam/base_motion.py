@@ -17,7 +17,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.kernels.jit import Law, compiled_law
 
 if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import RootSection
+    from oblique_impact.scenario.sections import RootSection
 
 _WINDOWS, _WINDOW = 32, 1e-4  # how many short windows of the run are looked at, and their length in its duration
 _ACCURACY = 1e-6

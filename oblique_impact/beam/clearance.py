@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import Array
 from oblique_impact.contact.state import State
-from oblique_impact.scenario.scenario import Scenario, SlopeSection
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.sections import SlopeSection
 
 if TYPE_CHECKING:
     from oblique_impact.beam.reduced import Beam

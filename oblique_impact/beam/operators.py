@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,6 +137,33 @@ class SpinningBeam:
         elastic = np.sqrt(np.maximum(squares, 0.0))
         found = np.sort(np.append(elastic, rigid)) if self.hinged else elastic
         return np.asarray(found[:count])
+
+
+@cache
+def cumulative_weights(order: int) -> Array:
+    """Weights (order, order) of int_0^{x_l} over a unit panel.
+
+    Exact for the polynomial through the panel's Gauss points.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    basis = np.polynomial.legendre.legvander(nodes, order - 1)
+    # Legendre coefficients from values: a_m = (2 m + 1)/2 sum_k w_k P_m(x_k) f_k
+    to_coefficients = (basis * weights[:, None]).T * (np.arange(order)[:, None] + 0.5)
+    columns = (np.polynomial.legendre.legint(c, lbnd=-1.0) for c in to_coefficients.T)
+    return np.asarray(0.5 * np.stack([np.polynomial.legendre.legval(nodes, c) for c in columns], axis=1))
+
+
+def cumulative(table: ShapeTable, integrand: Array) -> Array:
+    """Integral from the root to each quadrature point; `integrand` (nq, ...) -> (nq, ...)."""
+    panels = table.points.size // table.order
+    rest = integrand.shape[1:]
+    values = integrand.reshape(panels, table.order, -1)
+    weights = table.weights.reshape(panels, table.order)
+    totals = (weights[:, None, :] @ values)[:, 0]
+    start = np.concatenate([np.zeros_like(totals[:1]), np.cumsum(totals, axis=0)[:-1]])
+    inside = cumulative_weights(table.order) @ values
+    inside *= weights.sum(axis=1)[:, None, None]
+    return np.asarray((inside + start[:, None, :]).reshape(table.points.size, *rest))
 
 
 def station_points(length: float, contact_point: float) -> Array:

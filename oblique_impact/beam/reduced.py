@@ -25,8 +25,7 @@ from oblique_impact.beam.floating_frame import (
     STIFFNESS,
     BeamModel,
 )
-from oblique_impact.beam.operators import Array, BeamOperators
-from oblique_impact.beam.section_forces import Fields, Motion, cumulative, fields_along
+from oblique_impact.beam.operators import Array, BeamOperators, cumulative
 from oblique_impact.scenario.scenario import Scenario
 
 _ROOTS = {"pin": PIN, "hub": HUB, "driven": DRIVEN}
@@ -200,10 +199,6 @@ class Beam:
         transverse = uy_rate + spin * (m.quad_points[0] + ux)
         hub = m.hub_inertia * (qd[:, 0] + qd[:, 1:] @ m.vectors[ROOT_SLOPE]) ** 2
         return np.asarray(0.5 * (axial**2 + transverse**2) @ m.quad_points[1] + 0.5 * hub)
-
-    def fields(self, motion: Motion) -> Fields:
-        """Displacements, section forces and stress at the stations for each sample (see `fields_along`)."""
-        return fields_along(self, motion)
 
     @property
     def foreshortening(self) -> float:

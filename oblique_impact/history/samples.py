@@ -9,7 +9,7 @@ import numpy as np
 
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
 from oblique_impact.beam.reduced import Beam, Energies
-from oblique_impact.beam.section_forces import Motion
+from oblique_impact.beam.section_forces import Motion, fields_along
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
@@ -98,7 +98,7 @@ def gather(
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     """Return all variables of a beam's history."""
-    fields = beam.fields(samples.motion())
+    fields = fields_along(beam, samples.motion())
     found = {**samples.variables(), **_at_the_contact(beam, samples), **fields._asdict()}
     if beam.scenario.contact.enabled:
         found["clearance"], found["clearance_at"] = beam_clearance(beam, samples.q, fields.ux, fields.uy)

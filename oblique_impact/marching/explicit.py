@@ -34,7 +34,7 @@ from oblique_impact.marching.scheme import (
 )
 
 if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import SolverSection
+    from oblique_impact.scenario.sections import SolverSection
 
 Rates = Callable[[float, Array], Array]
 

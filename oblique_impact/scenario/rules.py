@@ -6,15 +6,12 @@ Each check refuses one key in one line; the reference of the documentation is ma
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import short
+from oblique_impact.scenario.sections import MAX_MODES, PARTS, ScenarioKeys
 
-if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import Scenario
-
-MAX_MODES = 100
 MAX_SAMPLES = 5_000_000
 MAX_STEPS = 1_000_000_000
 MAX_VALUES = 500_000_000
@@ -22,19 +19,17 @@ MAX_VALUES = 500_000_000
 #: a start this close to the slope (relative to the beam's length) touches it
 TOUCHING = 1e-12
 
-#: keys that may name a user-defined part, each with its section; `parameters` calls the numbers by the key
-PARTS = {"friction": "contact", "normal": "contact", "impact": "contact", "profile": "root", "scheme": "solver"}
 
 #: keys that follow others as long as they are not given; a resolved file lists their values in this table too
 TABLE = "derived"
-DERIVED: dict[str, Callable[[Scenario], Any]] = {
+DERIVED: dict[str, Callable[[ScenarioKeys], Any]] = {
     "contact.point": lambda s: s.beam.length,
     "discretization.frame": lambda s: "mean-axis" if s.is_nodal else "tangent",
     "solver.scheme": lambda s: "generalized-alpha" if s.is_nodal else "event",
 }
 
 
-def derive(scenario: Scenario) -> None:
+def derive(scenario: ScenarioKeys) -> None:
     """Fill in the keys that were not given and follow others; they go on counting as not given."""
     for section, key in _not_given(scenario):
         old = getattr(scenario, section)
@@ -43,7 +38,7 @@ def derive(scenario: Scenario) -> None:
         object.__setattr__(scenario, section, new)
 
 
-def derived_values(scenario: Scenario) -> dict[str, Any]:
+def derived_values(scenario: ScenarioKeys) -> dict[str, Any]:
     """Return the values, by "section.key", that were not given and follow other keys."""
     return {f"{section}.{key}": getattr(getattr(scenario, section), key) for section, key in _not_given(scenario)}
 
@@ -63,18 +58,18 @@ def drop_derived_values(data: dict[str, Any]) -> None:
             del inner[key]
 
 
-def _not_given(scenario: Scenario) -> list[tuple[str, str]]:
+def _not_given(scenario: ScenarioKeys) -> list[tuple[str, str]]:
     pairs = [(section, key) for section, _, key in (name.partition(".") for name in DERIVED)]
     return [(section, key) for section, key in pairs if key not in getattr(scenario, section).model_fields_set]
 
 
-def _refuse(s: Scenario, name: str, allowed: str) -> NoReturn:
+def _refuse(s: ScenarioKeys, name: str, allowed: str) -> NoReturn:
     """Raise the error of the key `name`, "section.key"."""
     section, _, key = name.partition(".")
     raise ValueError(f"{name} = {short(getattr(getattr(s, section), key))}: {allowed}")
 
 
-def _check_root(s: Scenario) -> None:
+def _check_root(s: ScenarioKeys) -> None:
     root, kind = s.root, s.root.kind
     only = {"inertia": "hub", "torque": "hub", "spin_rate": "driven", "spin_up_time": "driven"}
     for key, needed in only.items():
@@ -95,7 +90,7 @@ def _check_root(s: Scenario) -> None:
         _refuse(s, "initial.angular_velocity", "a driven root prescribes its own speed; leave it 0")
 
 
-def _check_beam(s: Scenario) -> None:
+def _check_beam(s: ScenarioKeys) -> None:
     beam, modal = s.beam, s.discretization.method == "modal"
     uniform = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
     for key in ("area", "second_moment"):
@@ -121,7 +116,7 @@ def _check_beam(s: Scenario) -> None:
         )
 
 
-def _check_contact(s: Scenario) -> None:
+def _check_contact(s: ScenarioKeys) -> None:
     contact, length = s.contact, s.beam.length
     if contact.normal != "rigid" and contact.restitution > 0.0:
         _refuse(s, "contact.restitution", "only with a rigid stop; a spring has contact.damping")
@@ -144,13 +139,13 @@ def _check_contact(s: Scenario) -> None:
         )
 
 
-def _check_slope(s: Scenario) -> None:
+def _check_slope(s: ScenarioKeys) -> None:
     extent = s.slope.extent
     if extent and not (len(extent) == 2 and extent[0] < extent[1]):
         _refuse(s, "slope.extent", "should be [first, last] in m with first less than last, or [] without ends")
 
 
-def _check_discretization(s: Scenario) -> None:
+def _check_discretization(s: ScenarioKeys) -> None:
     d, root = s.discretization, s.root
     if d.frame == "mean-axis" and (root.kind == "driven" or root.hub_radius > 0.0):
         _refuse(
@@ -167,7 +162,7 @@ def _check_discretization(s: Scenario) -> None:
             _refuse(s, "discretization.modes", f"should be at most the {2 * d.elements} modes of the mesh")
 
 
-def _check_nodal(s: Scenario) -> None:
+def _check_nodal(s: ScenarioKeys) -> None:
     """Refuse what the full nodal model, which generalized-alpha marches in the mean-axis frame, does not take."""
     if not s.is_nodal:
         return
@@ -197,7 +192,7 @@ def _check_nodal(s: Scenario) -> None:
         )
 
 
-def _check_solver(s: Scenario) -> None:
+def _check_solver(s: ScenarioKeys) -> None:
     v = s.solver
     if s.end_time / v.output_interval > MAX_SAMPLES:
         _refuse(s, "solver.output_interval", f"gives more than {MAX_SAMPLES} samples")
@@ -214,14 +209,14 @@ def _check_solver(s: Scenario) -> None:
                 _refuse(s, f"solver.{key}", f"gives more than {MAX_STEPS} steps")
 
 
-def _values_per_sample(s: Scenario) -> int:
+def _values_per_sample(s: ScenarioKeys) -> int:
     """Count the numbers of one sample in memory: states and accelerations, results at 33 stations, scalars."""
     d = s.discretization
     shapes = d.modes or 2 * d.elements
     return 3 * (shapes + 1) + 8 * 33 + 60
 
 
-def _build_parts(s: Scenario) -> None:
+def _build_parts(s: ScenarioKeys) -> None:
     """Build the user-defined parts: what they do not take is refused before anything runs."""
     for key, section in PARTS.items():
         name, numbers = getattr(getattr(s, section), key), dict(getattr(s.parameters, key))
@@ -236,7 +231,7 @@ def _build_parts(s: Scenario) -> None:
             raise ValueError(f"parameters.{key} = {short(numbers)}: {words}")
 
 
-RULES: tuple[Callable[[Scenario], None], ...] = (
+RULES: tuple[Callable[[ScenarioKeys], None], ...] = (
     _build_parts,
     _check_root,
     _check_beam,

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.beam.section_forces import Fields, Motion, curvature_moment
+from oblique_impact.beam.section_forces import Fields, Motion, curvature_moment, fields_along
 from tests.reference.test_falling_beam import ANGLE, BENDING, CHIMNEY, GRAVITY, MASS, falling, third
 from validation.reference_values import VALUES
 
@@ -41,7 +41,7 @@ def at_rest(beam: Beam, angle: float) -> tuple[np.ndarray, Fields]:
     B = np.linalg.solve(o.K - GRAVITY * np.sin(angle) * o.D, -GRAVITY * np.cos(angle) * o.P)
     q = np.append(angle, B)[None]
     rest, zero = np.zeros_like(q), np.zeros(1)
-    return q, beam.fields(Motion(zero, q, rest, rest, zero, zero))
+    return q, fields_along(beam, Motion(zero, q, rest, rest, zero, zero))
 
 
 @pytest.mark.parametrize("shapes", SOURCES, ids=["modal", "fem"])
@@ -135,7 +135,7 @@ def test_equilibrium_gives_the_chimneys_moment_with_two_modes(frame, shapes):
     B = np.linalg.solve(o.K, -GRAVITY * np.cos(ANGLE) * o.P - o.S * rigid)
     q, zero = np.append(ANGLE, B)[None], np.zeros(1)
     qdd = np.append(rigid, np.zeros_like(B))[None]
-    fields = beam.fields(Motion(zero, q, np.zeros_like(q), qdd, zero, zero))
+    fields = fields_along(beam, Motion(zero, q, np.zeros_like(q), qdd, zero, zero))
     at = third(o.stations.points)
     assert fields.moment[0, at] == pytest.approx(CHIMNEY["Mmax"], abs=5e-9)  # the last digit of the table
     assert abs(curvature_moment(beam, q)[0, at] / CHIMNEY["Mmax"] - 1.0) > 1e-2

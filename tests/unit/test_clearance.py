@@ -13,7 +13,7 @@ from modal.eigenfunctions import Eigenfunctions
 from oblique_impact import History, InputError, Scenario, concatenate, simulate
 from oblique_impact.beam.clearance import Axis, nearest, two_digits
 from oblique_impact.command_line.application import main
-from oblique_impact.scenario.scenario import SlopeSection
+from oblique_impact.scenario.sections import SlopeSection
 
 UNBOUNDED = "slope.extent=[]"
 #: a tapered beam of 2 m: its first bending mode sags below the slope while the tip strikes it

@@ -13,9 +13,9 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from modal import Eigenfunctions
-from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.operators import build_operators, cumulative
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.beam.section_forces import Motion, cumulative, curvature_moment, fields_along
+from oblique_impact.beam.section_forces import Motion, curvature_moment, fields_along
 from tests.unit.test_discretizations import EI, LENGTH, POINT, RADIUS, scenario_of
 
 
@@ -46,7 +46,7 @@ def field(beam, B, derivative):
 def test_fields_along_the_beam(method):
     beam = beam_of(method)
     motion = motion_of(4)
-    fields, x = beam.fields(motion), beam.operators.stations.points
+    fields, x = fields_along(beam, motion), beam.operators.stations.points
     bending = curvature_moment(beam, motion.q)
     assert (x[0], x[-1]) == (0.0, LENGTH)
     assert np.count_nonzero(np.abs(x - POINT) < 1e-12) == 1
@@ -124,7 +124,7 @@ def test_section_forces_are_the_reaction_of_the_accelerated_outer_part(source, k
     method, changes = ("modal", {}) if source == "modal" else ("fem", VARIED if source == "varied" else {})
     beam = beam_of(method, radius=radius, discretization__kinetics=kinetics, **changes)
     motion, x = motion_of(4), beam.operators.stations.points
-    fields, part = beam.fields(motion), OuterPart(beam, [0.4, 0.9] if source == "varied" else [])
+    fields, part = fields_along(beam, motion), OuterPart(beam, [0.4, 0.9] if source == "varied" else [])
     kept = 0.0 if kinetics == "zeroth-order" else 1.0
     at_contact = int(np.argmin(np.abs(x - POINT)))
     for sample in range(2):
@@ -166,7 +166,7 @@ def inner_integral(f, s, w, i, panels):
 def test_shear_is_the_slope_of_the_moment():
     """With stations next to each other: the contact point close to an output station."""
     beam = beam_of("modal", point=0.5 * LENGTH + 1e-5 * LENGTH, radius=RADIUS)
-    fields, x = beam.fields(motion_of(4)), beam.operators.stations.points
+    fields, x = fields_along(beam, motion_of(4)), beam.operators.stations.points
     k = int(np.flatnonzero(np.diff(x) < 1e-4)[0])
     rise = (fields.moment[:, k + 1] - fields.moment[:, k]) / (x[k + 1] - x[k])
     assert_allclose(rise, 0.5 * (fields.shear[:, k + 1] + fields.shear[:, k]), rtol=1e-6)
@@ -199,8 +199,8 @@ def test_fields_do_not_depend_on_the_block_and_take_sparse_tables():
 @pytest.mark.parametrize("method", ["modal", "fem"])
 def test_rates_of_the_displacements_are_their_derivatives(method):
     beam, motion, h = beam_of(method), motion_of(4), 1e-6
-    rates = beam.fields(motion)
-    ahead, behind = (beam.fields(motion._replace(q=motion.q + s * h * motion.qd)) for s in (1.0, -1.0))
+    rates = fields_along(beam, motion)
+    ahead, behind = (fields_along(beam, motion._replace(q=motion.q + s * h * motion.qd)) for s in (1.0, -1.0))
     for name in ("ux", "uy"):
         slope = (getattr(ahead, name) - getattr(behind, name)) / (2.0 * h)
         rate = getattr(rates, f"{name}_dot")

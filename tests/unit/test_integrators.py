@@ -23,7 +23,7 @@ from oblique_impact.marching import (
 )
 from oblique_impact.marching.equations import QUADRATURES, derivative
 from oblique_impact.marching.scheme import new_scratch
-from oblique_impact.scenario.scenario import SolverSection
+from oblique_impact.scenario.sections import SolverSection
 from tests.unit.systems import Block, Oscillator, Prescribed, RungeKutta, incline
 
 OSCILLATOR = Oscillator()

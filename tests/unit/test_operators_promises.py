@@ -12,7 +12,7 @@ from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.problem import beam_of
 from oblique_impact.scenario.user_defined import register
 
-NODAL = {"method": "fem", "modes": 0, "frame": "mean-axis", "elements": 8}
+NODAL = {"method": "fem", "modes": 0, "frame": "mean-axis", "elements": 32}
 
 
 def test_the_operators_of_a_nodal_beam_are_sparse_and_have_its_frequencies():

@@ -190,7 +190,7 @@ def test_an_integrator_of_ones_own_has_its_order():
 
 def test_an_integrator_of_ones_own_sees_a_gap_that_closes_and_opens_within_a_step():
     """A mass thrown over a plane just touches it between two steps: 1 um deep, for 1/40 of a step."""
-    from oblique_impact.scenario.scenario import SolverSection
+    from oblique_impact.scenario.sections import SolverSection
 
     depth, gravity = 1e-6, -9.8  # the mass is pulled away from the plane
     speed = math.sqrt(2.0 * 9.8 * (0.1 + depth))

@@ -7,7 +7,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.scenario.scenario import MAX_ELEMENTS, MAX_MODES, builtin_names
+from oblique_impact.scenario.scenario import builtin_names
+from oblique_impact.scenario.sections import MAX_ELEMENTS, MAX_MODES
 
 # docs: the design page's scenario file; the paper's data, its Sec. 7
 PAPER = {

@@ -9,8 +9,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import InputError, Scenario
-from oblique_impact.scenario.scenario import ParametersSection
 from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.sections import ParametersSection
 from oblique_impact.scenario.units import Unit, unit_of
 
 # SI brochure, 9th edition: prefixes and derived units; a degree is pi/180 rad

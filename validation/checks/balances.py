@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from oblique_impact.beam.operators import BeamOperators, build_operators
-from oblique_impact.beam.section_forces import BLOCK, cumulative
+from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative
+from oblique_impact.beam.section_forces import BLOCK
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.nodal import FullBeam
-from oblique_impact.beam.operators import BeamOperators, build_operators
+from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.beam.section_forces import cumulative
 from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization

@@ -8,7 +8,7 @@ import numpy as np
 
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.beam.section_forces import Fields, Motion
+from oblique_impact.beam.section_forces import Fields, Motion, fields_along
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from validation.checks.registry import Measurement, checks_of, within
@@ -48,7 +48,7 @@ def _at_rest(scenario: Scenario) -> tuple[float, Fields]:
     B = np.linalg.solve(o.K - GRAVITY * np.sin(angle) * o.D, -GRAVITY * np.cos(angle) * o.P)
     q, zero = np.append(angle, B)[None], np.zeros(1)
     rest = np.zeros_like(q)
-    return float(o.stations.values[-1] @ B), beam.fields(Motion(zero, q, rest, rest, zero, zero))
+    return float(o.stations.values[-1] @ B), fields_along(beam, Motion(zero, q, rest, rest, zero, zero))
 
 
 @check("A horizontal cantilever bends under its own weight.", seconds=0.2)
@@ -156,7 +156,7 @@ def falling_chimney() -> list[Measurement]:
         tip = float(o.stations.values[-1] @ B - o.root_slope @ B)
         stiff = np.append(angle, 1e-6 * B)[None]  # the moment of the undeformed shape
         zero, qdd = np.zeros(1), np.append(rigid, np.zeros_like(B))[None]
-        fields = beam.fields(Motion(zero, stiff, np.zeros_like(stiff), qdd, zero, zero))
+        fields = fields_along(beam, Motion(zero, stiff, np.zeros_like(stiff), qdd, zero, zero))
         third = int(np.argmin(np.abs(o.stations.points - 1.0 / 3.0)))
         found += [
             Measurement(

@@ -11,8 +11,9 @@ from pydantic.fields import FieldInfo
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.scenario import ParametersSection, Scenario
+from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.sections import ParametersSection
 from oblique_impact.scenario.units import unit_of
 
 _WITHOUT_SECTION = ""
