@@ -52,9 +52,13 @@ def case_key(group: str, scheme: str, model: str) -> str:
 
 
 def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, **changes: Any) -> Scenario:
-    """Return the paper's case with one of its two schemes and one of its three models."""
+    """Return the paper's case with one of its two schemes and one of its three models.
+
+    Fixed steps judge stick as it is printed (Sec. 5.3), by the force alone.
+    """
     return Scenario.builtin("paper").replace(
         **{
+            "solver__stick": "force",
             "contact__friction": model,
             "solver__scheme": scheme,
             "solver__output_interval": output_interval,
@@ -85,7 +89,7 @@ def sticking_cases() -> list[Case]:
     cases = [
         Case(
             case_key(group, scheme, model),
-            scenario.replace(contact__friction=model, solver__scheme=scheme),
+            scenario.replace(contact__friction=model, solver__scheme=scheme, solver__stick="force"),
             sticking=model == "hybrid",
         )
         for group, scenario in groups.items()
@@ -118,11 +122,15 @@ def variants() -> list[Variant]:
         Variant("Baumgarte's form", "Z'' + 2χZ' + β²Z = 0", {}, True),
         Variant("Baumgarte's form", "Z'' + χZ' + βZ = 0", {"solver__baumgarte_form": "plain"}),
     ]
+    judgement = [
+        Variant("judgement of stick", "by the force that would hold the contact (Sec. 5.3)", {}, True),
+        Variant("judgement of stick", "and by the slip, which must end within the step", {"solver__stick": "arrest"}),
+    ]
     shortening = [
         Variant("foreshortening of the contact point", "in gap and slip", {}, True),
         Variant("foreshortening of the contact point", "left out of both", {"contact__shortening": False}),
     ]
-    return [*clamped, *kinds, *points, *gravity, *forms, *_velocities(), *shortening]
+    return [*clamped, *kinds, *points, *gravity, *forms, *_velocities(), *judgement, *shortening]
 
 
 def _velocities() -> list[Variant]:
