@@ -20,7 +20,7 @@ FLOORS = (
     {"contact"},
     {"beam"},
     {"marching"},
-    {"history"},
+    {"history", "problem"},
     {"simulation"},
     {"command_line"},
 )
