@@ -31,7 +31,7 @@ T = TypeVar("T")
 KINDS = {
     "friction_laws": "oblique_impact.contact.friction:FrictionLaw",
     "contact_laws": "oblique_impact.contact.stops:ContactLaw",
-    "impact_laws": "oblique_impact.contact.transitions:ImpactLaw",
+    "impact_laws": "oblique_impact.contact.impacts:ImpactLaw",
     "base_motions": "oblique_impact.beam.base_motion:BaseMotion",
     "integrators": "oblique_impact.marching.scheme:Scheme",
     "discretizations": "",
