@@ -152,7 +152,7 @@ def test_no_scheme_escapes_the_test_of_orders():
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
 def test_event_scheme_keeps_its_tolerance(tolerance):
-    # absolute tolerances are those of sizes that follow from the gap: a stop 1000 m away would be no scale of the motion
+    # sizes for absolute tolerances follow from the gap: that to a stop 1000 m away is none of the motion
     near = Oscillator(stop=1.0)
     history = simulate_system(near, Q0, QD0, 3.0, scheme=EventScheme(tolerance), output_interval=0.05)
     found = np.concatenate([history["q"], history["qd"]], axis=1)
