@@ -148,7 +148,8 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     """Return what counts as zero for a system, and the sizes (2 d,) of q and q', from how it starts.
 
     Gap g, velocity v and acceleration a of the contact give the length max(g, v^2/a) and the velocity
-    max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time` (s).
+    max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time` (s).  Coordinates
+    have sizes of their own in the same way.
     """
     work = system.new_workspace()
     defined, _, c = contact_problem(system, 0.0, q0, qd0, work)
@@ -160,7 +161,11 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     time = length / speed
     effective_mass = 1.0 / c.a_nn if c.a_nn > 0.0 else 1.0
     tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
-    rates = work.vectors[row.FREE_ACCELERATION] if defined else np.zeros_like(q0)
-    size = np.maximum(np.maximum(np.abs(q0), np.abs(qd0) * time), np.abs(rates) * time**2)
+    pull = np.abs(work.vectors[row.FREE_ACCELERATION]) if defined else np.zeros_like(q0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        way = np.where(pull > 0.0, qd0**2 / pull, np.abs(qd0) * end_time)
+    size = np.maximum(np.abs(q0), way)
+    size = np.where(size > 0.0, size, pull * time**2)
     size = np.where(size > 0.0, size, np.max(size) or length)
-    return tolerances, np.concatenate([size, size / time])
+    rate = np.maximum(np.abs(qd0), np.sqrt(pull * size))
+    return tolerances, np.concatenate([size, np.where(rate > 0.0, rate, size / time)])

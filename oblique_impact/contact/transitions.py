@@ -11,7 +11,7 @@ from enum import Enum
 from math import inf
 from typing import NamedTuple, Protocol
 
-from oblique_impact.contact.forces import OK, can_stick, holding_force, sliding_force
+from oblique_impact.contact.forces import OK, holding_force, sliding_force
 from oblique_impact.contact.friction import FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, Impulse, impulse_of
 from oblique_impact.contact.state import (
@@ -205,10 +205,9 @@ class ContactMachine:
             return self._slide_or_free(instant, _direction(rate))
         if abs(rate) > self.tolerances.velocity:
             # slip that a step can stop is found at its end, unless the paper's judgement asks for the force alone
-            literal = self._judgement is not None and not self._judgement.arrests
-            if literal and can_stick(self._closed, instant, inf):
-                return self._stick(instant)
-            return self._slide_or_free(instant, _direction(rate))
+            if self._judgement is None or self._judgement.arrests or not self._holds(instant, static):
+                return self._slide_or_free(instant, _direction(rate))
+            return self._stick(instant)
         resting = instant._replace(slip_rate=0.0)
         force = holding_force(self._closed, self._unstabilized(resting), 0.0)
         if force.status != OK:
@@ -216,6 +215,11 @@ class ContactMachine:
         if abs(force.tangential) <= static * force.normal:
             return self._stick(instant)
         return self._slide_or_free(resting, -1 if force.tangential > 0.0 else 1)
+
+    def _holds(self, instant: Instant, static: float) -> bool:
+        """Whether the force that keeps a contact sticking, whatever its slip velocity, lies in the cone."""
+        force = holding_force(self._closed, self._unstabilized(instant), 0.0)
+        return force.status == OK and force.normal > 0.0 and abs(force.tangential) <= static * force.normal
 
     def _unstabilized(self, instant: Instant) -> Instant:
         """Return an instant at which Baumgarte's stabilization of the normal constraint does nothing."""

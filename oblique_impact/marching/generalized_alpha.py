@@ -22,6 +22,7 @@ from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.alpha_step import (
     FAR,
     LAG,
+    MEAN_RATES,
     NEAR,
     ODD,
     Coefficients,
@@ -57,6 +58,7 @@ _LANDED = 0.01  # thresholds: how far below zero a guard may be found
 #: digits: counted, not timed, or two runs would differ
 _STEPS_PER_LEG, _WORK_PER_LEG = 2_000, 500_000  # the latter in steps times degrees of freedom
 _START, _END = 0, 1
+_SMOOTH = 0.5  # part by which rates of a force that is carried on may differ
 _GENTLE_STEPS = 1
 
 
@@ -98,6 +100,19 @@ def _measure(phase: Phase, c: Instant, s: Scratch, row: int) -> None:
 
 
 @jitable
+def _carried(mean: float, last: float, span: float, lag: float, before: Array, after: Array, which: int) -> float:
+    """Carry a mean force on to the end of the step, if it has changed as fast in the step before.
+
+    Where a rigid contact begins the force is singular, and what it does next cannot be told from what it did.
+    The time between the two means is `span` (s), the lag of the new one `lag` (s).
+    """
+    rate, known = (mean - last) / span, before[MEAN_RATES + which]
+    after[MEAN_RATES + which] = rate
+    smooth = abs(rate - known) <= _SMOOTH * max(abs(rate), abs(known))
+    return mean + lag * rate if smooth else mean
+
+
+@jitable
 def _report(phase: Phase, c: Coefficients, y: Array, h: float, step: Step, s: Scratch) -> Step:
     """Keep the forces at the end of a step in s.y_new, measure the guards, return the forces to report."""
     d, end = s.work.vectors.shape[1], step.end
@@ -109,9 +124,9 @@ def _report(phase: Phase, c: Coefficients, y: Array, h: float, step: Step, s: Sc
     mean_n = end.normal_force + c.alpha_f * (before.forces[0] - end.normal_force)
     mean_t = end.tangential_force + c.alpha_f * (before.forces[1] - end.tangential_force)
     lag = c.alpha_f * h
-    forward = lag / (h - lag + before.memory[LAG])
-    normal = mean_n + forward * (mean_n - before.reported[d])
-    tangential = mean_t + forward * (mean_t - before.reported[d + 1])
+    span = h - lag + before.memory[LAG]
+    normal = _carried(mean_n, float(before.reported[d]), span, lag, before.memory, after.memory, 0)
+    tangential = _carried(mean_t, float(before.reported[d + 1]), span, lag, before.memory, after.memory, 1)
     if phase.gives_way:
         mean_n = normal = stop_force(phase, end.gap, end.gap_rate)  # its law to the last digit
     if phase.state != STICKING:

@@ -36,7 +36,7 @@ from oblique_impact.marching.sampling import Observation, contact_problem, obser
 from oblique_impact.marching.scheme import Front, Leg, Scheme, arm, new_scratch
 
 MAX_EVENTS = 100_000
-_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so many time scales are chattering
+_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the run are chattering
 _NEARLY_SINGULAR = 0.05
 
 _FAILURES = {
@@ -389,7 +389,7 @@ class Run:
 
     def _watch_for_chattering(self) -> None:
         t = self._front.t
-        cluster = _CLUSTER_TIME * self.problem.machine.tolerances.time
+        cluster = _CLUSTER_TIME * self.problem.end_time
         if len(self._recent) == _CLUSTER and t - self._recent[0] < cluster:
             raise PhysicsStop(Outcome.CHATTERING)
         self._recent.append(t)

@@ -11,9 +11,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from oblique_impact import History, Outcome, simulate_system
 from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import State
-from oblique_impact.contact.transitions import EventKind, NewtonImpact
-from oblique_impact.marching.scheme import Tolerances
+from oblique_impact.contact.transitions import EventKind
 from validation.reference_values import VALUES
 from validation.small_systems import Particle, events_of, samples_at
 
@@ -96,9 +96,7 @@ def test_a_bouncing_ball_comes_to_rest(restitution, key, gap):
     """Item 6e: infinitely many bounces in finite time."""
     ball, height = Particle(above=-GRAVITY), np.array([0.0, 1.0])
     end = 5.0
-    history = simulate_system(
-        ball, height, REST, end, impact=NewtonImpact(restitution), tolerances=Tolerances(gap=gap)
-    )
+    history = simulate_system(ball, height, REST, end, impact=NewtonImpact(restitution), gap_tolerance=gap)
     assert history.outcome is Outcome.COMPLETED
     bounces, last = history.events[:-1], history.events[-1]
     assert {event.kind for event in bounces} == {EventKind.REBOUND}

@@ -11,10 +11,9 @@ from scipy.linalg import eigh
 from fem_beam import NodalBeam
 from modal import Eigenfunctions
 from modal.assembly import gauss_rule
-from oblique_impact.beam.floating_frame import evaluate_beam
 from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.kernels.system import FORCES, MASS, new_work
+from oblique_impact.kernels import rows as row
 from validation.beams import EPS, unit_beam
 from validation.reference_values import VALUES
 
@@ -159,17 +158,17 @@ def test_the_equations_of_motion_linearize_to_the_hinged_frequencies(frame, kine
     scenario = unit_beam(method="modal", frame=frame, kinetics=kinetics, modes=8).replace(gravity=0.0)
     model = Beam(scenario, build_operators(scenario)).model
     eta, size, step = 5.0, 9, 1e-4
-    qd, work = np.zeros(size), new_work(size)
+    qd, work = np.zeros(size), model.new_workspace()
     qd[0] = eta
     slopes = np.zeros((size, size))
     for k in range(size):
         for sign in (1.0, -1.0):
             q = np.zeros(size)
             q[k] = sign * step
-            evaluate_beam(model, 0.0, q, qd, work)
-            slopes[:, k] += sign * work.vectors[FORCES] / (2.0 * step)
-    evaluate_beam(model, 0.0, np.zeros(size), qd, work)
-    squares = free_frequencies_squared(-0.5 * (slopes + slopes.T), work.matrices[MASS])
+            model.evaluate(0.0, q, qd, work)
+            slopes[:, k] += sign * work.vectors[row.FORCES] / (2.0 * step)
+    model.evaluate(0.0, np.zeros(size), qd, work)
+    squares = free_frequencies_squared(-0.5 * (slopes + slopes.T), work.mass)
     assert abs(squares[0]) < EPS / step * squares[-1]
     np.testing.assert_allclose(np.sqrt(squares[1:4]), VALUES["2-h-d0-eta5"]["chord"][1:], rtol=3e-5)
 

@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+from typing import NamedTuple
 
 import pytest
 from rich.console import Console
@@ -147,8 +148,14 @@ def test_the_longest_bars_fit_into_any_width(width):
     assert [str(total) in line for (_, total), line in zip(bars, lines, strict=True)] == [False, True, True], lines
 
 
-def cube(x):
-    return x * x * x
+class Packed(NamedTuple):
+    """A system as kernels compile it; its type is that of its number."""
+
+    number: float
+
+
+def cube(system):
+    return system.number**3
 
 
 def test_a_kernel_is_told_once_for_each_kind_of_arguments(tmp_path, monkeypatch):
@@ -156,15 +163,15 @@ def test_a_kernel_is_told_once_for_each_kind_of_arguments(tmp_path, monkeypatch)
     monkeypatch.setattr("oblique_impact.kernels.jit.cache_folder", lambda: tmp_path)
     told = []
     with compilations(told.append):
-        compiled = kernel(cube, "the cube")
+        compiled = kernel("the cube")(cube)
         assert told == []
         for argument, count in ((2, 1), (3, 1), (2.0, 2), (3.0, 2)):
-            assert compiled(argument) == argument**3
+            assert compiled(Packed(argument)) == argument**3
             assert told == ["the cube"] * count
-        again = kernel(cube, "the cube")  # from the cache
-        assert again(2) == 8
+        again = kernel("the cube")(cube)  # from the cache
+        assert again(Packed(2)) == 8
         assert told == ["the cube"] * 2
-    kernel(cube, "another")(1j)
+    kernel("another")(cube)(Packed(1j))
     assert len(told) == 2
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from oblique_impact import MechanicalSystem
 from oblique_impact.kernels.system import ContactRows
-from oblique_impact.marching import ExplicitScheme
+from oblique_impact.marching.explicit import ExplicitScheme
 
 
 class Block(MechanicalSystem):
@@ -98,7 +98,7 @@ class Oscillator(MechanicalSystem):
 
 
 class RungeKutta(ExplicitScheme):
-    """The classical rule as an integrator of a user's own."""
+    """The classical rule as a user-defined integrator."""
 
     name, order = "test-rk4", 4
 

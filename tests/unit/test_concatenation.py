@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from oblique_impact import History, InputError, Outcome, Scenario, concatenate, simulate, simulate_system
-from oblique_impact.contact.transitions import NewtonImpact
+from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.history.summary import macro_collisions
 from renders import export, render

@@ -9,30 +9,23 @@ from oblique_impact.contact.forces import (
     NO_SLIDING_SOLUTION,
     NO_STICKING_SOLUTION,
     OK,
-    Instant,
-    Phase,
-    State,
     accelerate,
-    condense,
-    instant_of,
-    measure_guards,
-    newton_impulse,
-    routh_impulse,
+    guards_of,
+    holding_force,
+    sliding_force,
 )
-from oblique_impact.kernels.system import (
-    A_NN,
-    A_NT,
-    ACCELERATION,
-    FIRST_GUARD,
-    GAP,
-    GUARDS,
-    LAMBDA_N,
-    LAMBDA_T,
-    SLIP_RATE,
-    ContactRows,
-    MechanicalSystem,
-    new_work,
-)
+from oblique_impact.contact.impacts import newton_impulse, routh_impulse
+from oblique_impact.contact.state import Instant, State, rigid_phase
+from oblique_impact.kernels import rows as row
+from oblique_impact.kernels.system import ContactRows, MechanicalSystem
+from oblique_impact.marching.sampling import contact_problem
+
+OPEN = rigid_phase()
+
+
+def phase_of(state, **numbers):
+    """A contact state of a rigid stop."""
+    return OPEN._replace(state=int(state), **numbers)
 
 
 class Random(MechanicalSystem):
@@ -62,9 +55,14 @@ class Random(MechanicalSystem):
 
 
 def solve(system, phase):
-    work = new_work(system.size)
-    zero = np.zeros(system.size)
-    return accelerate(system, phase, 0.0, zero, zero, work), work
+    """Status, contact with its forces and acceleration."""
+    work, zero = system.new_workspace(), np.zeros(system.size)
+    status, instant = accelerate(system, phase, 0.0, zero, zero, work)
+    return status, instant, work.vectors[row.ACCELERATION]
+
+
+def forces(instant):
+    return [instant.normal_force, instant.tangential_force]
 
 
 def stabilized(system, phase):
@@ -81,31 +79,31 @@ SYSTEMS = [(size, seed) for size in (2, 3, 7) for seed in range(6)]
 @pytest.mark.parametrize(("size", "seed"), SYSTEMS)
 def test_free_acceleration(size, seed):
     system = Random(size, seed)
-    status, work = solve(system, Phase())
+    status, instant, acceleration = solve(system, OPEN)
     assert status == OK
-    assert_allclose(work.vectors[ACCELERATION], np.linalg.solve(system.M, system.Q), rtol=1e-11, atol=1e-12)
-    assert work.scalars[LAMBDA_N] == work.scalars[LAMBDA_T] == 0.0
+    assert_allclose(acceleration, np.linalg.solve(system.M, system.Q), rtol=1e-11, atol=1e-12)
+    assert forces(instant) == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(("size", "seed"), SYSTEMS)
 def test_sticking_forces_solve_the_dense_kkt_system(size, seed):
     system = Random(size, seed)
-    phase = Phase(state=int(State.STICK), static=0.3, slip_reference=2e-3, damping=20.0, stiffness=1e4)
-    status, work = solve(system, phase)
+    phase = phase_of(State.STICK, static=0.3, slip_reference=2e-3, damping=20.0, stiffness=1e4)
+    status, instant, acceleration = solve(system, phase)
     rows = np.stack([system.normal, system.tangential])
     kkt = np.block([[system.M, -rows.T], [rows, np.zeros((2, 2))]])
     expected = np.linalg.solve(kkt, np.concatenate([system.Q, stabilized(system, phase)]))
     assert status == OK
-    assert_allclose(work.vectors[ACCELERATION], expected[:size], rtol=1e-9, atol=1e-9)
-    assert_allclose(work.scalars[[LAMBDA_N, LAMBDA_T]], expected[size:], rtol=1e-9)
+    assert_allclose(acceleration, expected[:size], rtol=1e-9, atol=1e-9)
+    assert_allclose(forces(instant), expected[size:], rtol=1e-9)
 
 
 @pytest.mark.parametrize(("size", "seed"), SYSTEMS)
 def test_sliding_force_solves_the_dense_kkt_system_or_says_painleve(size, seed):
     system = Random(size, seed)
-    phase = Phase(state=int(State.SLIP), intercept=-0.8, slope=40.0, damping=20.0, stiffness=1e4)
+    phase = phase_of(State.SLIP, intercept=-0.8, slope=40.0, damping=20.0, stiffness=1e4)
     ratio = -0.8 + 40.0 * system.kinematics[3]
-    status, work = solve(system, phase)
+    status, instant, acceleration = solve(system, phase)
     push = system.normal + ratio * system.tangential
     kkt = np.block([[system.M, -push[:, None]], [system.normal[None, :], np.zeros((1, 1))]])
     if system.normal @ np.linalg.solve(system.M, push) <= 0.0:
@@ -113,14 +111,14 @@ def test_sliding_force_solves_the_dense_kkt_system_or_says_painleve(size, seed):
         return
     expected = np.linalg.solve(kkt, np.append(system.Q, stabilized(system, phase)[0]))
     assert status == OK
-    assert_allclose(work.vectors[ACCELERATION], expected[:size], rtol=1e-8, atol=1e-8)
-    assert work.scalars[LAMBDA_N] == pytest.approx(expected[size], rel=1e-8)
-    assert work.scalars[LAMBDA_T] == pytest.approx(ratio * expected[size], rel=1e-8)
+    assert_allclose(acceleration, expected[:size], rtol=1e-8, atol=1e-8)
+    assert instant.normal_force == pytest.approx(expected[size], rel=1e-8)
+    assert instant.tangential_force == pytest.approx(ratio * expected[size], rel=1e-8)
 
 
 def test_sliding_cases_above_meet_both_answers():
     """The random systems must contain Painleve configurations as well as ordinary ones."""
-    phase = Phase(state=int(State.SLIP), intercept=-0.8)
+    phase = phase_of(State.SLIP, intercept=-0.8)
     answers = {solve(Random(size, seed), phase)[0] for size, seed in SYSTEMS}
     assert answers == {OK, NO_SLIDING_SOLUTION}
 
@@ -130,24 +128,21 @@ def test_no_force_without_a_definite_mass():
     system.M = system.M - 2.0 * np.linalg.eigvalsh(system.M)[0] * np.eye(3)
     assert np.linalg.eigvalsh(system.M)[0] < 0.0
     for state in State:
-        assert solve(system, Phase(state=int(state)))[0] == MASS_NOT_POSITIVE
+        assert solve(system, phase_of(state))[0] == MASS_NOT_POSITIVE
 
 
 def test_no_sticking_force_for_parallel_rows():
     system = Random(4, 1)
     system.tangential = -3.0 * system.normal
-    assert solve(system, Phase(state=int(State.STICK), static=0.3))[0] == NO_STICKING_SOLUTION
-    work = new_work(4)
-    system.evaluate(0.0, np.zeros(4), np.zeros(4), work)
-    assert condense(system, work)
-    assert instant_of(work).sticking() is None
+    assert solve(system, phase_of(State.STICK, static=0.3))[0] == NO_STICKING_SOLUTION
+    assert holding_force(OPEN, instant_from(system), 0.0).status == NO_STICKING_SOLUTION
 
 
 def instant_from(system):
-    work = new_work(system.size)
-    system.evaluate(0.0, np.zeros(system.size), np.zeros(system.size), work)
-    assert condense(system, work)
-    return instant_of(work)
+    zero = np.zeros(system.size)
+    defined, _, instant = contact_problem(system, 0.0, zero, zero, system.new_workspace())
+    assert defined
+    return instant
 
 
 @pytest.mark.parametrize(("size", "seed"), SYSTEMS)
@@ -157,14 +152,16 @@ def test_instant_gives_the_forces_of_the_marching_source_without_stabilization(s
     rows = np.stack([system.normal, system.tangential])
     delassus = rows @ np.linalg.solve(system.M, rows.T)
     assert_allclose([instant.a_nn, instant.a_nt, instant.a_tt], delassus[[0, 0, 1], [0, 1, 1]], rtol=1e-9)
-    status, work = solve(system, Phase(state=int(State.STICK), static=0.3))
+    status, solved, _ = solve(system, phase_of(State.STICK, static=0.3))
     assert status == OK
-    assert_allclose(instant.sticking(), work.scalars[[LAMBDA_N, LAMBDA_T]], rtol=1e-9)
-    status, work = solve(system, Phase(state=int(State.SLIP), intercept=0.7))
-    force = instant.sliding(0.7)
-    assert (force is None) == (status == NO_SLIDING_SOLUTION)
-    if force is not None:
-        assert force == pytest.approx(work.scalars[LAMBDA_N], rel=1e-9)
+    held = holding_force(OPEN, instant, 0.0)
+    assert held.status == OK
+    assert_allclose(held[1:], forces(solved), rtol=1e-9)
+    sliding = phase_of(State.SLIP, intercept=0.7)
+    status, solved, _ = solve(system, sliding)
+    force = sliding_force(sliding, instant)
+    assert force.status == status
+    assert force.normal == pytest.approx(solved.normal_force, rel=1e-9)
 
 
 @pytest.mark.parametrize(("size", "seed"), SYSTEMS[:6])
@@ -173,20 +170,19 @@ def test_guards_are_positive_inside_their_state(size, seed):
     slip_rate = system.kinematics[3]
 
     def guards(phase):
-        work = solve(system, phase)[1]
-        measure_guards(phase, work.scalars)
-        return work.scalars[FIRST_GUARD : FIRST_GUARD + GUARDS], work.scalars
+        instant = solve(system, phase)[1]
+        return guards_of(phase, instant), instant
 
-    free, k = guards(Phase())
-    assert_allclose(free, [k[GAP], 1.0, 1.0, 1.0])
-    assert_allclose(guards(Phase(watched=False))[0], np.ones(4))
-    phase = Phase(state=int(State.SLIP), intercept=0.1, slope=2.0, lower=-0.5, upper=0.25)
-    slip, k = guards(phase)
-    definite = 1.0 + (0.1 + 2.0 * slip_rate) * k[A_NT] / k[A_NN]
-    assert k[SLIP_RATE] == slip_rate
-    assert_allclose(slip, [k[LAMBDA_N], slip_rate + 0.5, 0.25 - slip_rate, definite], rtol=1e-6)
-    stick, k = guards(Phase(state=int(State.STICK), static=0.6))
-    assert_allclose(stick, [k[LAMBDA_N], 0.6 * k[LAMBDA_N] - k[LAMBDA_T], 0.6 * k[LAMBDA_N] + k[LAMBDA_T], 1.0])
+    free, c = guards(OPEN)
+    assert_allclose(free, [c.gap, 1.0, 1.0, 1.0])
+    assert_allclose(guards(OPEN._replace(watched=False))[0], np.ones(4))
+    slip, c = guards(phase_of(State.SLIP, intercept=0.1, slope=2.0, lower=-0.5, upper=0.25))
+    definite = 1.0 + (0.1 + 2.0 * slip_rate) * c.a_nt / c.a_nn
+    assert c.slip_rate == slip_rate
+    assert_allclose(slip, [c.normal_force, slip_rate + 0.5, 0.25 - slip_rate, definite], rtol=1e-6)
+    stick, c = guards(phase_of(State.STICK, static=0.6))
+    room, tangential = 0.6 * c.normal_force, c.tangential_force
+    assert_allclose(stick, [c.normal_force, room - tangential, room + tangential, 1.0])
 
 
 # Impulses ---------------------------------------------------------------------------------------------------

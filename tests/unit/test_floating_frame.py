@@ -8,27 +8,12 @@ from numpy.testing import assert_allclose
 
 from modal import Eigenfunctions
 from oblique_impact import Scenario
-from oblique_impact.beam.floating_frame import drive, evaluate_beam, supplied_power_beam
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.reduced import Beam
-from oblique_impact.contact.forces import condense
-from oblique_impact.kernels.system import (
-    ACCELERATION,
-    CHOLESKY,
-    DAMPING_POWER,
-    FIRST_GUARD,
-    FORCES,
-    GAP,
-    GAP_BIAS,
-    GAP_RATE,
-    MASS,
-    NORMAL_ROW,
-    SLIP,
-    SLIP_BIAS,
-    SLIP_RATE,
-    TANGENT_ROW,
-    new_work,
-)
+from oblique_impact.contact.forces import instant_of
+from oblique_impact.kernels import rows as row
+from oblique_impact.kernels.workspace import dot
+from oblique_impact.marching.sampling import contact_problem
 
 PIN = {}
 HUB = {"root__kind": "hub", "root__inertia": 0.02, "root__torque": 1.7}
@@ -76,9 +61,9 @@ def states(beam, seed=0, size=3e-3):
 
 
 def evaluated(beam, q, qd, t=T):
-    work = new_work(beam.size)
-    evaluate_beam(beam.model, t, q, qd, work)
-    return work
+    """The filled arrays and the numbers of an evaluation."""
+    work = beam.model.new_workspace()
+    return work, beam.model.evaluate(t, q, qd, work)
 
 
 def kinetic(beam, q, qd):
@@ -144,7 +129,7 @@ def test_energies_are_integrals_over_the_moving_beam(frame):
 def test_mass_matrix_is_the_hessian_of_the_kinetic_energy(name):
     beam = beam_of(name)
     for q, qd in states(beam):
-        M = evaluated(beam, q, qd).matrices[MASS]
+        M = evaluated(beam, q, qd)[0].mass
         assert_allclose(M, mass_from_energy(beam, q), rtol=1e-11, atol=1e-13)
         assert kinetic(beam, q, qd) == pytest.approx(0.5 * qd @ M @ qd, rel=1e-12)
 
@@ -154,7 +139,7 @@ def test_forces_are_lagranges_equations(name):
     """M q'' = Q with Q = dT/dq - (dM/dt) q' - dV/dq + torque (theta' + phi'(0) B')."""
     beam = beam_of(name)
     for q, qd in states(beam):
-        Q = evaluated(beam, q, qd).vectors[FORCES]
+        Q = evaluated(beam, q, qd)[0].vectors[row.FORCES]
         derivatives = gradient(lambda x: mass_from_energy(beam, x), q, 1e-3)
         rate = np.einsum("kij,k->ij", derivatives, qd)
         slope = np.concatenate([[1.0], beam.operators.root_slope])
@@ -169,24 +154,23 @@ def test_forces_are_lagranges_equations(name):
 def test_driven_root_is_the_free_beam_with_its_first_row_replaced(name):
     beam = beam_of(name)
     free = beam_of(name.replace("driven", "hub radius"), root__inertia=0.0, root__torque=0.0)
-    angle_rate, acceleration = drive(beam.model, T)[1:]
+    _, angle_rate, acceleration = beam.motion.at(T)
     for q, qd in states(beam):
         qd[0] = angle_rate
-        driven, loose = evaluated(beam, q, qd), evaluated(free, q, qd)
-        M, Q = loose.matrices[MASS], loose.vectors[FORCES]
-        solution = np.linalg.solve(driven.matrices[MASS], driven.vectors[FORCES])
+        (driven, e), (loose, free_e) = evaluated(beam, q, qd), evaluated(free, q, qd)
+        M, Q = loose.mass, loose.vectors[row.FORCES]
+        solution = np.linalg.solve(driven.mass, driven.vectors[row.FORCES])
         assert solution[0] == pytest.approx(acceleration, rel=1e-14)
         assert_allclose(M[1:, 0] * acceleration + M[1:, 1:] @ solution[1:], Q[1:], rtol=1e-9, atol=1e-9)
         # the contact moves with the prescribed coordinate: same rates, its acceleration in the bias
-        for row, bias in ((NORMAL_ROW, GAP_BIAS), (TANGENT_ROW, SLIP_BIAS)):
-            total = loose.vectors[row] @ solution + loose.scalars[bias]
-            assert driven.vectors[row, 0] == 0.0
-            assert driven.vectors[row] @ solution + driven.scalars[bias] == pytest.approx(total, rel=1e-10)
-        assert_allclose(driven.scalars[GAP : SLIP_RATE + 1], loose.scalars[GAP : SLIP_RATE + 1], rtol=1e-14)
+        for which, bias in ((row.NORMAL, "gap_bias"), (row.TANGENTIAL, "slip_bias")):
+            total = loose.vectors[which] @ solution + getattr(free_e, bias)
+            assert driven.vectors[which, 0] == 0.0
+            assert driven.vectors[which] @ solution + getattr(e, bias) == pytest.approx(total, rel=1e-10)
+        assert_allclose(e[:4], free_e[:4], rtol=1e-14)
         # the driver's torque is what the row of theta lacks
-        driven.vectors[ACCELERATION] = solution
         power = (M[0] @ solution - Q[0]) * angle_rate
-        assert supplied_power_beam(beam.model, T, q, qd, driven) == pytest.approx(power, rel=1e-10)
+        assert e.supplied_power + dot(driven.vectors[row.SUPPLY], solution) == pytest.approx(power, rel=1e-10)
 
 
 def test_hub_torque_supplies_its_power():
@@ -194,8 +178,9 @@ def test_hub_torque_supplies_its_power():
         beam = beam_of(name)
         for q, qd in states(beam):
             turning = qd[0] + beam.operators.root_slope @ qd[1:]
-            power = supplied_power_beam(beam.model, T, q, qd, evaluated(beam, q, qd))
-            assert power == pytest.approx(1.7 * turning, rel=1e-13)
+            work, e = evaluated(beam, q, qd)
+            assert e.supplied_power == pytest.approx(1.7 * turning, rel=1e-13)
+            assert not work.vectors[row.SUPPLY].any()
 
 
 def contact_kinematics(beam, q, shortening=True):
@@ -217,12 +202,12 @@ def contact_kinematics(beam, q, shortening=True):
 def test_contact_rows_are_gradients_of_gap_and_slip(name, shortening):
     beam = beam_of(name, contact__shortening=shortening)
     for q, qd in states(beam, size=2e-2):
-        work = evaluated(beam, q, qd)
-        rows = work.vectors[[NORMAL_ROW, TANGENT_ROW]]
-        assert_allclose(work.scalars[[GAP, SLIP]], contact_kinematics(beam, q, shortening), rtol=1e-13, atol=1e-15)
+        work, e = evaluated(beam, q, qd)
+        rows = work.vectors[[row.NORMAL, row.TANGENTIAL]]
+        assert_allclose([e.gap, e.slip], contact_kinematics(beam, q, shortening), rtol=1e-13, atol=1e-15)
         expected = gradient(lambda x: contact_kinematics(beam, x, shortening), q, 1e-3)
         assert_allclose(rows, expected.T, atol=1e-11)
-        assert_allclose(work.scalars[[GAP_RATE, SLIP_RATE]], rows @ qd, rtol=1e-13, atol=1e-14)
+        assert_allclose([e.gap_rate, e.slip_rate], rows @ qd, rtol=1e-13, atol=1e-14)
 
 
 @pytest.mark.parametrize("name", FREE)
@@ -231,7 +216,7 @@ def test_biases_are_second_derivatives_along_a_motion(name):
     beam = beam_of(name)
     rng = np.random.default_rng(5)
     for q, qd in states(beam):
-        work = evaluated(beam, q, qd)
+        work, e = evaluated(beam, q, qd)
         a = rng.normal(size=beam.size)
 
         def along(t, q=q, qd=qd, a=a):
@@ -240,25 +225,24 @@ def test_biases_are_second_derivatives_along_a_motion(name):
         h = 2e-3
         weights = {0: -49 / 18, 1: 3 / 2, 2: -3 / 20, 3: 1 / 90}  # order 6
         second = weights[0] * along(0.0) + sum(weights[k] * (along(k * h) + along(-k * h)) for k in (1, 2, 3))
-        expected = second / h**2 - work.vectors[[NORMAL_ROW, TANGENT_ROW]] @ a
-        assert_allclose(work.scalars[[GAP_BIAS, SLIP_BIAS]], expected, rtol=1e-8, atol=1e-8)
+        expected = second / h**2 - work.vectors[[row.NORMAL, row.TANGENTIAL]] @ a
+        assert_allclose([e.gap_bias, e.slip_bias], expected, rtol=1e-8, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_compiled_and_interpreted_forms_agree(name):
-    from oblique_impact.marching import kernels
-
     beam = beam_of(name, beam__kelvin_voigt=1e-5)
     for q, qd in states(beam):
-        plain, compiled = evaluated(beam, q, qd), new_work(beam.size)
-        defined = condense(beam.model, plain)
-        assert kernels.condense_at(beam.model, T, q, qd, compiled) == defined
+        (plain, e), compiled = evaluated(beam, q, qd), beam.model.new_workspace()
+        assert beam.model.solve_mass(e.rank_one, plain, True)
+        defined, found, instant = contact_problem(beam.model, T, q, qd, compiled)
         assert defined
         lower = np.tril_indices(beam.size)
-        assert_allclose(compiled.matrices[MASS], plain.matrices[MASS], rtol=1e-13, atol=1e-15)
-        assert_allclose(compiled.matrices[CHOLESKY][lower], plain.matrices[CHOLESKY][lower], rtol=1e-10)
-        assert_allclose(compiled.vectors[FORCES], plain.vectors[FORCES], rtol=1e-12)
-        assert_allclose(compiled.scalars[:FIRST_GUARD], plain.scalars[:FIRST_GUARD], rtol=1e-9, atol=1e-12)
+        assert_allclose(compiled.mass, plain.mass, rtol=1e-13, atol=1e-15)
+        assert_allclose(compiled.factor[lower], plain.factor[lower], rtol=1e-10)
+        assert_allclose(compiled.vectors[row.FORCES], plain.vectors[row.FORCES], rtol=1e-12)
+        assert_allclose(found, e, rtol=1e-9, atol=1e-12)
+        assert_allclose(instant, instant_of(e, plain), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
@@ -272,9 +256,9 @@ def test_full_kinetics_tend_to_first_order_as_the_deflection_vanishes(frame):
         Q, Qd = q.copy(), qd.copy()
         Q[1:] *= scale
         Qd[1:] *= scale
-        one, two = evaluated(small, Q, Qd), evaluated(large, Q, Qd)
-        masses.append(np.abs(one.matrices[MASS] - two.matrices[MASS]).max())
-        forces.append(np.abs(one.vectors[FORCES] - two.vectors[FORCES]).max())
+        one, two = evaluated(small, Q, Qd)[0], evaluated(large, Q, Qd)[0]
+        masses.append(np.abs(one.mass - two.mass).max())
+        forces.append(np.abs(one.vectors[row.FORCES] - two.vectors[row.FORCES]).max())
     assert masses[-1] > 1e-7
     assert np.polyfit(np.log(sizes), np.log(masses), 1)[0] == pytest.approx(2.0, abs=0.01)
     # cubic terms with the large integrals of H H outweigh the quadratic ones at first
@@ -286,7 +270,7 @@ def test_full_mass_matrix_is_positive_where_the_first_order_is_not():
     """B^T C B beyond the clamped inertia: the Gram matrix of the full form stays positive definite."""
     first, full = beam_of("first-order, tangent, pin"), beam_of("full, tangent, pin")
     q = np.array([0.3, 0.0, 0.0, 0.012])
-    lowest = [np.linalg.eigvalsh(evaluated(b, q, np.zeros(4)).matrices[MASS])[0] for b in (first, full)]
+    lowest = [np.linalg.eigvalsh(evaluated(b, q, np.zeros(4))[0].mass)[0] for b in (first, full)]
     assert lowest[0] < 0.0 < lowest[1]
 
 
@@ -303,46 +287,46 @@ def test_damping(damping):
         "modal_damping_ratio": 2.0 * value * np.sqrt(squares),
     }[damping]
     for q, qd in states(damped):
-        one, two = evaluated(damped, q, qd), evaluated(free, q, qd)
+        (one, e), (two, free_e) = evaluated(damped, q, qd), evaluated(free, q, qd)
         expected = rate * np.diag(o.M1) * qd[1:]
-        assert_allclose(two.vectors[FORCES, 1:] - one.vectors[FORCES, 1:], expected, rtol=1e-8, atol=1e-11)
-        assert one.vectors[FORCES, 0] == two.vectors[FORCES, 0]
-        assert one.scalars[DAMPING_POWER] == pytest.approx(expected @ qd[1:], rel=1e-8)
-        assert two.scalars[DAMPING_POWER] == 0.0
+        assert_allclose(two.vectors[row.FORCES, 1:] - one.vectors[row.FORCES, 1:], expected, rtol=1e-8, atol=1e-11)
+        assert one.vectors[row.FORCES, 0] == two.vectors[row.FORCES, 0]
+        assert e.damping_power == pytest.approx(expected @ qd[1:], rel=1e-8)
+        assert free_e.damping_power == 0.0
 
 
 # The prescribed rotation ---------------------------------------------------------------------------------------
 
 
-def model(profile, rate=5.0, time=0.5):
+def motion(profile, rate=5.0, time=0.5):
     scenario = Scenario().replace(
         root__kind="driven", root__profile=profile, root__spin_rate=rate, root__spin_up_time=time
     )
-    return Beam(scenario, build_operators(scenario)).model
+    return Beam(scenario, build_operators(scenario)).motion
 
 
 def test_drive_profiles():
-    assert drive(model("hold", 0.0, 0.0), 3.0) == (0.0, 0.0, 0.0)
-    assert drive(model("constant-speed", 5.0, 0.0), 0.3) == (1.5, 5.0, 0.0)
-    spin_up = model("spin-up")
-    assert drive(spin_up, 0.0) == pytest.approx((0.0, 0.0, 0.0), abs=1e-16)
+    assert motion("hold", 0.0, 0.0).at(3.0) == (0.0, 0.0, 0.0)
+    assert motion("constant-speed", 5.0, 0.0).at(0.3) == (1.5, 5.0, 0.0)
+    spin_up = motion("spin-up")
+    assert spin_up.at(0.0) == pytest.approx((0.0, 0.0, 0.0), abs=1e-16)
     for t in (0.5, 0.7, 3.0):
         # the mean speed of the spin-up is half the final one
-        assert drive(spin_up, t) == pytest.approx((5.0 * (t - 0.25), 5.0, 0.0), rel=1e-14)
+        assert spin_up.at(t) == pytest.approx((5.0 * (t - 0.25), 5.0, 0.0), rel=1e-14)
     # the middle, by hand: theta_dot = (w/T) (T/2 - 0), theta = (w/T) (T^2/8 - 2 (T/2 pi)^2)
     middle = 10.0 * (0.25**2 / 2.0 - 2.0 * (0.25 / math.pi) ** 2)
-    assert drive(spin_up, 0.25) == pytest.approx((middle, 2.5, 20.0), rel=1e-14)
+    assert spin_up.at(0.25) == pytest.approx((middle, 2.5, 20.0), rel=1e-14)
 
 
 def test_drive_derivatives_are_consistent():
-    spin_up, h = model("spin-up"), 1e-3
+    spin_up, h = motion("spin-up"), 1e-3
     for t in np.linspace(0.01, 0.6, 60):
         if abs(t - 0.5) < 4 * h:
             continue
         for order in (0, 1):
-            slope = gradient(lambda x, order=order: drive(spin_up, x[0])[order], np.array([t]), h)[0]
-            assert drive(spin_up, t)[order + 1] == pytest.approx(slope, abs=1e-9)
-    before, after = drive(spin_up, 0.5 * (1.0 - 1e-15)), drive(spin_up, 0.5)
+            slope = gradient(lambda x, order=order: spin_up.at(x[0])[order], np.array([t]), h)[0]
+            assert spin_up.at(t)[order + 1] == pytest.approx(slope, abs=1e-9)
+    before, after = spin_up.at(0.5 * (1.0 - 1e-15)), spin_up.at(0.5)
     assert before == pytest.approx(after, abs=1e-12)
 
 

@@ -20,7 +20,7 @@ FLOORS = (
     {"contact"},
     {"beam"},
     {"marching"},
-    {"history"},
+    {"history", "problem"},
     {"simulation"},
     {"command_line"},
 )
@@ -127,7 +127,7 @@ def test_packages_beside_the_core_import_in_one_direction(package):
         ("kernels/dense.py", "def f():\n    from oblique_impact.scenario import toml"),
         ("errors.py", "import oblique_impact.files"),
         ("command_line/modes.py", "def f():\n    import renders.campbell"),
-        ("history/ledger.py", "from validation import compare"),
+        ("history/summary.py", "from validation import compare"),
     ],
 )
 def test_a_planted_import_is_found(tmp_path, file, line):

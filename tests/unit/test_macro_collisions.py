@@ -18,7 +18,7 @@ from oblique_impact import (
     simulate_system,
 )
 from oblique_impact.beam.frequencies import lowest_elastic_frequency, macro_gap
-from oblique_impact.contact.transitions import NewtonImpact
+from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.history.summary import EARLIER_MACRO_GAP, macro_collisions
 from tests.unit.systems import Block
 

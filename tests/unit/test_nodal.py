@@ -8,42 +8,12 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.beam.floating_frame import evaluate_beam
 from oblique_impact.beam.nodal import FullBeam
-from oblique_impact.beam.nodal_frame import (
-    RANK_ONE,
-    approach_nodal,
-    definiteness,
-    evaluate_nodal,
-    factor_effective_nodal,
-    mass_product_nodal,
-    new_nodal_work,
-    residual_nodal,
-    solve_effective_nodal,
-    solve_mass_nodal,
-)
 from oblique_impact.beam.reduced import Beam
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.banded import band_multiply
-from oblique_impact.kernels.dense import solve_mass_dense
-from oblique_impact.kernels.system import (
-    DAMPING_POWER,
-    FORCES,
-    FREE_ACCELERATION,
-    GAP,
-    GAP_BIAS,
-    GAP_RATE,
-    INCREMENT,
-    NORMAL_RESPONSE,
-    NORMAL_ROW,
-    OWN_A,
-    RESIDUAL,
-    SLIP,
-    SLIP_BIAS,
-    SLIP_RATE,
-    TANGENT_RESPONSE,
-    TANGENT_ROW,
-    new_work,
-)
+
+RESPONSES = {row.NORMAL: row.NORMAL_RESPONSE, row.TANGENTIAL: row.TANGENTIAL_RESPONSE}
 
 ROOTS = {"pin": {}, "hub": {"root__kind": "hub", "root__inertia": 0.05, "root__torque": 1.3}}
 SHAPES = {
@@ -83,9 +53,9 @@ class Pair:
         self.q = np.concatenate([[0.5], scale * rng.normal(size=scale.size)])
         self.qd = np.concatenate([[-3.0], 1e3 * scale * rng.normal(size=scale.size)])
         self.W, self.Wd = self.T @ self.q, self.T @ self.qd
-        self.work, self.dense = new_nodal_work(self.W.size), new_work(self.q.size)
-        evaluate_nodal(self.full.model, 0.0, self.W, self.Wd, self.work)
-        evaluate_beam(self.modal.model, 0.0, self.q, self.qd, self.dense)
+        self.work, self.dense = self.full.model.new_workspace(), self.modal.model.new_workspace()
+        self.found = self.full.model.evaluate(0.0, self.W, self.Wd, self.work)
+        self.expected = self.modal.model.evaluate(0.0, self.q, self.qd, self.dense)
 
 
 @pytest.fixture(params=[(root, shape) for root in ROOTS for shape in SHAPES], ids="-".join)
@@ -94,21 +64,22 @@ def pair(request):
 
 
 def test_kinematics_and_forces(pair):
-    for name in (GAP, SLIP, GAP_RATE, SLIP_RATE, GAP_BIAS, SLIP_BIAS, DAMPING_POWER):
-        assert pair.work.scalars[name] == pytest.approx(pair.dense.scalars[name], rel=1e-10, abs=1e-12)
-    for row in (NORMAL_ROW, TANGENT_ROW):
-        assert_allclose(pair.T.T @ pair.work.vectors[row], pair.dense.vectors[row], atol=1e-12)
-    forces = pair.T.T @ pair.work.vectors[FORCES]
-    assert_allclose(forces, pair.dense.vectors[FORCES], atol=1e-9 * np.abs(forces).max())
+    for name in ("gap", "slip", "gap_rate", "slip_rate", "gap_bias", "slip_bias", "damping_power"):
+        expected = getattr(pair.expected, name)
+        assert getattr(pair.found, name) == pytest.approx(expected, rel=1e-10, abs=1e-12), name
+    for which in RESPONSES:
+        assert_allclose(pair.T.T @ pair.work.vectors[which], pair.dense.vectors[which], atol=1e-12)
+    forces = pair.T.T @ pair.work.vectors[row.FORCES]
+    assert_allclose(forces, pair.dense.vectors[row.FORCES], atol=1e-9 * np.abs(forces).max())
 
 
 def test_accelerations_and_responses(pair):
-    assert solve_mass_nodal(pair.full.model, pair.work, True)
-    assert solve_mass_dense(pair.modal.model, pair.dense, True)
-    for row in (FREE_ACCELERATION, NORMAL_RESPONSE, TANGENT_RESPONSE):
-        expected = pair.T @ pair.dense.vectors[row]
-        assert_allclose(pair.work.vectors[row], expected, atol=1e-9 * np.abs(expected).max())
-    assert definiteness(pair.full.model, pair.work) > 0.9
+    assert pair.full.model.solve_mass(pair.found.rank_one, pair.work, True)
+    assert pair.modal.model.solve_mass(pair.expected.rank_one, pair.dense, True)
+    for which in (row.FREE_ACCELERATION, *RESPONSES.values()):
+        expected = pair.T @ pair.dense.vectors[which]
+        assert_allclose(pair.work.vectors[which], expected, atol=1e-9 * np.abs(expected).max())
+    assert pair.full.model.definiteness(pair.found.rank_one, pair.work) > 0.9
 
 
 def test_energies(pair):
@@ -123,45 +94,45 @@ def test_effective_matrix(pair):
     """S = (1 + cv mu) M1 + (cq + cv eta) K + kappa S S^T, its residual and its responses, against dense."""
     model, work, o = pair.full.model, pair.work, pair.full.operators
     a = np.random.default_rng(1).normal(size=pair.W.size)
-    residual_nodal(model, 0.0, pair.W, pair.Wd, a, True, work)
+    e = model.take_residual(0.0, pair.W, pair.Wd, a, True, work)
     M1 = o.M1.toarray()
     M1[0, 0] += model.hub_inertia
-    rank_one = work.scalars[RANK_ONE] * np.outer(o.S, o.S)
-    assert_allclose(work.vectors[RESIDUAL], work.vectors[FORCES] - (M1 + rank_one) @ a, atol=1e-9)
-    mass_product_nodal(model, work, a, OWN_A)
-    assert_allclose(work.vectors[OWN_A], (M1 + rank_one) @ a, atol=1e-14)
-    assert factor_effective_nodal(model, 0.0, pair.W, 2e-3, 1e-4, work, 1, True)
-    solve_effective_nodal(model, work, 1, True)
+    rank_one = e.rank_one * np.outer(o.S, o.S)
+    assert_allclose(work.vectors[row.RESIDUAL], work.vectors[row.FORCES] - (M1 + rank_one) @ a, atol=1e-9)
+    product = np.zeros(a.size)
+    model.mass_product(e.rank_one, work, a, product)
+    assert_allclose(product, (M1 + rank_one) @ a, atol=1e-14)
+    assert model.factor_effective(0.0, pair.W, 2e-3, 1e-4, work, 1, True)
+    model.solve_effective(e.rank_one, work, 1, True)
     S = (1.0 + 2e-3 * 0.3) * M1 + (1e-4 + 2e-3 * 1e-5) * o.K.toarray() + rank_one
-    for row, response in (
-        (RESIDUAL, INCREMENT),
-        (NORMAL_ROW, NORMAL_RESPONSE),
-        (TANGENT_ROW, TANGENT_RESPONSE),
-    ):
-        expected = np.linalg.solve(S, work.vectors[row])
+    for which, response in {row.RESIDUAL: row.INCREMENT, **RESPONSES}.items():
+        expected = np.linalg.solve(S, work.vectors[which])
         assert_allclose(work.vectors[response], expected, atol=1e-10 * np.abs(expected).max())
 
 
 def test_approach_is_the_evaluation_of_the_contact(pair):
-    rows = pair.work.vectors[[NORMAL_ROW, TANGENT_ROW]].copy()
-    scalars = pair.work.scalars[[GAP, SLIP, GAP_RATE, SLIP_RATE]].copy()
-    approach_nodal(pair.full.model, 0.0, pair.W, pair.Wd, pair.work)
-    assert_allclose(pair.work.vectors[[NORMAL_ROW, TANGENT_ROW]], rows, atol=0.0)
-    assert_allclose(pair.work.scalars[[GAP, SLIP, GAP_RATE, SLIP_RATE]], scalars, atol=0.0)
+    rows = pair.work.vectors[list(RESPONSES)].copy()
+    e = pair.full.model.approach(0.0, pair.W, pair.Wd, pair.work)
+    assert_allclose(pair.work.vectors[list(RESPONSES)], rows, atol=0.0)
+    assert_allclose(e[:4], pair.found[:4], atol=0.0)
 
 
 @pytest.mark.parametrize("elements", [1, 2, 3, 7, 40])
 def test_banded_products(elements):
     full = FullBeam(scenario_of(), fem_beam.build_nodal(scenario_of(discretization__elements=elements)))
     n = full.size
-    x, out = np.random.default_rng(2).normal(size=n), np.zeros((2, n))
+    x, out = np.random.default_rng(2).normal(size=n), np.zeros(n)
     for which, matrix in enumerate((full.operators.M1, full.operators.K)):
-        band_multiply(full.model.bands, which, x, out, 1)
-        assert_allclose(out[1], csr_array(matrix) @ x, rtol=1e-12, atol=1e-12 * np.abs(matrix).max())
+        band_multiply(full.model.bands, which, x, out)
+        assert_allclose(out, csr_array(matrix) @ x, rtol=1e-12, atol=1e-12 * np.abs(matrix).max())
 
 
 def test_memory_is_linear():
-    sizes = [sum(array.nbytes for array in new_nodal_work(n)) for n in (1000, 2000)]
+    beams = (
+        FullBeam(s, fem_beam.build_nodal(s))
+        for s in (scenario_of(discretization__elements=n) for n in (500, 1000))
+    )
+    sizes = [sum(array.nbytes for array in beam.model.new_workspace()) for beam in beams]
     assert sizes[1] < 2.001 * sizes[0]
 
 

@@ -98,7 +98,8 @@ def test_doubts_stand_in_the_summary_and_are_printed_before_the_run(tmp_path, ca
         Scenario.builtin("paper", changes)
     )
     said = []
-    monkeypatch.setattr(cli, "_simulate", lambda *arguments: said.append(capsys.readouterr().err) or 1 / 0)
+    computing = "oblique_impact.simulation.simulate"
+    monkeypatch.setattr(computing, lambda *arguments: said.append(capsys.readouterr().err) or 1 / 0)
     options = [word for change in changes for word in ("--set", change)]
     with pytest.raises(ZeroDivisionError):
         cli.main(["run", "paper", *options, "--out", str(tmp_path / "out")])

@@ -9,10 +9,9 @@ from numpy.testing import assert_allclose
 
 from oblique_impact import InputError, Scenario, simulate, simulate_system
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.contact.forces import newton_impulse
 from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw
+from oblique_impact.contact.impacts import ImpactLaw, newton_impulse
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
-from oblique_impact.contact.transitions import ImpactLaw
 from oblique_impact.scenario.user_defined import names, register
 from tests.unit.systems import Block, RungeKutta
 

@@ -293,7 +293,7 @@ def test_an_exception_becomes_a_row(monkeypatch):
     def broken(*_):
         raise FloatingPointError("over\nflow")
 
-    monkeypatch.setattr(sys.modules["oblique_impact.simulate"], "simulate", broken)
+    monkeypatch.setattr(sys.modules["oblique_impact.simulation"], "simulate", broken)
     row = run_one(make_job(plan), 2, plan.design.values(2)).row
     assert (row["outcome"], row["message"]) == (ERROR, "FloatingPointError: over flow")
 

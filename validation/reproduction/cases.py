@@ -124,7 +124,9 @@ def variants() -> list[Variant]:
     ]
     judgement = [
         Variant("judgement of stick", "by the force that would hold the contact (Sec. 5.3)", {}, True),
-        Variant("judgement of stick", "and by the slip, which must end within the step", {"solver__stick": "arrest"}),
+        Variant(
+            "judgement of stick", "and by the slip, which must end within the step", {"solver__stick": "arrest"}
+        ),
     ]
     shortening = [
         Variant("foreshortening of the contact point", "in gap and slip", {}, True),
