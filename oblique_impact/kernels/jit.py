@@ -17,7 +17,9 @@ import inspect
 import os
 import platform
 import re
+import signal
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, cached_property, update_wrapper
@@ -50,6 +52,7 @@ _INNER_OPTIONS = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": Tr
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = ("kernels", "contact", "marching", "beam/floating_frame.py", "beam/nodal_frame.py")
 _NUMBER = types.float64
+_RAISES = signal.default_int_handler
 _PARAMETERS = types.Array(types.float64, 1, "C")
 
 
@@ -124,8 +127,13 @@ class Kernel:
 
     def __call__(self, system: Any, *arguments: Any) -> Any:
         """Run it."""
-        packed = isinstance(system, tuple) and not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
-        return (self._compiled if packed else self._function)(system, *arguments)
+        if not isinstance(system, tuple) or numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return self._function(system, *arguments)
+        compiled = self._compiled
+        if not compiled.signatures:  # it is compiled first, which may take long
+            return compiled(system, *arguments)
+        with _interrupts_held():
+            return compiled(system, *arguments)
 
     @cached_property
     def _compiled(self) -> Any:
@@ -133,6 +141,27 @@ class Kernel:
             compiled = numba.njit(cache=cached, **_OPTIONS)(self._function)
         _compilations.names[compiled] = self._name
         return compiled
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Let Ctrl-C come at the end of the block.
+
+    numba takes first-class functions out of arguments by a call of Python, and does not ask whether that has failed.
+    Handlers other than Python's own stay.
+    """
+    came: list[int] = []
+    mine = threading.current_thread() is threading.main_thread()
+    held = [n for n in (signal.SIGINT, signal.SIGTERM) if mine and signal.getsignal(n) is _RAISES]
+    for number in held:
+        signal.signal(number, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        for number in held:
+            signal.signal(number, _RAISES)
+    if came:
+        raise KeyboardInterrupt
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:

@@ -10,6 +10,7 @@ from scipy.sparse import issparse
 import modal
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.problem import beam_of
+from oblique_impact.scenario import user_defined
 from oblique_impact.scenario.user_defined import register
 
 NODAL = {"method": "fem", "modes": 0, "frame": "mean-axis", "elements": 32}
@@ -36,6 +37,7 @@ def test_a_discretization_without_a_nodal_model_says_so(monkeypatch):
     plain = types.ModuleType("plain_modes")
     plain.build_operators, plain.spectrum = modal.build_operators, modal.spectrum
     monkeypatch.setitem(sys.modules, "plain_modes", plain)
+    monkeypatch.setattr(user_defined, "_REGISTERED", {**user_defined._REGISTERED})
     register("discretizations", "plain-modes")(plain)
     scenario = Scenario.builtin("paper", ["solver.scheme=generalized-alpha"]).replace(
         discretization__method="plain-modes", discretization__modes=0, discretization__frame="mean-axis"

@@ -7,13 +7,8 @@ import tomllib
 import pytest
 
 from oblique_impact import InputError, Scenario, concatenate, natural_frequencies, simulate
-from oblique_impact.scenario.scenario import (
-    BeamSection,
-    ContactSection,
-    DiscretizationSection,
-    SolverSection,
-    builtin_names,
-)
+from oblique_impact.scenario.scenario import builtin_names
+from oblique_impact.scenario.sections import BeamSection, ContactSection, DiscretizationSection, SolverSection
 from oblique_impact.scenario.toml import line_of
 from renders import export, render
 from validation import compare, refine
