@@ -13,7 +13,7 @@ import numpy as np
 
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.dense import DenseAlgebra
-from oblique_impact.kernels.jit import Law, jitable
+from oblique_impact.kernels.jit import Law, inlined, jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
 PIN, HUB, DRIVEN = 0, 1, 2
@@ -51,7 +51,7 @@ class _BeamData(NamedTuple):
     tangential_offset: float  # c_t (m)
 
 
-@jitable
+@inlined
 def _multiply(matrices: Array, which: int, x: Array, product: Array) -> None:
     """One of the model's matrices times x (n,) into product[1:] (n + 1,)."""
     for i in range(x.shape[0]):
@@ -61,7 +61,7 @@ def _multiply(matrices: Array, which: int, x: Array, product: Array) -> None:
         product[i + 1] = total
 
 
-@jitable
+@inlined
 def _contract(v: Array, x: Array) -> float:
     """v[1:] times x (n,)."""
     total = 0.0
@@ -178,7 +178,7 @@ class ContactKinematics(NamedTuple):
     slip_bias: float
 
 
-@jitable
+@inlined
 def kinematics(
     offsets: tuple[float, float],
     c: float,

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 from oblique_impact.contact.state import FREE, SLIDING, STICKING, Guards, Instant, Phase
 from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot
 
 #: what a solution of the contact problem can say about itself
@@ -63,7 +63,7 @@ def stop_tangent(phase: Phase, gap: float, gap_rate: float) -> tuple[float, floa
     return over_depth, over_rate
 
 
-@jitable
+@inlined
 def friction_ratio(phase: Phase, slip_rate: float) -> float:
     """lambda_tau / lambda_n of a sliding contact."""
     return phase.intercept + phase.slope * slip_rate
@@ -140,7 +140,7 @@ def can_stick(phase: Phase, c: Instant, stopping_time: float) -> bool:
     return force.status == OK and force.normal > 0.0 and inside
 
 
-@jitable
+@inlined
 def instant_of(e: Evaluation, w: Workspace) -> Instant:
     """Reduce an evaluated system, whose mass matrix is solved for, to its contact; no force yet."""
     v = w.vectors
@@ -161,7 +161,7 @@ def instant_of(e: Evaluation, w: Workspace) -> Instant:
     )
 
 
-@jitable
+@inlined
 def flying(e: Evaluation) -> Instant:
     """Return the instant of an evaluated system in flight; its contact problem is left out."""
     return Instant(
@@ -181,7 +181,7 @@ def flying(e: Evaluation) -> Instant:
     )
 
 
-@jitable
+@inlined
 def with_forces(c: Instant, normal: float, tangential: float, supplied: float) -> Instant:
     """Return an instant with its contact forces (N) and the power supplied by drives (W)."""
     return Instant(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.kernels.jit import Law, compiled_law, jitable
+from oblique_impact.kernels.jit import Law, compiled_law, inlined
 from oblique_impact.kernels.workspace import Array
 
 FREE, SLIDING, STICKING = 0, 1, 2
@@ -65,7 +65,7 @@ class Instant(NamedTuple):
     supplied_power: float = 0.0  # W, by drives and hub torques
 
 
-@jitable
+@inlined
 def no_instant() -> Instant:
     """Return an instant of zeros."""
     return Instant(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import inlined
 from oblique_impact.kernels.rows import VECTORS
 
 Array = NDArray[np.float64]
@@ -50,7 +50,7 @@ class Evaluation(NamedTuple):
     rank_one: float  # coefficient of a rank-one part of the mass matrix that is not in `Workspace.mass`
 
 
-@jitable
+@inlined
 def dot(a: Array, b: Array) -> float:
     """Scalar product of two vectors (d,)."""
     total = 0.0
@@ -59,7 +59,7 @@ def dot(a: Array, b: Array) -> float:
     return total
 
 
-@jitable
+@inlined
 def copy(source: Array, target: Array) -> None:
     """Copy one vector (an assignment of slices compiles to far more code)."""
     for i in range(source.shape[0]):

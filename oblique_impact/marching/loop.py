@@ -168,28 +168,35 @@ class _Pace:
             self.steps = max(1, int(min(self._SECONDS * steps / max(seconds, 1e-9), 20.0 * steps, 1e6)))
 
 
+class _Responses(NamedTuple):
+    """What an evaluation at the front leaves in the workspace, each (d,)."""
+
+    normal: Array  # rows
+    tangential: Array
+    to_normal: Array  # accelerations by a unit force
+    to_tangential: Array
+    supply: Array
+
+
 class _Probe:
     """The contact problem at the moving front, and what an impulse makes of it."""
 
     def __init__(self, system: Any, t: float, y: Array, work: Workspace) -> None:
         self._system, self._t, self._work = system, t, work
         size = work.vectors.shape[1]
-        self._q, self._qd = y[:size], y[size : 2 * size]
+        self._q, self._qd = y[:size].copy(), y[size : 2 * size].copy()
 
-    @cached_property
+    @property
     def instant(self) -> Instant:
-        return self._at(self._qd)[1]
+        return self._front[1]
 
     def velocity_jump(self, impulse: Impulse) -> Array:
         """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
-        self._at(self._qd)
-        v = self._work.vectors
-        return np.asarray(
-            impulse.normal * v[row.NORMAL_RESPONSE] + impulse.tangential * v[row.TANGENTIAL_RESPONSE]
-        )
+        responses = self._front[2]
+        return impulse.normal * responses.to_normal + impulse.tangential * responses.to_tangential
 
     def after(self, impulse: Impulse) -> Instant:
-        return self._at(self._qd + self.velocity_jump(impulse))[1]
+        return self._solve(self._qd + self.velocity_jump(impulse))[1]
 
     def supply(self, impulse: Impulse, jump: Array) -> float:
         """Energy (J) that drives and moving boundaries put in during an impact.
@@ -197,14 +204,20 @@ class _Probe:
         The power of drives is affine in the acceleration, so its linear part gives the work of the jump; the
         boundaries move with the mean of the velocities before and after.
         """
-        e = self._at(self._qd)[0]
-        v = self._work.vectors
+        e, _, responses = self._front
         # rates without the boundary's own
-        normal, tangential = float(v[row.NORMAL] @ self._qd), float(v[row.TANGENTIAL] @ self._qd)
+        normal, tangential = float(responses.normal @ self._qd), float(responses.tangential @ self._qd)
         boundary = impulse.normal * (normal - e.gap_rate) + impulse.tangential * (tangential - e.slip_rate)
-        return float(v[row.SUPPLY] @ jump + boundary)
+        return float(responses.supply @ jump + boundary)
 
-    def _at(self, velocity: Array) -> tuple[Evaluation, Instant]:
+    @cached_property
+    def _front(self) -> tuple[Evaluation, Instant, _Responses]:
+        e, instant = self._solve(self._qd)
+        v = self._work.vectors
+        rows = (row.NORMAL, row.TANGENTIAL, row.NORMAL_RESPONSE, row.TANGENTIAL_RESPONSE, row.SUPPLY)
+        return e, instant, _Responses(*(v[k].copy() for k in rows))
+
+    def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
         defined, e, c = contact_problem(self._system, self._t, self._q, velocity, self._work)
         if not defined:
             raise PhysicsStop(Outcome.MASS_MATRIX_INDEFINITE)
@@ -260,10 +273,11 @@ class Run:
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""
-        transition = self.problem.machine.start(self._probe())
+        probe = self._probe()
+        transition = self.problem.machine.start(probe)
         if transition.kind is not None:
             self._sample(self._phase)
-        self._apply(self._phase, transition)
+        self._apply(self._phase, transition, probe)
 
     def _march_to(self, stop: float) -> None:
         problem, size = self.problem, self.problem.q0.size
@@ -313,28 +327,30 @@ class Run:
     def _pass_guard(self, guard: int) -> None:
         leaving = self._phase
         self._sample(leaving)
-        transition = self.problem.machine.after_guard(leaving, guard, self._probe())
-        self._apply(leaving, transition)
+        probe = self._probe()
+        transition = self.problem.machine.after_guard(leaving, guard, probe)
+        self._apply(leaving, transition, probe)
         self._watch_for_chattering()
         self._enter(leaving)
 
     def _probe(self) -> _Probe:
         return _Probe(self.problem.system, self._front.t, self._y, self._scratch.work)
 
-    def _apply(self, leaving: Phase, transition: Transition) -> None:
+    def _apply(self, leaving: Phase, transition: Transition, probe: _Probe) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
-        before = self._probe().instant
+        before = after = probe.instant
         impulse = transition.impulse or Impulse(0.0, 0.0, 0.0)
         if transition.impulse is not None:
-            self._jump(impulse)
+            self._jump(impulse, probe)
         if transition.arrest is not None:
-            self._jump(transition.arrest)
+            self._jump(transition.arrest, probe)
             quadratures = self._quadratures()
             quadratures[NORMAL_IMPULSE] += transition.arrest.normal
             quadratures[TANGENTIAL_IMPULSE] += transition.arrest.tangential
             quadratures[FRICTION_LOSS] += transition.arrest.energy_loss
+        if transition.impulse is not None or transition.arrest is not None:
+            after = self._probe().instant
         self._phase = transition.phase
-        after = self._probe().instant
         finite = self._track_contact(leaving, impulse, transition.kind)
         if transition.kind is not None:
             event = Event(
@@ -352,10 +368,9 @@ class Run:
         if transition.stop is not None:
             raise PhysicsStop(transition.stop)
 
-    def _jump(self, impulse: Impulse) -> None:
+    def _jump(self, impulse: Impulse, probe: _Probe) -> None:
         """Let an impulse change the velocities."""
-        d, probe = self.problem.q0.size, self._probe()
-        jump = probe.velocity_jump(impulse)
+        d, jump = self.problem.q0.size, probe.velocity_jump(impulse)
         self._quadratures()[SUPPLIED] += probe.supply(impulse, jump)
         self._y[d : 2 * d] += jump
 

@@ -25,7 +25,7 @@ from oblique_impact.contact.state import (
     Tolerances,
 )
 from oblique_impact.contact.transitions import Judgement
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
@@ -135,7 +135,7 @@ def arm(phase: Phase, scratch: Scratch, initial: Guards) -> None:
     thresholds += np.maximum(-values, 0.0)  # one that starts below zero, by rounding, has not fallen yet
 
 
-@jitable
+@inlined
 def raised(value: float, guard: int, s: Scratch) -> float:
     """Return a guard's value, raised by its threshold until it is armed."""
     return value if s.armed[guard] else value + s.thresholds[guard]
