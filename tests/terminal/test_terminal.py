@@ -158,15 +158,21 @@ def cube(system):
     return system.number**3
 
 
-def test_a_kernel_is_told_once_for_each_kind_of_arguments(tmp_path, monkeypatch):
+class Other(Packed):
+    """Another class of packed systems: kernels are told apart by the class."""
+
+    __slots__ = ()
+
+
+def test_a_kernel_is_told_once_for_each_class_of_systems(tmp_path, monkeypatch):
     """That it was compiled for others does not help: the nodal beam has a compilation of its own."""
     monkeypatch.setattr("oblique_impact.kernels.jit.cache_folder", lambda: tmp_path)
     told = []
     with compilations(told.append):
         compiled = kernel("the cube")(cube)
         assert told == []
-        for argument, count in ((2, 1), (3, 1), (2.0, 2), (3.0, 2)):
-            assert compiled(Packed(argument)) == argument**3
+        for argument, kind, count in ((2, Packed, 1), (3, Packed, 1), (2.0, Other, 2), (3.0, Other, 2)):
+            assert compiled(kind(argument)) == argument**3
             assert told == ["the cube"] * count
         again = kernel("the cube")(cube)  # from the cache
         assert again(Packed(2)) == 8
