@@ -74,17 +74,17 @@ def _contract(v: Array, x: Array) -> float:
 def _apply_forces(model: BeamModel, theta: float, B: Array, Bd: Array, w: Workspace) -> float:
     """Add gravity with its geometric stiffness, elasticity, damping, hub torque; the power (W) of damping."""
     v, g, c, s = w.vectors, model.gravity, np.cos(theta), np.sin(theta)
-    _multiply(model.matrices, GRAVITY_STIFFNESS, B, v[row.OWN_A])
-    moment = c * (model.static_moment - 0.5 * _contract(v[row.OWN_A], B)) - s * dot(model.vectors[LOAD], B)
+    _multiply(model.matrices, GRAVITY_STIFFNESS, B, v[row.SCRATCH_A])
+    moment = c * (model.static_moment - 0.5 * _contract(v[row.SCRATCH_A], B)) - s * dot(model.vectors[LOAD], B)
     v[row.FORCES, 0] += model.torque - g * moment
     for i in range(B.shape[0]):
-        v[row.FORCES, i + 1] -= g * (c * model.vectors[LOAD, i] - s * v[row.OWN_A, i + 1])
+        v[row.FORCES, i + 1] -= g * (c * model.vectors[LOAD, i] - s * v[row.SCRATCH_A, i + 1])
         v[row.FORCES, i + 1] += model.torque * model.vectors[ROOT_SLOPE, i]
-    _multiply(model.matrices, STIFFNESS, B, v[row.OWN_A])
-    _multiply(model.matrices, DAMPING, Bd, v[row.OWN_B])
+    _multiply(model.matrices, STIFFNESS, B, v[row.SCRATCH_A])
+    _multiply(model.matrices, DAMPING, Bd, v[row.SCRATCH_B])
     for i in range(B.shape[0]):
-        v[row.FORCES, i + 1] -= v[row.OWN_A, i + 1] + v[row.OWN_B, i + 1]
-    return _contract(v[row.OWN_B], Bd)
+        v[row.FORCES, i + 1] -= v[row.SCRATCH_A, i + 1] + v[row.SCRATCH_B, i + 1]
+    return _contract(v[row.SCRATCH_B], Bd)
 
 
 @jitable
@@ -92,13 +92,13 @@ def _first_order(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     """Kinetic energy to second order in B: mass matrix and inertia forces."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
     M, v = w.mass, w.vectors
-    _multiply(model.matrices, SPIN_STIFFNESS, B, v[row.OWN_A])
-    M[0, 0] = model.inertia + _contract(v[row.OWN_A], B)
-    v[row.FORCES, 0] = -2.0 * spin * _contract(v[row.OWN_A], Bd)
+    _multiply(model.matrices, SPIN_STIFFNESS, B, v[row.SCRATCH_A])
+    M[0, 0] = model.inertia + _contract(v[row.SCRATCH_A], B)
+    v[row.FORCES, 0] = -2.0 * spin * _contract(v[row.SCRATCH_A], Bd)
     for i in range(B.shape[0]):
         M[0, i + 1] = model.vectors[COUPLING, i]
         M[i + 1, 0] = model.vectors[COUPLING, i]
-        v[row.FORCES, i + 1] = spin * spin * v[row.OWN_A, i + 1]
+        v[row.FORCES, i + 1] = spin * spin * v[row.SCRATCH_A, i + 1]
         for j in range(B.shape[0]):
             M[i + 1, j + 1] = model.matrices[ELASTIC_MASS, i, j]
 
@@ -109,7 +109,7 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     B, Bd, spin = q[1:], qd[1:], qd[0]
     n = B.shape[0]
     M, v = w.mass, w.vectors
-    axial_row, transverse_row = v[row.OWN_A], v[row.OWN_B]
+    axial_row, transverse_row = v[row.SCRATCH_A], v[row.SCRATCH_B]
     for i in range(n + 1):
         v[row.FORCES, i] = 0.0
         for j in range(i + 1):
@@ -153,7 +153,7 @@ def _contact(model: BeamModel, q: Array, qd: Array, w: Workspace) -> ContactKine
     """Gap, slip and biases at the contact point, and its rows (paper Eqs. 22-24 and 50)."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
     v = w.vectors
-    HB, HBd, shape = v[row.OWN_A], v[row.OWN_B], model.vectors[CONTACT_SHAPE]
+    HB, HBd, shape = v[row.SCRATCH_A], v[row.SCRATCH_B], model.vectors[CONTACT_SHAPE]
     _multiply(model.matrices, CONTACT_SHORTENING, B, HB)
     _multiply(model.matrices, CONTACT_SHORTENING, Bd, HBd)
     x, y = model.contact_radius - 0.5 * _contract(HB, B), dot(shape, B)
@@ -268,8 +268,8 @@ def add_beam_tangent(
 def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
     """Power (W) of the damping matrix at the velocities q'."""
     v = w.vectors
-    _multiply(model.matrices, DAMPING, qd[1:], v[row.OWN_B])
-    return float(_contract(v[row.OWN_B], qd[1:]))
+    _multiply(model.matrices, DAMPING, qd[1:], v[row.SCRATCH_B])
+    return float(_contract(v[row.SCRATCH_B], qd[1:]))
 
 
 class BeamModel(_BeamData, DenseAlgebra):

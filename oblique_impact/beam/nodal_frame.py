@@ -74,7 +74,7 @@ def _contact(
 ) -> tuple[ContactKinematics, float, float]:
     """Gap and slip with their rows in W, D_B + S (D_theta - x.D_B)/J, and their rates; biases only if `biased`."""
     v, u = w.vectors, model.vectors
-    HB, point = v[row.OWN_C], model.contact_dof
+    HB, point = v[row.SCRATCH_C], model.contact_dof
     theta, spin = _frame(model, q, qd)
     band_multiply(model.bands, SHORTENING_BAND, q, HB)
     rigid, bent, bending = 0.0, 0.0, 0.0
@@ -99,8 +99,8 @@ def _contact(
     v[row.TANGENTIAL, point] -= s
     curved = 0.0  # B'^T H B'
     if biased:
-        band_multiply(model.bands, SHORTENING_BAND, qd, v[row.OWN_A])
-        curved = dot(v[row.OWN_A], qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
+        band_multiply(model.bands, SHORTENING_BAND, qd, v[row.SCRATCH_A])
+        curved = dot(v[row.SCRATCH_A], qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
         curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
     offsets = model.normal_offset, model.tangential_offset
     k = kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, curved)
@@ -111,7 +111,7 @@ def _contact(
 def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float, float]:
     """Generalized forces f - K W - Cd W'; returns kappa and the power (W) of damping."""
     v, u, J, g = w.vectors, model.vectors, model.inertia, model.gravity
-    NW, DB, B, n = v[row.OWN_A], v[row.OWN_B], v[row.OWN_C], q.shape[0]
+    NW, DB, B, n = v[row.SCRATCH_A], v[row.SCRATCH_B], v[row.SCRATCH_C], q.shape[0]
     theta, spin = _frame(model, q, qd)
     c, s = np.cos(theta), np.sin(theta)
     band_multiply(model.bands, SPIN_BAND, q, NW)
@@ -144,7 +144,7 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
     if model.kelvin_voigt > 0.0 or model.mass_proportional > 0.0:
         power = _damp(model, qd, w)
         for i in range(n):
-            v[row.FORCES, i] -= v[row.OWN_A, i]
+            v[row.FORCES, i] -= v[row.SCRATCH_A, i]
     return lag / (J * J), power
 
 
@@ -153,14 +153,14 @@ def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
     """Damping forces Cd W' into `own_a`; their power (W)."""
     v, n, power = w.vectors, qd.shape[0], 0.0
     spin = dot(model.vectors[COUPLING], qd) / model.inertia
-    band_multiply(model.bands, STIFFNESS_BAND, qd, v[row.OWN_A])
-    band_multiply(model.bands, MASS_BAND, qd, v[row.OWN_B])
-    v[row.OWN_B, 0] -= model.hub_inertia * qd[0]
+    band_multiply(model.bands, STIFFNESS_BAND, qd, v[row.SCRATCH_A])
+    band_multiply(model.bands, MASS_BAND, qd, v[row.SCRATCH_B])
+    v[row.SCRATCH_B, 0] -= model.hub_inertia * qd[0]
     for i in range(n):
         # mass-proportional damping acts on B' only: M1 B' = M1 W' - S theta', without the hub's inertia
-        v[row.OWN_A, i] *= model.kelvin_voigt
-        v[row.OWN_A, i] += model.mass_proportional * (v[row.OWN_B, i] - spin * model.vectors[COUPLING, i])
-        power += v[row.OWN_A, i] * qd[i]
+        v[row.SCRATCH_A, i] *= model.kelvin_voigt
+        v[row.SCRATCH_A, i] += model.mass_proportional * (v[row.SCRATCH_B, i] - spin * model.vectors[COUPLING, i])
+        power += v[row.SCRATCH_A, i] * qd[i]
     return power
 
 

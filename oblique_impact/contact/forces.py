@@ -19,10 +19,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from oblique_impact.contact.state import FREE, SLIDING, STICKING, Guards, Instant, Phase
+from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, Guards, Instant, Phase
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy, dot
 
 #: what a solution of the contact problem can say about itself
 OK, MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION = 0, 1, 2, 3
@@ -162,33 +162,16 @@ def instant_of(e: Evaluation, w: Workspace) -> Instant:
 
 
 @inlined
-def flying(e: Evaluation) -> Instant:
-    """Return the instant of an evaluated system in flight; its contact problem is left out."""
+def moved(c: Instant, e: Any, normal: float, tangential: float, supplied: float) -> Instant:
+    """Return a contact problem with the kinematics and damping of `e`, an `Evaluation` or `Instant`.
+
+    Forces are in N, the power supplied by drives in W; Delassus entries and accelerations are those of `c`.
+    """
     return Instant(
         e.gap,
         e.slip,
         e.gap_rate,
         e.slip_rate,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        e.damping_power,
-        e.supplied_power,
-    )
-
-
-@inlined
-def with_forces(c: Instant, normal: float, tangential: float, supplied: float) -> Instant:
-    """Return an instant with its contact forces (N) and the power supplied by drives (W)."""
-    return Instant(
-        c.gap,
-        c.slip,
-        c.gap_rate,
-        c.slip_rate,
         c.a_nn,
         c.a_nt,
         c.a_tt,
@@ -196,9 +179,21 @@ def with_forces(c: Instant, normal: float, tangential: float, supplied: float) -
         c.slip_acceleration,
         normal,
         tangential,
-        c.damping_power,
+        e.damping_power,
         supplied,
     )
+
+
+@inlined
+def flying(e: Evaluation) -> Instant:
+    """Return the instant of an evaluated system in flight; its contact problem is left out."""
+    return moved(NO_CONTACT, e, 0.0, 0.0, e.supplied_power)
+
+
+@inlined
+def with_forces(c: Instant, normal: float, tangential: float, supplied: float) -> Instant:
+    """Return an instant with its contact forces (N) and the power supplied by drives (W)."""
+    return moved(c, c, normal, tangential, supplied)
 
 
 @jitable
@@ -209,14 +204,13 @@ def accelerate(system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Work
     """
     e = system.evaluate(t, q, qd, w)
     v = w.vectors
-    if phase.state == FREE:
-        if not system.solve_mass(e.rank_one, w, False):
-            return MASS_NOT_POSITIVE, flying(e)
-        for i in range(q.shape[0]):
-            v[row.ACCELERATION, i] = v[row.FREE_ACCELERATION, i]
-        return OK, with_forces(flying(e), 0.0, 0.0, e.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION]))
-    if not system.solve_mass(e.rank_one, w, True):
+    contact = phase.state != FREE
+    if not system.solve_mass(e.rank_one, w, contact):
         return MASS_NOT_POSITIVE, flying(e)
+    if not contact:
+        copy(v[row.FREE_ACCELERATION], v[row.ACCELERATION])
+        supplied = e.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
+        return OK, moved(NO_CONTACT, e, 0.0, 0.0, supplied)
     c = instant_of(e, w)
     force = contact_force(phase, c)
     if force.status != OK:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.kernels.jit import Law, compiled_law, inlined
+from oblique_impact.kernels.jit import Law, compiled_law
 from oblique_impact.kernels.workspace import Array
 
 FREE, SLIDING, STICKING = 0, 1, 2
@@ -54,21 +54,19 @@ class Instant(NamedTuple):
     slip: float
     gap_rate: float
     slip_rate: float
-    a_nn: float  # Delassus entries D_n M^-1 D_n^T, D_n M^-1 D_tau^T, D_tau M^-1 D_tau^T
-    a_nt: float
-    a_tt: float
-    gap_acceleration: float
-    slip_acceleration: float
+    a_nn: float = 0.0  # Delassus entries D_n M^-1 D_n^T, D_n M^-1 D_tau^T, D_tau M^-1 D_tau^T
+    a_nt: float = 0.0
+    a_tt: float = 0.0
+    gap_acceleration: float = 0.0
+    slip_acceleration: float = 0.0
     normal_force: float = 0.0  # lambda_n
     tangential_force: float = 0.0  # lambda_tau
     damping_power: float = 0.0  # W, of the system's own damping
     supplied_power: float = 0.0  # W, by drives and hub torques
 
 
-@inlined
-def no_instant() -> Instant:
-    """Return an instant of zeros."""
-    return Instant(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+#: the contact problem where there is none
+NO_CONTACT = Instant(0.0, 0.0, 0.0, 0.0)
 
 
 class Guards(NamedTuple):

@@ -1,4 +1,4 @@
-"""Who wants to know what numba compiles: a first run takes half a minute for it, and a person should know why.
+"""Listeners to what numba compiles: a first run takes half a minute for it, and a person should know why.
 
 Nothing here needs numba, so that a command which compiles nothing does not wait for it.
 """

@@ -1,7 +1,7 @@
 """What is compiled, and how: numeric source is written once and runs compiled or interpreted.
 
 `jitable`            marks a function that kernels call
-`Kernel`             an entry point: compiled for packed systems, plain Python for a user's own small system
+`Kernel`             an entry point: compiled for packed systems, plain Python for a small user-defined system
 `compiled_protocol`  lets kernels call the methods of packed systems (named tuples)
 `compiled_law`       a user-defined function of numbers that kernels call, without being compiled anew for it
 
@@ -93,7 +93,7 @@ def compiled_protocol(cls: C) -> C:
     What is compiled is the function of that name in the system's own class; its arguments have the same order.
     """
     for name, method in vars(cls).items():
-        if inspect.isfunction(method):
+        if inspect.isfunction(method) and not name.startswith("_"):
             _compile_method(name, inspect.signature(method))
     return cls
 

@@ -11,6 +11,6 @@ SUPPLY = 7  # derivative of the supplied power over q''
 RESIDUAL = 8  # Q + D^T lambda - M q'' of an implicit step
 INCREMENT = 9  # of q'' in an implicit step
 PRODUCT_A, PRODUCT_B = 10, 11  # products with the mass matrix
-OWN_A, OWN_B, OWN_C = 12, 13, 14  # the system's own
+SCRATCH_A, SCRATCH_B, SCRATCH_C = 12, 13, 14  # for what the system's methods need in between
 RANK_ONE = 15  # and 16, 17: S^-1 of a system's rank-one vector, for each effective matrix
 VECTORS = 18

@@ -4,7 +4,7 @@
     Z_n'' = D_n q'' + z_n,   Z_tau'' = D_tau q'' + z_tau
 
 `System`            the methods that kernels call; packed systems (named tuples) bring compiled ones
-`MechanicalSystem`  the contract for a user's own small system, which runs interpreted through the same source
+`MechanicalSystem`  the contract for a small user-defined system, which runs interpreted through the same source
 `Workspace`         the arrays that these methods fill, `vectors_of` gives them names
 `Evaluation`        the numbers that come back
 """
@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,31 +25,26 @@ __all__ = ["ContactRows", "MechanicalSystem", "System"]
 
 
 @compiled_protocol
-class System:
+class System(Protocol):
     """What kernels call.  Dense systems take all but `evaluate` from :class:`DenseAlgebra`."""
 
     def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Fill mass matrix, forces and contact rows at (t, q, q')."""
-        raise NotImplementedError
 
     def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
         """Acceleration without contact force and, with `contact`, M^-1 D_n^T and M^-1 D_tau^T.
 
         False if the mass matrix is not positive definite.
         """
-        raise NotImplementedError
 
     def take_residual(self, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace) -> Evaluation:
         """Evaluate and fill the residual Q - M q''; without `contact` rows and kinematics are not needed."""
-        raise NotImplementedError
 
     def approach(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Gap, slip, their rates and the contact rows alone."""
-        raise NotImplementedError
 
     def mass_product(self, rank_one: float, w: Workspace, x: Array, product: Array) -> None:
         """M x of the evaluated system into `product`."""
-        raise NotImplementedError
 
     def factor_effective(
         self, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
@@ -59,19 +54,15 @@ class System:
         With `stale` False nothing but the state has changed since.  C and K need not be exact derivatives.
         False if S is not positive definite.
         """
-        raise NotImplementedError
 
     def solve_effective(self, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
         """S^-1 of the residual into the increment and, with `contact`, of the rows into their responses."""
-        raise NotImplementedError
 
     def damping_at(self, t: float, q: Array, qd: Array, w: Workspace) -> float:
         """Power (W) that damping forces take out at the velocities q'."""
-        raise NotImplementedError
 
     def add_tangent(self, t: float, q: Array, velocity: float, position: float, target: Array) -> None:
         """Add velocity * damping matrix + position * stiffness matrix to `target` (d, d); dense systems."""
-        raise NotImplementedError
 
 
 class ContactRows(NamedTuple):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853
 
-from oblique_impact.contact.state import FREE, Instant, Phase, no_instant
+from oblique_impact.contact.state import FREE, NO_CONTACT, Instant, Phase
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.equations import derivative
@@ -27,7 +27,6 @@ _A[:STAGES, :STAGES] = DOP853.A
 _A[STAGES, :STAGES] = DOP853.B
 _A[STAGES + 1 :] = DOP853.A_EXTRA
 _C = np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
-_B = np.asarray(DOP853.B)
 _E3, _E5, _D = np.asarray(DOP853.E3), np.asarray(DOP853.E5), np.asarray(DOP853.D)
 
 
@@ -41,7 +40,7 @@ def take_stages(
     K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status and the contact of
     the last stage and, in free flight, the largest gap rate met (m/s).
     """
-    speed, c, K, work = 0.0, no_instant(), s.K, s.work
+    speed, c, K, work = 0.0, NO_CONTACT, s.K, s.work
     for i in range(first, last + 1):
         copy(y, at)
         for j in range(i):

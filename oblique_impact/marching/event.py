@@ -42,7 +42,7 @@ from oblique_impact.marching.scheme import (
     progress_of,
     raised,
 )
-from oblique_impact.marching.search import UNDEFINED, first_fall
+from oblique_impact.marching.search import UNDEFINED, DenseStep, first_fall
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0
 _EXPONENT = -1.0 / 8.0
@@ -138,7 +138,7 @@ def march_event(
         if clear:
             s.armed[NORMAL] = True
         elif status == 0:
-            guard, place, rate, force, deepest = first_fall(system, phase, t, length, y, s)
+            guard, place, rate, force, deepest = first_fall(DenseStep(system, phase, t, length, y, s))
             peak, depth = max(peak, force), max(depth, deepest)
         if status != 0 or guard == UNDEFINED:
             # the contact problem has no solution further on in this step: approach that point

@@ -11,12 +11,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.state import FREE, GUARDS, NORMAL, Guards, Instant, Phase
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import take_derivative
+from oblique_impact.marching.location import cubic_dip, find_fall, find_trough
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
@@ -111,7 +111,7 @@ class _March:
                     break
                 following = origin + (done + 1) * self.h  # so that no rounding adds up
                 following = leg.t_stop if following > leg.t_stop - 1e-9 * self.h else following
-                end = self._take(start, following - t)
+                end = self.take(start, following - t)
                 if not bounded(end.y, s):
                     reason = FAILED_FINITE
                     break
@@ -142,7 +142,7 @@ class _March:
             raise _NoSolutionError(status)
         return dy, contact
 
-    def _take(self, start: _End, h: float) -> _End:
+    def take(self, start: _End, h: float) -> _End:
         y = np.asarray(self.scheme.step(self._rates, start.t, start.y, h), dtype=float)
         return self._measure(start.t + h, y)
 
@@ -150,41 +150,42 @@ class _March:
         contact = self._derivative(t, y)[1]
         return _End(t, y, contact, guards_of(self.phase, contact))
 
-    def _raised(self, end: _End, guard: int) -> float:
-        return raised(end.guards[guard], guard, self.scratch)
-
     def _first_fall(self, start: _End, end: _End) -> tuple[int, _End]:
         """Guard that falls first in a step, or NO_GUARD, and the step up to there."""
-        first = NO_GUARD
-        end = self._dip(start, end) or end
+        first, trial = NO_GUARD, _Shorter(self, start, end.t - start.t)
+        part = self._dip(trial, end)
+        end = end if part == 1.0 else trial.up_to(part)
         for guard in range(GUARDS):
             # each guard found fallen shortens the step
-            if self._raised(end, guard) <= 0.0:
-                first, end = guard, self._locate(start, end, guard)
+            before, after = (raised(at.guards[guard], guard, self.scratch) for at in (start, end))
+            if after <= 0.0:
+                part = (end.t - start.t) / trial.h
+                first = guard
+                end = trial.up_to(find_fall(trial, guard, 0.0, before, part, after, _LOCATED, 0.0))
         return first, end
 
-    def _dip(self, start: _End, end: _End) -> _End | None:
-        """Look at the least gap inside a step that begins closing and ends opening; None if it stays open."""
+    def _dip(self, trial: _Shorter, end: _End) -> float:
+        """Fraction of a step that ends in the air where the slope has been reached before; 1 if nowhere."""
+        start, h = trial.start, trial.h
         if self.phase.state != FREE or not self.scratch.armed[NORMAL] or end.guards.normal <= 0.0:
-            return None
-        if start.contact.gap_rate >= 0.0 or end.contact.gap_rate <= 0.0:
-            return None
-        h = end.t - start.t
-        part = brentq(lambda x: self._take(start, x * h).contact.gap_rate, 1e-9, 1.0)
-        least = self._take(start, part * h)
-        return least if least.guards.normal <= 0.0 else None
+            return 1.0
+        rates = start.contact.gap_rate, end.contact.gap_rate
+        if rates[0] >= 0.0 or rates[1] <= 0.0:
+            return 1.0
+        _, place = cubic_dip(start.guards.normal, end.guards.normal, h * rates[0], h * rates[1])
+        part, _ = find_trough(trial, NORMAL, 0.0, 1.0, place)
+        return part if part > 0.0 else 1.0
 
-    def _locate(self, start: _End, end: _End, guard: int) -> _End:
-        """Return the step that ends where a guard, fallen at `end`, falls."""
-        h = end.t - start.t
 
-        def value(part: float) -> float:
-            return self._raised(self._take(start, part * h), guard)
+class _Shorter(NamedTuple):
+    """A step of length h (s) of which shorter ones are taken; a `Trial`."""
 
-        low = 1e-3
-        while low > 1e-12 and value(low) <= 0.0:  # a phase that starts at zero rises first
-            low *= 1e-3
-        if value(low) <= 0.0:
-            return self._take(start, low * h)
-        part = brentq(value, low, 1.0, xtol=_LOCATED, rtol=8.9e-16)
-        return self._take(start, part * h)
+    march: _March
+    start: _End
+    h: float
+
+    def up_to(self, x: float) -> _End:
+        return self.march.take(self.start, x * self.h)
+
+    def guard_at(self, x: float, guard: int) -> float:
+        return raised(self.up_to(x).guards[guard], guard, self.march.scratch)

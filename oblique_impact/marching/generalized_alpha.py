@@ -15,25 +15,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import friction_ratio, guards_of, stop_force, with_forces
+from oblique_impact.contact.forces import flying, friction_ratio, guards_of, stop_force, with_forces
 from oblique_impact.contact.state import DEFINITE, FREE, GUARDS, NORMAL, STICKING, Instant, Phase
 from oblique_impact.kernels.jit import jitable, kernel
 from oblique_impact.kernels.workspace import Array, copy
-from oblique_impact.marching.alpha_step import (
-    FAR,
+from oblique_impact.marching.alpha_balance import finish_step
+from oblique_impact.marching.alpha_state import (
     LAG,
     MEAN_RATES,
-    NEAR,
-    ODD,
+    Attempt,
     Coefficients,
-    Step,
+    backward_euler,
     coefficients,
-    finish_step,
     kept_of,
     kept_size,
     start_phase,
-    take_step,
 )
+from oblique_impact.marching.alpha_step import FAR, NEAR, ODD, Step, take_step
+from oblique_impact.marching.location import cubic_dip, find_fall
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
@@ -59,16 +58,15 @@ _LANDED = 0.01  # thresholds: how far below zero a guard may be found
 _STEPS_PER_LEG, _WORK_PER_LEG = 2_000, 500_000  # the latter in steps times degrees of freedom
 _START, _END = 0, 1
 _SMOOTH = 0.5  # part by which rates of a force that is carried on may differ
-_GENTLE_STEPS = 1
+_EULER_STEPS = 1
 
 
 class Control(NamedTuple):
     """Parameters of a march in one phase."""
 
     regular: Coefficients
-    gentle: Coefficients  # of the first steps, which have no use for initial accelerations
-    gentle_steps: int
-    tolerance: float  # J^1/2, of the iterations
+    first: Coefficients  # backward Euler, which has no use for initial accelerations
+    first_steps: int  # that are taken with them
     far_step: float  # s, in flight
     near_step: float  # s, in contact and close to the slope
     near: float  # m
@@ -113,17 +111,17 @@ def _carried(mean: float, last: float, span: float, lag: float, before: Array, a
 
 
 @jitable
-def _report(phase: Phase, c: Coefficients, y: Array, h: float, step: Step, s: Scratch) -> Step:
-    """Keep the forces at the end of a step in s.y_new, measure the guards, return the forces to report."""
-    d, end = s.work.vectors.shape[1], step.end
-    before, after = kept_of(y, d), kept_of(s.y_new, d)
+def _report(a: Attempt, h: float, step: Step) -> Step:
+    """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
+    phase, s, end, lag = a.phase, a.scratch, step.end, a.c.alpha_f * h
+    d = s.work.vectors.shape[1]
+    before, after = kept_of(a.y, d), kept_of(s.y_new, d)
     after.forces[0], after.forces[1] = end.normal_force, end.tangential_force
     if phase.state == FREE:
         _measure(phase, end, s, _END)
         return step
-    mean_n = end.normal_force + c.alpha_f * (before.forces[0] - end.normal_force)
-    mean_t = end.tangential_force + c.alpha_f * (before.forces[1] - end.tangential_force)
-    lag = c.alpha_f * h
+    mean_n = end.normal_force + a.c.alpha_f * (before.forces[0] - end.normal_force)
+    mean_t = end.tangential_force + a.c.alpha_f * (before.forces[1] - end.tangential_force)
     span = h - lag + before.memory[LAG]
     normal = _carried(mean_n, float(before.reported[d]), span, lag, before.memory, after.memory, 0)
     tangential = _carried(mean_t, float(before.reported[d + 1]), span, lag, before.memory, after.memory, 1)
@@ -143,59 +141,20 @@ def _raised(s: Scratch, row: int, guard: int) -> float:
 
 
 @jitable
-def _retake(
-    system: Any, phase: Phase, c: Coefficients, tolerance: float, t: float, y: Array, h: float, s: Scratch
-) -> Step:
+def _retake(a: Attempt, h: float) -> Step:
     """Repeat a step with another length, guards included."""
-    step = take_step(system, phase, c, tolerance, t, y, h, ODD, True, s)
-    return _report(phase, c, y, h, step, s) if step.status == 0 else step
+    step = take_step(a, h, ODD, True)
+    return _report(a, h, step) if step.status == 0 else step
 
 
-@jitable
-def _shorten(
-    system: Any,
-    phase: Phase,
-    c: Coefficients,
-    tolerance: float,
-    t: float,
-    y: Array,
-    h: float,
-    guard: int,
-    s: Scratch,
-) -> float:
-    """Length in (0, h] of the step that ends where the guard, fallen at h, falls (Illinois)."""
-    a, b, fa, fb = 0.0, h, _raised(s, _START, guard), _raised(s, _END, guard)
-    close = (1e-3 if phase.state == FREE else 1.0) * _LOCATED * s.tolerances.time
-    for _ in range(80):
-        if fb >= -_LANDED * s.thresholds[guard] or b - a <= close:
-            break
-        x = 0.5 * (a + b)  # a phase that starts at zero may rise first and fall later: halve until it is seen
-        if fa > 0.0:
-            x = (a * fb - b * fa) / (fb - fa)
-            x = min(max(x, a + 0.01 * (b - a)), b - 0.01 * (b - a))
-        if _retake(system, phase, c, tolerance, t, y, x, s).status != 0:
-            return x
-        fx = _raised(s, _END, guard)
-        if fx > 0.0:
-            fb = 0.5 * fb if a > 0.0 else fb
-            a, fa = x, fx
-        else:
-            fa = 0.5 * fa if b < h else fa
-            b, fb = x, fx
-    return b
+class _Shorter(NamedTuple):
+    """Shorter steps than the one attempted; a `Trial`."""
 
+    attempt: Attempt
 
-@jitable
-def _dip(s: Scratch, h: float) -> float:
-    """Part of a step where the cubic through gap and gap rate has its least value, if below zero; else 0."""
-    ga, gb = s.values[_START, NORMAL], s.values[_END, NORMAL]
-    sa, sb = h * s.slopes[_START, NORMAL], h * s.slopes[_END, NORMAL]
-    if sa >= 0.0 or sb <= 0.0:
-        return 0.0
-    c2, c3 = 3.0 * (gb - ga) - 2.0 * sa - sb, sa + sb - 2.0 * (gb - ga)
-    x = -sa / (c2 + np.sqrt(max(c2 * c2 - 3.0 * c3 * sa, 0.0)))
-    value = ga + x * (sa + x * (c2 + x * c3))
-    return float(x) if 0.0 < x < 1.0 and value < 0.0 else 0.0
+    def guard_at(self, x: float, guard: int) -> float:
+        a = self.attempt
+        return _raised(a.scratch, _END, guard) if _retake(a, x * a.h).status == 0 else -1.0
 
 
 @jitable
@@ -212,39 +171,38 @@ def _first_force(phase: Phase, s: Scratch) -> tuple[int, float]:
 
 
 @jitable
-def _cut(
-    system: Any,
-    phase: Phase,
-    c: Coefficients,
-    tolerance: float,
-    t: float,
-    y: Array,
-    h: float,
-    step: Step,
-    s: Scratch,
-) -> Cut:
-    """Cut the step just taken where the first guard falls; s.y_new is that shorter step, or the whole one."""
+def _cut(a: Attempt, step: Step) -> Cut:
+    """Cut the step just taken where the first guard falls; the new state is then that of the shorter step.
+
+    Guards of the motion are located by steps of other lengths; those of a force fall on the line through the step.
+    """
+    phase, s, h = a.phase, a.scratch, a.h
     close = _LOCATED * s.tolerances.time
     first, part = _first_force(phase, s)
-    length, redo = h, False
+    length, taken = h, h
     if first != NO_GUARD:
-        length = max(part * h, close)
-        step = _retake(system, phase, c, tolerance, t, y, length, s)
+        length = taken = max(part * h, close)
+        step = _retake(a, length)
     elif phase.state == FREE and s.armed[NORMAL] and s.values[_END, NORMAL] > 0.0:
-        part = _dip(s, h)
-        if part > 0.0:
-            length, redo = part * h, True
-            step = _retake(system, phase, c, tolerance, t, y, length, s)
-            if step.status == 0 and s.values[_END, NORMAL] > 0.0:  # the gap only comes close
-                length = h
+        ga, gb = s.values[_START, NORMAL], s.values[_END, NORMAL]
+        least, place = cubic_dip(ga, gb, h * s.slopes[_START, NORMAL], h * s.slopes[_END, NORMAL])
+        if place >= 0.0 and least < 0.0:
+            taken = place * h
+            step = _retake(a, taken)
+            if s.values[_END, NORMAL] <= 0.0:  # else the gap only comes close
+                length = taken
     for guard in range(GUARDS):
         # each guard of the motion that is found fallen shortens the step
         if step.status == 0 and not _of_force(phase, guard) and _raised(s, _END, guard) <= 0.0:
-            length = _shorten(system, phase, c, tolerance, t, y, length, guard, s)
-            first, redo = guard, False
-            step = _retake(system, phase, c, tolerance, t, y, length, s)
-    if redo and step.status == 0:
-        step = _retake(system, phase, c, tolerance, t, y, length, s)
+            fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.thresholds[guard]
+            narrow = (1e-3 if phase.state == FREE else 1.0) * close / h
+            first, length = guard, h * find_fall(_Shorter(a), guard, 0.0, fa, length / h, fb, narrow, low)
+            taken = length
+            if length <= close:
+                break
+            step = _retake(a, length)
+    if taken != length and step.status == 0:
+        step = _retake(a, length)
     return Cut(step, first, length)
 
 
@@ -258,10 +216,7 @@ def _open(system: Any, phase: Phase, front: Front, y: Array, s: Scratch) -> tupl
         _measure(phase, c, s, _START)
         return status, c.gap
     e = system.take_residual(t, y[:d], y[d : 2 * d], kept.acceleration, True, s.work)
-    gap_rate, slip_rate = e.gap_rate, e.slip_rate
-    normal, tangential = float(kept.reported[d]), float(kept.reported[d + 1])
-    c = Instant(e.gap, e.slip, gap_rate, slip_rate, 1.0, 0.0, 1.0, 0.0, 0.0, normal, tangential, 0.0, 0.0)
-    _measure(phase, c, s, _START)
+    _measure(phase, with_forces(flying(e), float(kept.reported[d]), float(kept.reported[d + 1]), 0.0), s, _START)
     return 0, e.gap
 
 
@@ -281,7 +236,6 @@ def march_alpha(
     """Advance y in place; the times are origin + count h as long as the step h stays the same."""
     steps, count, peak, depth, sample = 0, 0, 0.0, 0.0, front.sample
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]
-    tolerance = control.tolerance * np.sqrt(s.tolerances.energy)
     t, origin, done, h = front.t, front.origin, front.done, front.h if front.taken > 0 else 0.0
     reason, fallen = AT_STOP, NO_GUARD
     status, gap = _open(system, phase, front, y, s)
@@ -302,22 +256,22 @@ def march_alpha(
         following = leg.t_stop if short else following
         length = following - t if short else h
         c, slot = control.regular, FAR if flying else NEAR
-        if front.taken + steps < control.gentle_steps:
-            c, slot = control.gentle, ODD
+        if front.taken + steps < control.first_steps:
+            c, slot = control.first, ODD
             algorithmic = kept_of(y, d).algorithmic
-            for i in range(d):  # with it a gentle step is one of backward Euler
+            for i in range(d):
                 algorithmic[i] = 0.0
         slot = ODD if short else slot
         stale = slot == ODD or (stale_far if flying else stale_near)
-        step = take_step(system, phase, c, tolerance, t, y, length, slot, stale, s)
+        attempt = Attempt(system, phase, c, t, length, y, s)
+        step = take_step(attempt, length, slot, stale)
         if step.status != 0:
             status = step.status
             break
         stale_far, stale_near = stale_far and slot != FAR, stale_near and slot != NEAR
-        step = _report(phase, c, y, length, step, s)
+        step = _report(attempt, length, step)
         if phase.state != FREE or phase.watched:
-            cut = _cut(system, phase, c, tolerance, t, y, length, step, s)
-            step, fallen, length = cut.step, cut.guard, cut.h
+            step, fallen, length = _cut(attempt, step)
             if step.status != 0:
                 status = step.status
                 break
@@ -325,7 +279,7 @@ def march_alpha(
             # it falls with the very first of the step: what the last step left is where the phase ends
             reason, origin, done = AT_GUARD, t, 0
             break
-        finish_step(system, phase, c, t, y, length, step, s)
+        finish_step(attempt, length, step)
         copy(s.y_new, y)
         steps += 1
         peak, gap = max(peak, step.end.normal_force), step.end.gap
@@ -387,12 +341,12 @@ class GeneralizedAlphaScheme(Scheme):
         Euler, which has no use for them.
         """
         rebound = phase.state == FREE and before is not None and before.state == FREE
-        gentle = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
+        jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
+        tolerance = self.tolerance * float(np.sqrt(scratch.tolerances.energy))
         control = Control(
-            coefficients(self.rho_infinity),
-            Coefficients(0.0, 0.0, 1.0, 1.0),
-            _GENTLE_STEPS if gentle else 0,
-            float(self.tolerance),
+            coefficients(self.rho_infinity, tolerance),
+            backward_euler(tolerance),
+            _EULER_STEPS if jumps else 0,
             float(self.free_step),
             float(self.contact_step),
             float(self.near),

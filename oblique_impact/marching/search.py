@@ -7,9 +7,7 @@ two halves show every fall and every dip below zero, and a root finder closes in
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.state import GUARDS, NORMAL, Instant, Phase
@@ -17,6 +15,7 @@ from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.dop853 import DENSE_STAGES, interpolate
 from oblique_impact.marching.equations import derivative
+from oblique_impact.marching.location import cubic_dip, find_fall, find_rise, find_trough
 from oblique_impact.marching.scheme import NO_GUARD, Scratch, raised
 
 UNDEFINED = -2
@@ -26,37 +25,43 @@ _SLOPE_STEP = 1e-5  # of a part
 _FORETOLD = 0.1  # of the guard's range, the error of a cubic that follows it
 _HALVES_ERROR = 0.25  # of the error in the middle, a bound on that of the halves' cubics (1/16 to 4th order)
 _CLOSE = 1e-13  # of a step
-_GOLDEN = 0.381966011250105
 _START, _MIDDLE, _END = 0, 1, 2
 
 
+class DenseStep(NamedTuple):
+    """A step of length h (s) from (t, y) with its dense output; a `Trial`."""
+
+    system: Any
+    phase: Phase
+    t: float
+    h: float
+    y: Array
+    scratch: Scratch
+
+    def guard_at(self, x: float, guard: int) -> float:
+        """One guard, raised until it is armed, at the fraction x of the step; -1 if it is undefined there."""
+        defined, c = _contact_at(self, x)
+        return raised(guards_of(self.phase, c)[guard], guard, self.scratch) if defined else -1.0
+
+
 @jitable
-def _contact_at(
-    system: Any, phase: Phase, t: float, h: float, x: float, y: Array, s: Scratch
-) -> tuple[bool, Instant]:
+def _contact_at(step: DenseStep, x: float) -> tuple[bool, Instant]:
     """Solution of the contact problem at the fraction x of the step; False if there is none."""
-    interpolate(s.F, y, x, s.at)
-    status, c = derivative(system, phase, t + x * h, s.at, s.work, s.K[DENSE_STAGES - 1])
+    s = step.scratch
+    interpolate(s.F, step.y, x, s.at)
+    status, c = derivative(step.system, step.phase, step.t + x * step.h, s.at, s.work, s.K[DENSE_STAGES - 1])
     return status == 0, c
 
 
 @jitable
-def _guard_at(system: Any, phase: Phase, t: float, h: float, x: float, y: Array, s: Scratch, guard: int) -> float:
-    """One guard, raised until it is armed, at the fraction x of the step; -1 if it is undefined there."""
-    defined, c = _contact_at(system, phase, t, h, x, y, s)
-    return raised(guards_of(phase, c)[guard], guard, s) if defined else -1.0
-
-
-@jitable
-def _take(
-    system: Any, phase: Phase, t: float, h: float, x: float, shift: float, y: Array, s: Scratch, row: int
-) -> bool:
+def _take(step: DenseStep, x: float, shift: float, row: int) -> bool:
     """Guards, the normal force and their slopes (per step) at the fraction x into a row; False if undefined."""
+    s = step.scratch
     for part in range(2):
-        defined, c = _contact_at(system, phase, t, h, x + part * shift, y, s)
+        defined, c = _contact_at(step, x + part * shift)
         if not defined:
             return False
-        guards = guards_of(phase, c)
+        guards = guards_of(step.phase, c)
         for k in range(GUARDS + 1):
             value = guards[k] if k < GUARDS else c.normal_force
             if part == 0:
@@ -74,33 +79,11 @@ def _move(s: Scratch, source: int, target: int) -> None:
 
 
 @jitable
-def _cubic_dip(ga: float, gb: float, sa: float, sb: float) -> tuple[float, float]:
-    """Least value of the cubic with these end values and slopes on [0, 1], and where; -1 if at an end."""
-    best, place = min(ga, gb), -1.0
-    c2 = 3.0 * (gb - ga) - 2.0 * sa - sb
-    c3 = sa + sb - 2.0 * (gb - ga)
-    discriminant = c2 * c2 - 3.0 * c3 * sa
-    if discriminant < 0.0:
-        return best, place
-    root = np.sqrt(discriminant)
-    for sign in (-1.0, 1.0):
-        denominator = c2 + sign * root
-        if denominator == 0.0:
-            continue
-        x = -sa / denominator
-        if 0.0 < x < 1.0:
-            value = ga + x * (sa + x * (c2 + x * c3))
-            if value < best:
-                best, place = value, x
-    return best, place
-
-
-@jitable
 def _dip(s: Scratch, half: int, guard: int, width: float) -> tuple[float, float]:
     """Least value of a guard (raised until armed) in a half of the part, and where in it; -1 if at an end."""
     offset = 0.0 if s.armed[guard] else s.thresholds[guard]
     ga, gb = s.values[half, guard] + offset, s.values[half + 1, guard] + offset
-    return _cubic_dip(ga, gb, 0.5 * width * s.slopes[half, guard], 0.5 * width * s.slopes[half + 1, guard])
+    return cubic_dip(ga, gb, 0.5 * width * s.slopes[half, guard], 0.5 * width * s.slopes[half + 1, guard])
 
 
 @jitable
@@ -108,7 +91,7 @@ def _highest(s: Scratch, column: int, half: int, width: float) -> float:
     """Largest value of a column, the normal force (N) or a guard, in a half of the part."""
     values = s.values[half, column], s.values[half + 1, column]
     slopes = 0.5 * width * s.slopes[half, column], 0.5 * width * s.slopes[half + 1, column]
-    return float(-_cubic_dip(-values[0], -values[1], -slopes[0], -slopes[1])[0])
+    return float(-cubic_dip(-values[0], -values[1], -slopes[0], -slopes[1])[0])
 
 
 @jitable
@@ -151,93 +134,9 @@ def _resolved(s: Scratch, guard: int, width: float) -> bool:
 
 
 @jitable
-def _trough(
-    system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch, guard: int, a: float, b: float, x: float
-) -> tuple[float, float]:
-    """Fraction in (a, b) where a guard, positive at both ends, is not positive, and its value; -1 if nowhere.
-
-    The search for the least value (golden section) starts from x, where it is expected.
-    """
-    probe, least = x, np.inf
-    for _ in range(80):
-        value = _guard_at(system, phase, t, h, probe, y, s, guard)
-        if value <= 0.0:
-            return probe, value
-        lower = probe < x
-        if value < least:
-            if lower:
-                b = x
-            elif probe > x:
-                a = x
-            x, least = probe, value
-        elif lower:
-            a = probe
-        else:
-            b = probe
-        if b - a < 1e-7:
-            break
-        probe = x + _GOLDEN * (b - x) if b - x > x - a else x - _GOLDEN * (x - a)
-    return -1.0, 0.0
-
-
-@jitable
-def _rise(
-    system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch, guard: int, a: float, b: float
-) -> float:
-    """Fraction in (a, b) where an unarmed guard has risen, which arms it; a if it never rises."""
-    x = b
-    for _ in range(40):
-        x = a + 0.5 * (x - a)
-        if _guard_at(system, phase, t, h, x, y, s, guard) > 2.0 * s.thresholds[guard]:
-            s.armed[guard] = True
-            return x
-    return a
-
-
-@jitable
-def _root(
-    system: Any,
-    phase: Phase,
-    t: float,
-    h: float,
-    y: Array,
-    s: Scratch,
-    guard: int,
-    a: float,
-    fa: float,
-    b: float,
-    fb: float,
-) -> float:
-    """Fraction in (a, b] where a guard falls from fa > 0 through zero to fb <= 0 (Illinois method)."""
-    for _ in range(200):
-        if b - a <= _CLOSE or fb == 0.0:
-            break
-        x = (a * fb - b * fa) / (fb - fa)
-        if not (a < x < b):
-            x = 0.5 * (a + b)
-        fx = _guard_at(system, phase, t, h, x, y, s, guard)
-        if fx > 0.0:
-            a, fa, fb = x, fx, 0.5 * fb
-        else:
-            b, fb, fa = x, fx, 0.5 * fa
-    return b
-
-
-@jitable
-def _fall(
-    system: Any,
-    phase: Phase,
-    t: float,
-    h: float,
-    y: Array,
-    s: Scratch,
-    guard: int,
-    half: int,
-    start: float,
-    width: float,
-) -> float:
+def _fall(step: DenseStep, guard: int, half: int, start: float, width: float) -> float:
     """Fraction of the step where a guard falls in a half of the part that begins at `start`; 2 if nowhere."""
-    a = start + 0.5 * width * half
+    s, a = step.scratch, start + 0.5 * width * half
     b = a + 0.5 * width
     offset = 0.0 if s.armed[guard] else s.thresholds[guard]
     fa, fb = s.values[half, guard] + offset, s.values[half + 1, guard] + offset
@@ -246,18 +145,17 @@ def _fall(
         margin = _uncertainty(s, guard, width) if s.armed[guard] else 0.0
         if place < 0.0 or least >= margin:
             return 2.0
-        b, fb = _trough(system, phase, t, h, y, s, guard, a, b, a + 0.5 * width * place)
+        b, fb = find_trough(step, guard, a, b, a + 0.5 * width * place)
         if b < 0.0:
             return 2.0
     if not s.armed[guard]:
         # a flight shorter than the bracket: its end is a root only where the guard has risen before
-        risen = _rise(system, phase, t, h, y, s, guard, a, b)
+        risen = find_rise(step, guard, a, b, 2.0 * s.thresholds[guard])
         if risen > a:
+            s.armed[guard] = True
             a, fa = risen, s.thresholds[guard]
             fb = min(fb - offset, 0.0)
-    if fa <= 0.0:
-        return a
-    return _root(system, phase, t, h, y, s, guard, a, fa, b, fb)
+    return find_fall(step, guard, a, fa, b, fb, _CLOSE, 0.0)
 
 
 @jitable
@@ -271,16 +169,14 @@ def _fall_rate(s: Scratch, guard: int, half: int, x: float, width: float) -> flo
 
 
 @jitable
-def first_fall(
-    system: Any, phase: Phase, t: float, h: float, y: Array, s: Scratch
-) -> tuple[int, float, float, float, float]:
+def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
     """First guard that falls through zero in a step, the fraction where, its rate (1/s), and two largest values.
 
     These are of the normal force (N) and of the normal guard, which is the depth (m) in a stop that gives way.
 
     The guard is NO_GUARD if none falls, UNDEFINED if the contact problem loses its solution first.
     """
-    start, width, peak, depth = 0.0, _WIDEST, 0.0, 0.0
+    s, start, width, peak, depth = step.scratch, 0.0, _WIDEST, 0.0, 0.0
     at_start, at_end = False, False  # rows that are taken already
     while start < 1.0:
         resolved = True
@@ -288,7 +184,7 @@ def first_fall(
             if (row == _START and at_start) or (row == _END and at_end) or not resolved:
                 continue
             shift = (-_SLOPE_STEP if row == _END else _SLOPE_STEP) * width
-            resolved = _take(system, phase, t, h, start + 0.5 * width * row, shift, y, s, row)
+            resolved = _take(step, start + 0.5 * width * row, shift, row)
             at_start, at_end = at_start or resolved, resolved and row != _START
         defined = resolved
         for k in range(GUARDS):
@@ -304,13 +200,13 @@ def first_fall(
         for half in range(2):
             first, place = NO_GUARD, 2.0
             for k in range(GUARDS):
-                x = _fall(system, phase, t, h, y, s, k, half, start, width)
+                x = _fall(step, k, half, start, width)
                 if x < place:
                     first, place = k, x
             if first >= 0:
                 part = (place - start) / (0.5 * width) - half
                 peak, depth = max(peak, s.values[half, GUARDS]), max(depth, s.values[half, NORMAL])
-                return first, place, _fall_rate(s, first, half, part, width) / h, peak, depth
+                return first, place, _fall_rate(s, first, half, part, width) / step.h, peak, depth
             peak = max(peak, _highest(s, GUARDS, half, width))
             depth = max(depth, _highest(s, NORMAL, half, width))
             for k in range(GUARDS):

@@ -89,7 +89,7 @@ FAULTS = {
     ),
     "Coriolis term forgotten": Fault(
         "oblique_impact/beam/floating_frame.py",
-        "v[row.FORCES, 0] = -2.0 * spin * _contract(v[row.OWN_A], Bd)",
+        "v[row.FORCES, 0] = -2.0 * spin * _contract(v[row.SCRATCH_A], Bd)",
         "v[row.FORCES, 0] = 0.0",
         ("equations",),
         ("equations",),

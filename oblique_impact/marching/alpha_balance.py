@@ -1,0 +1,147 @@
+"""The end of a step of generalized-alpha: what it keeps, impulses, the balance of energy, the constraints."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from oblique_impact.contact.forces import with_forces
+from oblique_impact.contact.state import FREE, STICKING, Instant, Phase
+from oblique_impact.kernels import rows as row
+from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
+from oblique_impact.marching.alpha_state import LAG, SLIP_RATE, Attempt, is_backward_euler, kept_of
+from oblique_impact.marching.alpha_step import Step
+from oblique_impact.marching.equations import (
+    DAMPING_LOSS,
+    FRICTION_LOSS,
+    NORMAL_IMPULSE,
+    QUADRATURES,
+    STABILIZATION_LOSS,
+    TANGENTIAL_IMPULSE,
+    quadrature_rates,
+)
+
+
+@jitable
+def finish_step(a: Attempt, h: float, step: Step) -> None:
+    """Complete the state after a converged step of length h: algorithmic acceleration, forces, quadratures.
+
+    Forces to report are in `step`, those at its end are kept already.
+    """
+    phase, c, y, y_new, w = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work
+    d, v = w.vectors.shape[1], w.vectors
+    before, after, end = kept_of(y, d), kept_of(y_new, d), step.end
+    scale = 1.0 / (1.0 - c.alpha_m)
+    rigid = phase.state != FREE and not phase.gives_way
+    for i in range(d):
+        mean = (1.0 - c.alpha_f) * after.acceleration[i] + c.alpha_f * before.acceleration[i]
+        after.algorithmic[i] = scale * (mean - c.alpha_m * before.algorithmic[i])
+        after.reported[i] = mean if rigid else after.acceleration[i]
+    copy(after.acceleration, v[row.ACCELERATION])
+    after.reported[d], after.reported[d + 1] = end.normal_force, end.tangential_force
+    after.memory[LAG], after.memory[SLIP_RATE] = c.alpha_f * h, end.slip_rate
+    supplied = end.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
+    last = with_forces(end, after.forces[0], after.forces[1], supplied)
+    # damping is sampled at the mean velocity, below: at the ends it is that of vibrations cut short
+    rates = quadrature_rates(phase, last, y_new[d : 2 * d], w)
+    for i in range(QUADRATURES):
+        after.rates[i] = rates[i] if i != DAMPING_LOSS else 0.0
+        y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
+    _take_applied_impulses(a, h)
+    y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, step.rank_one)
+    y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a)
+    if rigid or phase.state == STICKING:
+        y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)
+
+
+@jitable
+def _take_applied_impulses(a: Attempt, h: float) -> None:
+    """Impulses that the algorithm has applied, so that momentum balances to rounding, and the friction they do.
+
+    The force is singular where a rigid contact of a damped beam begins: the trapezoidal sum of its power is no
+    friction loss.  That is the applied impulse times the mean slip velocity; the difference is the scheme's.
+    """
+    c, y, y_new, d = a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
+    before, after, scale = kept_of(y, d), kept_of(y_new, d), 1.0 / (1.0 - c.alpha_m)
+    for k in range(2):
+        mean = (1.0 - c.alpha_f) * after.forces[k] + c.alpha_f * before.forces[k]
+        after.averaged[k] = scale * (mean - c.alpha_m * before.averaged[k])
+        applied = h * ((1.0 - c.gamma) * before.averaged[k] + c.gamma * after.averaged[k])
+        place = 2 * d + (NORMAL_IMPULSE if k == 0 else TANGENTIAL_IMPULSE)
+        y_new[place] = y[place] + applied
+        if k == 1:
+            summed = y_new[2 * d + FRICTION_LOSS] - y[2 * d + FRICTION_LOSS]
+            done = -applied * 0.5 * (before.memory[SLIP_RATE] + after.memory[SLIP_RATE])
+            y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] + done
+            y_new[2 * d + STABILIZATION_LOSS] += summed - done
+
+
+@jitable
+def _mean_damping_power(a: Attempt) -> float:
+    """Power (W) of damping forces over a step, their mean times the displacement; s.at holds the mean velocity v.
+
+    The displacement is h v but for a step of backward Euler, where it is h times the velocity v1 at the end.
+    After an impact v1 is a small part of v if the step does not resolve the damping: v1 C v is not v C v.
+    """
+    s, y_new, w = a.scratch, a.scratch.y_new, a.scratch.work
+    d = w.vectors.shape[1]
+    q, mean, end = y_new[:d], s.at[:d], y_new[d : 2 * d]
+    if not is_backward_euler(a.c):
+        return float(a.system.damping_at(a.t, q, mean, w))
+    for i in range(d):
+        s.at[d + i] = end[i] - mean[i]
+        mean[i] += end[i]
+    whole = a.system.damping_at(a.t, q, mean, w)
+    return float(0.25 * (whole - a.system.damping_at(a.t, q, s.at[d : 2 * d], w)))
+
+
+@jitable
+def _corrections(phase: Phase, c: Instant, gap: float, slip: float) -> tuple[float, float]:
+    """Multiples of the responses that take a gap and, while sticking, a slip to zero (or their rates)."""
+    if phase.state != STICKING:
+        return (0.0 if phase.gives_way else -gap / c.a_nn), 0.0
+    if phase.gives_way:
+        return 0.0, -slip / c.a_tt
+    determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
+    return (c.a_nt * slip - c.a_tt * gap) / determinant, (c.a_nt * gap - c.a_nn * slip) / determinant
+
+
+@jitable
+def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: Array) -> float:
+    """Move q, then q', onto the constraints of a contact along the responses of the step; the work done (J).
+
+    The velocity is left exact to rounding, because a step cut short divides what is left by its length.
+    """
+    d, v, done = w.vectors.shape[1], w.vectors, 0.0
+    normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.slip_reference)
+    for i in range(d):
+        move = normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
+        y[i] += move
+        done += v[row.FORCES, i] * move
+    e = system.approach(t, y[:d], y[d : 2 * d], w)
+    normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate)
+    for i in range(d):
+        y[d + i] += normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
+    return done
+
+
+@jitable
+def _dissipation(a: Attempt, h: float, rank_one: float) -> float:
+    """Energy (J) that the algorithm itself takes in a step.
+
+    That is the trapezoidal work of the forces M q'' less the kinetic energy gained.  With the means v of q'
+    and A of q'':  h^2 (beta - gamma/2) A.M (a1 - a0) - v.M (q'1 - q'0 - h A).
+    """
+    s, y, y_new, w = a.scratch, a.y, a.scratch.y_new, a.scratch.work
+    d, v = w.vectors.shape[1], w.vectors
+    before, after = kept_of(y, d), kept_of(y_new, d)
+    for i in range(d):
+        s.at[i] = 0.5 * (y[d + i] + y_new[d + i])
+        s.at[d + i] = 0.5 * (before.acceleration[i] + after.acceleration[i])
+    a.system.mass_product(rank_one, w, s.at[:d], v[row.PRODUCT_A])
+    a.system.mass_product(rank_one, w, s.at[d : 2 * d], v[row.PRODUCT_B])
+    curved, lagging = 0.0, 0.0
+    for i in range(d):
+        curved += v[row.PRODUCT_B, i] * (after.algorithmic[i] - before.algorithmic[i])
+        lagging += v[row.PRODUCT_A, i] * (y_new[d + i] - y[d + i] - h * s.at[d + i])
+    return h * h * (a.c.beta - 0.5 * a.c.gamma) * curved - lagging

@@ -1,0 +1,137 @@
+"""Generalized-alpha: its coefficients, and what it keeps from step to step.
+
+Chung and Hulbert, J. Appl. Mech. 60 (1993), in the form of Arnold and Bruels, Multibody Syst. Dyn. 18 (2007):
+equilibrium holds at the end of the step, M q'' = Q + D^T lambda, and the algorithmic acceleration a follows by
+
+    (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) q''1 + alpha_f q''0
+    q1 = q0 + h q'0 + h^2 ((1/2 - beta) a0 + beta a1),     q'1 = q'0 + h ((1 - gamma) a0 + gamma a1)
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from oblique_impact.contact.forces import OK, accelerate
+from oblique_impact.contact.state import Instant, Phase
+from oblique_impact.kernels import rows as row
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.workspace import Array, Workspace, copy
+from oblique_impact.marching.equations import DAMPING_LOSS, QUADRATURES, quadrature_rates
+from oblique_impact.marching.scheme import Scratch
+
+
+class Coefficients(NamedTuple):
+    """Parameters of the scheme."""
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    tolerance: float  # J^1/2, of the iterations: on the root of the energy of a correction
+
+
+def coefficients(rho_infinity: float, tolerance: float) -> Coefficients:
+    """Optimal parameters for a spectral radius rho_infinity at infinite frequency (Chung and Hulbert 1993)."""
+    alpha_m = (2.0 * rho_infinity - 1.0) / (rho_infinity + 1.0)
+    alpha_f = rho_infinity / (rho_infinity + 1.0)
+    gamma = 0.5 - alpha_m + alpha_f
+    return Coefficients(alpha_m, alpha_f, 0.25 * (gamma + 0.5) ** 2, gamma, tolerance)
+
+
+def backward_euler(tolerance: float) -> Coefficients:
+    """Return the parameters that make a step one of backward Euler, if the algorithmic acceleration is zero."""
+    return Coefficients(0.0, 0.0, 1.0, 1.0, tolerance)
+
+
+@inlined
+def is_backward_euler(c: Coefficients) -> bool:
+    """Whether the parameters are those of :func:`backward_euler`."""
+    return c.alpha_m == 0.0 and c.alpha_f == 0.0 and c.gamma == 1.0
+
+
+class StepLength(NamedTuple):
+    """A step and the factors from q'' to q' and q at its end."""
+
+    h: float  # s
+    velocity: float  # s
+    position: float  # s^2
+
+
+@inlined
+def step_length(c: Coefficients, h: float) -> StepLength:
+    """Return the factors of a step of length h (s)."""
+    ratio = (1.0 - c.alpha_f) / (1.0 - c.alpha_m)
+    return StepLength(h, h * c.gamma * ratio, h * h * c.beta * ratio)
+
+
+class Kept(NamedTuple):
+    """What the scheme keeps in the state vector, behind the quadratures."""
+
+    reported: Array  # (d + 2,) acceleration and contact forces of the algorithm's own mean
+    acceleration: Array  # (d,) q''
+    algorithmic: Array  # (d,) a
+    forces: Array  # (2,) contact forces (N) at the end of the step
+    averaged: Array  # (2,) as the algorithm averages them
+    rates: Array  # (7,) of the quadratures
+    memory: Array  # (4,) how far the reported forces lag behind (s), slip velocity (m/s), rates of the means (N/s)
+
+
+LAG, SLIP_RATE, MEAN_RATES = 0, 1, 2
+UNKNOWN = 1e300  # a rate of which nothing is known yet
+
+
+def kept_size(d: int) -> int:
+    """Entries of :class:`Kept` for d degrees of freedom."""
+    return 3 * d + 2 + 2 + 2 + QUADRATURES + 4
+
+
+@inlined
+def kept_of(y: Array, d: int) -> Kept:
+    """Return the parts of the state vector that the scheme keeps."""
+    a = 2 * d + QUADRATURES
+    b = a + d + 2
+    e = b + 2 * d
+    return Kept(
+        y[a:b],
+        y[b : b + d],
+        y[b + d : e],
+        y[e : e + 2],
+        y[e + 2 : e + 4],
+        y[e + 4 : e + 4 + QUADRATURES],
+        y[e + 4 + QUADRATURES : e + 8 + QUADRATURES],
+    )
+
+
+class Attempt(NamedTuple):
+    """A step of length h (s) from (t, y) into scratch.y_new, of which shorter ones can be tried."""
+
+    system: Any
+    phase: Phase
+    c: Coefficients
+    t: float
+    h: float
+    y: Array
+    scratch: Scratch
+
+
+@jitable
+def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> tuple[int, Instant]:
+    """Consistent accelerations and contact forces at the start of a phase into what y keeps."""
+    d = w.vectors.shape[1]
+    qd, kept = y[d : 2 * d], kept_of(y, d)
+    status, c = accelerate(system, phase, t, y[:d], qd, w)
+    if status != OK:
+        return status, c
+    acceleration = w.vectors[row.ACCELERATION]
+    copy(acceleration, kept.reported[:d])
+    copy(acceleration, kept.acceleration)
+    copy(acceleration, kept.algorithmic)
+    kept.reported[d], kept.reported[d + 1] = c.normal_force, c.tangential_force
+    kept.forces[0], kept.forces[1] = c.normal_force, c.tangential_force
+    kept.averaged[0], kept.averaged[1] = c.normal_force, c.tangential_force
+    kept.memory[LAG], kept.memory[SLIP_RATE] = 0.0, c.slip_rate
+    kept.memory[MEAN_RATES], kept.memory[MEAN_RATES + 1] = UNKNOWN, UNKNOWN
+    rates = quadrature_rates(phase, c, qd, w)
+    for i in range(QUADRATURES):
+        kept.rates[i] = rates[i] if i != DAMPING_LOSS else 0.0
+    return OK, c
