@@ -484,9 +484,9 @@ def test_every_scheme_runs_without_the_compiler(name, tmp_path):
     np.testing.assert_allclose(found["events"], [event.time for event in compiled.events], rtol=0, atol=1e-12)
     for key in ("time", "q", "qd", "lambda_n"):
         size = max(1.0, float(np.nanmax(np.abs(compiled[key].values))))
-        # generalized-alpha closes a rigid contact to 1e-10 m/s in either run: over the step, times the 0.094 kg that
-        # the contact point feels, that is a force
-        left = 2.0 * 0.094 * 1e-10 / 2e-5 if key == "lambda_n" and "alpha" in name else 0.0
+        # in either run generalized-alpha closes a contact to 1e-10 L / sqrt(L/g) = 3.1e-10 m/s: over the step,
+        # times the 0.094 kg that the contact point feels, that is a force
+        left = 2.0 * 0.094 * 3.1e-10 / 2e-5 if key == "lambda_n" and "alpha" in name else 0.0
         np.testing.assert_allclose(found[key], compiled[key].values, rtol=0, atol=1e-9 * size + left, err_msg=key)
 
 
