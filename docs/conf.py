@@ -40,7 +40,6 @@ nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|xr|xarray|scipy|pydantic|typer|matplotlib|mpl|skfem|numba|PIL|pyvista|pv|vtk)\..*"),
     ("py:.*", r"(collections|pathlib|os|enum|abc|typing|types|functools|importlib|jinja2)\..*"),
     ("py:class", r"oblique_impact\.scenario\.tables\._\w+|lambda"),  # validators inside of an annotation
-    ("py:class", "DenseAlgebra"),  # of another module than the docstring that names it
 ]
 
 autodoc_member_order = "bysource"

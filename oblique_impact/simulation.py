@@ -24,7 +24,8 @@ from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.loop import Problem, Record, Run, Status
+from oblique_impact.marching.loop import Problem, Run, Status
+from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.problem import beam_of, beam_problem, system_problem
 from oblique_impact.scenario.scenario import Scenario, require_scenario

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.history.history import History
-from oblique_impact.marching.loop import Event
+from oblique_impact.marching.records import Event
 from validation.alignment import align
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
-from oblique_impact.marching.loop import Event
+from oblique_impact.marching.records import Event
 
 Array = NDArray[np.float64]
 

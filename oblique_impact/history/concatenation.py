@@ -17,7 +17,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import ascending, shifted
 from oblique_impact.history.summary import Ledger, macro_collisions
-from oblique_impact.marching.loop import Contact
+from oblique_impact.marching.records import Contact
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.rules import TABLE
 

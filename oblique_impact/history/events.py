@@ -11,7 +11,7 @@ from typing import Any
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import InputError
-from oblique_impact.marching.loop import Contact, Event
+from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 
 #: columns of an event's row and their units; the first seven are those of the contract of the file formats

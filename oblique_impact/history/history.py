@@ -18,7 +18,7 @@ from oblique_impact.history.events import check_times_of_events, contact_of, eve
 from oblique_impact.history.netcdf import DIMENSIONS_ATTRIBUTE, is_history, read_netcdf, write_netcdf
 from oblique_impact.history.summary import EARLIER_MACRO_GAP, check_summary, read_json
 from oblique_impact.history.variables import DIMENSIONS, check_variables
-from oblique_impact.marching.loop import Contact, Event
+from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import builtin_names
 

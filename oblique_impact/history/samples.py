@@ -13,7 +13,7 @@ from oblique_impact.beam.section_forces import Motion, fields_along
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching.loop import Segment
+from oblique_impact.marching.records import Segment
 
 #: an array of any kind of number with a row for each sample
 Column = np.ndarray[Any, Any]

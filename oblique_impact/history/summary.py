@@ -31,7 +31,7 @@ from oblique_impact.marching.equations import (
     STOP_LOSS,
     SUPPLIED,
 )
-from oblique_impact.marching.loop import Contact, Event, Record
+from oblique_impact.marching.records import Contact, Event, Record
 from oblique_impact.scenario.scenario import Scenario
 
 #: s; the gap of histories that do not record one: it was the same for all beams

@@ -26,7 +26,10 @@ __all__ = ["ContactRows", "MechanicalSystem", "System"]
 
 @compiled_protocol
 class System(Protocol):
-    """What kernels call.  Dense systems take all but `evaluate` from :class:`DenseAlgebra`."""
+    """What kernels call.
+
+    Dense systems take all but `evaluate` from :class:`~oblique_impact.kernels.dense.DenseAlgebra`.
+    """
 
     def evaluate(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
         """Fill mass matrix, forces and contact rows at (t, q, q')."""

@@ -8,8 +8,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,21 +16,20 @@ import numpy as np
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State
-from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import ContactMachine, EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
-from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
+from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
     NORMAL_IMPULSE,
     QUADRATURES,
     STABILIZATION_LOSS,
-    STOP_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
 )
+from oblique_impact.marching.probe import Probe
+from oblique_impact.marching.records import Contact, Event, OpenContact, Record, Segment
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
 from oblique_impact.marching.scheme import Front, Leg, Scheme, arm, new_scratch
 
@@ -65,83 +63,6 @@ class Problem:
     breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
 
 
-class Event(NamedTuple):
-    """One row of the event log (SI units).
-
-    The row of an impact or a rebound holds what its impulse did.  The row of a release holds what the finite force
-    did since the contact began, so that each impulse (N s) and each loss (J) stands in one row.
-    """
-
-    time: float
-    kind: EventKind
-    normal_impulse: float
-    tangential_impulse: float
-    normal_velocity: float  # gap rate just before
-    tangential_velocity: float  # slip rate just after
-    energy_loss: float
-    state: State  # after
-    peak_force: float = 0.0  # N, the largest normal force of the contact that is released
-    peak_energy: float = 0.0  # J, the largest that its elastic stop has stored
-
-
-class Contact(NamedTuple):
-    """One closed contact, or a rebound (start = end); impulses of impacts are included (SI units)."""
-
-    start: float
-    end: float
-    normal_impulse: float
-    tangential_impulse: float
-    peak_force: float  # N, the largest finite normal force
-    peak_energy: float  # J, the largest that an elastic stop has stored
-    energy_loss: float  # J, by impact, friction and the stop's damping
-
-
-@dataclass
-class _OpenContact:
-    """What is known of a contact that is still closed."""
-
-    start: float
-    impulse: Impulse  # that it began with
-    quadratures: Array  # at its start
-    peak_force: float = 0.0
-    depth: float = 0.0  # m
-
-    def closed(self, end: float, quadratures: Array, stop: ContactLaw | None) -> tuple[Contact, Contact]:
-        """Return the contact that ends at `end`, and the share of its finite force."""
-        gained = quadratures - self.quadratures
-        normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
-        stored = stop.energy(-self.depth) if stop else 0.0
-        loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
-        finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss)
-        whole = finite._replace(
-            normal_impulse=normal + self.impulse.normal,
-            tangential_impulse=tangential + self.impulse.tangential,
-            energy_loss=loss + self.impulse.energy_loss,
-        )
-        return whole, finite
-
-
-class Segment(NamedTuple):
-    """Samples of one phase."""
-
-    state: int
-    times: Array  # (samples,)
-    states: Array  # (samples, ny)
-    observation: Observation
-
-
-@dataclass
-class Record:
-    """Everything a run leaves behind."""
-
-    segments: list[Segment] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
-    contacts: list[Contact] = field(default_factory=list)
-    outcome: Outcome = Outcome.COMPLETED
-    steps: int = 0
-    rejected: int = 0
-
-
 class Status(NamedTuple):
     """What a progress display is told."""
 
@@ -168,62 +89,6 @@ class _Pace:
             self.steps = max(1, int(min(self._SECONDS * steps / max(seconds, 1e-9), 20.0 * steps, 1e6)))
 
 
-class _Responses(NamedTuple):
-    """What an evaluation at the front leaves in the workspace, each (d,)."""
-
-    normal: Array  # rows
-    tangential: Array
-    to_normal: Array  # accelerations by a unit force
-    to_tangential: Array
-    supply: Array
-
-
-class _Probe:
-    """The contact problem at the moving front, and what an impulse makes of it."""
-
-    def __init__(self, system: Any, t: float, y: Array, work: Workspace) -> None:
-        self._system, self._t, self._work = system, t, work
-        size = work.vectors.shape[1]
-        self._q, self._qd = y[:size].copy(), y[size : 2 * size].copy()
-
-    @property
-    def instant(self) -> Instant:
-        return self._front[1]
-
-    def velocity_jump(self, impulse: Impulse) -> Array:
-        """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
-        responses = self._front[2]
-        return impulse.normal * responses.to_normal + impulse.tangential * responses.to_tangential
-
-    def after(self, impulse: Impulse) -> Instant:
-        return self._solve(self._qd + self.velocity_jump(impulse))[1]
-
-    def supply(self, impulse: Impulse, jump: Array) -> float:
-        """Energy (J) that drives and moving boundaries put in during an impact.
-
-        The power of drives is affine in the acceleration, so its linear part gives the work of the jump; the
-        boundaries move with the mean of the velocities before and after.
-        """
-        e, _, responses = self._front
-        # rates without the boundary's own
-        normal, tangential = float(responses.normal @ self._qd), float(responses.tangential @ self._qd)
-        boundary = impulse.normal * (normal - e.gap_rate) + impulse.tangential * (tangential - e.slip_rate)
-        return float(responses.supply @ jump + boundary)
-
-    @cached_property
-    def _front(self) -> tuple[Evaluation, Instant, _Responses]:
-        e, instant = self._solve(self._qd)
-        v = self._work.vectors
-        rows = (row.NORMAL, row.TANGENTIAL, row.NORMAL_RESPONSE, row.TANGENTIAL_RESPONSE, row.SUPPLY)
-        return e, instant, _Responses(*(v[k].copy() for k in rows))
-
-    def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
-        defined, e, c = contact_problem(self._system, self._t, self._q, velocity, self._work)
-        if not defined:
-            raise PhysicsStop(Outcome.MASS_MATRIX_INDEFINITE)
-        return e, c
-
-
 class Run:
     """One run of the loop over a problem.
 
@@ -247,7 +112,7 @@ class Run:
         self._front = Front(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
         self._phase = problem.machine.free()._replace(watched=problem.contact)
         self._before: Phase | None = None
-        self._open: _OpenContact | None = None
+        self._open: OpenContact | None = None
         self._initial_inertia = 0.0
         self._pace = _Pace()
         self._recent: deque[float] = deque(maxlen=_CLUSTER)
@@ -333,10 +198,10 @@ class Run:
         self._watch_for_chattering()
         self._enter(leaving)
 
-    def _probe(self) -> _Probe:
-        return _Probe(self.problem.system, self._front.t, self._y, self._scratch.work)
+    def _probe(self) -> Probe:
+        return Probe(self.problem.system, self._front.t, self._y, self._scratch.work)
 
-    def _apply(self, leaving: Phase, transition: Transition, probe: _Probe) -> None:
+    def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
         before = after = probe.instant
         impulse = transition.impulse or Impulse(0.0, 0.0, 0.0)
@@ -363,12 +228,12 @@ class Run:
                 impulse.energy_loss,
                 State(self._phase.state),
             )
-            self.record.events.append(_with_share(event, finite) if finite else event)
+            self.record.events.append(event.with_share(finite) if finite else event)
         self._account_for_penetration(leaving, before.gap)
         if transition.stop is not None:
             raise PhysicsStop(transition.stop)
 
-    def _jump(self, impulse: Impulse, probe: _Probe) -> None:
+    def _jump(self, impulse: Impulse, probe: Probe) -> None:
         """Let an impulse change the velocities."""
         d, jump = self.problem.q0.size, probe.velocity_jump(impulse)
         self._quadratures()[SUPPLIED] += probe.supply(impulse, jump)
@@ -388,7 +253,7 @@ class Run:
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
         if leaving.state == State.FREE and kind is not None:
-            self._open = _OpenContact(self._front.t, impulse, self._quadratures().copy())
+            self._open = OpenContact(self._front.t, impulse, self._quadratures().copy())
         return self._close_contact() if self._phase.state == State.FREE else None
 
     def _close_contact(self) -> Contact | None:
@@ -451,14 +316,3 @@ class Run:
         kept = states[:, : 2 * problem.q0.size + QUADRATURES].copy()
         self.record.segments.append(Segment(phase.state, times, kept, observation))
         return observation
-
-
-def _with_share(event: Event, finite: Contact) -> Event:
-    """Add the share of the contact's finite force to the row of the event that ends it."""
-    return event._replace(
-        normal_impulse=event.normal_impulse + finite.normal_impulse,
-        tangential_impulse=event.tangential_impulse + finite.tangential_impulse,
-        energy_loss=event.energy_loss + finite.energy_loss,
-        peak_force=finite.peak_force,
-        peak_energy=finite.peak_energy,
-    )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
-from oblique_impact.marching.loop import Event
+from oblique_impact.marching.records import Event
 from renders.timeline import TimeMap
 
 Array = NDArray[np.float64]

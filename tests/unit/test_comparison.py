@@ -16,7 +16,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.variables import labelled
-from oblique_impact.marching.loop import Event
+from oblique_impact.marching.records import Event
 from validation import compare
 from validation.alignment import align, clock
 from validation.comparison import compare_events, graph_distance, hausdorff_distance

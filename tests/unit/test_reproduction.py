@@ -11,7 +11,7 @@ from oblique_impact import Scenario
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import jumps
-from oblique_impact.marching.loop import Event
+from oblique_impact.marching.records import Event
 from validation.reference_values import VALUES
 from validation.reproduction import energies, forces, motions
 from validation.reproduction.cases import Case, combinations, main_cases, paper, threshold_cases, variant_cases

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
-from oblique_impact.marching.loop import Event
+from oblique_impact.marching.records import Event
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from validation.reproduction.cases import Case

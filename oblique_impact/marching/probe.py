@@ -1,0 +1,69 @@
+"""The contact problem at the front of a run, and what an impulse makes of it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.state import Instant
+from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.kernels import rows as row
+from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
+from oblique_impact.marching.sampling import contact_problem
+
+
+class _Responses(NamedTuple):
+    """What an evaluation at the front leaves in the workspace, each (d,)."""
+
+    normal: Array  # rows
+    tangential: Array
+    to_normal: Array  # accelerations by a unit force
+    to_tangential: Array
+    supply: Array
+
+
+class Probe:
+    """The contact problem at the moving front, and what an impulse makes of it."""
+
+    def __init__(self, system: Any, t: float, y: Array, work: Workspace) -> None:
+        self._system, self._t, self._work = system, t, work
+        size = work.vectors.shape[1]
+        self._q, self._qd = y[:size].copy(), y[size : 2 * size].copy()
+
+    @property
+    def instant(self) -> Instant:  # noqa: D102  both: see `ContactProbe`
+        return self._front[1]
+
+    def velocity_jump(self, impulse: Impulse) -> Array:
+        """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
+        responses = self._front[2]
+        return impulse.normal * responses.to_normal + impulse.tangential * responses.to_tangential
+
+    def after(self, impulse: Impulse) -> Instant:  # noqa: D102
+        return self._solve(self._qd + self.velocity_jump(impulse))[1]
+
+    def supply(self, impulse: Impulse, jump: Array) -> float:
+        """Energy (J) that drives and moving boundaries put in during an impact.
+
+        The power of drives is affine in the acceleration, so its linear part gives the work of the jump; the
+        boundaries move with the mean of the velocities before and after.
+        """
+        e, _, responses = self._front
+        # rates without the boundary's own
+        normal, tangential = float(responses.normal @ self._qd), float(responses.tangential @ self._qd)
+        boundary = impulse.normal * (normal - e.gap_rate) + impulse.tangential * (tangential - e.slip_rate)
+        return float(responses.supply @ jump + boundary)
+
+    @cached_property
+    def _front(self) -> tuple[Evaluation, Instant, _Responses]:
+        e, instant = self._solve(self._qd)
+        v = self._work.vectors
+        rows = (row.NORMAL, row.TANGENTIAL, row.NORMAL_RESPONSE, row.TANGENTIAL_RESPONSE, row.SUPPLY)
+        return e, instant, _Responses(*(v[k].copy() for k in rows))
+
+    def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
+        defined, e, c = contact_problem(self._system, self._t, self._q, velocity, self._work)
+        if not defined:
+            raise PhysicsStop(Outcome.MASS_MATRIX_INDEFINITE)
+        return e, c

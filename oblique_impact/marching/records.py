@@ -1,0 +1,102 @@
+"""What a run leaves behind: samples, events, contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.state import State
+from oblique_impact.contact.stops import ContactLaw
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.errors import Outcome
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.equations import FRICTION_LOSS, NORMAL_IMPULSE, STOP_LOSS, TANGENTIAL_IMPULSE
+from oblique_impact.marching.sampling import Observation
+
+
+class Event(NamedTuple):
+    """One row of the event log (SI units).
+
+    The row of an impact or a rebound holds what its impulse did.  The row of a release holds what the finite force
+    did since the contact began, so that each impulse (N s) and each loss (J) stands in one row.
+    """
+
+    time: float
+    kind: EventKind
+    normal_impulse: float
+    tangential_impulse: float
+    normal_velocity: float  # gap rate just before
+    tangential_velocity: float  # slip rate just after
+    energy_loss: float
+    state: State  # after
+    peak_force: float = 0.0  # N, the largest normal force of the contact that is released
+    peak_energy: float = 0.0  # J, the largest that its elastic stop has stored
+
+    def with_share(self, finite: Contact) -> Event:
+        """Add the share of the contact's finite force to the row of the event that ends it."""
+        return self._replace(
+            normal_impulse=self.normal_impulse + finite.normal_impulse,
+            tangential_impulse=self.tangential_impulse + finite.tangential_impulse,
+            energy_loss=self.energy_loss + finite.energy_loss,
+            peak_force=finite.peak_force,
+            peak_energy=finite.peak_energy,
+        )
+
+
+class Contact(NamedTuple):
+    """One closed contact, or a rebound (start = end); impulses of impacts are included (SI units)."""
+
+    start: float
+    end: float
+    normal_impulse: float
+    tangential_impulse: float
+    peak_force: float  # N, the largest finite normal force
+    peak_energy: float  # J, the largest that an elastic stop has stored
+    energy_loss: float  # J, by impact, friction and the stop's damping
+
+
+@dataclass
+class OpenContact:
+    """What is known of a contact that is still closed."""
+
+    start: float
+    impulse: Impulse  # that it began with
+    quadratures: Array  # at its start
+    peak_force: float = 0.0
+    depth: float = 0.0  # m
+
+    def closed(self, end: float, quadratures: Array, stop: ContactLaw | None) -> tuple[Contact, Contact]:
+        """Return the contact that ends at `end`, and the share of its finite force."""
+        gained = quadratures - self.quadratures
+        normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
+        stored = stop.energy(-self.depth) if stop else 0.0
+        loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
+        finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss)
+        whole = finite._replace(
+            normal_impulse=normal + self.impulse.normal,
+            tangential_impulse=tangential + self.impulse.tangential,
+            energy_loss=loss + self.impulse.energy_loss,
+        )
+        return whole, finite
+
+
+class Segment(NamedTuple):
+    """Samples of one phase."""
+
+    state: int
+    times: Array  # (samples,)
+    states: Array  # (samples, ny)
+    observation: Observation
+
+
+@dataclass
+class Record:
+    """Everything a run leaves behind."""
+
+    segments: list[Segment] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    contacts: list[Contact] = field(default_factory=list)
+    outcome: Outcome = Outcome.COMPLETED
+    steps: int = 0
+    rejected: int = 0
