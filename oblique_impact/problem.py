@@ -16,7 +16,7 @@ from oblique_impact.beam.reduced import Beam
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.state import Tolerances
-from oblique_impact.contact.stops import ContactLaw, ElasticStop
+from oblique_impact.contact.stops import ContactLaw, ElasticStop, MasslessPoint
 from oblique_impact.contact.transitions import Baumgarte, ContactMachine
 from oblique_impact.errors import InputError
 from oblique_impact.kernels import rows as row
@@ -25,7 +25,7 @@ from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.loop import Problem
+from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.scenario.scenario import Scenario
@@ -67,6 +67,7 @@ def beam_problem(beam: Beam | FullBeam) -> Problem:
         np.ones(2 * q0.size),
         contact=s.contact.enabled,
         breakpoints=beam.breakpoints,
+        residual=beam.residual,
     )
 
 
@@ -110,6 +111,8 @@ def stop_of(scenario: Scenario) -> ContactLaw | None:
     c = scenario.contact
     if c.normal == "spring":
         return ElasticStop(c.stiffness, c.damping)
+    if c.normal == "rigid" and c.point_inertia == "none":
+        return MasslessPoint()
     user_defined: ContactLaw | None = scenario.part("normal")
     return user_defined
 

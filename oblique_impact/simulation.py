@@ -24,7 +24,8 @@ from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
-from oblique_impact.marching.loop import Problem, Run, Status
+from oblique_impact.marching.loop import Run, Status
+from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.problem import beam_of, beam_problem, system_problem
@@ -73,7 +74,7 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
         samples = gather(record.segments, full.size, lambda time, W, Wd: full.energies(W, Wd), full.split)
     record.segments.clear()  # the samples have copies
     variables = beam_variables(beam, samples)
-    summary = summarize(record, samples, wall, macro_gap(scenario), problem.machine.stop, scenario)
+    summary = summarize(record, samples, wall, macro_gap(scenario), scenario)
     summary["clearance"] = closest(variables, scenario.beam.length)
     events = [event.time for event in record.events]
     summary["warnings"] = [*doubts(scenario), *warnings_of(beam, variables, events)]
@@ -145,7 +146,7 @@ def simulate_system(
         return Energies(*np.array(rows, dtype=float).reshape(-1, 3).T)
 
     samples = gather(record.segments, system.size, energies)
-    summary = summarize(record, samples, wall, macro_gap, stop)
+    summary = summarize(record, samples, wall, macro_gap)
     return _finished(History(dataset(samples.variables()), record.events, summary, contacts=record.contacts))
 
 

@@ -107,6 +107,12 @@ class Sections:
         """First moment (kg m) about the axis of rotation of the mass outside of x, of the shape of x."""
         return self._outer(x, 1) + self.tip_mass * (self.hub_radius + self.length)
 
+    def outer_inertia_moment(self, x: Array | float) -> Array:
+        """Moment int_x^L m (r + xi) (xi - x) dxi (kg m^2) about x of what lies outside of it, in a unit turn."""
+        r, L = self.hub_radius, self.length
+        own = self._outer(x, 2) - (r + np.asarray(x)) * self._outer(x, 1)
+        return np.asarray(own + self.tip_mass * (r + L) * (L - np.asarray(x)))
+
     @cached_property
     def mass(self) -> float:
         """Total mass (kg)."""

@@ -25,6 +25,7 @@ from oblique_impact.beam.nodal_frame import (
 )
 from oblique_impact.beam.operators import Array, BeamOperators
 from oblique_impact.beam.reduced import Energies
+from oblique_impact.contact.state import Residual
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
 from oblique_impact.scenario.scenario import Scenario
 
@@ -126,6 +127,10 @@ class FullBeam:
             normal_offset=float(-x * np.sin(angle) + y * np.cos(angle)),
             tangential_offset=float(x * np.cos(angle) + y * np.sin(angle)),
         )
+
+    def residual(self, q: Array) -> Residual:
+        """Return what the coordinates leave out of the contact point: nothing."""
+        return Residual()
 
     def initial_state(self) -> tuple[Array, Array]:
         """Return W and W' (n,) at t = 0: the undeformed beam at its initial angle and speed."""

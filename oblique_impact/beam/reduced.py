@@ -26,6 +26,8 @@ from oblique_impact.beam.floating_frame import (
     BeamModel,
 )
 from oblique_impact.beam.operators import Array, BeamOperators, cumulative
+from oblique_impact.beam.residual_flexibility import residual_compliance
+from oblique_impact.contact.state import Residual
 from oblique_impact.scenario.scenario import Scenario
 
 _ROOTS = {"pin": PIN, "hub": HUB, "driven": DRIVEN}
@@ -161,6 +163,21 @@ class Beam:
         if self.operators.sections.tip_mass == 0.0:
             return inner
         return np.append(inner, np.tensordot(table.weights, integrand, axes=1)[None], axis=0)
+
+    @cached_property
+    def residual_compliance(self) -> float:
+        """Compliance (m/N) of the modes that are left out at the contact point, transverse to the beam."""
+        return residual_compliance(self.operators, clamped=self.scenario.discretization.frame == "tangent")
+
+    def residual(self, q: Array) -> Residual:
+        """Return what the coordinates leave out of the contact point at q (n + 1,)."""
+        s = self.scenario
+        if not s.contact.residual_flexibility:
+            return Residual()
+        tilt = float(q[0]) - s.slope.angle
+        compliance = self.residual_compliance * np.cos(tilt) ** 2
+        massless = s.contact.point_inertia == "none" and s.contact.normal == "rigid"
+        return Residual(float(compliance), s.beam.kelvin_voigt, float(np.tan(tilt)) if massless else 0.0)
 
     def initial_state(self) -> tuple[Array, Array]:
         """Return q and q' (n + 1,) at t = 0: the undeformed beam at its initial angle and speed."""

@@ -11,6 +11,15 @@ Delassus entries A_nn = D_n M^-1 D_n^T, A_nt, A_tt:
 A stop that gives way has no normal constraint: its force is a function of the depth d = -Z_n and its rate, and
 never pulls.  Friction and stick are the same.
 
+What the coordinates leave out of a body (the modes above the last one) gives way as well: its compliance G is in
+series with the stop, k_eff = 1/(1/k + G), and its viscosity relaxes it in the time eta,
+
+    lambda_n = k_eff (d + eta G k_eff d'),     of a rigid stop  lambda_n = (d + eta d')/G
+
+which is exact for a rigid stop and for eta = 0.  A contact point without inertia lies on a rigid stop while the
+coordinates go on by Z_n: its slip is Z_tau + t Z_n, t = tan beta (`inclined`), the force conjugate to Z_n is
+N = lambda_n - t lambda_tau, and with lambda_tau = r lambda_n the contact's laws read lambda_tau = r N/(1 - r t).
+
 The factor A_nn + r A_nt is the effective inverse normal mass of the sliding contact; where it is not
 positive the forward problem has no or several solutions (Painleve).
 """
@@ -42,7 +51,37 @@ class Forces(NamedTuple):
 @jitable
 def stop_force(phase: Phase, gap: float, gap_rate: float) -> float:
     """Return the normal force (N) of a stop that gives way at the depth -gap, never negative."""
-    return max(0.0, phase.stop_law(max(0.0, -gap), -gap_rate, phase.stop_parameters))
+    depth, rate = max(0.0, -gap), -gap_rate
+    if phase.compliance == 0.0:
+        return max(0.0, phase.stop_law(depth, rate, phase.stop_parameters))
+    if phase.massless:
+        return max(0.0, (depth + phase.relaxation * rate) / phase.compliance)
+    if depth == 0.0:
+        return 0.0
+    force, share = _force_in_series(phase, depth, rate)
+    return max(0.0, force * (1.0 + phase.relaxation * share * rate / depth))
+
+
+@jitable
+def _force_in_series(phase: Phase, depth: float, rate: float) -> tuple[float, float]:
+    """Force (N) of a stop behind a spring of the phase's compliance, and the spring's share of the depth.
+
+    The regula falsi (Illinois) finds it at once where the law is a straight line.
+    """
+    low, high = 0.0, max(0.0, phase.stop_law(depth, rate, phase.stop_parameters))
+    above, below, force = high, 0.0, high
+    for iteration in range(60):
+        share = min(1.0, phase.compliance * force / depth)
+        law = phase.stop_law(depth * (1.0 - share), rate * (1.0 - share), phase.stop_parameters)
+        error = max(0.0, law) - force
+        if abs(error) <= 1e-14 * force:
+            break
+        if error > 0.0:
+            low, above, below = force, error, 0.5 * below
+        else:
+            high, below, above = force, error, above if iteration == 0 else 0.5 * above
+        force = low + (high - low) * above / (above - below)
+    return force, min(1.0, phase.compliance * force / depth)
 
 
 @jitable
@@ -51,22 +90,55 @@ def stop_tangent(phase: Phase, gap: float, gap_rate: float) -> tuple[float, floa
 
     Differences are enough: only the pace of Newton's iterations depends on them.
     """
-    depth, rate = max(0.0, -gap), -gap_rate
-    force = phase.stop_law(depth, rate, phase.stop_parameters)
+    force = stop_force(phase, gap, gap_rate)
     if not force > 0.0:
         return 0.0, 0.0
-    deeper, faster, over_depth, over_rate = 1e-6 * depth, 1e-6 * abs(rate), 0.0, 0.0
+    deeper, faster, over_depth, over_rate = 1e-6 * max(0.0, -gap), 1e-6 * abs(gap_rate), 0.0, 0.0
     if deeper > 0.0:
-        over_depth = (phase.stop_law(depth + deeper, rate, phase.stop_parameters) - force) / deeper
+        over_depth = (stop_force(phase, gap - deeper, gap_rate) - force) / deeper
     if faster > 0.0:
-        over_rate = (phase.stop_law(depth, rate + faster, phase.stop_parameters) - force) / faster
+        over_rate = (stop_force(phase, gap, gap_rate - faster) - force) / faster
     return over_depth, over_rate
 
 
 @inlined
 def friction_ratio(phase: Phase, slip_rate: float) -> float:
-    """lambda_tau / lambda_n of a sliding contact."""
-    return phase.intercept + phase.slope * slip_rate
+    """lambda_tau / N of a sliding contact, N = lambda_n - tilt lambda_tau; see `can_slide`."""
+    ratio = phase.intercept + phase.slope * slip_rate
+    return ratio / (1.0 - ratio * phase.tilt)
+
+
+@inlined
+def can_slide(phase: Phase, slip_rate: float) -> bool:
+    """Whether the force of a stop can push a contact point without inertia while it slides."""
+    return (phase.intercept + phase.slope * slip_rate) * phase.tilt < 1.0 - _NEARLY_PAINLEVE
+
+
+@inlined
+def conjugate(phase: Phase, c: Instant) -> float:
+    """Force (N) conjugate to the gap, N = lambda_n - tilt lambda_tau."""
+    return c.normal_force - phase.tilt * c.tangential_force
+
+
+@inlined
+def inclined(phase: Phase, c: Instant) -> Instant:
+    """Return a contact problem of coordinates as that of the contact point, whose slip is Z_tau + tilt Z_n."""
+    t = phase.tilt
+    return Instant(
+        c.gap,
+        c.slip + t * c.gap,
+        c.gap_rate,
+        c.slip_rate + t * c.gap_rate,
+        c.a_nn,
+        c.a_nt + t * c.a_nn,
+        c.a_tt + t * (2.0 * c.a_nt + t * c.a_nn),
+        c.gap_acceleration,
+        c.slip_acceleration + t * c.gap_acceleration,
+        c.normal_force,
+        c.tangential_force,
+        c.damping_power,
+        c.supplied_power,
+    )
 
 
 @jitable
@@ -74,8 +146,10 @@ def sliding_force(phase: Phase, c: Instant) -> Forces:
     """Contact force of a sliding contact; NO_SLIDING_SOLUTION if Painleve."""
     ratio = friction_ratio(phase, c.slip_rate)
     if phase.gives_way:
-        normal = stop_force(phase, c.gap, c.gap_rate)
-        return Forces(OK, normal, ratio * normal)
+        if not can_slide(phase, c.slip_rate):
+            return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
+        push = stop_force(phase, c.gap, c.gap_rate)
+        return Forces(OK, push * (1.0 + phase.tilt * ratio), ratio * push)
     effective = c.a_nn + ratio * c.a_nt
     if not effective > 0.0:
         return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
@@ -97,8 +171,9 @@ def holding_force(phase: Phase, c: Instant, correction: float) -> Forces:
     if phase.gives_way:
         if not c.a_tt > 0.0:
             return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
-        force = stop_force(phase, c.gap, c.gap_rate)
-        return Forces(OK, force, -(tangential + c.a_nt * force) / c.a_tt)
+        push = stop_force(phase, c.gap, c.gap_rate)
+        hold = -(tangential + c.a_nt * push) / c.a_tt
+        return Forces(OK, push + phase.tilt * hold, hold)
     determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
     if not determinant > SINGULAR * c.a_nn * c.a_tt:
         return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
@@ -162,16 +237,17 @@ def instant_of(e: Evaluation, w: Workspace) -> Instant:
 
 
 @inlined
-def moved(c: Instant, e: Any, normal: float, tangential: float, supplied: float) -> Instant:
+def moved(c: Instant, e: Any, normal: float, tangential: float, supplied: float, tilt: float = 0.0) -> Instant:
     """Return a contact problem with the kinematics and damping of `e`, an `Evaluation` or `Instant`.
 
-    Forces are in N, the power supplied by drives in W; Delassus entries and accelerations are those of `c`.
+    Forces are in N, the power supplied by drives in W; Delassus entries and accelerations are those of `c`.  The
+    slip is that of a contact point without inertia if there is a `tilt`.
     """
     return Instant(
         e.gap,
-        e.slip,
+        e.slip + tilt * e.gap,
         e.gap_rate,
-        e.slip_rate,
+        e.slip_rate + tilt * e.gap_rate,
         c.a_nn,
         c.a_nt,
         c.a_tt,
@@ -211,7 +287,7 @@ def accelerate(system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Work
         copy(v[row.FREE_ACCELERATION], v[row.ACCELERATION])
         supplied = e.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
         return OK, moved(NO_CONTACT, e, 0.0, 0.0, supplied)
-    c = instant_of(e, w)
+    c = inclined(phase, instant_of(e, w))
     force = contact_force(phase, c)
     if force.status != OK:
         return force.status, c
@@ -229,12 +305,14 @@ def guards_of(phase: Phase, c: Instant) -> Guards:
         return Guards(c.gap if phase.watched else 1.0, 1.0, 1.0, 1.0)
     normal = -c.gap if phase.gives_way else c.normal_force
     if phase.state == SLIDING:
-        ratio = 0.0 if phase.gives_way else friction_ratio(phase, c.slip_rate)
+        definite = 1.0  # of a stop that gives way it is judged as the slip begins
+        if not phase.gives_way:
+            definite = 1.0 + friction_ratio(phase, c.slip_rate) * c.a_nt / c.a_nn - _NEARLY_PAINLEVE
         return Guards(
             normal,
             c.slip_rate - phase.lower if phase.lower > -1e300 else 1.0,
             phase.upper - c.slip_rate if phase.upper < 1e300 else 1.0,
-            1.0 + ratio * c.a_nt / c.a_nn - _NEARLY_PAINLEVE,
+            definite,
         )
     room = phase.static * c.normal_force
     return Guards(normal, room - c.tangential_force, room + c.tangential_force, 1.0)

@@ -42,6 +42,24 @@ class Phase(NamedTuple):
     damping: float = 0.0  # 1/s, coefficient of Z' in Baumgarte's equation
     stiffness: float = 0.0  # 1/s^2, coefficient of Z
     watched: bool = True  # False: contact is switched off and the gap is not watched
+    massless: bool = False  # a contact point without inertia on a rigid stop, which gives way by its compliance
+    # of what the coordinates leave out, see `Residual`
+    compliance: float = 0.0
+    relaxation: float = 0.0
+    tilt: float = 0.0
+
+
+class Residual(NamedTuple):
+    """What the coordinates of a body leave out of its contact point, from the beginning of a contact to its end.
+
+    The modes above the last one give way as well: without inertia they are a spring and a dashpot behind the
+    contact point, in series with the stop.  A point without inertia rests on a rigid stop whatever the coordinates
+    do, so that its slip is Z_tau + tilt Z_n.
+    """
+
+    compliance: float = 0.0  # m/N along the normal
+    relaxation: float = 0.0  # s, viscosity over stiffness
+    tilt: float = 0.0  # tan beta of a contact point without inertia, beta between normal and its free direction
 
 
 class Instant(NamedTuple):

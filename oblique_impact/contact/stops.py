@@ -68,12 +68,17 @@ class ContactLaw(ABC):
         """Return the normal force (N) at an instant."""
         return float(stop_force(self.phase, instant.gap, instant.gap_rate))
 
-    def energy(self, gap: float) -> float:
-        """Energy (J) stored at a gap (m): the work of the force at rest."""
+    def energy(self, gap: float, compliance: float = 0.0) -> float:
+        """Energy (J) stored at a gap (m), in a compliance (m/N) in series too: the work of the force at rest."""
         if gap >= 0.0:
             return 0.0
+        force = float(stop_force(self.phase._replace(compliance=compliance), gap, 0.0))
+        return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force**2
+
+    def _own_energy(self, depth: float) -> float:
+        """Energy (J) that the stop itself has stored at a depth (m)."""
         stored = quad(
-            lambda d: max(0.0, self.normal_force(d, 0.0, *self._numbers)), 0.0, -gap, epsabs=0.0, epsrel=1e-12
+            lambda d: max(0.0, self.normal_force(d, 0.0, *self._numbers)), 0.0, depth, epsabs=0.0, epsrel=1e-12
         )
         return float(stored[0])
 
@@ -102,6 +107,27 @@ class ElasticStop(ContactLaw):
         """Return the normal force (N)."""
         return stiffness * depth * (1.0 + damping * rate)
 
-    def energy(self, gap: float) -> float:
-        """Energy (J) stored at a gap (m)."""
-        return 0.5 * self.stiffness * max(0.0, -gap) ** 2
+    def _own_energy(self, depth: float) -> float:
+        return 0.5 * self.stiffness * depth**2
+
+
+@dataclass(frozen=True)
+class MasslessPoint(ContactLaw):
+    """A rigid stop under a contact point without inertia: what gives way is what the coordinates leave out.
+
+    lambda_n = (d + eta d')/G with the compliance G and the relaxation time eta of the body's `Residual`, and no
+    impulses.
+    """
+
+    @staticmethod
+    def normal_force(depth: float, rate: float) -> float:  # type: ignore[override]
+        """Return 0: the stop itself does not give way."""
+        return 0.0
+
+    @property
+    def phase(self) -> Phase:
+        """The stop's entries in the parameters of a closed contact."""
+        return super().phase._replace(massless=True)
+
+    def _own_energy(self, depth: float) -> float:
+        return 0.0

@@ -11,7 +11,7 @@ from enum import Enum
 from math import inf
 from typing import NamedTuple, Protocol
 
-from oblique_impact.contact.forces import OK, holding_force, sliding_force
+from oblique_impact.contact.forces import OK, can_slide, holding_force, inclined, sliding_force
 from oblique_impact.contact.friction import FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, Impulse, impulse_of
 from oblique_impact.contact.state import (
@@ -21,6 +21,7 @@ from oblique_impact.contact.state import (
     UPPER,
     Instant,
     Phase,
+    Residual,
     State,
     Tolerances,
     rigid_phase,
@@ -66,6 +67,10 @@ class ContactProbe(Protocol):
     @property
     def instant(self) -> Instant:
         """The contact problem as it is."""
+
+    @property
+    def residual(self) -> Residual:
+        """What the coordinates leave out of the contact point."""
 
     def after(self, impulse: Impulse) -> Instant:
         """Return the contact problem with the velocities that `impulse` leaves."""
@@ -153,16 +158,17 @@ class ContactMachine:
         if phase.state == State.STICK:
             return self._leave_stick(phase, guard, instant)
         if guard == JUDGED:
-            return self._arrest(instant)
+            return self._arrest(phase, instant)
         kink = phase.upper if guard == UPPER else phase.lower
         if self.friction.static is None or self._judgement or kink != 0.0:
             return self._next_branch(phase, guard, instant)
-        return self._at_zero_slip(instant)
+        return self._at_zero_slip(phase, instant)
 
     def touch(self, probe: ContactProbe) -> Transition:
         """Impact of a closing contact, or a grazing contact that closes without one."""
         if self.stop is not None:
-            return Transition(self.closed(probe.instant), EventKind.IMPACT)
+            opened = self._closed._replace(**probe.residual._asdict())
+            return Transition(self.closed(inclined(opened, probe.instant), opened), EventKind.IMPACT)
         if probe.instant.gap_rate >= -self.tolerances.velocity:
             phase = self.closed(probe.instant)
             return Transition(phase, None if phase.state == State.FREE else EventKind.IMPACT)
@@ -177,7 +183,7 @@ class ContactMachine:
         try:
             phase = self.closed(after)
         except PhysicsStop as stop:
-            sliding = self._slide(after.slip_rate, _direction(after.slip_rate))
+            sliding = self._slide(self._closed, after.slip_rate, _direction(after.slip_rate))
             return Transition(sliding, EventKind.IMPACT, impulse, stop=stop.outcome)
         kind = EventKind.REBOUND if phase.state == State.FREE else EventKind.IMPACT
         return Transition(phase, kind, impulse)
@@ -195,30 +201,32 @@ class ContactMachine:
         lowest = max(4.0 * self.tolerances.gap, -after.gap if self._judgement else 0.0)
         return height < lowest or flight < self.tolerances.flight
 
-    def closed(self, instant: Instant) -> Phase:
+    def closed(self, instant: Instant, contact: Phase | None = None) -> Phase:
         """State of a contact with zero gap and zero gap rate, or of one with a stop that gives way.
 
-        Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
+        `contact` is an earlier phase of the same contact.  Raises PhysicsStop (Painleve, redundant constraints)
+        where no state exists.
         """
+        contact = contact or self._closed
         static, rate = self.friction.static, instant.slip_rate
         if static is None:
-            return self._slide_or_free(instant, _direction(rate))
+            return self._slide_or_free(contact, instant, _direction(rate))
         if abs(rate) > self.tolerances.velocity:
             # slip that a step can stop is found at its end, unless the paper's judgement asks for the force alone
-            if self._judgement is None or self._judgement.arrests or not self._holds(instant, static):
-                return self._slide_or_free(instant, _direction(rate))
-            return self._stick(instant)
+            if self._judgement is None or self._judgement.arrests or not self._holds(contact, instant, static):
+                return self._slide_or_free(contact, instant, _direction(rate))
+            return _stick(contact, instant)
         resting = instant._replace(slip_rate=0.0)
-        force = holding_force(self._closed, self._unstabilized(resting), 0.0)
+        force = holding_force(contact, self._unstabilized(resting), 0.0)
         if force.status != OK:
-            return self._slide_or_free(resting, self._turning_direction(resting))
+            return self._slide_or_free(contact, resting, self._turning_direction(resting))
         if abs(force.tangential) <= static * force.normal:
-            return self._stick(instant)
-        return self._slide_or_free(resting, -1 if force.tangential > 0.0 else 1)
+            return _stick(contact, instant)
+        return self._slide_or_free(contact, resting, -1 if force.tangential > 0.0 else 1)
 
-    def _holds(self, instant: Instant, static: float) -> bool:
+    def _holds(self, contact: Phase, instant: Instant, static: float) -> bool:
         """Whether the force that keeps a contact sticking, whatever its slip velocity, lies in the cone."""
-        force = holding_force(self._closed, self._unstabilized(instant), 0.0)
+        force = holding_force(contact, self._unstabilized(instant), 0.0)
         return force.status == OK and force.normal > 0.0 and abs(force.tangential) <= static * force.normal
 
     def _unstabilized(self, instant: Instant) -> Instant:
@@ -239,9 +247,11 @@ class ContactMachine:
             raise PhysicsStop(Outcome.REDUNDANT_CONSTRAINTS)
         return 1 if acceleration > 0.0 else -1
 
-    def _slide_or_free(self, instant: Instant, direction: int) -> Phase:
-        phase = self._slide(instant.slip_rate, direction)
+    def _slide_or_free(self, contact: Phase, instant: Instant, direction: int) -> Phase:
+        phase = self._slide(contact, instant.slip_rate, direction)
         if self.stop is not None:
+            if not can_slide(phase, instant.slip_rate):
+                raise PhysicsStop(Outcome.PAINLEVE)
             return phase
         force = sliding_force(phase, self._unstabilized(instant))
         if force.status != OK:
@@ -251,9 +261,9 @@ class ContactMachine:
             pushes = pushes or sliding_force(phase, instant).normal > 0.0
         return phase if pushes else self.free()
 
-    def _slide(self, slip_rate: float, direction: int) -> Phase:
+    def _slide(self, contact: Phase, slip_rate: float, direction: int) -> Phase:
         branch = self.friction.branch(slip_rate, direction)
-        return self._closed._replace(
+        return contact._replace(
             state=int(State.SLIP),
             intercept=float(branch.intercept),
             slope=float(branch.slope),
@@ -261,12 +271,9 @@ class ContactMachine:
             upper=float(branch.upper),
         )
 
-    def _stick(self, instant: Instant) -> Phase:
-        return self._closed._replace(state=int(State.STICK), slip_reference=float(instant.slip))
-
-    def _arrest(self, instant: Instant) -> Transition:
+    def _arrest(self, contact: Phase, instant: Instant) -> Transition:
         """Stop the slip that a step can stop: the impulse along the slope leaves the gap rate as it is."""
-        phase = self._stick(instant)
+        phase = _stick(contact, instant)
         if self._judgement is None or not self._judgement.arrests:
             return Transition(phase, EventKind.STICK)
         if self.stop is not None:
@@ -280,27 +287,31 @@ class ContactMachine:
         if self._judgement and self._judgement.arrests:
             # the force that would hold it decides, not a slip velocity that is rounding or stabilization
             direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
-            return Transition(self._slide(0.0, direction), EventKind.SLIP)
+            return Transition(self._slide(phase, 0.0, direction), EventKind.SLIP)
         if self._judgement:
-            return Transition(self._slide(instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
+            return Transition(self._slide(phase, instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
         # guard LOWER: lambda_tau reached +static lambda_n, so the contact gives way backwards
         direction = 1 if guard == UPPER else -1
-        following = self._slide_or_free(instant._replace(slip_rate=0.0), direction)
+        following = self._slide_or_free(phase, instant._replace(slip_rate=0.0), direction)
         return Transition(following, _kind(following, EventKind.SLIP))
 
     def _next_branch(self, phase: Phase, guard: int, instant: Instant) -> Transition:
         upward = guard == UPPER
         # a located kink is where the slip velocity is, up to rounding that could fall on either side of it
         kink = instant.slip_rate if self._judgement else (phase.upper if upward else phase.lower)
-        following = self._slide(kink, 1 if upward else -1)
+        following = self._slide(phase, kink, 1 if upward else -1)
         reversed_ = _side(phase) * _side(following) < 0
         return Transition(following, EventKind.REVERSAL if reversed_ else None)
 
-    def _at_zero_slip(self, instant: Instant) -> Transition:
-        following = self.closed(instant._replace(slip_rate=0.0))
+    def _at_zero_slip(self, contact: Phase, instant: Instant) -> Transition:
+        following = self.closed(instant._replace(slip_rate=0.0), contact)
         if following.state == State.STICK:
             return Transition(following, EventKind.STICK)
         return Transition(following, _kind(following, EventKind.REVERSAL))
+
+
+def _stick(contact: Phase, instant: Instant) -> Phase:
+    return contact._replace(state=int(State.STICK), slip_reference=float(instant.slip))
 
 
 def _direction(rate: float) -> int:

@@ -18,11 +18,9 @@ from dataclasses import asdict, dataclass, fields
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from oblique_impact.contact.state import State
-from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.provenance import provenance
-from oblique_impact.history.samples import GAP, Samples
+from oblique_impact.history.samples import Samples
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
@@ -137,7 +135,6 @@ def summarize(
     samples: Samples,
     wall: float,
     macro_gap: float,
-    stop: ContactLaw | None,
     scenario: Scenario | None = None,
 ) -> dict[str, Any]:
     """Return summary.json of a run, without what only a beam has: clearance and warnings.
@@ -152,16 +149,13 @@ def summarize(
         Wall time of the marching (s).
     macro_gap : float
         Contacts less than this apart (s) are one macro-collision.
-    stop : ContactLaw or None
-        An elastic stop, which stores energy.
     scenario : Scenario, optional
         Names the user-defined parts for the provenance.
     """
     first, last = samples.part(slice(1)), samples.part(slice(-1, None))
-    stored = stop.energy(float(last.scalars[0, GAP])) if stop and last.state[0] != State.FREE else 0.0
     ledger = balance(
         float(first.kinetic[0] + first.elastic[0] + first.gravity[0]),
-        (float(last.kinetic[0]), float(last.elastic[0]), float(last.gravity[0]), stored),
+        (float(last.kinetic[0]), float(last.elastic[0]), float(last.gravity[0]), record.stored),
         last.quadratures[0],
         record.events,
     )

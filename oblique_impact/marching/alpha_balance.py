@@ -114,12 +114,14 @@ def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: A
     """
     d, v, done = w.vectors.shape[1], w.vectors, 0.0
     normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.slip_reference)
+    normal += phase.tilt * tangential
     for i in range(d):
         move = normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
         y[i] += move
         done += v[row.FORCES, i] * move
     e = system.approach(t, y[:d], y[d : 2 * d], w)
-    normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate)
+    normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate + phase.tilt * e.gap_rate)
+    normal += phase.tilt * tangential
     for i in range(d):
         y[d + i] += normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
     return done

@@ -16,7 +16,10 @@ from oblique_impact.contact.forces import (
     NO_SLIDING_SOLUTION,
     NO_STICKING_SOLUTION,
     OK,
+    can_slide,
+    conjugate,
     friction_ratio,
+    inclined,
     moved,
     stop_force,
     stop_tangent,
@@ -70,11 +73,11 @@ def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -
 @jitable
 def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
     """How far the contact forces and the motion are from the contact's laws (m/s)."""
-    normal, tangential = abs(c.gap_rate), abs(c.slip_rate)
+    normal, tangential, push = abs(c.gap_rate), abs(c.slip_rate), conjugate(phase, c)
     if phase.gives_way:
-        normal = abs(stop_force(phase, c.gap, c.gap_rate) - c.normal_force) * c.a_nn * velocity
+        normal = abs(stop_force(phase, c.gap, c.gap_rate) - push) * c.a_nn * velocity
     if phase.state != STICKING:
-        wanted = friction_ratio(phase, c.slip_rate) * c.normal_force
+        wanted = friction_ratio(phase, c.slip_rate) * push
         tangential = abs(wanted - c.tangential_force) * c.a_tt * velocity
     return float(max(normal, tangential))
 
@@ -82,31 +85,35 @@ def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
 @jitable
 def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> tuple[int, float, float]:
     """Newton step of the two contact forces in an iteration, also into increment and residual; its status."""
-    v, velocity = w.vectors, step.velocity
-    normal, tangential = dot(v[row.NORMAL], v[row.INCREMENT]), dot(v[row.TANGENTIAL], v[row.INCREMENT])
-    # n1 dn + n2 dt = n3,  t1 dn + t2 dt = t3
+    v, velocity, push = w.vectors, step.velocity, conjugate(phase, c)
+    normal = dot(v[row.NORMAL], v[row.INCREMENT])
+    tangential = dot(v[row.TANGENTIAL], v[row.INCREMENT]) + phase.tilt * normal
+    # n1 dn + n2 dt = n3,  t1 dn + t2 dt = t3, with dn of the force conjugate to the gap
     if phase.gives_way:
         over_depth, over_rate = stop_tangent(phase, c.gap, c.gap_rate)
         stiff = over_depth * step.position + over_rate * velocity
         force = stop_force(phase, c.gap, c.gap_rate)
         n1, n2 = 1.0 + stiff * c.a_nn, stiff * c.a_nt
-        n3 = force - c.normal_force - stiff * normal
+        n3 = force - push - stiff * normal
     else:
         n1, n2 = velocity * c.a_nn, velocity * c.a_nt
         n3 = -c.gap_rate - velocity * normal
     if phase.state == SLIDING:
         ratio = friction_ratio(phase, c.slip_rate)
+        if phase.gives_way and not can_slide(phase, c.slip_rate):
+            return NO_SLIDING_SOLUTION, 0.0, 0.0
         if not phase.gives_way and not c.a_nn + ratio * c.a_nt > 0.0:
             return NO_SLIDING_SOLUTION, 0.0, 0.0
-        viscous = phase.slope * c.normal_force * velocity
+        viscous = phase.slope * (1.0 + phase.tilt * ratio) ** 2 * push * velocity
         t1, t2 = -ratio - viscous * c.a_nt, 1.0 - viscous * c.a_tt
-        t3 = ratio * c.normal_force - c.tangential_force + viscous * tangential
+        t3 = ratio * push - c.tangential_force + viscous * tangential
     else:
         t1, t2, t3 = velocity * c.a_nt, velocity * c.a_tt, -c.slip_rate - velocity * tangential
     determinant = n1 * t2 - n2 * t1
     if determinant == 0.0:
         return NO_STICKING_SOLUTION, 0.0, 0.0
-    dn, dt = (n3 * t2 - n2 * t3) / determinant, (n1 * t3 - n3 * t1) / determinant
+    dt = (n1 * t3 - n3 * t1) / determinant
+    dn = (n3 * t2 - n2 * t3) / determinant + phase.tilt * dt
     for i in range(v.shape[1]):
         v[row.INCREMENT, i] += dn * v[row.NORMAL_RESPONSE, i] + dt * v[row.TANGENTIAL_RESPONSE, i]
         v[row.RESIDUAL, i] += dn * v[row.NORMAL, i] + dt * v[row.TANGENTIAL, i]
@@ -153,7 +160,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
     change, before, rank_one = np.inf, 0.0, 0.0
     for iteration in range(_MOST_ITERATIONS):
         e = system.take_residual(t + h, q, qd, qdd, contact, w)
-        rank_one, end = e.rank_one, moved(end, e, normal, tangential, e.supplied_power)
+        rank_one, end = e.rank_one, moved(end, e, normal, tangential, e.supplied_power, phase.tilt)
         left = _add_contact(phase, normal, tangential, w)
         if iteration == 0:
             if not system.factor_effective(t + h, q, step.velocity, step.position, w, slot, stale):
@@ -174,7 +181,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
                 return Step(NOT_CONVERGED, end, rank_one)
         system.solve_effective(rank_one, w, slot, contact)
         if contact:
-            end = _responding(e, w, normal, tangential)
+            end = inclined(phase, _responding(e, w, normal, tangential))
             status, pressing, along = _contact_step(phase, end, w, step)
             if status != OK:
                 return Step(status, end, rank_one)
@@ -190,7 +197,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
         if 0.0 < change * s.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
             e = system.approach(t + h, q, qd, w)
-            end = moved(end, e, normal, tangential, e.supplied_power)
+            end = moved(end, e, normal, tangential, e.supplied_power, phase.tilt)
             if not contact or _contact_defect(phase, end, step.velocity) <= closed:
                 return Step(OK, end, rank_one)
     return Step(NOT_CONVERGED, end, rank_one)

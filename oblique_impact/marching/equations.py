@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import accelerate, stop_force
+from oblique_impact.contact.forces import accelerate, conjugate, stop_force
 from oblique_impact.contact.state import FREE, Instant, Phase
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable, kernel
@@ -33,21 +33,22 @@ QUADRATURES = 7
 
 
 @jitable
-def boundary_power(c: Instant, qd: Array, w: Workspace) -> float:
+def boundary_power(phase: Phase, c: Instant, qd: Array, w: Workspace) -> float:
     """Power (W) of moving or driven boundaries: that of the contact force beyond the rates of gap and slip."""
     v = w.vectors
     closing, sliding = dot(v[row.NORMAL], qd), dot(v[row.TANGENTIAL], qd)
-    return c.normal_force * (closing - c.gap_rate) + c.tangential_force * (sliding - c.slip_rate)
+    taken = conjugate(phase, c) * c.gap_rate + c.tangential_force * c.slip_rate
+    return c.normal_force * closing + c.tangential_force * sliding - taken
 
 
 @jitable
 def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadratures:
     """Rates of the quadratures at an instant with its forces."""
-    boundary = boundary_power(c, qd, w) if phase.state != FREE else 0.0
+    boundary = boundary_power(phase, c, qd, w) if phase.state != FREE else 0.0
     stabilization, stop = -c.normal_force * c.gap_rate, 0.0
     if phase.gives_way:
         # what the stop does not give back: all but the work of its force at rest
-        stabilization, stop = 0.0, (c.normal_force - stop_force(phase, c.gap, 0.0)) * -c.gap_rate
+        stabilization, stop = 0.0, (conjugate(phase, c) - stop_force(phase, c.gap, 0.0)) * -c.gap_rate
     return Quadratures(
         c.normal_force,
         c.tangential_force,

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import flying, friction_ratio, guards_of, stop_force, with_forces
-from oblique_impact.contact.state import DEFINITE, FREE, GUARDS, NORMAL, STICKING, Instant, Phase
+from oblique_impact.contact.forces import friction_ratio, guards_of, moved, stop_force, with_forces
+from oblique_impact.contact.state import DEFINITE, FREE, GUARDS, NO_CONTACT, NORMAL, STICKING, Instant, Phase
 from oblique_impact.kernels.jit import jitable, kernel
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.alpha_balance import finish_step
@@ -125,12 +125,15 @@ def _report(a: Attempt, h: float, step: Step) -> Step:
     span = h - lag + before.memory[LAG]
     normal = _carried(mean_n, float(before.reported[d]), span, lag, before.memory, after.memory, 0)
     tangential = _carried(mean_t, float(before.reported[d + 1]), span, lag, before.memory, after.memory, 1)
+    push = normal
     if phase.gives_way:
-        mean_n = normal = stop_force(phase, end.gap, end.gap_rate)  # its law to the last digit
+        push = stop_force(phase, end.gap, end.gap_rate)  # its law to the last digit
+        mean_t = end.tangential_force if phase.state != STICKING else mean_t
+        mean_n = push + phase.tilt * mean_t
     if phase.state != STICKING:
-        tangential = friction_ratio(phase, end.slip_rate) * normal
-        if phase.gives_way:
-            mean_t = end.tangential_force
+        tangential = friction_ratio(phase, end.slip_rate) * push
+    if phase.gives_way:
+        normal = push + phase.tilt * tangential
     _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END)
     return Step(step.status, with_forces(end, mean_n, mean_t, end.supplied_power), step.rank_one)
 
@@ -216,7 +219,8 @@ def _open(system: Any, phase: Phase, front: Front, y: Array, s: Scratch) -> tupl
         _measure(phase, c, s, _START)
         return status, c.gap
     e = system.take_residual(t, y[:d], y[d : 2 * d], kept.acceleration, True, s.work)
-    _measure(phase, with_forces(flying(e), float(kept.reported[d]), float(kept.reported[d + 1]), 0.0), s, _START)
+    normal, tangential = float(kept.reported[d]), float(kept.reported[d + 1])
+    _measure(phase, moved(NO_CONTACT, e, normal, tangential, 0.0, phase.tilt), s, _START)
     return 0, e.gap
 
 

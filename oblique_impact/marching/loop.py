@@ -8,15 +8,14 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State
-from oblique_impact.contact.transitions import ContactMachine, EventKind, Transition
+from oblique_impact.contact.transitions import EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import scheme as base
@@ -29,9 +28,10 @@ from oblique_impact.marching.equations import (
     TANGENTIAL_IMPULSE,
 )
 from oblique_impact.marching.probe import Probe
+from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Record, Segment
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
-from oblique_impact.marching.scheme import Front, Leg, Scheme, arm, new_scratch
+from oblique_impact.marching.scheme import Front, Leg, arm, new_scratch
 
 MAX_EVENTS = 100_000
 _CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the run are chattering
@@ -45,22 +45,6 @@ _FAILURES = {
     base.FAILED_FINITE: Outcome.DIVERGED,
     base.FAILED_ITERATION: Outcome.NOT_CONVERGED,
 }
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Everything the loop needs to march one system."""
-
-    system: Any  # see `oblique_impact.kernels.system.System`
-    q0: Array
-    qd0: Array
-    machine: ContactMachine
-    scheme: Scheme
-    end_time: float
-    output_interval: float
-    scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
-    contact: bool = True
-    breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
 
 
 class Status(NamedTuple):
@@ -133,8 +117,16 @@ class Run:
         except KeyboardInterrupt:
             record.outcome = Outcome.INTERRUPTED
         self._sample(self._phase)
+        record.stored = self._stored()
         self._close_contact()
         return record
+
+    def _stored(self) -> float:
+        """Energy (J) that an elastic stop, and what gives way with it, holds at the front."""
+        stop = self.problem.machine.stop
+        if stop is None or self._phase.state == State.FREE:
+            return 0.0
+        return stop.energy(float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.compliance)
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""
@@ -199,7 +191,7 @@ class Run:
         self._enter(leaving)
 
     def _probe(self) -> Probe:
-        return Probe(self.problem.system, self._front.t, self._y, self._scratch.work)
+        return Probe(self.problem, self._phase, self._front.t, self._y, self._scratch.work)
 
     def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
@@ -248,12 +240,13 @@ class Run:
         if stop is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
             return
         found = -1.0 if leaving.state == State.FREE else 1.0
-        self._quadratures()[STABILIZATION_LOSS] += found * stop.energy(gap)
+        compliance = max(leaving.compliance, self._phase.compliance)
+        self._quadratures()[STABILIZATION_LOSS] += found * stop.energy(gap, compliance)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
         if leaving.state == State.FREE and kind is not None:
-            self._open = OpenContact(self._front.t, impulse, self._quadratures().copy())
+            self._open = OpenContact(self._front.t, impulse, self._quadratures().copy(), self._phase.compliance)
         return self._close_contact() if self._phase.state == State.FREE else None
 
     def _close_contact(self) -> Contact | None:

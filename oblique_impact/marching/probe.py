@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from oblique_impact.contact.forces import inclined
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.state import Instant
+from oblique_impact.contact.state import Instant, Phase, Residual
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
+from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import contact_problem
 
 
@@ -26,14 +28,18 @@ class _Responses(NamedTuple):
 class Probe:
     """The contact problem at the moving front, and what an impulse makes of it."""
 
-    def __init__(self, system: Any, t: float, y: Array, work: Workspace) -> None:
-        self._system, self._t, self._work = system, t, work
+    def __init__(self, problem: Problem, phase: Phase, t: float, y: Array, work: Workspace) -> None:
+        self._problem, self._phase, self._t, self._work = problem, phase, t, work
         size = work.vectors.shape[1]
         self._q, self._qd = y[:size].copy(), y[size : 2 * size].copy()
 
     @property
-    def instant(self) -> Instant:  # noqa: D102  both: see `ContactProbe`
-        return self._front[1]
+    def instant(self) -> Instant:  # noqa: D102  all three: see `ContactProbe`
+        return inclined(self._phase, self._front[1])
+
+    @property
+    def residual(self) -> Residual:  # noqa: D102
+        return self._problem.residual(self._q)
 
     def velocity_jump(self, impulse: Impulse) -> Array:
         """q'+ - q'- = M^-1 (D_n^T P_n + D_tau^T P_tau); shape (d,)."""
@@ -41,7 +47,7 @@ class Probe:
         return impulse.normal * responses.to_normal + impulse.tangential * responses.to_tangential
 
     def after(self, impulse: Impulse) -> Instant:  # noqa: D102
-        return self._solve(self._qd + self.velocity_jump(impulse))[1]
+        return inclined(self._phase, self._solve(self._qd + self.velocity_jump(impulse))[1])
 
     def supply(self, impulse: Impulse, jump: Array) -> float:
         """Energy (J) that drives and moving boundaries put in during an impact.
@@ -63,7 +69,7 @@ class Probe:
         return e, instant, _Responses(*(v[k].copy() for k in rows))
 
     def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
-        defined, e, c = contact_problem(self._system, self._t, self._q, velocity, self._work)
+        defined, e, c = contact_problem(self._problem.system, self._t, self._q, velocity, self._work)
         if not defined:
             raise PhysicsStop(Outcome.MASS_MATRIX_INDEFINITE)
         return e, c

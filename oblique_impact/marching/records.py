@@ -63,6 +63,7 @@ class OpenContact:
     start: float
     impulse: Impulse  # that it began with
     quadratures: Array  # at its start
+    compliance: float = 0.0  # m/N, of the body, in series with a stop that gives way
     peak_force: float = 0.0
     depth: float = 0.0  # m
 
@@ -70,7 +71,7 @@ class OpenContact:
         """Return the contact that ends at `end`, and the share of its finite force."""
         gained = quadratures - self.quadratures
         normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
-        stored = stop.energy(-self.depth) if stop else 0.0
+        stored = stop.energy(-self.depth, self.compliance) if stop else 0.0
         loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
         finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss)
         whole = finite._replace(
@@ -98,5 +99,6 @@ class Record:
     events: list[Event] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
+    stored: float = 0.0  # J, in an elastic stop at the end
     steps: int = 0
     rejected: int = 0

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import flying, instant_of, with_forces
-from oblique_impact.contact.state import Instant, Phase
+from oblique_impact.contact.forces import flying, instant_of, moved, with_forces
+from oblique_impact.contact.state import NO_CONTACT, Instant, Phase
 from oblique_impact.kernels.jit import kernel
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.equations import QUADRATURES, derivative
@@ -65,7 +65,7 @@ def observe_into(
         if kept:
             e = system.approach(times[i], states[i, :d], states[i, d : 2 * d], w)
             reported = states[i, tail : tail + d + 2]
-            c = with_forces(flying(e), float(reported[d]), float(reported[d + 1]), 0.0)
+            c = moved(NO_CONTACT, e, float(reported[d]), float(reported[d + 1]), 0.0, phase.tilt)
             for j in range(d):
                 qdd[i, j] = reported[j]
         else:

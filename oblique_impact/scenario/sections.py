@@ -90,6 +90,11 @@ class ContactSection(Section):
     impact: Annotated[str, Choice("impact_laws", ("newton", "routh"))] = "newton"
     #: coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's
     restitution: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    #: whether the contact point has the inertia that the discretization gives it, and meets a rigid stop by an
+    #: impact, or `none`: it rests on the stop through the flexibility of what the discretization leaves out
+    point_inertia: Literal["kept", "none"] = "kept"
+    #: whether an elastic stop knows the static flexibility of the modes that are left out
+    residual_flexibility: bool = True
     shortening: bool = True  # whether gap and slip know the foreshortening of the beam up to the contact point
     #: the tangential law, or a user-defined friction law
     friction: Annotated[str, Choice("friction_laws", ("frictionless", "hybrid", "modified-coulomb"))] = "hybrid"

@@ -52,7 +52,9 @@ class HeldTip(ContactMachine):
 
     def touch(self, probe: ContactProbe) -> Transition:
         """Close the contact for good."""
-        return Transition(self._slide(0.0, 1), EventKind.IMPACT, self.impact.impulse(probe.instant, 0.0))
+        return Transition(
+            self._slide(self._closed, 0.0, 1), EventKind.IMPACT, self.impact.impulse(probe.instant, 0.0)
+        )
 
 
 def held_tip(elements: int, step: float, rho: float, end_time: float) -> tuple[Array, Array, Array]:
