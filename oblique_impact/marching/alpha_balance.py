@@ -9,7 +9,16 @@ from oblique_impact.contact.state import FREE, STICKING, Instant, Phase
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
-from oblique_impact.marching.alpha_state import LAG, SLIP_RATE, Attempt, is_backward_euler, kept_of
+from oblique_impact.marching.alpha_state import (
+    GAP,
+    GAP_RATE,
+    LAG,
+    SLIP_RATE,
+    Attempt,
+    Kept,
+    is_backward_euler,
+    kept_of,
+)
 from oblique_impact.marching.alpha_step import Step
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
@@ -17,6 +26,7 @@ from oblique_impact.marching.equations import (
     NORMAL_IMPULSE,
     QUADRATURES,
     STABILIZATION_LOSS,
+    STOP_LOSS,
     TANGENTIAL_IMPULSE,
     quadrature_rates,
 )
@@ -40,6 +50,7 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
     copy(after.acceleration, v[row.ACCELERATION])
     after.reported[d], after.reported[d + 1] = end.normal_force, end.tangential_force
     after.memory[LAG], after.memory[SLIP_RATE] = c.alpha_f * h, end.slip_rate
+    after.memory[GAP], after.memory[GAP_RATE] = end.gap, end.gap_rate
     supplied = end.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
     last = with_forces(end, after.forces[0], after.forces[1], supplied)
     # damping is sampled at the mean velocity, below: at the ends it is that of vibrations cut short
@@ -49,6 +60,8 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
     _take_applied_impulses(a, h)
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, step.rank_one)
+    if phase.massless:
+        y_new[2 * d + STABILIZATION_LOSS] += _lost_in_residual(phase, h, before, after)
     y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a)
     if rigid or phase.state == STICKING:
         y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)
@@ -74,6 +87,19 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
             done = -applied * 0.5 * (before.memory[SLIP_RATE] + after.memory[SLIP_RATE])
             y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] + done
             y_new[2 * d + STABILIZATION_LOSS] += summed - done
+
+
+@jitable
+def _lost_in_residual(phase: Phase, h: float, before: Kept, after: Kept) -> float:
+    """Work (J) of a step, mean contact force times mean gap rate, that is neither stored nor damped.
+
+    A contact point without inertia takes its force at once: that of a step is not small beside what it stores.
+    """
+    push = before.forces[0] + after.forces[0] - phase.tilt * (before.forces[1] + after.forces[1])
+    work = -0.25 * h * push * (before.memory[GAP_RATE] + after.memory[GAP_RATE])
+    damped = 0.5 * h * (before.rates[STOP_LOSS] + after.rates[STOP_LOSS])
+    d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
+    return work - damped - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance
 
 
 @jitable

@@ -73,16 +73,20 @@ class Kept(NamedTuple):
     forces: Array  # (2,) contact forces (N) at the end of the step
     averaged: Array  # (2,) as the algorithm averages them
     rates: Array  # (7,) of the quadratures
-    memory: Array  # (4,) how far the reported forces lag behind (s), slip velocity (m/s), rates of the means (N/s)
+    memory: (
+        Array  # (6,) how far the reported forces lag behind (s), slip velocity (m/s), rates of the means (N/s),
+    )
+    # gap (m) and gap rate (m/s)
 
 
-LAG, SLIP_RATE, MEAN_RATES = 0, 1, 2
+LAG, SLIP_RATE, MEAN_RATES, GAP, GAP_RATE = 0, 1, 2, 4, 5
+_MEMORY = 6
 UNKNOWN = 1e300  # a rate of which nothing is known yet
 
 
 def kept_size(d: int) -> int:
     """Entries of :class:`Kept` for d degrees of freedom."""
-    return 3 * d + 2 + 2 + 2 + QUADRATURES + 4
+    return 3 * d + 2 + 2 + 2 + QUADRATURES + _MEMORY
 
 
 @inlined
@@ -98,7 +102,7 @@ def kept_of(y: Array, d: int) -> Kept:
         y[e : e + 2],
         y[e + 2 : e + 4],
         y[e + 4 : e + 4 + QUADRATURES],
-        y[e + 4 + QUADRATURES : e + 8 + QUADRATURES],
+        y[e + 4 + QUADRATURES : e + 4 + QUADRATURES + _MEMORY],
     )
 
 
@@ -130,6 +134,7 @@ def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> 
     kept.forces[0], kept.forces[1] = c.normal_force, c.tangential_force
     kept.averaged[0], kept.averaged[1] = c.normal_force, c.tangential_force
     kept.memory[LAG], kept.memory[SLIP_RATE] = 0.0, c.slip_rate
+    kept.memory[GAP], kept.memory[GAP_RATE] = c.gap, c.gap_rate
     kept.memory[MEAN_RATES], kept.memory[MEAN_RATES + 1] = UNKNOWN, UNKNOWN
     rates = quadrature_rates(phase, c, qd, w)
     for i in range(QUADRATURES):
