@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import quad
 
 from oblique_impact import Scenario, simulate
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.beam.section_forces import Fields, Motion, curvature_moment, fields_along
 from tests.reference.test_falling_beam import ANGLE, BENDING, CHIMNEY, GRAVITY, MASS, falling, third
 from validation.reference_values import VALUES

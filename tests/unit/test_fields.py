@@ -13,8 +13,8 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from modal import Eigenfunctions
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators, cumulative
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.beam.section_forces import Motion, curvature_moment, fields_along
 from tests.unit.test_discretizations import EI, LENGTH, POINT, RADIUS, scenario_of
 
