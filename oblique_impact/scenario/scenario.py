@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os.path
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from pydantic import model_validator
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.rules import RULES, TABLE, derive, derived_values, drop_derived_values
+from oblique_impact.scenario.rules import TABLE, check, derive, derived_values, drop_derived_values
 from oblique_impact.scenario.sections import ScenarioKeys
 from oblique_impact.scenario.toml import apply_change, parse_toml, set_key, with_line
 
@@ -34,8 +35,7 @@ class Scenario(ScenarioKeys):
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:
         derive(self)
-        for rule in RULES:
-            rule(self)
+        check(self)
         return self
 
     @classmethod
@@ -67,10 +67,12 @@ class Scenario(ScenarioKeys):
         if source in builtin_names():
             return cls.builtin(source, overrides)
         path = Path(source)
-        if not _is_file(path):
+        if not os.path.isfile(path):
             known = ", ".join(builtin_names())
             inside = path / "scenario.toml"
-            meant = f"; did you mean {inside}?" if _is_file(inside) else did_you_mean(source, builtin_names())
+            meant = (
+                f"; did you mean {inside}?" if os.path.isfile(inside) else did_you_mean(source, builtin_names())
+            )
             raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known}){meant}")
         try:
             text = read_text(path, MAX_FILE)
@@ -113,13 +115,6 @@ def builtin_names() -> list[str]:
     """Return the names of the built-in scenarios, `paper` first."""
     names = sorted(p.name[:-5] for p in _builtin_folder().iterdir() if p.name.endswith(".toml"))
     return ["paper", *(name for name in names if name != "paper")]
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a name too long for the file system, or one with a null character
-        return False
 
 
 def _builtin_folder() -> Any:
