@@ -75,7 +75,6 @@ class BeamOperators:
     contact_shortening: Matrix  # (n, n) H(x_F)
     root_slope: Array  # (n,) Phi'(0)
     stations: StationTable
-    method: str = ""
     rigid: Array = field(default_factory=lambda: np.zeros(0))  # (n,) the function x; of a nodal model only
 
     @property

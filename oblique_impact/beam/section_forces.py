@@ -84,16 +84,6 @@ def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
     return result
 
 
-def curvature_moment(beam: Beam, q: Array) -> Array:
-    """Bending moment E I u_y'' (N m) of the shapes at the stations, (samples, stations), from q (samples, n + 1).
-
-    It converges to the moment of equilibrium in smooth motion, without the share of the material's damping.
-    """
-    stations = beam.operators.stations
-    stiffness = beam.operators.sections.bending_stiffness(stations.points)
-    return np.asarray(stiffness * (q[:, 1:] @ stations.curvatures.T))
-
-
 def _block(beam: Beam, motion: Motion) -> Fields:
     o, stations, kept = beam.operators, beam.operators.stations, beam.foreshortening
     table, cells, sections = stations.quadrature, stations.cells, o.sections

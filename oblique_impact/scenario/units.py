@@ -31,11 +31,7 @@ _PREFIXES = {"n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "c": -2, "d": -1, "k
 _PI = Fraction(math.pi)
 #: every name of a unit, with its prefixes
 _NAMED = {
-    **{
-        p + n: (value * Fraction(10) ** e, powers)
-        for n, (value, powers) in _UNITS.items()
-        for p, e in _PREFIXES.items()
-    },
+    **{p + n: (v * Fraction(10) ** e, powers) for n, (v, powers) in _UNITS.items() for p, e in _PREFIXES.items()},
     **_UNITS,
     "1": (Fraction(1), (0, 0, 0, 0)),
     "deg": (_PI / 180, (0, 0, 0, 1)),
@@ -49,15 +45,9 @@ _RAISED = str.maketrans("⁻¹²³⁴", "-1234")
 
 @dataclass(frozen=True)
 class Unit:
-    """SI unit of a key, for pydantic's ``Annotated``: texts with a unit become numbers before they are validated.
+    """SI unit of a key, for pydantic's ``Annotated``: texts with a unit become numbers before validation."""
 
-    Attributes
-    ----------
-    symbol : str
-        As it is typed, such as "kg/m^3".
-    """
-
-    symbol: str
+    symbol: str  # as it is typed, such as "kg/m^3"
 
     @property
     def shown(self) -> str:
