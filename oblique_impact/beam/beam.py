@@ -120,15 +120,15 @@ class Beam:
 
     def _load_and_slope(self) -> dict[str, Any]:
         """Fields that both models have."""
-        s, (x, y), angle = self.scenario, self.scenario.slope.origin, self.scenario.slope.angle
+        s, (normal_offset, tangential_offset) = self.scenario, self.scenario.slope.offsets
         return {
             "gravity": s.gravity,
             "hub_inertia": self.hub_inertia,
             "torque": s.root.torque if s.root.kind == "hub" else 0.0,
             "contact_radius": s.root.hub_radius + s.contact.point,
-            "slope_angle": angle,
-            "normal_offset": float(-x * np.sin(angle) + y * np.cos(angle)),
-            "tangential_offset": float(x * np.cos(angle) + y * np.sin(angle)),
+            "slope_angle": s.slope.angle,
+            "normal_offset": normal_offset,
+            "tangential_offset": tangential_offset,
         }
 
     def initial_state(self) -> tuple[Array, Array]:

@@ -58,7 +58,8 @@ def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, A
         turn = np.exp(1j * (q[:, :1] - slope.angle))
         z = turn * (beam.operators.sections.hub_radius + stations.points + ux + 1j * uy)
         tangent = turn * (1.0 - 0.5 * beam.foreshortening * bending**2 + 1j * bending)
-        return nearest(stations.points, z - complex(*slope.origin) * np.exp(-1j * slope.angle), tangent, slope)
+        height, along = slope.offsets
+        return nearest(stations.points, z - (along + 1j * height), tangent, slope)
 
 
 def nearest(x: Array, z: Points, tangent: Points, slope: SlopeSection) -> tuple[Array, Array]:
@@ -142,8 +143,8 @@ def slope_warnings(scenario: Scenario, variables: Mapping[str, Array], events: S
         return []
     slope, point, room = scenario.slope, scenario.contact.point, NOTICEABLE * scenario.beam.length
     said = []
-    (x0, y0), c, s = slope.origin, np.cos(slope.angle), np.sin(slope.angle)
-    height = (variables["tip_y"] - y0) * c - (variables["tip_x"] - x0) * s
+    c, s = np.cos(slope.angle), np.sin(slope.angle)
+    height = variables["tip_y"] * c - variables["tip_x"] * s - slope.offsets[0]
     deeper = np.nan_to_num(np.minimum(height, 0.0) - variables["clearance"], nan=0.0, posinf=0.0)
     k = int(np.argmax(deeper))
     if deeper[k] > room:

@@ -54,10 +54,8 @@ class Scenario(ScenarioKeys):
     def builtin(cls, name: str, overrides: list[str] | None = None) -> Scenario:
         """Return the built-in case `name` (see `builtin_names`)."""
         if name not in builtin_names():
-            meant = did_you_mean(name, builtin_names())
-            raise InputError(
-                f"scenario = {short(name)}: built-in scenarios are {', '.join(builtin_names())}{meant}"
-            )
+            known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
+            raise InputError(f"scenario = {short(name)}: built-in scenarios are {known}")
         text = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
         return cls.from_toml(text, overrides, name="")
 
@@ -68,12 +66,10 @@ class Scenario(ScenarioKeys):
             return cls.builtin(source, overrides)
         path = Path(source)
         if not os.path.isfile(path):
-            known = ", ".join(builtin_names())
-            inside = path / "scenario.toml"
-            meant = (
-                f"; did you mean {inside}?" if os.path.isfile(inside) else did_you_mean(source, builtin_names())
-            )
-            raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known}){meant}")
+            known, inside = builtin_names(), path / "scenario.toml"
+            meant = f"; did you mean {inside}?" if os.path.isfile(inside) else did_you_mean(source, known)
+            words = f"neither a file nor a built-in scenario ({', '.join(known)}){meant}"
+            raise InputError(f"scenario = {source!r}: {words}")
         try:
             text = read_text(path, MAX_FILE)
         except (OSError, ValueError) as error:
