@@ -45,7 +45,7 @@ def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
 
 def _positive(value: Any, where: str) -> float:
     if not 0.0 < value <= _LARGEST:
-        raise not_allowed(f"a finite number greater than 0 and at most {_LARGEST:g}{where}")
+        raise not_allowed(f"a finite number greater than 0, less than or equal to {_LARGEST:g}{where}")
     return float(value)
 
 
