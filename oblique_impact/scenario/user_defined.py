@@ -110,6 +110,7 @@ class Choice:
     def _check(self, name: str) -> str:
         known = self.known
         if name not in known:
-            words = " or ".join(map(repr, known)) or "an installed one, but none is installed (run: make install)"
+            words = " or ".join(", ".join(map(repr, known)).rsplit(", ", 1))
+            words = words or "an installed one, but none is installed (run: make install)"
             raise PydanticCustomError("choice", "{allowed}", {"allowed": words})
         return name
