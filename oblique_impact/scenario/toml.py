@@ -1,4 +1,4 @@
-"""TOML text: errors in one line with its number, changed keys."""
+"""TOML text from any source: read in bounded time, errors in one line with its number, changed keys."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from typing import Any
 
 from oblique_impact.errors import InputError
 
+_MOST_PARTS = 20
 _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|[\w-]++)"""
+#: tomllib takes time with the square of the parts of a key
+_LONG_KEY = re.compile(rf"(?:^|[{{,\[])[ \t]*+{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}", re.MULTILINE)
 _LINE = re.compile(r"(.*) \(at line (\d+), column (\d+)\)", re.DOTALL)
 _KEY = rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+"
 _HEADER = re.compile(rf"[ \t]*+(\[\[?)[ \t]*+({_KEY})[ \t]*+\]\]?[ \t]*+(?:#.*)?")
@@ -19,6 +22,8 @@ _ENTRY = re.compile(rf"[ \t]*+({_KEY})[ \t]*+=")
 
 def parse_toml(text: str, what: str) -> dict[str, Any]:
     """Parse a file's text; `what` it is begins the one line of an InputError."""
+    if _LONG_KEY.search(text):
+        raise InputError(f"{what}: a key of more than {_MOST_PARTS} parts; keys have two")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

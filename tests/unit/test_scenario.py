@@ -234,7 +234,7 @@ BAD = {
     "value with a line break": ('[beam]\nlength = "a\\nb"', ["beam.length", "number"]),
     "integer of 5000 digits": ("end_time = " + "9" * 5000, ["scenario file", "digits"]),
     "dotted keys too deep": ("beam.length" + ".a" * 10 + " = 1", ["beam.length", "number"]),
-    "dotted keys far too deep": ("beam.length" + ".a" * 3000 + " = 1", ["beam.length", "number"]),
+    "dotted keys far too deep": ("beam.length" + ".a" * 3000 + " = 1", ["scenario file", "20 parts"]),
 }
 
 
