@@ -23,9 +23,8 @@ from scipy.integrate import solve_ivp
 
 import fem_beam
 from oblique_impact import Scenario
-from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.kernels.jit import kernel
 from oblique_impact.kernels.system import GAP, MATRICES, VECTORS, Work
 from oblique_impact.marching.equations import QUADRATURES, derivative

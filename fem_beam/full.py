@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
+
 from scipy.sparse import csr_array, eye_array
 
 from fem_beam.nodal import NodalBeam
 from fem_beam.reduction import project
-from oblique_impact.beam.nodal import NodalOperators
+from oblique_impact.beam.operators import BeamOperators
 from oblique_impact.scenario.scenario import Scenario
 
 
-def build_nodal(scenario: Scenario) -> NodalOperators:
+def build_nodal(scenario: Scenario) -> BeamOperators:
     """Discretize the beam of `scenario` by Hermite elements, pinned at the root; nothing is reduced."""
     nodal = NodalBeam.from_scenario(scenario)
     free = nodal.free_dofs("hinged")
-
-    def kept(matrix: csr_array) -> csr_array:
-        return csr_array(matrix[free][:, free])
-
-    node = int(np.argmin(np.abs(nodal.nodes - scenario.contact.point)))
-    return NodalOperators(
-        M1=kept(nodal.M1),
-        K=kept(nodal.K),
-        C=kept(nodal.C),
-        D=kept(nodal.D),
-        contact_shortening=kept(nodal.contact_shortening),
-        S=nodal.S[free],
-        P=nodal.P[free],
-        rigid=nodal.rigid_rotation[free],
-        contact_dof=2 * node - 1,
-        beam=project(nodal, csr_array(eye_array(nodal.basis.N))[:, free]),
+    operators = project(nodal, csr_array(eye_array(nodal.basis.N))[:, free])
+    rigid = nodal.rigid_rotation[free]
+    # integrals with the function x are taken from the elements too: rigid rotations must cancel to the last digit
+    return replace(
+        operators,
+        K=csr_array(nodal.K[free][:, free]),
+        J=float(rigid @ operators.S),
+        Sm=float(rigid @ operators.P),
+        rigid=rigid,
     )

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.state import Tolerances
@@ -39,7 +38,7 @@ ITERATIONS = 0.01
 BEAM_TIME = 1.0
 
 
-def beam_of(scenario: Scenario) -> Beam | FullBeam:
+def beam_of(scenario: Scenario) -> Beam:
     """Return the discretized beam that a scenario marches: reduced, or nodal without reduction."""
     chosen = scenario.discretization
     if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
@@ -51,7 +50,7 @@ def beam_of(scenario: Scenario) -> Beam | FullBeam:
     return FullBeam(scenario, build_nodal(scenario))
 
 
-def beam_problem(beam: Beam | FullBeam) -> Problem:
+def beam_problem(beam: Beam) -> Problem:
     """Put a beam, its scheme and its laws together for the loop."""
     s = beam.scenario
     scheme, tolerances = scheme_of(s), beam_tolerances(s, beam.mass)

@@ -7,11 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from oblique_impact.beam.beam import Energies
 from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.frequencies import macro_gap
-from oblique_impact.beam.nodal import FullBeam
 from oblique_impact.beam.plausibility import doubts
-from oblique_impact.beam.reduced import Beam, Energies
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.stops import ContactLaw
@@ -62,15 +61,10 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
     require_scenario(scenario, "simulate")
-    marched = beam_of(scenario)
-    full = marched if isinstance(marched, FullBeam) else None
-    beam = Beam(scenario, marched.operators.beam) if isinstance(marched, FullBeam) else marched
-    problem = beam_problem(marched)
+    beam = beam_of(scenario)
+    problem = beam_problem(beam)
     record, wall = _march(problem, on_progress)
-    if full is None:
-        samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd))
-    else:
-        samples = gather(record.segments, full.size, lambda time, W, Wd: full.energies(W, Wd), full.split)
+    samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
     record.segments.clear()  # the samples have copies
     variables = beam_variables(beam, samples)
     summary = summarize(record, samples, wall, macro_gap(scenario), problem.machine.stop, scenario)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.beam.operators import Array, ShapeTable, cumulative
-from oblique_impact.beam.reduced import Beam
+from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.operators import Array, ShapeTable
 
 Indices = NDArray[np.int64]
 
@@ -50,31 +50,12 @@ class Motion(NamedTuple):
     tangential_force: Array
 
 
-class _Bending(NamedTuple):
-    """At the points of the quadrature, (nq, samples): slope and its rate, axial displacement and its rate."""
+class _Points(NamedTuple):
+    """A coordinate of the points of mass, its rate and its acceleration in the frame: (nq + 1, samples)."""
 
-    slopes: Array
-    slope_rates: Array  # 1/s
-    ux: Array  # m
-    ux_dot: Array  # m/s
-
-
-class _Tip(NamedTuple):
-    """Displacements (m) of the tip and their rates (m/s), (samples,)."""
-
-    ux: Array
-    uy: Array
-    ux_dot: Array
-    uy_dot: Array
-
-
-class _Forces(NamedTuple):
-    """Forces on the points of the quadrature and, as the last row, on the tip: (nq + 1, samples)."""
-
-    x: Array  # position in the frame (m)
-    y: Array
-    axial: Array  # N
-    transverse: Array  # N
+    place: Array  # m
+    rate: Array
+    acceleration: Array
 
 
 def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
@@ -103,30 +84,20 @@ def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
     return result
 
 
-def curvature_moment(beam: Beam, q: Array) -> Array:
-    """Bending moment E I u_y'' (N m) of the shapes at the stations, (samples, stations), from q (samples, n + 1).
-
-    It converges to the moment of equilibrium in smooth motion, without the share of the material's damping.
-    """
-    stations = beam.operators.stations
-    stiffness = beam.operators.sections.bending_stiffness(stations.points)
-    return np.asarray(stiffness * (q[:, 1:] @ stations.curvatures.T))
-
-
 def _block(beam: Beam, motion: Motion) -> Fields:
-    o, stations = beam.operators, beam.operators.stations
-    table, sections, cells = stations.quadrature, o.sections, stations.cells
-    B = motion.q[:, 1:].T
-    Bd = motion.qd[:, 1:].T
-    slopes, slope_rates = table.slopes @ B, table.slopes @ Bd
-    shortening, rate = -0.5 * beam.foreshortening * slopes**2, -beam.foreshortening * slopes * slope_rates
-    ux, uy = _inboard(table, shortening, cells), stations.values @ B
-    ux_dot, uy_dot = _inboard(table, rate, cells), stations.values @ Bd
-    bending = _Bending(slopes, slope_rates, cumulative(table, shortening), cumulative(table, rate))
-    tip = _Tip(ux[-1], uy[-1], ux_dot[-1], uy_dot[-1])
-    forces = _forces(beam, motion, bending, tip)
-    axial, transverse = _outboard(forces.axial, cells), _outboard(forces.transverse, cells)
-    moment = _outboard(forces.x * forces.transverse - forces.y * forces.axial, cells)
+    o, stations, kept = beam.operators, beam.operators.stations, beam.foreshortening
+    table, cells, sections = stations.quadrature, stations.cells, o.sections
+    B, Bd, Bdd = (v[:, 1:].T for v in (motion.q, motion.qd, motion.qdd))
+    slopes, rates = table.slopes @ B, table.slopes @ Bd
+    # -u_x' of the axis, its rate and its acceleration
+    shortening = 0.5 * kept * slopes**2, kept * slopes * rates, kept * (rates**2 + slopes * (table.slopes @ Bdd))
+    ux, ux_dot = (-_inboard(table, values, cells) for values in shortening[:2])
+    uy, uy_dot = stations.values @ B, stations.values @ Bd
+    x, y = _Points(*(-beam.integrals(v) for v in shortening)), _Points(*map(beam.deflections, (B, Bd, Bdd)))
+    x.place[:] += beam.masses[0][:, None]
+    forces = _forces(beam, motion, x, y)
+    axial, transverse = (_outboard(force, cells) for force in forces)
+    moment = _outboard(x.place * forces[1] - y.place * forces[0], cells)
     contact_axial, contact_transverse = _contact_force(beam, motion)
     at = int(np.argmin(np.abs(stations.points - o.contact_point)))
     inside = (np.arange(stations.points.size) <= at)[:, None]
@@ -136,42 +107,24 @@ def _block(beam: Beam, motion: Motion) -> Fields:
     transverse += inside * contact_transverse
     moment += uy * axial - arms * transverse
     slope = stations.slopes @ B
-    shear = slope * axial - (1.0 - 0.5 * beam.foreshortening * slope**2) * transverse
-    x = stations.points
-    modulus = sections.fibre_distance(x) / sections.second_moment(x)
+    shear = slope * axial - (1.0 - 0.5 * kept * slope**2) * transverse
+    modulus = sections.fibre_distance(stations.points) / sections.second_moment(stations.points)
     return Fields(ux.T, uy.T, ux_dot.T, uy_dot.T, moment.T, shear.T, axial.T, modulus * moment.T)
 
 
-def _forces(beam: Beam, motion: Motion, bending: _Bending, tip: _Tip) -> _Forces:
-    """Gravity, inertia and external damping on the points of the quadrature and on the tip mass.
+def _forces(beam: Beam, motion: Motion, x: _Points, y: _Points) -> tuple[Array, Array]:
+    """Axial and transverse forces (N) of gravity, inertia and external damping on the points of mass.
 
     Accelerations in the frame: a_a = x'' - theta'' y - 2 theta' y' - theta'^2 x and
     a_t = y'' + theta'' x + 2 theta' x' - theta'^2 y (primes are time derivatives).
     """
-    o, s = beam.operators, beam.operators.sections
-    table = o.stations.quadrature
-    B, Bd, Bdd = (v[:, 1:].T for v in (motion.q, motion.qd, motion.qdd))
-    (theta, spin, spin_rate), kept = (v[:, 0] for v in (motion.q, motion.qd, motion.qdd)), beam.foreshortening
-    acceleration = -kept * (bending.slope_rates**2 + bending.slopes * (table.slopes @ Bdd))
-
-    def with_tip(values: Array, last: Array) -> Array:
-        return np.concatenate([values, np.reshape(last, (1, -1))])
-
-    x = s.hub_radius + with_tip(table.points[:, None] + bending.ux, s.length + tip.ux)
-    y = with_tip(table.values @ B, tip.uy)
-    x_rate = with_tip(bending.ux_dot, tip.ux_dot)
-    y_rate = with_tip(table.values @ Bd, tip.uy_dot)
-    axial = with_tip(cumulative(table, acceleration), table.weights @ acceleration)
-    axial += -spin_rate * y - 2.0 * spin * y_rate - spin**2 * x
-    transverse = with_tip(table.values @ Bdd, o.stations.values[-1:] @ Bdd)
-    transverse += spin_rate * x + 2.0 * spin * x_rate - spin**2 * y
+    theta, spin, spin_rate = (v[:, 0] for v in (motion.q, motion.qd, motion.qdd))
+    axial = x.acceleration - spin_rate * y.place - 2.0 * spin * y.rate - spin**2 * x.place
+    transverse = y.acceleration + spin_rate * x.place + 2.0 * spin * x.rate - spin**2 * y.place
     # damping proportional to mass is a load from outside; the other kinds act inside, as a share of the moment
-    transverse += beam.scenario.beam.mass_proportional * y_rate
-    gravity = beam.scenario.gravity
-    masses = np.append(s.mass_per_length(table.points) * table.weights, s.tip_mass)[:, None]
-    return _Forces(
-        x, y, -masses * (axial + gravity * np.sin(theta)), -masses * (transverse + gravity * np.cos(theta))
-    )
+    transverse += beam.scenario.beam.mass_proportional * y.rate
+    masses, gravity = beam.masses[1][:, None], beam.scenario.gravity
+    return -masses * (axial + gravity * np.sin(theta)), -masses * (transverse + gravity * np.cos(theta))
 
 
 def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
-from oblique_impact.beam.reduced import Beam, Energies
 from oblique_impact.beam.section_forces import Motion, fields_along
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
@@ -80,7 +80,7 @@ def gather(
     size : int
         Coordinates that were marched.
     energies : callable
-        Of times (samples,), coordinates and velocities (samples, size).
+        Of times (samples,) and the samples' coordinates and velocities (samples, d).
     transform : callable, optional
         A linear map of the coordinates to those of the samples.
     """
@@ -90,9 +90,9 @@ def gather(
     scalars = np.concatenate([s.observation.instants for s in segments])
     q, qd = states[:, :size], states[:, size : 2 * size]
     qdd = np.concatenate([s.observation.qdd for s in segments])
-    found = energies(time, q, qd)
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
+    found = energies(time, q, qd)
     return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found)
 
 
@@ -108,7 +108,7 @@ def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
     """Return the variables of a beam's frame and of its contact point."""
     o = beam.operators
-    radius = o.hub_radius + o.contact_point
+    radius = o.sections.hub_radius + o.contact_point
     theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
     HB = beam.foreshortening * (B @ o.contact_shortening)
     ux, ux_rate = -0.5 * np.einsum("si,si->s", HB, B), -np.einsum("si,si->s", HB, Bd)
