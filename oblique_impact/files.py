@@ -37,7 +37,7 @@ def cannot_write(target: Path, error: Exception) -> InputError:
 
 
 def read_text(path: Path, limit: int = MAX_TEXT) -> str:
-    """Read UTF-8 text; raises OSError, or ValueError in words if it is not UTF-8 or larger than `limit` (bytes)."""
+    """Read UTF-8 text; raises OSError, or ValueError in words for other content or more than `limit` bytes."""
     with path.open("rb") as file:
         content = file.read(limit + 1)
     if len(content) > limit:

@@ -15,9 +15,9 @@ import xarray as xr
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.events import event_row, events_csv, read_events
-from oblique_impact.history.netcdf import DIMENSIONS_ATTRIBUTE, is_history, read_netcdf, write_netcdf
+from oblique_impact.history.netcdf import is_history, read_netcdf, write_netcdf
 from oblique_impact.history.summary import EARLIER_MACRO_GAP, parsed, read_summary
-from oblique_impact.history.variables import DIMENSIONS, check_variables
+from oblique_impact.history.variables import check_variables
 from oblique_impact.installed import reason
 from oblique_impact.marching.loop import Contact, Event
 from oblique_impact.scenario.messages import short
@@ -42,7 +42,7 @@ class History:
     events : list of Event
         The transitions in order of time.
     summary : dict
-        Outcome, macro-collisions, energy ledger, costs and versions, as in summary.json.
+        As in summary.json, see :class:`~oblique_impact.history.summary.Summary`.
     scenario_toml : str
         The fully resolved scenario; empty for a system that has none.
     contacts : list of Contact
@@ -137,17 +137,13 @@ class History:
 
     def _with_attributes(self) -> xr.Dataset:
         """Return the data with all the rest in attributes."""
-        data = self.data.assign_attrs(
+        return self.data.assign_attrs(
             format=FORMAT,
             scenario=self.scenario_toml,
             events=json.dumps([event_row(event) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
-        for name, variable in data.variables.items():
-            if name not in DIMENSIONS:
-                variable.attrs[DIMENSIONS_ATTRIBUTE] = " ".join(map(str, variable.dims))
-        return data
 
 
 def require_history(value: object, where: str) -> None:

@@ -24,10 +24,6 @@ MAX_BYTES = 8_000_000_000
 #: bytes; variables that take more than this may not be packed to less than a part of `MAX_RATIO`
 FREE, MAX_RATIO = 100_000_000, 20
 
-#: attribute with the names of the dimensions of a variable
-DIMENSIONS_ATTRIBUTE = "dimensions"
-
-_WRITTEN_HERE, _LONGEST = "oblique-impact history", 200
 #: newer layouts of HDF5 carry checksums, and take attributes longer than 64 kB
 _VERSIONS = ("v110", "v110")
 
@@ -52,12 +48,9 @@ def _fixed(attributes: Mapping[Any, Any]) -> dict[Any, Any]:
 
     They have two letters at least, because the readers of NetCDF take a single one for a byte.
     """
-    return {name: _word(value) if isinstance(value, str) else value for name, value in attributes.items()}
-
-
-def _word(text: str) -> np.ndarray[Any, Any]:
-    content = text.encode("utf-8")
-    return np.array(content, dtype=h5py.string_dtype("utf-8", max(2, len(content))))
+    words = {name: value.encode("utf-8") for name, value in attributes.items() if isinstance(value, str)}
+    fixed = {k: np.array(word, h5py.string_dtype("utf-8", max(2, len(word)))) for k, word in words.items()}
+    return {**attributes, **fixed}
 
 
 def read_netcdf(path: Path) -> xr.Dataset:
@@ -91,7 +84,7 @@ def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     return {
         str(name): value
         for name, value in attributes.items()
-        if np.asarray(value).dtype.kind in "Uiuf" and not name.startswith("_") and name != DIMENSIONS_ATTRIBUTE
+        if np.asarray(value).dtype.kind in "Uiuf" and not name.startswith("_")
     }
 
 
@@ -119,14 +112,12 @@ def is_history(file: Path) -> bool:
         return False
     try:
         with h5py.File(file, "r") as opened:
-            attribute = h5a.open(opened.id, b"format")
-            kind = attribute.get_type()
-            if kind.get_class() != h5t.STRING or kind.get_size() > _LONGEST:
-                return False
-            if kind.is_variable_str():  # a reference, which damage turns into anything: not followed
-                return True
+            kind = h5a.open(opened.id, b"format").get_type()
+            if kind.get_class() != h5t.STRING or kind.is_variable_str():
+                # a word of variable length is a reference, which damage turns into anything: not followed
+                return bool(kind.get_class() == h5t.STRING)
             value = opened.attrs["format"]
-            return (value if isinstance(value, str) else value.decode()).startswith(_WRITTEN_HERE)
+            return (value if isinstance(value, str) else value.decode()).startswith("oblique-impact history")
     except KeyError:
         return False
     except Exception:  # cut off or damaged, whatever the reader's layers raise

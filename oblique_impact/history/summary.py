@@ -128,21 +128,18 @@ def summarize(
 ) -> dict[str, Any]:
     """Return summary.json of a run, without what only a beam has: clearance and warnings.
 
-    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision; an
-    elastic `stop` stores energy; the `scenario` names the user-defined parts for the provenance.
+    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision;
+    an elastic `stop` stores energy; the `scenario` names the user-defined parts for the provenance.
     """
-    first, last = samples.part(slice(1)), samples.part(slice(-1, None))
-    stored = stop.energy(float(last.scalars[0, GAP])) if stop and last.state[0] != State.FREE else 0.0
-    ledger = balance(
-        float(first.kinetic[0] + first.elastic[0] + first.gravity[0]),
-        (float(last.kinetic[0]), float(last.elastic[0]), float(last.gravity[0]), stored),
-        last.quadratures[0],
-        record.events,
-    )
+    stored = stop.energy(float(samples.scalars[-1, GAP])) if stop and samples.state[-1] != State.FREE else 0.0
+    energies = samples.kinetic, samples.elastic, samples.gravity
+    kinetic, elastic, gravity = (float(values[-1]) for values in energies)
+    initial = sum(float(values[0]) for values in energies)
+    ledger = balance(initial, (kinetic, elastic, gravity, stored), samples.quadratures[-1], record.events)
     return {
         "outcome": record.outcome.label,
         "message": record.outcome.sentence,
-        "end_time": float(last.time[0]),
+        "end_time": float(samples.time[-1]),
         "macro_gap": macro_gap,
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "events": len(record.events),
