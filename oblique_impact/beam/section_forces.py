@@ -114,7 +114,7 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     ux, ux_dot = inner[:2]
     mx, mx1, mx2, my, my1, my2, turned = whole[3:, None] - inner[3:]  # of the part outside of each station
     along, across = (beam.scenario.gravity * f(motion.q[:, 0]) for f in (np.sin, np.cos))
-    mass = sections.outer_mass(x)[:, None]
+    mass = sections.tip_mass + np.append(np.cumsum(points.masses[::-1])[::-1], 0.0)[stations.cells, None]
     axial = spin_rate * my + 2.0 * spin * my1 + spin**2 * mx - mx2 - mass * along
     transverse = spin**2 * my - spin_rate * mx - 2.0 * spin * mx1 - my2 - mass * across
     moment = my * along - mx * across - turned
