@@ -2,7 +2,7 @@
 
 `build_operators`  a scenario's beam as :class:`~oblique_impact.beam.operators.BeamOperators`
 `spectrum`         frequencies of the spinning beam on the scenario's mesh
-`build_nodal`      the same without reduction, as :class:`~oblique_impact.beam.nodal.NodalOperators`
+`build_nodal`      the same without reduction, as banded operators of all nodes
 `NodalBeam`        the banded nodal operators
 `beam_mesh`        mesh with a node at the contact point
 """

@@ -103,7 +103,6 @@ def project(nodal: NodalBeam, modes: Array | csr_array) -> BeamOperators:
         contact_shortening=both(nodal.contact_shortening),
         root_slope=(root @ V)[0],
         stations=_station_table(nodal, V),
-        method="fem",
     )
 
 

@@ -81,7 +81,6 @@ def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
             quadrature=ShapeTable(order, x, w, values, slopes),
             cells=np.searchsorted(x, stations),
         ),
-        method="modal",
     )
 
 

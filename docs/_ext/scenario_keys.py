@@ -100,8 +100,8 @@ def rules() -> list[tuple[str, str]]:
     for function in ast.walk(ast.parse(inspect.getsource(rules_of_keys))):
         if isinstance(function, ast.FunctionDef) and function.name.startswith("_check_"):
             texts = {n: v.value for n, v in _assigned(function) if isinstance(v, ast.Constant)}
-            for call, names in _refusals(function, texts):
-                found.add((_words(call.args[1], names), _words(call.args[2], names)))
+            for pair, names in _refusals(function, texts):
+                found.add((_words(pair.elts[0], names), _words(pair.elts[1], names)))
     return sorted(found, key=lambda row: (_place(row[0]), row[1]))
 
 
@@ -116,16 +116,16 @@ def _assigned(function: ast.FunctionDef) -> Iterator[tuple[str, ast.expr]]:
                 yield from ((n.id, v) for n, v in zip(names, values, strict=True) if isinstance(n, ast.Name))
 
 
-def _refusals(function: ast.FunctionDef, texts: dict[str, Any]) -> Iterator[tuple[ast.Call, dict[str, Any]]]:
-    """Yield calls of `_refuse`, each with the words that stand behind the names in it; loops are run through."""
+def _refusals(function: ast.FunctionDef, texts: dict[str, Any]) -> Iterator[tuple[ast.Tuple, dict[str, Any]]]:
+    """Yield what is yielded, each with the words that stand behind the names in it; loops are run through."""
     tables = {n: ast.literal_eval(v) for n, v in _assigned(function) if isinstance(v, ast.Dict)}
     looped = set()
     for loop in (node for node in ast.walk(function) if isinstance(node, ast.For)):
-        inside = [call for call in ast.walk(loop) if _is_refusal(call)]
+        inside = list(_yielded(loop))
         looped.update(map(id, inside))
         for names in _turns(loop, tables):
-            yield from ((call, texts | names) for call in inside)  # type: ignore[misc]
-    yield from ((c, texts) for c in ast.walk(function) if _is_refusal(c) and id(c) not in looped)  # type: ignore[misc]
+            yield from ((pair, texts | names) for pair in inside)
+    yield from ((pair, texts) for pair in _yielded(function) if id(pair) not in looped)
 
 
 def _turns(loop: ast.For, tables: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -140,8 +140,11 @@ def _turns(loop: ast.For, tables: dict[str, Any]) -> Iterator[dict[str, Any]]:
     yield from ({first: name, second: value} for name, value in table.items())
 
 
-def _is_refusal(node: ast.AST) -> bool:
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "_refuse"
+def _yielded(node: ast.AST) -> Iterator[ast.Tuple]:
+    """Yield the pairs (key, what is allowed) that a rule yields."""
+    for inner in ast.walk(node):
+        if isinstance(inner, ast.Yield) and isinstance(inner.value, ast.Tuple):
+            yield inner.value
 
 
 def _words(node: ast.expr, names: dict[str, Any]) -> str:

@@ -1,7 +1,7 @@
 """Base motions: how a driven root turns.
 
-`BaseMotion`                      the contract, for user-defined motions too
-`Hold`, `ConstantSpeed`, `SpinUp`  the built-in motions
+`BaseMotion`               the contract, for user-defined motions too
+`ConstantSpeed`, `SpinUp`  the built-in motions
 """
 
 from __future__ import annotations
@@ -69,58 +69,42 @@ class BaseMotion(ABC):
 
     def at(self, t: float) -> Turn:
         """Return the motion at t (s)."""
-        return Turn(*map(float, self.turn(t, *self._numbers)))
+        return Turn(*map(float, self.turn(t, *astuple(self))))
 
     @property
     def acceleration(self) -> tuple[Law, np.ndarray[Any, Any]]:
         """Compiled acceleration of the root and its parameters; raises InputError if it cannot be compiled."""
-        numbers = self._numbers
+        numbers = astuple(self)
         law = compiled_law(type(self).turn, 1, len(numbers), entry=2)
         return law, np.array([*numbers, 0.0], dtype=float)
 
     def check(self, end_time: float) -> None:
         """Raise InputError if this cannot be compiled, or its parts do not fit together before `end_time` (s)."""
-        _ = self.acceleration
+        _, name = self.acceleration, type(self).__name__
         if self.at(0.0).angle != 0.0:
-            raise InputError(f"{type(self).__name__}: the angle at t = 0 is {self.at(0.0).angle:g}, should be 0")
+            raise InputError(f"{name}: the angle at t = 0 is {self.at(0.0).angle:g}, should be 0")
         points, weights = np.polynomial.legendre.leggauss(10)
         length = _WINDOW * end_time
-        for k in range(_WINDOWS):
-            start = (k + 0.5) / _WINDOWS * (end_time - length)
+        for start in (np.arange(_WINDOWS) + 0.5) / _WINDOWS * (end_time - length):
             if any(start <= t <= start + length for t in self.breakpoints):
                 continue
-            inside = np.array([self.at(start + 0.5 * length * (1.0 + x)) for x in points])
+            inside = np.array([self.at(t) for t in start + 0.5 * length * (1.0 + points)])
             if not np.all(np.isfinite(inside)):
-                raise InputError(f"{type(self).__name__}: is not finite at t = {start:g}")
-            before, after = np.array(self.at(start)), np.array(self.at(start + length))
-            gained = after[:2] - before[:2]
+                raise InputError(f"{name}: is not finite at t = {start:g}")
+            before, after = np.array(self.at(start))[:2], np.array(self.at(start + length))[:2]
             integrals = 0.5 * length * weights @ inside[:, 1:]
-            scale = length * np.abs(inside[:, 1:]).max(axis=0) + 1e-8 * (1.0 + np.abs(after[:2]))
-            wrong = np.abs(gained - integrals) > _ACCURACY * scale
+            scale = length * np.abs(inside[:, 1:]).max(axis=0) + 1e-8 * (1.0 + np.abs(after))
+            wrong = np.abs(after - before - integrals) > _ACCURACY * scale
             if np.any(wrong):
-                name, of = ("speed", "angle") if wrong[0] else ("acceleration", "speed")
-                words = f"the {name} is not the derivative of the {of}"
-                raise InputError(f"{type(self).__name__}: {words} at t = {start:g}")
-
-    @property
-    def _numbers(self) -> tuple[float, ...]:
-        return astuple(self)
-
-
-@dataclass(frozen=True)
-class Hold(BaseMotion):
-    """A root that is held."""
-
-    @staticmethod
-    def turn(t: float) -> tuple[float, float, float]:  # type: ignore[override]  # noqa: D102
-        return 0.0, 0.0, 0.0
+                rate, of = ("speed", "angle") if wrong[0] else ("acceleration", "speed")
+                raise InputError(f"{name}: the {rate} is not the derivative of the {of} at t = {start:g}")
 
 
 @dataclass(frozen=True)
 class ConstantSpeed(BaseMotion):
-    """A root that turns at a constant rate (rad/s)."""
+    """A root that turns at a constant rate (rad/s), or is held at 0."""
 
-    spin_rate: float
+    spin_rate: float = 0.0
 
     @staticmethod
     def turn(t: float, spin_rate: float) -> tuple[float, float, float]:  # type: ignore[override]  # noqa: D102
@@ -156,4 +140,4 @@ def base_motion_of(root: RootSection) -> BaseMotion:
     """Return the built-in motion that the section of a scenario names."""
     if root.profile == "constant-speed":
         return ConstantSpeed(root.spin_rate)
-    return SpinUp(root.spin_rate, root.spin_up_time) if root.profile == "spin-up" else Hold()
+    return SpinUp(root.spin_rate, root.spin_up_time) if root.profile == "spin-up" else ConstantSpeed()

@@ -32,11 +32,6 @@ class Profile:
             return cls(rows[:, 0].copy(), rows[:, 1].copy())
         return cls(np.array([0.0, length]), np.array([value, value], dtype=float))
 
-    @property
-    def kinks(self) -> Array:
-        """Places (m) between the ends where the slope may change."""
-        return self.x[1:-1]
-
     def __call__(self, x: Array | float) -> Array:
         """Values at x (m), of the shape of x."""
         return np.asarray(np.interp(x, self.x, self.values))
@@ -83,7 +78,7 @@ class Sections:
     @property
     def kinks(self) -> Array:
         """Places (m) inside the span where m or E I changes its slope, ascending."""
-        return np.union1d(self.area.kinks, self.second_moment.kinks)
+        return np.union1d(self.area.x[1:-1], self.second_moment.x[1:-1])
 
     def mass_per_length(self, x: Array | float) -> Array:
         """Return rho A(x) in kg/m, of the shape of x."""
@@ -140,6 +135,5 @@ class Sections:
     def _simpson(self, a: Array, b: Array, power: int) -> Array:
         """Exact integral of m (r + xi)^power over [a, b] inside one piece of the table."""
         middle = 0.5 * (a + b)
-        parts = (self.mass_per_length(s) * (self.hub_radius + s) ** power for s in (a, middle, b))
-        left, centre, right = parts
+        left, centre, right = (self.mass_per_length(s) * (self.hub_radius + s) ** power for s in (a, middle, b))
         return np.asarray((b - a) / 6.0 * (left + 4.0 * centre + right))

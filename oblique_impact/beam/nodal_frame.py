@@ -33,8 +33,8 @@ from oblique_impact.kernels.workspace import (
 
 # NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D, H at the contact point
 MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
-# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M1^-1 S
-COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE = range(6)
+# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M1^-1 S, shape functions at the contact point
+COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE = range(7)
 _LANES = 4
 
 
@@ -43,7 +43,7 @@ class _NodalData(NamedTuple):
 
     bands: Array  # (5, 7, n) diagonals -3..3: bands[b, 3 + k, i] is the entry (i, i + k)
     mass_factor: Array  # (n + 3, 4) of the mass matrix
-    vectors: Array  # (6, n)
+    vectors: Array  # (7, n)
     inertia: float  # J of the beam (kg m^2)
     static_moment: float  # Sm (kg m)
     gravity: float
@@ -51,7 +51,8 @@ class _NodalData(NamedTuple):
     torque: float  # on the hub (N m)
     kelvin_voigt: float  # s
     mass_proportional: float  # 1/s
-    contact_dof: int  # deflection of the contact point
+    contact_first: int  # degrees of freedom that the deflection of the contact point takes
+    contact_end: int
     contact_radius: float  # x_F (m)
     slope_angle: float
     normal_offset: float  # c_n (m)
@@ -74,7 +75,7 @@ def _contact(
 ) -> tuple[ContactKinematics, float, float]:
     """Gap and slip with their rows in W, D_B + S (D_theta - x.D_B)/J, and their rates; biases only if `biased`."""
     v, u = w.vectors, model.vectors
-    HB, point = v[row.SCRATCH_C], model.contact_dof
+    HB, shape = v[row.SCRATCH_C], u[CONTACT_SHAPE]
     theta, spin = _frame(model, q, qd)
     band_multiply(model.bands, SHORTENING_BAND, q, HB)
     rigid, bent, bending = 0.0, 0.0, 0.0
@@ -83,8 +84,12 @@ def _contact(
         rigid += HB[i] * u[RIGID, i]
         bent += HB[i] * q[i]
         bending += HB[i] * qd[i]
-    x, y = model.contact_radius - 0.5 * (bent - theta * rigid), q[point] - model.contact_radius * theta
-    x_rate, y_rate = -(bending - spin * rigid), qd[point] - model.contact_radius * spin
+    place, speed = 0.0, 0.0
+    for i in range(model.contact_first, model.contact_end):
+        place += shape[i] * q[i]
+        speed += shape[i] * qd[i]
+    x, y = model.contact_radius - 0.5 * (bent - theta * rigid), place - model.contact_radius * theta
+    x_rate, y_rate = -(bending - spin * rigid), speed - model.contact_radius * spin
     angle = theta - model.slope_angle
     c, s = np.cos(angle), np.sin(angle)
     normal = (x * c - y * s + s * rigid - c * model.contact_radius) / model.inertia
@@ -95,8 +100,9 @@ def _contact(
         v[row.TANGENTIAL, i] = -c * HB[i] + tangential * u[COUPLING, i]
         gap_rate += v[row.NORMAL, i] * qd[i]
         slip_rate += v[row.TANGENTIAL, i] * qd[i]
-    v[row.NORMAL, point] += c
-    v[row.TANGENTIAL, point] -= s
+    for i in range(model.contact_first, model.contact_end):
+        v[row.NORMAL, i] += c * shape[i]
+        v[row.TANGENTIAL, i] -= s * shape[i]
     curved = 0.0  # B'^T H B'
     if biased:
         band_multiply(model.bands, SHORTENING_BAND, qd, v[row.SCRATCH_A])
@@ -104,7 +110,7 @@ def _contact(
         curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
     offsets = model.normal_offset, model.tangential_offset
     k = kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, curved)
-    return k, gap_rate + c * qd[point], slip_rate - s * qd[point]
+    return k, gap_rate + c * speed, slip_rate - s * speed
 
 
 @jitable

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -75,22 +75,8 @@ class BeamOperators:
     contact_shortening: Matrix  # (n, n) H(x_F)
     root_slope: Array  # (n,) Phi'(0)
     stations: StationTable
-    method: str = ""
-
-    @property
-    def length(self) -> float:
-        """Length (m) of the beam."""
-        return self.sections.length
-
-    @property
-    def hub_radius(self) -> float:
-        """Distance (m) of the root from the axis of rotation."""
-        return self.sections.hub_radius
-
-    @property
-    def mass_per_length(self) -> float:
-        """Mean mass per length (kg/m): the whole mass, with that of the tip, over the length."""
-        return self.sections.mass / self.sections.length
+    rigid: Array = field(default_factory=lambda: np.zeros(0))  # (n,) the function x; of a nodal model only
+    left_out: float = 0.0  # m/N, compliance of a contact point that a nodal model has condensed
 
     @property
     def size(self) -> int:

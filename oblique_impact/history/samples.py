@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
-from oblique_impact.beam.reduced import Beam, Energies
 from oblique_impact.beam.section_forces import Motion, fields_along
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
@@ -37,14 +37,6 @@ class Samples(NamedTuple):
     elastic: Array
     gravity: Array
 
-    def motion(self) -> Motion:
-        """Return the samples as the beam's post-processing takes them."""
-        return Motion(self.time, self.q, self.qd, self.qdd, self.scalars[:, LAMBDA_N], self.scalars[:, LAMBDA_T])
-
-    def part(self, rows: slice) -> Samples:
-        """Return some of the samples."""
-        return Samples(*(column[rows] for column in self))
-
     def variables(self) -> dict[str, Column]:
         """Return the variables of a history that every system has."""
         k = self.scalars
@@ -71,18 +63,10 @@ def gather(
     energies: Callable[[Array, Array, Array], Energies],
     transform: Callable[[Array], Array] | None = None,
 ) -> Samples:
-    """Put the samples of segments together.
+    """Put the samples of segments, at least one, together.
 
-    Parameters
-    ----------
-    segments : sequence of Segment
-        At least one.
-    size : int
-        Coordinates that were marched.
-    energies : callable
-        Of times (samples,), coordinates and velocities (samples, size).
-    transform : callable, optional
-        A linear map of the coordinates to those of the samples.
+    Each has `size` coordinates that were marched; `energies` takes times (samples,), coordinates and velocities
+    (samples, size); `transform` maps coordinates linearly to those of the samples.
     """
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
@@ -90,15 +74,16 @@ def gather(
     scalars = np.concatenate([s.observation.instants for s in segments])
     q, qd = states[:, :size], states[:, size : 2 * size]
     qdd = np.concatenate([s.observation.qdd for s in segments])
-    found = energies(time, q, qd)
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
+    found = energies(time, q, qd)
     return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found)
 
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     """Return all variables of a beam's history."""
-    fields = fields_along(beam, samples.motion())
+    s, k = samples, samples.scalars
+    fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, k[:, LAMBDA_N], k[:, LAMBDA_T]))
     found = {**samples.variables(), **_at_the_contact(beam, samples), **fields._asdict()}
     if beam.scenario.contact.enabled:
         found["clearance"], found["clearance_at"] = beam_clearance(beam, samples.q, fields.ux, fields.uy)
@@ -108,7 +93,7 @@ def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
     """Return the variables of a beam's frame and of its contact point."""
     o = beam.operators
-    radius = o.hub_radius + o.contact_point
+    radius = o.sections.hub_radius + o.contact_point
     theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
     HB = beam.foreshortening * (B @ o.contact_shortening)
     ux, ux_rate = -0.5 * np.einsum("si,si->s", HB, B), -np.einsum("si,si->s", HB, Bd)

@@ -99,7 +99,7 @@ def _lost_in_residual(phase: Phase, h: float, before: Kept, after: Kept) -> floa
     work = -0.25 * h * push * (before.memory[GAP_RATE] + after.memory[GAP_RATE])
     damped = 0.5 * h * (before.rates[STOP_LOSS] + after.rates[STOP_LOSS])
     d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
-    return work - damped - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance
+    return float(work - damped - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance)
 
 
 @jitable

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os.path
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from pydantic import model_validator
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.rules import RULES, TABLE, derive, derived_values, drop_derived_values
+from oblique_impact.scenario.rules import TABLE, check, derive, derived_values, drop_derived_values
 from oblique_impact.scenario.sections import ScenarioKeys
 from oblique_impact.scenario.toml import apply_change, parse_toml, set_key, with_line
 
@@ -34,8 +35,7 @@ class Scenario(ScenarioKeys):
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:
         derive(self)
-        for rule in RULES:
-            rule(self)
+        check(self)
         return self
 
     @classmethod
@@ -54,10 +54,8 @@ class Scenario(ScenarioKeys):
     def builtin(cls, name: str, overrides: list[str] | None = None) -> Scenario:
         """Return the built-in case `name` (see `builtin_names`)."""
         if name not in builtin_names():
-            meant = did_you_mean(name, builtin_names())
-            raise InputError(
-                f"scenario = {short(name)}: built-in scenarios are {', '.join(builtin_names())}{meant}"
-            )
+            known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
+            raise InputError(f"scenario = {short(name)}: built-in scenarios are {known}")
         text = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
         return cls.from_toml(text, overrides, name="")
 
@@ -67,11 +65,11 @@ class Scenario(ScenarioKeys):
         if source in builtin_names():
             return cls.builtin(source, overrides)
         path = Path(source)
-        if not _is_file(path):
-            known = ", ".join(builtin_names())
-            inside = path / "scenario.toml"
-            meant = f"; did you mean {inside}?" if _is_file(inside) else did_you_mean(source, builtin_names())
-            raise InputError(f"scenario = {source!r}: neither a file nor a built-in scenario ({known}){meant}")
+        if not os.path.isfile(path):
+            known, inside = builtin_names(), path / "scenario.toml"
+            meant = f"; did you mean {inside}?" if os.path.isfile(inside) else did_you_mean(source, known)
+            words = f"neither a file nor a built-in scenario ({', '.join(known)}){meant}"
+            raise InputError(f"scenario = {source!r}: {words}")
         try:
             text = read_text(path, MAX_FILE)
         except (OSError, ValueError) as error:
@@ -113,13 +111,6 @@ def builtin_names() -> list[str]:
     """Return the names of the built-in scenarios, `paper` first."""
     names = sorted(p.name[:-5] for p in _builtin_folder().iterdir() if p.name.endswith(".toml"))
     return ["paper", *(name for name in names if name != "paper")]
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a name too long for the file system, or one with a null character
-        return False
 
 
 def _builtin_folder() -> Any:

@@ -74,6 +74,12 @@ class SlopeSection(Section):
     #: the distance of the whole beam and for pictures: the contact of the contact point does not know of it
     extent: Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False)] = ()
 
+    @property
+    def offsets(self) -> tuple[float, float]:
+        """Height c_n of `origin` above the root's axis across the slope, and its place c_t along it (m)."""
+        (x, y), c, s = self.origin, math.cos(self.angle), math.sin(self.angle)
+        return y * c - x * s, x * c + y * s
+
 
 class ContactSection(Section):
     """The contact between the beam's point `point` and the slope."""
@@ -176,9 +182,8 @@ class ScenarioKeys(Section):
     @property
     def initial_gap(self) -> float:
         """Gap of the undeformed beam at t = 0 (m)."""
-        (x, y), slope = self.slope.origin, self.slope.angle
         reach = self.root.hub_radius + self.contact.point
-        return reach * math.sin(self.initial.angle - slope) - (y * math.cos(slope) - x * math.sin(slope))
+        return reach * math.sin(self.initial.angle - self.slope.angle) - self.slope.offsets[0]
 
     @property
     def initial_angular_velocity(self) -> float:

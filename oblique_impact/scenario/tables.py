@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -33,35 +32,21 @@ def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
         raise not_allowed(f"a number, or a table of 2 to {MAX_ROWS} pairs [x, value], not of {len(rows)}")
     table: list[tuple[float, float]] = []
     for number, row in enumerate(rows, start=1):
-        if not (isinstance(row, (list, tuple)) and len(row) == 2 and all(_is_number(v) for v in row)):
-            raise not_allowed(f"a table of pairs [x, value] of numbers; row {number} is {short(row)}")
         where = f"; row {number} is {short(row)}"
-        x, value = _finite(row[0], where), _finite(row[1], where)
-        if not table and x != 0.0:
-            raise not_allowed(f"a table that begins at x = 0, not at {x}")
-        if table and x <= table[-1][0]:
-            raise not_allowed(f"a table with strictly ascending x; in row {number} {x} follows {table[-1][0]}")
-        table.append((x, _positive(value, where)))
+        if not (isinstance(row, (list, tuple)) and len(row) == 2 and all(_is_number(v) for v in row)):
+            raise not_allowed(f"a table of pairs [x, value] of numbers{where}")
+        if not table and row[0] != 0.0:
+            raise not_allowed(f"a table that begins at x = 0, not at {row[0]}")
+        if table and not table[-1][0] < row[0] <= _LARGEST:
+            raise not_allowed(f"a table with finite, strictly ascending x{where}")
+        table.append((float(row[0]), _positive(row[1], where)))
     return tuple(table)
 
 
 def _positive(value: Any, where: str) -> float:
-    number = _finite(value, where)
-    if not number > 0.0:
-        raise not_allowed(f"greater than 0{where}")
-    if number > _LARGEST:
-        raise not_allowed(f"less than or equal to {_LARGEST:g}{where}")
-    return number
-
-
-def _finite(value: Any, where: str) -> float:
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise not_allowed(f"a finite number{where}")
-    return number
+    if not 0.0 < value <= _LARGEST:
+        raise not_allowed(f"a finite number greater than 0, less than or equal to {_LARGEST:g}{where}")
+    return float(value)
 
 
 def _is_number(value: Any) -> bool:

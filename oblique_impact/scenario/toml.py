@@ -27,10 +27,9 @@ def parse_toml(text: str, what: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        line, message = _LINE.fullmatch(str(error)), "not valid TOML"
-        if line is None:
-            raise InputError(f"{what}: {message}: {error}") from None
-        raise InputError(f"{what}, line {line[2]}: {message}: {line[1]} (column {line[3]})") from None
+        line = _LINE.fullmatch(str(error))
+        where, message = (f", line {line[2]}", f"{line[1]} (column {line[3]})") if line else ("", error)
+        raise InputError(f"{what}{where}: not valid TOML: {message}") from None
     except RecursionError:
         raise InputError(f"{what}: nested too deeply; sections have one level") from None
     except ValueError as error:  # integers of thousands of digits
@@ -73,14 +72,9 @@ def with_line(error: InputError, text: str, name: str, changed: Collection[str] 
 
 
 def line_of(key: str, text: str) -> int | None:
-    """Return the number of the line of a file's text that gives `key`, or the table or list it stands in.
+    """Return the number of the line of a valid file that gives `key`, or the table or list it stands in.
 
-    Parameters
-    ----------
-    key : str
-        As errors name it, "section.key"; entries of lists have their number, "axes.0.key".
-    text : str
-        Of a valid TOML file.
+    Keys are as errors name them, "section.key"; entries of lists have their number, "axes.0.key".
     """
     wanted = key.split(".")
     table: list[str] = []

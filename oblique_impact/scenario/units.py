@@ -29,7 +29,10 @@ _UNITS = {
 }
 _PREFIXES = {"n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
 _PI = Fraction(math.pi)
-_WITHOUT_PREFIX = {
+#: every name of a unit, with its prefixes
+_NAMED = {
+    **{p + n: (v * Fraction(10) ** e, powers) for n, (v, powers) in _UNITS.items() for p, e in _PREFIXES.items()},
+    **_UNITS,
     "1": (Fraction(1), (0, 0, 0, 0)),
     "deg": (_PI / 180, (0, 0, 0, 1)),
     "°": (_PI / 180, (0, 0, 0, 1)),
@@ -42,15 +45,9 @@ _RAISED = str.maketrans("⁻¹²³⁴", "-1234")
 
 @dataclass(frozen=True)
 class Unit:
-    """SI unit of a key, for pydantic's ``Annotated``: texts with a unit become numbers before they are validated.
+    """SI unit of a key, for pydantic's ``Annotated``: texts with a unit become numbers before validation."""
 
-    Attributes
-    ----------
-    symbol : str
-        As it is typed, such as "kg/m^3".
-    """
-
-    symbol: str
+    symbol: str  # as it is typed, such as "kg/m^3"
 
     @property
     def shown(self) -> str:
@@ -113,7 +110,7 @@ def _expression(text: str, wanted: str) -> tuple[Fraction, tuple[int, ...]]:
     powers: tuple[int, ...] = (0, 0, 0, 0)
     while place < len(plain):
         found = _FACTOR.match(plain, place)
-        unit = _unit(found[2]) if found else None
+        unit = _NAMED.get(found[2]) if found else None
         if found is None or unit is None:
             known = ", ".join([*_UNITS, "deg", "rpm"])
             raise not_allowed(f"in {wanted}; {text!r} is no unit (known: {known}, with prefixes n u m c d k M G)")
@@ -122,12 +119,3 @@ def _expression(text: str, wanted: str) -> tuple[Fraction, tuple[int, ...]]:
         powers = tuple(a + power * b for a, b in zip(powers, unit[1], strict=True))
         place = found.end()
     return factor, powers
-
-
-def _unit(name: str) -> tuple[Fraction, tuple[int, ...]] | None:
-    if name in _UNITS or name in _WITHOUT_PREFIX:
-        return _UNITS.get(name) or _WITHOUT_PREFIX[name]
-    if name[1:] in _UNITS and name[0] in _PREFIXES:
-        value, powers = _UNITS[name[1:]]
-        return value * Fraction(10) ** _PREFIXES[name[0]], powers
-    return None

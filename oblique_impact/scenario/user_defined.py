@@ -42,19 +42,9 @@ _REGISTERED: dict[tuple[str, str], Any] = {}
 
 
 def register(kind: str, name: str) -> Callable[[T], T]:
-    """Return a decorator that makes a class (or module) known by `name` in this process.
+    """Return a decorator that makes a class (or module) known by `name` in this process; the last one counts.
 
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-    name : str
-        As scenarios call it; a name registered before is replaced.
-
-    Raises
-    ------
-    InputError
-        For an unknown kind or a name that is not made of letters, digits and hyphens.
+    Raises InputError for a kind that is none of `KINDS`, or a name not made of letters, digits and hyphens.
     """
     if kind not in KINDS:
         raise InputError(f"register: {kind!r}: {one_of(kind, KINDS)}")
@@ -74,10 +64,7 @@ def names(kind: str) -> list[str]:
 
 
 def load(kind: str, name: str) -> Any:
-    """Load what stands behind a name.
-
-    Raises KeyError for an unknown name, InputError if an installed part cannot be imported.
-    """
+    """Load what stands behind a name; raises KeyError for an unknown one, InputError if it cannot be imported."""
     if (kind, name) in _REGISTERED:
         return _REGISTERED[kind, name]
     return installed.load(installed.installed(kind)[name])
@@ -86,10 +73,7 @@ def load(kind: str, name: str) -> Any:
 def build(kind: str, name: str, parameters: Mapping[str, float], *arguments: Any) -> Any:
     """Build a user-defined part from the numbers of a scenario: ``part(*arguments, **parameters)``.
 
-    Raises
-    ------
-    InputError
-        With one line if it does not take these numbers, or is not what its kind has to be.
+    Raises InputError if it does not take these numbers, or is not what its kind has to be.
     """
     part = load(kind, name)
     try:
@@ -126,9 +110,7 @@ class Choice:
     def _check(self, name: str) -> str:
         known = self.known
         if name not in known:
-            words = (
-                ", ".join(map(repr, known[:-1])) + (" or " if known[1:] else "") + "".join(map(repr, known[-1:]))
-            )
+            words = " or ".join(", ".join(map(repr, known)).rsplit(", ", 1))
             words = words or "an installed one, but none is installed (run: make install)"
             raise PydanticCustomError("choice", "{allowed}", {"allowed": words})
         return name

@@ -33,7 +33,7 @@ class Fault:
 
 FAULTS = {
     "centrifugal stiffness C dropped": Fault(
-        "oblique_impact/beam/reduced.py",
+        "oblique_impact/beam/beam.py",
         "SPIN_STIFFNESS: o.M1 - kept * o.C",
         "SPIN_STIFFNESS: o.M1",
         (
@@ -46,16 +46,16 @@ FAULTS = {
         ),
     ),
     "gravity stiffness D dropped": Fault(
-        "oblique_impact/beam/reduced.py",
+        "oblique_impact/beam/beam.py",
         "GRAVITY_STIFFNESS: kept * o.D",
         "GRAVITY_STIFFNESS: 0.0 * o.D",
         ("equations",),
         ("equations",),
     ),
     "sign of D in the operators of the nodal model": Fault(
-        "oblique_impact/beam/nodal.py",
-        "(GRAVITY_BAND, o.D)",
-        "(GRAVITY_BAND, -1.0 * o.D)",
+        "oblique_impact/beam/beam.py",
+        "(frame.GRAVITY_BAND, o.D)",
+        "(frame.GRAVITY_BAND, -1.0 * o.D)",
         ("equations",),
         ("equations",),
     ),
@@ -74,7 +74,7 @@ FAULTS = {
         ("small-systems",),
     ),
     "foreshortening of the contact point halved (H_F)": Fault(
-        "oblique_impact/beam/reduced.py",
+        "oblique_impact/beam/beam.py",
         "CONTACT_SHORTENING: shortening * o.contact_shortening",
         "CONTACT_SHORTENING: 0.5 * shortening * o.contact_shortening",
         ("equations",),

@@ -11,8 +11,8 @@ from scipy.linalg import eigh
 from fem_beam import NodalBeam
 from modal import Eigenfunctions
 from modal.assembly import gauss_rule
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.kernels import rows as row
 from validation.beams import EPS, unit_beam
 from validation.reference_values import VALUES

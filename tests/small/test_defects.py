@@ -497,7 +497,7 @@ import gc, math
 from dataclasses import dataclass
 import numpy as np
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
+from oblique_impact.beam.beam import Beam
 from oblique_impact.kernels import rows as row
 from oblique_impact.marching.sampling import contact_problem
 from tests.small.systems import BaseMotion, Scenario, register

@@ -13,9 +13,9 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from modal import Eigenfunctions
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators, cumulative
-from oblique_impact.beam.reduced import Beam
-from oblique_impact.beam.section_forces import Motion, curvature_moment, fields_along
+from oblique_impact.beam.section_forces import Motion, fields_along
 from tests.unit.test_discretizations import EI, LENGTH, POINT, RADIUS, scenario_of
 
 
@@ -26,6 +26,12 @@ def motion_of(size, seed=2):
     return Motion(np.zeros(2), q, qd, qdd, np.array([120.0, 30.0]), np.array([-25.0, 9.0]))
 
 
+def curvature_moment(beam, q):
+    """E I u_y'' (N m) of the shapes at the stations: in smooth motion it is that of equilibrium."""
+    stations = beam.operators.stations
+    return beam.operators.sections.bending_stiffness(stations.points) * (q[:, 1:] @ stations.curvatures.T)
+
+
 def beam_of(method, **changes):
     radius = changes.pop("radius", 0.0)
     scenario = scenario_of("tangent", method, radius=radius, modes=3, elements=4, **changes)
@@ -34,7 +40,7 @@ def beam_of(method, **changes):
 
 def field(beam, B, derivative):
     """x -> Phi^(k)(x) B from the source's shape functions at single points (themselves tested above)."""
-    if beam.operators.method == "modal":
+    if beam.scenario.discretization.method == "modal":
         shapes = Eigenfunctions("clamped-free", 3, LENGTH)
         return lambda x: float(shapes.derivative(np.array([x]), derivative)[0] @ B)
     nodal = fem_beam.NodalBeam.from_scenario(beam.scenario)
@@ -81,7 +87,11 @@ class OuterPart:
     def __init__(self, beam, kinks):
         x = beam.operators.stations.points
         nodes, weights = np.polynomial.legendre.leggauss(12)
-        edges = fem_beam.NodalBeam.from_scenario(beam.scenario).nodes if beam.operators.method == "fem" else x
+        edges = (
+            fem_beam.NodalBeam.from_scenario(beam.scenario).nodes
+            if beam.scenario.discretization.method == "fem"
+            else x
+        )
         edges = np.union1d(np.union1d(edges, x), kinks)
         edges = edges[np.append(True, np.diff(edges) > 1e-12)]
         self.panels = [

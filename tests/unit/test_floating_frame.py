@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from modal import Eigenfunctions
 from oblique_impact import Scenario
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.contact.forces import instant_of
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import dot

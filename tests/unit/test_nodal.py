@@ -8,8 +8,7 @@ from scipy.sparse import csr_array
 import fem_beam
 from fem_beam.reduction import eigenmodes
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.beam.nodal import FullBeam
-from oblique_impact.beam.reduced import Beam
+from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.banded import band_multiply
 
@@ -83,7 +82,7 @@ def test_accelerations_and_responses(pair):
 
 
 def test_energies(pair):
-    found = pair.full.energies(pair.W[None], pair.Wd[None])
+    found = pair.full.energies(pair.full.split(pair.W[None]), pair.full.split(pair.Wd[None]))
     expected = pair.modal.energies(pair.q[None], pair.qd[None])
     assert_allclose(np.array(found), np.array(expected), rtol=1e-11)
     assert_allclose(pair.full.split(pair.W)[0], 0.5, rtol=1e-13)

@@ -19,7 +19,7 @@ NODAL = {"method": "fem", "modes": 0, "frame": "mean-axis", "elements": 32}
 def test_the_operators_of_a_nodal_beam_are_sparse_and_have_its_frequencies():
     """A hinged beam: omega_1 = b^2 sqrt(E I/m)/L^2 with tan b = tanh b, after the rigid rotation."""
     scenario = Scenario.builtin("paper", [f"discretization.{key}={value}" for key, value in NODAL.items()])
-    operators = beam_of(scenario).operators.beam
+    operators = beam_of(scenario).operators
     assert all(issparse(matrix) for matrix in (operators.M1, operators.K, operators.C, operators.D))
     found = operators.natural_frequencies()
     assert found[0] < 1.0

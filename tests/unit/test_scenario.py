@@ -222,7 +222,7 @@ BAD = {
     ),
     "too many samples": (
         "[solver]\noutput_interval = 1e-9",
-        ["solver.output_interval", "1e-09", "5000000 samples"],
+        ["solver.output_interval", "1e-09", "1e+09 samples", "at most 500000000 values"],
     ),
     "too many steps": (
         '[solver]\nscheme = "fixed-step"\ncontact_step = 1e-12',

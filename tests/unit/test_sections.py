@@ -15,8 +15,6 @@ from fem_beam.mesh import beam_mesh
 from oblique_impact import InputError, Scenario
 from oblique_impact.beam.cross_sections import Profile, Sections
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
-from oblique_impact.beam.section_forces import curvature_moment
 
 AREA = ((0.0, 3e-4), (0.37, 5e-4), (1.3, 2e-4))
 SECOND_MOMENT = ((0.0, 9e-9), (0.81, 4e-9), (1.3, 6e-9))
@@ -191,14 +189,6 @@ def test_modes_have_the_mass_of_the_beam():
     assert_allclose(o.M1, o.sections.mass * np.eye(2), atol=1e-12)
     assert_allclose(o.S, 0.0, atol=1e-12)  # the gauge of the frame
     assert o.stations.values[-1].min() > 0.0
-    assert o.mass_per_length == pytest.approx(o.sections.mass)
-
-
-def test_curvature_moment_takes_the_stiffness_of_the_place():
-    beam = Beam(varied(), build_operators(varied()))
-    q = np.array([[0.1, 1e-3, -2e-3]])
-    stiffness = MODULUS * np.interp(beam.operators.stations.points, *np.transpose(SECOND_MOMENT))
-    assert_allclose(curvature_moment(beam, q), stiffness * (q[:, 1:] @ beam.operators.stations.curvatures.T))
 
 
 # Meshes ---------------------------------------------------------------------------------------------------------

@@ -196,7 +196,7 @@ def full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
 
 
 def _full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
-    table, mass = o.stations.quadrature, o.mass_per_length
+    table, mass = o.stations.quadrature, o.sections.mass / o.sections.length
     B, Bd, spin = q[:, 1:].T, qd[:, 1:].T, qd[:, 0]
     slope, slope_rate = table.slopes @ B, table.slopes @ Bd
     x = table.points[:, None] - 0.5 * cumulative(table, slope**2)

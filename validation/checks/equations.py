@@ -7,15 +7,13 @@ energy is quadratic in the velocities, and everything is differentiated by compl
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
@@ -64,7 +62,7 @@ def first_order_lagrangian(o: Any, gravity: float) -> Energy:
 
 def full_lagrangian(o: BeamOperators, gravity: float) -> Energy:
     """Kinetic energy with nothing dropped, by quadrature."""
-    table, mass = o.stations.quadrature, o.mass_per_length
+    table, mass = o.stations.quadrature, o.sections.mass / o.sections.length
 
     def lagrangian(q: Any, qd: Any) -> Any:
         B, Bd, spin = q[1:], qd[1:], qd[0]
@@ -149,11 +147,8 @@ def nodal() -> list[Measurement]:
         ],
     )
     full = FullBeam(scenario, discretization("fem").build_nodal(scenario))
-    o, J = full.operators, float(full.operators.S @ full.operators.rigid)
-
-    # the operators under the names of a reduced beam
-    total = SimpleNamespace(M1=o.M1, C=o.C, D=o.D, K=o.K, S=o.S, P=o.P, Sm=float(o.P @ o.rigid), J=J)
-    inner = first_order_lagrangian(total, scenario.gravity)
+    o, J = full.operators, full.operators.J
+    inner = first_order_lagrangian(o, scenario.gravity)
 
     def lagrangian(W: Any, Wd: Any) -> Any:
         theta, spin = o.S @ W / J, o.S @ Wd / J
@@ -187,7 +182,7 @@ def _place(o: BeamOperators, scenario: Scenario, q: Any) -> tuple[Any, Any]:
     """Gap and slip of the beam's end from the integral of its slope."""
     table, slope = o.stations.quadrature, scenario.slope
     along = table.slopes @ q[1:]
-    x, y = o.length - 0.5 * table.weights @ along**2, o.contact_shape @ q[1:]
+    x, y = o.sections.length - 0.5 * table.weights @ along**2, o.contact_shape @ q[1:]
     px, py = x * np.cos(q[0]) - y * np.sin(q[0]), x * np.sin(q[0]) + y * np.cos(q[0])
     s, c = np.sin(slope.angle), np.cos(slope.angle)
     dx, dy = px - slope.origin[0], py - slope.origin[1]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.beam.nodal import FullBeam
+from oblique_impact.beam.beam import FullBeam
 from oblique_impact.contact.friction import Frictionless
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Tolerances

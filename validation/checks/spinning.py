@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import SpinningBeam, build_operators
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.user_defined import discretization
 from validation.beams import EPS, unit_beam

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.beam.section_forces import Fields, Motion, fields_along
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate

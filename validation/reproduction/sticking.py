@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.reduced import Beam
 from oblique_impact.contact.forces import OK, holding_force
 from oblique_impact.contact.state import Instant, State, rigid_phase
 from oblique_impact.contact.transitions import Baumgarte, EventKind

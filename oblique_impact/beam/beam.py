@@ -1,0 +1,266 @@
+"""A scenario's beam, reduced or in all its nodes: its model for the kernels, its energies, its points of mass."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+from oblique_impact.beam import floating_frame, nodal_frame
+from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
+from oblique_impact.beam.floating_frame import BeamModel
+from oblique_impact.beam.nodal_frame import NodalModel
+from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
+from oblique_impact.beam.residual_flexibility import residual_compliance
+from oblique_impact.contact.state import Residual
+from oblique_impact.kernels.banded import HALF_BANDWIDTH
+from oblique_impact.scenario.scenario import Scenario
+
+_ROOTS = {"pin": floating_frame.PIN, "hub": floating_frame.HUB, "driven": floating_frame.DRIVEN}
+
+
+class Energies(NamedTuple):
+    """Energies (J), each of shape (samples,)."""
+
+    kinetic: Array
+    elastic: Array
+    gravity: Array
+
+
+def damping_matrix(scenario: Scenario, operators: BeamOperators) -> Array:
+    """Damping matrix (n, n): Kelvin-Voigt, mass-proportional, and 2 zeta omega_i on each eigenmode of (K, M1)."""
+    beam = scenario.beam
+    matrix = beam.kelvin_voigt * operators.K + beam.mass_proportional * operators.M1
+    if beam.modal_damping_ratio > 0.0:
+        squares, modes = eigh(operators.K, operators.M1)
+        weighted = operators.M1 @ modes
+        rates = 2.0 * beam.modal_damping_ratio * np.sqrt(np.maximum(squares, 0.0))
+        matrix = matrix + (weighted * rates) @ weighted.T
+    return np.ascontiguousarray(matrix)
+
+
+class Beam:
+    """A discretized beam with its root, load and slope, in the coordinates q = [theta, B] of its floating frame.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    operators : BeamOperators
+        The discretization's operators for the same scenario.
+    """
+
+    def __init__(self, scenario: Scenario, operators: BeamOperators) -> None:
+        self.scenario, self.operators = scenario, operators
+        self.hub_inertia = scenario.root.inertia if scenario.root.kind == "hub" else 0.0  # kg m^2
+
+    @property
+    def size(self) -> int:
+        """Coordinates that are marched."""
+        return self.operators.size + 1
+
+    @property
+    def mass(self) -> float:
+        """Mass (kg), that of the tip included."""
+        return self.operators.sections.mass
+
+    @property
+    def foreshortening(self) -> float:
+        """1, or 0 in zeroth-order kinetics, which leave the foreshortening out."""
+        return 0.0 if self.scenario.discretization.kinetics == "zeroth-order" else 1.0
+
+    @cached_property
+    def motion(self) -> BaseMotion:
+        """How the root turns if it is driven; else it is held."""
+        motion: BaseMotion = self.scenario.part("profile") or base_motion_of(self.scenario.root)
+        return motion
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times (s) at which the root's motion is not smooth."""
+        return self.motion.breakpoints
+
+    @cached_property
+    def model(self) -> BeamModel | NodalModel:
+        """Everything the kernels need, a :class:`~oblique_impact.kernels.system.System`."""
+        s, o, kept = self.scenario, self.operators, self.foreshortening
+        frame, hub, n = floating_frame, self.hub_inertia, self.operators.size
+        full = s.discretization.kinetics == "full"
+        drive, parameters = self.motion.acceleration
+        shortening = kept if s.contact.shortening else 0.0
+        matrices = {
+            frame.ELASTIC_MASS: o.M1 + hub * np.outer(o.root_slope, o.root_slope),
+            frame.SPIN_STIFFNESS: o.M1 - kept * o.C,
+            frame.STIFFNESS: o.K,
+            frame.DAMPING: damping_matrix(s, o),
+            frame.GRAVITY_STIFFNESS: kept * o.D,
+            frame.CONTACT_SHORTENING: shortening * o.contact_shortening,
+        }
+        vectors = {
+            frame.COUPLING: o.S + hub * o.root_slope,
+            frame.LOAD: o.P,
+            frame.ROOT_SLOPE: o.root_slope,
+            frame.CONTACT_SHAPE: o.contact_shape,
+        }
+        slopes = o.stations.quadrature.slopes
+        return BeamModel(
+            matrices=np.array([matrices[k] for k in sorted(matrices)]),
+            vectors=np.array([vectors[k] for k in sorted(vectors)]),
+            full=full,
+            quad_points=self.masses if full else np.zeros((2, 0)),
+            quad_shapes=self.deflections(np.eye(n)) if full else np.zeros((0, n)),
+            quad_shortening=self.integrals(slopes[:, :, None] * slopes[:, None]) if full else np.zeros((0, n, n)),
+            inertia=o.J + hub,
+            static_moment=o.Sm,
+            root=_ROOTS[s.root.kind],
+            drive=drive,
+            drive_parameters=parameters,
+            **self._load_and_slope(),
+        )
+
+    def _load_and_slope(self) -> dict[str, Any]:
+        """Fields that both models have."""
+        s, (normal_offset, tangential_offset) = self.scenario, self.scenario.slope.offsets
+        return {
+            "gravity": s.gravity,
+            "hub_inertia": self.hub_inertia,
+            "torque": s.root.torque if s.root.kind == "hub" else 0.0,
+            "contact_radius": s.root.hub_radius + s.contact.point,
+            "slope_angle": s.slope.angle,
+            "normal_offset": normal_offset,
+            "tangential_offset": tangential_offset,
+        }
+
+    @cached_property
+    def residual_compliance(self) -> float:
+        """Compliance (m/N) at the contact point, transverse to the beam, of what the coordinates leave out."""
+        return residual_compliance(self.operators, clamped=self.scenario.discretization.frame == "tangent")
+
+    def residual(self, q: Array) -> Residual:
+        """Return what the coordinates q (d,) leave out of the contact point."""
+        s = self.scenario
+        massless = s.contact.normal == "rigid" and s.contact.point_inertia == "none"
+        if not massless and not s.contact.residual_flexibility:
+            return Residual()
+        tilt = float(self.split(q)[0]) - s.slope.angle
+        compliance = float(self.residual_compliance * np.cos(tilt) ** 2)
+        return Residual(compliance, s.beam.kelvin_voigt, float(np.tan(tilt)) if massless else 0.0)
+
+    def initial_state(self) -> tuple[Array, Array]:
+        """Return coordinates and velocities at t = 0: the undeformed beam at its initial angle and speed."""
+        q, qd = np.zeros(self.size), np.zeros(self.size)
+        q[0] = self.scenario.initial.angle
+        qd[0] = self.scenario.initial_angular_velocity
+        return q, qd
+
+    def split(self, q: Array) -> Array:
+        """Return [theta, B] (..., n + 1) of the coordinates that are marched."""
+        return q
+
+    @cached_property
+    def masses(self) -> Array:
+        """Arms r + x (m) and masses (kg) of the points of the quadrature and, last, of the tip: (2, nq + 1)."""
+        table, s = self.operators.stations.quadrature, self.operators.sections
+        masses = np.append(s.mass_per_length(table.points) * table.weights, s.tip_mass)
+        return np.stack([s.hub_radius + np.append(table.points, s.length), masses])
+
+    def deflections(self, B: Array) -> Array:
+        """Deflections (nq + 1, samples) of the points of mass, of elastic coordinates B (n, samples)."""
+        stations = self.operators.stations
+        return np.concatenate([stations.quadrature.values @ B, stations.values[-1:] @ B])
+
+    def integrals(self, integrand: Array) -> Array:
+        """Integrals from the root to the points of mass: (nq, ...) -> (nq + 1, ...)."""
+        table = self.operators.stations.quadrature
+        return np.concatenate([cumulative(table, integrand), np.tensordot(table.weights, integrand, axes=1)[None]])
+
+    def energies(self, q: Array, qd: Array) -> Energies:
+        """Energies of samples [theta, B] and their rates (samples, n + 1), kinetic energy in the chosen order."""
+        o, kept = self.operators, self.foreshortening
+        theta, B, spin, Bd = q[:, 0], q[:, 1:], qd[:, 0], qd[:, 1:]
+        height = np.sin(theta) * (o.Sm - 0.5 * kept * _quadratic(B, o.D)) + np.cos(theta) * (B @ o.P)
+        if self.scenario.discretization.kinetics == "full":
+            kinetic = self._full_kinetic(q, qd)
+        else:
+            inertia = o.J + _quadratic(B, o.M1 - kept * o.C)
+            kinetic = 0.5 * inertia * spin**2 + spin * (Bd @ o.S) + 0.5 * _quadratic(Bd, o.M1)
+        hub = 0.5 * self.hub_inertia * (spin + Bd @ o.root_slope) ** 2
+        return Energies(kinetic + hub, 0.5 * _quadratic(B, o.K), self.scenario.gravity * height)
+
+    def _full_kinetic(self, q: Array, qd: Array) -> Array:
+        slopes = self.operators.stations.quadrature.slopes
+        B, Bd, spin, (arms, masses) = q[:, 1:].T, qd[:, 1:].T, qd[:, 0], self.masses
+        slope, slope_rate = slopes @ B, slopes @ Bd
+        axial = -self.integrals(slope * slope_rate) - spin * self.deflections(B)
+        transverse = self.deflections(Bd) + spin * (arms[:, None] - 0.5 * self.integrals(slope**2))
+        return np.asarray(0.5 * masses @ (axial**2 + transverse**2))
+
+
+class FullBeam(Beam):
+    """A beam in all its nodes, on a pin or on a hub of radius 0, in its total transverse coordinates W (n,).
+
+    The operators are banded ones of its free degrees of freedom, the slope at the root and then node by node, from
+    ``fem_beam.build_nodal``; mean-axis frame, first-order kinetics.
+    """
+
+    @property
+    def size(self) -> int:
+        """Coordinates that are marched."""
+        return self.operators.size
+
+    @property
+    def residual_compliance(self) -> float:
+        """Compliance (m/N) of the contact point, if it is condensed."""
+        return self.operators.left_out
+
+    @cached_property
+    def model(self) -> NodalModel:
+        """Everything the kernels need, a :class:`~oblique_impact.kernels.system.System`."""
+        s, o, frame, rigid = self.scenario, self.operators, nodal_frame, self.operators.rigid
+        shortening = o.contact_shortening * float(s.contact.shortening)
+        bands = np.zeros((5, 2 * HALF_BANDWIDTH + 1, self.size))
+        for which, matrix in (
+            (frame.MASS_BAND, o.M1),
+            (frame.STIFFNESS_BAND, o.K),
+            (frame.SPIN_BAND, o.M1 - o.C),
+            (frame.GRAVITY_BAND, o.D),
+            (frame.SHORTENING_BAND, shortening),
+        ):
+            for k in range(-HALF_BANDWIDTH, HALF_BANDWIDTH + 1):
+                diagonal = matrix.diagonal(k)
+                bands[which, HALF_BANDWIDTH + k, max(0, -k) :][: diagonal.size] = diagonal
+        bands[frame.MASS_BAND, HALF_BANDWIDTH, 0] += self.hub_inertia
+        vectors = np.zeros((7, self.size))
+        vectors[frame.CONTACT_SHAPE], at = o.contact_shape, np.flatnonzero(o.contact_shape)
+        vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.S, o.P, rigid
+        vectors[frame.GRAVITY_RIGID], vectors[frame.SHORTENING_RIGID] = o.D @ rigid, shortening @ rigid
+        mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(bands, o.S)
+        return NodalModel(
+            bands=bands,
+            mass_factor=mass_factor,
+            vectors=vectors,
+            inertia=o.J,
+            static_moment=o.Sm,
+            kelvin_voigt=s.beam.kelvin_voigt,
+            mass_proportional=s.beam.mass_proportional,
+            contact_first=int(at[0]),
+            contact_end=int(at[-1]) + 1,
+            **self._load_and_slope(),
+        )
+
+    def initial_state(self) -> tuple[Array, Array]:
+        """Return W and W' at t = 0: the undeformed beam at its initial angle and speed."""
+        initial, rigid = self.scenario.initial, self.operators.rigid
+        return initial.angle * rigid, initial.angular_velocity * rigid
+
+    def split(self, q: Array) -> Array:
+        """Return [theta, B] (..., n + 1) of W (..., n), with the angle of the mean-axis frame."""
+        theta = (q @ self.operators.S / self.operators.J)[..., None]
+        return np.concatenate([theta, q - theta * self.operators.rigid], axis=-1)
+
+
+def _quadratic(rows: Array, matrix: Matrix) -> Array:
+    """Row-wise v^T A v, (samples,)."""
+    return np.asarray(np.einsum("si,si->s", rows @ matrix, rows))
