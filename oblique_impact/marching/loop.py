@@ -195,8 +195,7 @@ class Run:
 
     def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
-        before = after = probe.instant
-        impulse = transition.impulse or Impulse(0.0, 0.0, 0.0)
+        before, impulse = probe.instant, transition.impulse or Impulse(0.0, 0.0, 0.0)
         if transition.impulse is not None:
             self._jump(impulse, probe)
         if transition.arrest is not None:
@@ -205,9 +204,9 @@ class Run:
             quadratures[NORMAL_IMPULSE] += transition.arrest.normal
             quadratures[TANGENTIAL_IMPULSE] += transition.arrest.tangential
             quadratures[FRICTION_LOSS] += transition.arrest.energy_loss
-        if transition.impulse is not None or transition.arrest is not None:
-            after = self._probe().instant
         self._phase = transition.phase
+        jumps = transition.impulse is not None or transition.arrest is not None or leaving.tilt != self._phase.tilt
+        after = self._probe().instant if jumps else before
         finite = self._track_contact(leaving, impulse, transition.kind)
         if transition.kind is not None:
             event = Event(

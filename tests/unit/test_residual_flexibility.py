@@ -1,0 +1,195 @@
+"""What a discretization leaves out of the contact point, and a contact point without inertia."""
+
+import numpy as np
+import pytest
+
+from oblique_impact import InputError, Outcome, Scenario, simulate
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.residual_flexibility import residual_compliance, static_compliance
+from oblique_impact.contact.forces import stop_force
+from oblique_impact.contact.stops import ElasticStop, MasslessPoint
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.problem import beam_of, beam_problem
+
+MEAN_AXIS = "discretization.frame=mean-axis"
+MASSLESS = (MEAN_AXIS, "contact.point_inertia=none", "beam.kelvin_voigt=1e-5", "solver.output_interval=1e-3")
+NODAL = ("discretization.method=fem", "discretization.modes=0", "solver.free_step=1e-5")
+
+
+def paper(*overrides):
+    return Scenario.builtin("paper", overrides)
+
+
+def sections(*overrides):
+    return Sections.from_scenario(paper(*overrides))
+
+
+def test_compliance_of_a_uniform_beam():
+    """L^3/(3 E I) of a cantilever's end, and 2 L^3/(105 E I) of a hinged beam's in its mean-axis frame."""
+    s = sections()
+    flexibility = s.length**3 / float(s.bending_stiffness(0.0))
+    assert static_compliance(s, s.length, clamped=True) == pytest.approx(flexibility / 3.0, rel=1e-12)
+    assert static_compliance(s, s.length, clamped=False) == pytest.approx(flexibility * 2.0 / 105.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        (),
+        ("contact.point=0.6",),
+        ("beam.tip_mass=0.3",),
+        ("beam.area=[[0, 4e-4], [0.4, 4e-4], [1, 1e-4]]", "beam.second_moment=[[0, 9e-9], [1, 3e-9]]"),
+    ],
+    ids=["uniform", "inside", "tip mass", "tapered"],
+)
+def test_compliance_is_that_of_all_modes_of_a_mesh(frame, changes):
+    """Point loads on Hermite elements have exact nodal deflections; where sections vary, to the mesh's order."""
+    mesh = ("discretization.method=fem", f"discretization.frame={frame}", "discretization.elements=32", *changes)
+    operators = build_operators(paper(*mesh, "discretization.modes=64"))
+    shape = operators.contact_shape
+    of_modes = shape @ np.linalg.solve(operators.K, shape)
+    whole = static_compliance(operators.sections, operators.contact_point, clamped=frame == "tangent")
+    assert of_modes == pytest.approx(whole, rel=1e-6)
+
+
+@pytest.mark.parametrize(("modes", "stiffness"), [(8, 2.67e7), (16, 1.86e8), (32, 1.39e9), (64, 1.08e10)])
+def test_residual_stiffness_of_the_paper(modes, stiffness):
+    """What N modes leave out at the tip of the hinged beam is the sum over the higher ones."""
+    operators = build_operators(paper(MEAN_AXIS, f"discretization.modes={modes}"))
+    found = residual_compliance(operators, clamped=False)
+    assert 1.0 / found == pytest.approx(stiffness, rel=7e-3)
+    s = operators.sections
+    k = np.arange(modes + 1, 20_000)
+    b = (k + 0.25) * np.pi  # roots of tan b = tanh b; phi(L)^2 = 4 for int phi^2 = L
+    tail = np.sum(4.0 * s.length**3 / (float(s.bending_stiffness(0.0)) * b**4))
+    assert found == pytest.approx(tail, rel=1e-4)
+
+
+def test_a_spring_behind_a_spring():
+    """1/k_eff = 1/k + G, with its energy; Hunt and Crossley's law meets the same force in both."""
+    stop, compliance = ElasticStop(1e6), 3e-7
+    phase = stop.phase._replace(compliance=compliance)
+    force = stop_force(phase, -1e-3, 0.5)
+    assert force == pytest.approx(1e-3 / (1e-6 + compliance), rel=1e-13)
+    assert stop.energy(-1e-3, compliance) == pytest.approx(0.5 * 1e-3 * stop_force(phase, -1e-3, 0.0), rel=1e-13)
+    damped = ElasticStop(1e6, 0.4)
+    found = stop_force(damped.phase._replace(compliance=compliance), -1e-3, -0.5)
+    share = compliance * found / 1e-3
+    assert found == pytest.approx(1e6 * 1e-3 * (1.0 - share) * (1.0 + 0.4 * 0.5 * (1.0 - share)), rel=1e-12)
+    assert stop_force(phase, 1e-6, -1.0) == 0.0
+
+
+def test_a_massless_point_pushes_by_what_is_left_out():
+    phase = MasslessPoint().phase._replace(compliance=2e-8, relaxation=1e-5)
+    assert stop_force(phase, -1e-6, -3.0) == pytest.approx((1e-6 + 3e-5) / 2e-8, rel=1e-14)
+    assert stop_force(phase, -1e-6, 3.0) == 0.0  # it never pulls
+    assert MasslessPoint().energy(-1e-6, 2e-8) == pytest.approx(0.5 * 1e-12 / 2e-8, rel=1e-14)
+
+
+def test_an_elastic_stop_on_a_few_modes_is_that_on_many():
+    """Sixteen modes: within 4e-6 s of the limit 0.865327(2) s of all modes, without flexibility 8e-4 s."""
+    base = (MEAN_AXIS, "contact.normal=spring", "contact.friction=frictionless", "end_time=0.866")
+    plain, known = (
+        simulate(paper(*base, "discretization.modes=16", f"contact.residual_flexibility={word}", "end_time=0.866"))
+        for word in ("false", "true")
+    )
+    starts = [h.summary["macro_collisions"][1]["start"] for h in (plain, known)]
+    assert starts[0] == pytest.approx(0.86456, abs=1e-5)
+    assert starts[1] == pytest.approx(0.865327, abs=4e-6)
+    assert abs(known.summary["energy"]["unaccounted"]) < 1e-9
+
+
+def test_sixteen_modes_without_inertia_have_the_limit():
+    """Limit of plastic impacts and stiff stops with Kelvin-Voigt damping of 1e-5 s: 1.819369 N s, 0.659474 s."""
+    history = simulate(
+        paper(*MASSLESS, "contact.friction=frictionless", "discretization.modes=16", "end_time=0.66")
+    )
+    first, second = history.summary["macro_collisions"]
+    energy = history.summary["energy"]
+    assert first["contacts"] == 5
+    assert first["normal_impulse"] == pytest.approx(1.819369, abs=2e-5)
+    assert second["start"] == pytest.approx(0.659474, abs=5e-6)
+    assert energy["lost_impact"] == 0.0
+    assert abs(energy["unaccounted"]) < 1e-8
+    # nothing follows a touch-down within microseconds: no chatter is left
+    assert np.min(np.diff([contact.start for contact in history.contacts])) > 3e-4
+
+
+@pytest.mark.parametrize("scheme", ["event", "generalized-alpha"])
+def test_friction_without_inertia(scheme):
+    """The tip rests on the slope: it slips by the beam's axial velocity; energy balances.
+
+    256 nodal elements with plastic impacts: end 0.3284988 s, impulse 1.814381 N s.
+    """
+    steps = () if scheme == "event" else ("solver.free_step=1e-5", "solver.contact_step=1e-6")
+    history = simulate(
+        paper(*MASSLESS, f"solver.scheme={scheme}", *steps, "discretization.modes=16", "end_time=0.34")
+    )
+    energy, (first,) = history.summary["energy"], history.summary["macro_collisions"]
+    assert first["end"] == pytest.approx(0.3284988, abs=2e-5)
+    assert first["normal_impulse"] == pytest.approx(1.814381, abs=2e-4)
+    assert energy["lost_friction"] == pytest.approx(0.0212, abs=1e-3)
+    assert abs(energy["unaccounted"]) < (1e-7 if scheme == "event" else 1e-4)
+    touches = [event for event in history.events if event.kind is EventKind.IMPACT]
+    assert abs(touches[0].tangential_velocity) < 0.01  # a rigid bar's would be -0.35 m/s
+
+
+@pytest.mark.parametrize(
+    ("scheme", "step", "error"),
+    [("event", 1e-6, 2e-9), ("generalized-alpha", 2e-6, 1e-5), ("generalized-alpha", 1e-6, 3e-6)],
+)
+def test_generalized_alpha_without_inertia_is_of_second_order(scheme, step, error):
+    """On one system of sixteen modes: the end of the first collision, 0.3285031449 s."""
+    changes = (f"solver.scheme={scheme}", f"solver.contact_step={step}", "solver.free_step=1e-5")
+    history = simulate(
+        paper(*MASSLESS, *changes, "contact.friction=frictionless", "discretization.modes=16", "end_time=0.34")
+    )
+    assert history.summary["macro_collisions"][0]["end"] == pytest.approx(0.3285031449, abs=error)
+
+
+def test_nodal_end_without_inertia():
+    """Translation and rotation, so mass, static moment and inertia, are kept; 16 elements reach 1.8205 N s."""
+    scenario = paper(*MASSLESS, *NODAL, "contact.friction=frictionless", "discretization.elements=16")
+    beam, whole = beam_of(scenario), beam_of(paper(*NODAL, MEAN_AXIS, "discretization.elements=16"))
+    o, all_nodes = beam.operators, whole.operators
+    assert o.size == all_nodes.size - 1
+    assert o.rigid @ (o.M1 @ o.rigid) == pytest.approx(all_nodes.J, rel=1e-14)
+    assert o.P @ o.rigid == pytest.approx(all_nodes.Sm, rel=1e-14)
+    assert np.max(np.abs(o.K @ o.rigid)) < 1e-9 * abs(o.K).max()
+    h = o.sections.length / 16
+    assert 1.0 / o.left_out == pytest.approx(12.0 * float(o.sections.bending_stiffness(0.0)) / h**3, rel=1e-12)
+    history = simulate(scenario.replace(end_time=0.335, solver__contact_step=2e-6, solver__output_interval=1e-3))
+    (first,) = history.summary["macro_collisions"]
+    assert first["normal_impulse"] == pytest.approx(1.820515, abs=2e-5)
+    assert history.summary["energy"]["lost_impact"] == 0.0
+
+
+def test_a_friction_that_no_force_can_push_ends_by_name():
+    """cos beta + mu s sin beta <= 0, mu > cot |beta| = 10.7 at the first touch: no contact force exists."""
+    friction = ("contact.mu_static=12", "contact.mu_kinetic=12")
+    history = simulate(paper(*MASSLESS, *friction, "discretization.modes=8", "end_time=0.4"))
+    assert history.outcome is Outcome.PAINLEVE
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        (("contact.restitution=0.5",), "contact.point_inertia"),
+        (("solver.scheme=fixed-step",), "solver.scheme"),
+        (("discretization.method=fem", "beam.tip_mass=0.1"), "contact.point_inertia"),
+        ((*NODAL, "contact.point=0.5"), "contact.point"),
+    ],
+)
+def test_what_does_not_go_without_inertia_is_refused(changes, key):
+    with pytest.raises(InputError, match=key):
+        paper(*MASSLESS, *changes)
+
+
+def test_a_discretization_that_leaves_nothing_out_is_refused():
+    """All clamped shapes of a mesh bend exactly under a load at a node."""
+    whole = ("discretization.method=fem", "discretization.elements=4", "discretization.modes=8")
+    whole = (*whole, "discretization.frame=tangent")
+    with pytest.raises(InputError, match=r"contact\.point_inertia"):
+        beam_problem(beam_of(paper(*MASSLESS, *whole)))
