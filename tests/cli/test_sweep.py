@@ -20,7 +20,7 @@ import pytest
 
 from oblique_impact import History
 from oblique_impact.command_line import application as command_line
-from tests.hard.processes import started, wait_for
+from tests.processes import started, wait_for
 from validation.sweeps.plan import load_plan, make_plan
 from validation.sweeps.store import open_store
 from validation.sweeps.work import make_job, run_many

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from oblique_impact import simulate
 from oblique_impact.progress import OnProgress
-from tests.unit.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
+from tests.docs.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
 
 OURS = "oblique-impact"
 #: an order of events: the beam falls, strikes twice and is in contact at the end
