@@ -26,7 +26,9 @@ def check(process, said):
     assert said.startswith("oblique-impact: interrupted")
 
 
-@pytest.mark.parametrize(("number", "group"), [(signal.SIGINT, True), (signal.SIGTERM, False)])
+@pytest.mark.parametrize(
+    ("number", "group"), [(signal.SIGINT, True), pytest.param(signal.SIGTERM, False, marks=pytest.mark.slow)]
+)
 def test_a_run_keeps_its_history(history, tmp_path, number, group):
     for delay in (2.0, 4.0, 8.0, 16.0):  # until it marches: that depends on the machine
         few = ("--set", "solver.output_interval=1e-3")  # what is computed has to be written within the second

@@ -10,7 +10,10 @@ from oblique_impact.scenario.scenario import builtin_names
 IMPLICIT = [n for n in builtin_names() if Scenario.builtin(n).solver.scheme == "generalized-alpha"]
 
 
-@pytest.mark.parametrize("name", sorted(set(builtin_names()) - set(IMPLICIT)))
+LONG = pytest.param("many-modes", marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("name", [*sorted(set(builtin_names()) - {*IMPLICIT, "many-modes"}), LONG])
 def test_ledger_of_the_built_in_scenarios(run, name):
     assert abs(run(name).summary["energy"]["unaccounted"]) < 1e-8
 

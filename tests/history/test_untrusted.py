@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import json
 import os
-import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -366,31 +365,16 @@ def test_a_missing_variable_is_named(crafted):
 # --- scenarios and sweeps
 
 
-def limited() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (4 * 2**30,) * 2)
-
-
-@pytest.mark.parametrize("command", ["run", "sweep"])
-def test_sources_without_end_or_beginning(tmp_path, command):
-    fifo, large, nulls = tmp_path / "fifo.toml", tmp_path / "large.toml", "a\0b"
+@pytest.mark.parametrize("read", [Scenario.load, load_plan])
+def test_sources_without_end_or_beginning(tmp_path, read):
+    fifo, large = tmp_path / "fifo.toml", tmp_path / "large.toml"
     os.mkfifo(fifo)
     with large.open("wb") as file:
         file.truncate(10 * 10**9)
-    for source in (fifo, large, Path("/dev/zero"), tmp_path, Path("x" * 5000)):
-        done = subprocess.run(
-            [sys.executable, "-m", "oblique_impact", command, str(source), "--out", str(tmp_path / "never")],
-            capture_output=True,
-            text=True,
-            timeout=20,
-            preexec_fn=limited,
-        )
-        assert done.returncode == 2
-        assert done.stderr.count("\n") == 1, done.stderr
-    assert not (tmp_path / "never").exists()
-    with pytest.raises(InputError):
-        Scenario.load(nulls)
-    with pytest.raises(InputError):
-        load_plan(nulls)
+    for source in (fifo, large, "/dev/zero", tmp_path, "x" * 5000, "a\0b"):
+        with pytest.raises(InputError) as error:
+            read(str(source))
+        assert len(str(error.value).splitlines()) == 1
 
 
 NESTED = {

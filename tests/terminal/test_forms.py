@@ -1,7 +1,8 @@
 """Every command in every form that README, first run and how-tos show, as a person sees it in a terminal.
 
-`make test` starts one form of each command, made small, in a terminal of 80 columns, and one command for each kind of
-bar in the other terminals; the slow tests start every form, every command in every terminal, and what is heavy in full.
+`make test` starts one form of each command, made small, in a terminal of 80 columns, and one command for each
+kind of bar in the other terminals; the slow tests start every form, every command in every terminal, and what is
+heavy in full.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ FORMS = {form.name: form for form in forms()}
 #: one form of each command; a run and a call that counts have all there is to bars
 EACH = {form.command: form for form in reversed(FORMS.values())}
 KINDS = [pytest.param(EACH[name], marks=[] if name in ("run", "export") else pytest.mark.slow) for name in EACH]
-#: of `render` one form of each kind of file; what cannot be made small is left to the tests that start it as it stands
+#: the first form of each command, of `render` for each kind of file
 FIRST = {
     (form.command, re.sub(r".*(?=\.\w+$)", "", form.words[-1]) if form.command == "render" else ""): name
     for name, form in reversed(FORMS.items())
