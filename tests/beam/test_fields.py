@@ -1,11 +1,10 @@
 """Results along the beam against their definitions, by quadratures of their own."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.polynomial import Polynomial
+from numpy.polynomial import Polynomial, legendre
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.sparse import csr_array
@@ -39,13 +38,13 @@ def beam_of(method, **changes):
 
 
 def field(beam, B, derivative):
-    """x -> Phi^(k)(x) B from the source's shape functions at single points (themselves tested above)."""
+    """x -> Phi^(k)(x) B from the source's shape functions at any points (themselves tested above)."""
     if beam.scenario.discretization.method == "modal":
         shapes = Eigenfunctions("clamped-free", 3, LENGTH)
-        return lambda x: float(shapes.derivative(np.array([x]), derivative)[0] @ B)
+        return lambda x: np.squeeze(shapes.derivative(np.atleast_1d(x), derivative) @ B)
     nodal = fem_beam.NodalBeam.from_scenario(beam.scenario)
     v = eigenmodes(nodal, "clamped", 3) @ B
-    return lambda x: float((nodal.evaluate(np.array([x]))[derivative] @ v)[0])
+    return lambda x: np.squeeze(nodal.evaluate(np.atleast_1d(x))[derivative] @ v)
 
 
 @pytest.mark.parametrize("method", ["modal", "fem"])
@@ -81,12 +80,18 @@ VARIED = {
 }
 
 
+NODES, WEIGHTS = legendre.leggauss(12)
+#: from values at the nodes to integrals from -1 to each of them
+INNER = np.linalg.solve(
+    legendre.legvander(NODES, 11).T, [legendre.Legendre.basis(n).integ(lbnd=-1)(NODES) for n in range(12)]
+).T
+
+
 class OuterPart:
     """Forces on the points of a fine quadrature, with integrals of its own for u_x and its rates."""
 
     def __init__(self, beam, kinks):
         x = beam.operators.stations.points
-        nodes, weights = np.polynomial.legendre.leggauss(12)
         edges = (
             fem_beam.NodalBeam.from_scenario(beam.scenario).nodes
             if beam.scenario.discretization.method == "fem"
@@ -94,16 +99,13 @@ class OuterPart:
         )
         edges = np.union1d(np.union1d(edges, x), kinks)
         edges = edges[np.append(True, np.diff(edges) > 1e-12)]
-        self.panels = [
-            (0.5 * (a + b) + 0.5 * (b - a) * nodes, 0.5 * (b - a) * weights) for a, b in itertools.pairwise(edges)
-        ]
-        self.s, self.w = (np.concatenate(parts) for parts in zip(*self.panels, strict=True))
+        self.halves = 0.5 * np.diff(edges)
+        self.s = (edges[:-1, None] + self.halves[:, None] * (1.0 + NODES)).ravel()
+        self.w = np.outer(self.halves, WEIGHTS).ravel()
         self.points = np.append(self.s, LENGTH)  # with the tip mass
         shapes = [field(beam, row, k) for row in np.eye(3) for k in (0, 1)]
-        self.values, self.slopes = (
-            np.array([[f(at) for f in shapes[k::2]] for at in self.points]) for k in (0, 1)
-        )
-        self.outline, self.tangents = (np.array([[f(at) for f in shapes[k::2]] for at in x]) for k in (0, 1))
+        self.values, self.slopes = (np.stack([f(self.points) for f in shapes[k::2]], axis=1) for k in (0, 1))
+        self.outline, self.tangents = (np.stack([f(x) for f in shapes[k::2]], axis=1) for k in (0, 1))
         beam_section = beam.scenario.beam
         area = np.array(AREAS if beam_section.tip_mass else [[0.0, 3.14e-4], [LENGTH, 3.14e-4]])
         masses = 2766.7 * np.interp(self.s, area[:, 0], area[:, 1]) * self.w
@@ -111,9 +113,11 @@ class OuterPart:
         self.damping = beam_section.mass_proportional
 
     def integral(self, f):
-        """Integrals of f from the root to every point and to the tip."""
-        inner = [inner_integral(f[:-1], self.s, self.w, i, self.panels) for i in range(self.s.size)]
-        return np.array([*inner, self.w @ f[:-1]])
+        """Integrals of f, a polynomial in each panel, from the root to every point and to the tip."""
+        panels = f[:-1].reshape(-1, NODES.size)
+        whole = np.cumsum(self.halves * (panels @ WEIGHTS))
+        inside = self.halves[:, None] * (panels @ INNER.T)
+        return np.append((np.append(0.0, whole[:-1])[:, None] + inside).ravel(), whole[-1])
 
     def forces(self, state, rates, accelerations, radius, kept):
         """Positions X, Y in the frame and forces there, inertia, gravity and outside damping."""
@@ -160,17 +164,6 @@ def test_section_forces_are_the_reaction_of_the_accelerated_outer_part(source, k
             if source == "varied":
                 modulus = 0.011 / np.interp(at, *np.transpose(SECOND_MOMENTS))
             assert fields.bending_stress[sample, k] == pytest.approx(moment * modulus, rel=1e-7, abs=1.0)
-
-
-def inner_integral(f, s, w, i, panels):
-    """Integral of f, given at the Gauss points, from the root to point i: polynomial through its panel."""
-    size = panels[0][0].size
-    start = i // size * size
-    points, values = s[start : start + size], f[start : start + size]
-    centre, half = 0.5 * (points[0] + points[-1]), 0.5 * (points[-1] - points[0])
-    whole = Polynomial(np.polynomial.polynomial.polyfit((points - centre) / half, values, size - 1)).integ()
-    reach = w[start : start + size].sum() / 2.0
-    return w[:start] @ f[:start] + half * (whole((s[i] - centre) / half) - whole(-reach / half))
 
 
 def test_shear_is_the_slope_of_the_moment():

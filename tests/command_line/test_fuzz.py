@@ -29,16 +29,12 @@ from renders.exports.command import export_command
 from renders.exports.selection import Selection
 from renders.player.payload import payload
 from validation.sweeps.plan import load_plan, make_plan, shipped_names
-from validation.sweeps.store import open_store
-from validation.sweeps.table import make_table, read_table, write_table
-from validation.sweeps.work import failed
 
 pytestmark = pytest.mark.slow
 
 often = settings(max_examples=1500, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 seldom = settings(often, max_examples=300)
 
-TEXTS = [Scenario.builtin(name).to_toml() for name in builtin_names()]
 SWEEPS = [load_plan(name).to_toml().replace('"scenario.toml"', '"paper"') for name in shipped_names()]
 
 numbers = st.one_of(
@@ -102,44 +98,6 @@ def changed(draw, texts):
         return tomli_w.dumps(data)
     except (ValueError, TypeError):
         return ""
-
-
-def read_scenario(text: str) -> None:
-    try:
-        scenario = Scenario.from_toml(text)
-    except InputError as error:
-        one_line(error)
-    else:
-        assert Scenario.from_toml(scenario.to_toml()) == scenario
-
-
-@often
-@given(st.one_of(damaged(TEXTS), changed(TEXTS), st.text(max_size=300)))
-def test_scenarios(text):
-    read_scenario(text)
-
-
-@seldom
-@given(st.binary(max_size=300))
-def test_scenarios_of_any_bytes(content):
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "x.toml"
-        file.write_bytes(content)
-        for read in (lambda: Scenario.load(str(file)), lambda: load_plan(str(file))):
-            try:
-                read()
-            except InputError as error:
-                one_line(error)
-
-
-@seldom
-@given(words, values)
-def test_changes_on_the_command_line(key, value):
-    for text in (f"{key}={value}", f"{key}.{key}={value}", f"contact.{key}={value!r}", f"contact.point={value!r}"):
-        try:
-            Scenario.builtin("paper", [text])
-        except InputError as error:
-            one_line(error)
 
 
 @seldom
@@ -304,73 +262,6 @@ def texts(whole):
     with h5py.File(io.BytesIO(whole)) as root:
         found = {label: root.attrs[label] for label in ("events", "summary", "scenario", "format")}
     return {label: text if isinstance(text, str) else text.decode() for label, text in found.items()}
-
-
-# --- the folder of a sweep
-
-STUDY = """
-quantities = ["energy_final"]
-changes.end_time = 0.02
-[[axes]]
-key = "initial.angle"
-values = [0.7, 0.8]
-"""
-PLAN = make_plan(STUDY)
-ROWS = [failed(run, "completed", "") | {"values": {"energy_final": 1.0}, "stopped_at": 1.0} for run in (0, 1)]
-
-
-@often
-@given(st.one_of(damaged([json.dumps([row]) for row in ROWS]), values.map(lambda v: json.dumps(v, default=str))))
-def test_rows_on_disk(text):
-    with tempfile.TemporaryDirectory() as folder:
-        with open_store(folder, PLAN):
-            pass
-        (Path(folder) / "parts" / "00000001.json").write_text(text, encoding="utf-8", errors="surrogatepass")
-        (Path(folder) / "parts" / "notes.json").write_text("not ours")
-        try:
-            with open_store(folder, PLAN) as store:
-                make_table(PLAN, [*store.rows(), *ROWS])
-        except InputError as error:
-            one_line(error)
-
-
-@seldom
-@given(damaged([json.dumps({"fingerprint": PLAN.fingerprint, "runs": 2})]))
-def test_fingerprints_on_disk(text):
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "fingerprint.json").write_text(text, encoding="utf-8")
-        try:
-            with open_store(folder, PLAN):
-                pass
-        except InputError as error:
-            one_line(error)
-
-
-def read(file: Path) -> None:
-    try:
-        table = read_table(file, PLAN)
-    except InputError as error:
-        one_line(error)
-    else:
-        assert table.num_rows == 2
-
-
-def test_tables_on_disk(tmp_path):
-    file = tmp_path / "results.parquet"
-    write_table(file, make_table(PLAN, ROWS))
-    content = file.read_bytes()
-    in_a_process(read, file)
-
-    @seldom
-    @given(bytes_changed(len(content)))
-    def damage(changes):
-        damaged = bytearray(content)
-        for place, value in changes:
-            damaged[place] = value
-        file.write_bytes(damaged)
-        in_a_process(read, file)
-
-    damage()
 
 
 # --- runs

@@ -301,6 +301,7 @@ def test_check_of_the_how_to_passes(monkeypatch):
     assert names["hinged_frequency"]().verdict == "pass"
 
 
+@pytest.mark.slow  # each call by itself: `tests/command_line/test_library.py`
 def test_the_how_to_of_the_library_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names: dict = {}

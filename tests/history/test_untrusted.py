@@ -1,8 +1,7 @@
-"""Files from elsewhere: nothing is executed, no other file is read or written, no memory is taken unseen."""
+"""Files from elsewhere: no other file is read or written, no memory is taken unseen."""
 
 from __future__ import annotations
 
-import ast
 import json
 import os
 import subprocess
@@ -13,69 +12,10 @@ import h5py
 import numpy as np
 import pytest
 
-import oblique_impact
 from oblique_impact import History, InputError, Scenario
 from oblique_impact.history.netcdf import MAX_BESIDES, MAX_BYTES
 from validation.sweeps.plan import load_plan, make_plan
 from validation.sweeps.store import open_store
-
-ROOT = Path(oblique_impact.__file__).parents[1]
-SOURCES = [
-    file
-    for name in ("oblique_impact", "modal", "fem_beam", "validation", "renders")
-    for file in (ROOT / name).rglob("*.py")
-]
-
-#: modules that make objects, or code, of what they read
-MODULES = {
-    "pickle",
-    "cPickle",
-    "dill",
-    "cloudpickle",
-    "marshal",
-    "shelve",
-    "joblib",
-    "yaml",
-    "runpy",
-    "code",
-    "imp",
-}
-#: names called that do
-CALLS = {"eval", "exec", "compile", "__import__", "system", "popen", "read_pickle", "to_pickle", "allow_pickle"}
-
-
-def dangers(text: str) -> list[str]:
-    found = []
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Import):
-            found += [a.name for a in node.names if a.name.partition(".")[0] in MODULES]
-        elif isinstance(node, ast.ImportFrom):
-            found += [node.module] if (node.module or "").partition(".")[0] in MODULES else []
-        elif isinstance(node, ast.Call):
-            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            module = getattr(getattr(node.func, "value", None), "id", "")
-            found += [name] if name in CALLS and module not in ("re", "platform") else []
-            found += [k.arg for k in node.keywords if k.arg in ("allow_pickle", "shell")]
-    return found
-
-
-def test_no_source_makes_code_or_objects_of_what_it_reads():
-    assert len(SOURCES) > 100
-    assert {file.name: dangers(file.read_text()) for file in SOURCES if dangers(file.read_text())} == {}
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "import pickle",
-        "from marshal import loads",
-        "eval(x)",
-        "np.load(f, allow_pickle=True)",
-        "run(c, shell=True)",
-    ],
-)
-def test_the_search_finds_what_it_should(text):
-    assert dangers(text)
 
 
 @pytest.fixture(scope="module")

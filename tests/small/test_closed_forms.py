@@ -16,6 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from oblique_impact import History, simulate_system
+from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless, ModifiedCoulomb
+from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
+from oblique_impact.contact.state import State
+from oblique_impact.contact.stops import ElasticStop
 from tests.small.systems import (
     EVENT_ERROR,
     FRICTIONLESS,
@@ -24,21 +29,9 @@ from tests.small.systems import (
     MODIFIED,
     SCHEMES,
     UNSCALED,
-    VALUES,
     YIELDING_CURVE,
-    Coulomb,
-    ElasticStop,
-    FreeRod,
-    FrictionCurve,
-    Frictionless,
-    History,
     Law,
-    ModifiedCoulomb,
-    NewtonImpact,
-    Particle,
-    RouthImpact,
     Scale,
-    State,
     assert_order,
     completed,
     coulomb,
@@ -46,10 +39,11 @@ from tests.small.systems import (
     kinds_of,
     last,
     scheme_of,
-    simulate_system,
     slide,
     times_of,
 )
+from validation.reference_values import VALUES
+from validation.small_systems import FreeRod, Particle
 
 LAWS = {
     "frictionless": FRICTIONLESS,

@@ -106,12 +106,7 @@ def bouncing_ball() -> list[Measurement]:
     found, text, gap = [], source("6e"), 1e-18
     for e, key in ((0.5, "e05"), (0.8, "e08")):
         history = simulate_system(
-            Particle(above=-_G),
-            np.array([0.0, 1.0]),
-            np.zeros(2),
-            5.0,
-            impact=NewtonImpact(e),
-            gap_tolerance=gap,
+            Particle(above=-_G), np.array([0.0, 1.0]), np.zeros(2), 5.0, impact=NewtonImpact(e), gap_tolerance=gap
         )
         last = history.events[-1]
         left = 2.0 * sqrt(8.0 * gap / _G) / (1.0 - e) + 1e-11
