@@ -34,7 +34,7 @@ def _stiff(frame: str, scale: float = 1e6) -> History:
     )
 
 
-@check("A very stiff beam falls from 45 degrees and meets the slope as a rigid bar does.", seconds=3.0)
+@check("A very stiff beam falls from 45 degrees and meets the slope as a rigid bar does.", seconds=7.0)
 def first_touch() -> list[Measurement]:
     """Time, angle, speed and place; what vibrates is bounded by twice the static deflection over a million."""
     found, text = [], source("4")
