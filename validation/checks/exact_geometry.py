@@ -58,7 +58,7 @@ def collision() -> list[Measurement]:
     return _first_collision(_on_a_spring("nodal", 0.34), "nodal")
 
 
-@check("The same by 24 of its modes, event-located, and the next contact of both.", seconds=8.0)
+@check("The same by 24 of its modes, event-located, and the next contact of both.", seconds=14.0)
 def next_contact() -> list[Measurement]:
     """Start of the second macro-collision."""
     exact, text, found = VALUES["7a-elastic"]["next"], source("7a-elastic"), []
