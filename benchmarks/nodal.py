@@ -21,15 +21,14 @@ from rich.console import Console
 from rich.table import Table
 from scipy.integrate import solve_ivp
 
-import fem_beam
 from oblique_impact import Scenario
-from oblique_impact.beam.beam import Beam, FullBeam
-from oblique_impact.beam.operators import build_operators
+from oblique_impact.contact.state import Phase
 from oblique_impact.kernels.jit import kernel
-from oblique_impact.kernels.system import GAP, MATRICES, VECTORS, Work
+from oblique_impact.kernels.workspace import Workspace
 from oblique_impact.marching.equations import QUADRATURES, derivative
 from oblique_impact.marching.loop import Problem, Run
-from oblique_impact.simulation import beam_problem, full_beam_problem
+from oblique_impact.marching.probe import Probe
+from oblique_impact.problem import beam_of, beam_problem
 
 SPRING = ("contact.normal=spring", "contact.friction=frictionless", "discretization.frame=mean-axis")
 NODAL = ("solver.scheme=generalized-alpha", "discretization.method=fem", "discretization.modes=0")
@@ -46,10 +45,7 @@ class Timing(NamedTuple):
 
 def problem_of(*overrides: str) -> Problem:
     """Problem of the paper's beam on a spring."""
-    scenario = Scenario.builtin("paper", [*SPRING, QUIET, *overrides])
-    if scenario.discretization.modes == 0:
-        return full_beam_problem(FullBeam(scenario, fem_beam.build_nodal(scenario)))
-    return beam_problem(Beam(scenario, build_operators(scenario)))
+    return beam_problem(beam_of(Scenario.builtin("paper", [*SPRING, QUIET, *overrides])))
 
 
 def march(runs: int, *overrides: str) -> Timing:
@@ -79,31 +75,34 @@ def step_costs(runs: int) -> Table:
         cost = 1e6 * timing.seconds / timing.steps
         base = cost if elements == 128 else base
         problem = problem_of(*NODAL, mesh)
-        memory = sum(array.nbytes for array in problem.allocate(problem.q0.size)) + problem.system.bands.nbytes
+        memory = sum(array.nbytes for array in problem.system.new_workspace()) + problem.system.bands.nbytes
         growth = f"{cost / base:.2f}" if elements > 128 else ""
         table.add_row(str(elements), f"{cost:.2f}", asked.get(elements, ""), growth, f"{memory / 1e3:.0f}")
     return table
+
+
+@kernel("the right-hand side")
+def _rates(system: Any, phase: Phase, t: float, y: Any, work: Workspace, dy: Any) -> float:
+    return derivative(system, phase, t, y, work, dy)[1].gap
 
 
 class RightHandSide:
     """The compiled right-hand side as SciPy takes it: one phase, because a spring's force ends by itself."""
 
     def __init__(self, problem: Problem) -> None:
-        self.problem, self.size = problem, problem.q0.size
-        self._phase = problem.machine.closed(Run(problem)._front().instant)
-        self._work: Work = problem.allocate(self.size)
-        assert self._work.matrices.shape[0] == MATRICES or self._work.vectors.shape[0] > VECTORS
-        self._derivative = kernel(derivative)
+        self._system, self.size = problem.system, problem.q0.size
+        self._work = problem.system.new_workspace()
+        start = np.concatenate([problem.q0, problem.qd0])
+        self._phase = problem.machine.closed(Probe(self._system, 0.0, start, self._work).instant)
         self._dy = np.zeros(2 * self.size + QUADRATURES)
 
     def __call__(self, t: float, y: Any) -> Any:  # noqa: D102
-        self._derivative(self.problem.system, self._phase, t, y, self._work, self._dy)
+        _rates(self._system, self._phase, t, y, self._work, self._dy)
         return self._dy.copy()
 
     def gap(self, t: float, y: Any) -> float:
         """Event function."""
-        self(t, y)
-        return float(self._work.scalars[GAP])
+        return float(_rates(self._system, self._phase, t, y, self._work, self._dy))
 
 
 def solve(method: str, tolerance: float, *overrides: str) -> Timing:

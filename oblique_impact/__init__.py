@@ -12,8 +12,9 @@ Checks, comparisons and studies are in `validation`, pictures and exports in `re
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from oblique_impact.public import on_first_use
 
 if TYPE_CHECKING:
     from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
@@ -25,21 +26,6 @@ if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate, simulate_system
 
-#: public names and their modules, imported on first use so that the command line starts quickly
-_HOME = {
-    "Frequencies": "beam.frequencies",
-    "History": "history.history",
-    "InputError": "errors",
-    "Interrupted": "errors",
-    "MechanicalSystem": "kernels.system",
-    "Outcome": "errors",
-    "Progress": "progress",
-    "Scenario": "scenario.scenario",
-    "concatenate": "history.concatenation",
-    "natural_frequencies": "beam.frequencies",
-    "simulate": "simulation",
-    "simulate_system": "simulation",
-}
 __all__ = [
     "Frequencies",
     "History",
@@ -55,12 +41,16 @@ __all__ = [
     "simulate_system",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+__getattr__, __dir__ = on_first_use(
+    __name__,
+    {
+        "beam.frequencies": "Frequencies natural_frequencies",
+        "errors": "InputError Interrupted Outcome",
+        "history.concatenation": "concatenate",
+        "history.history": "History",
+        "kernels.system": "MechanicalSystem",
+        "progress": "Progress",
+        "scenario.scenario": "Scenario",
+        "simulation": "simulate simulate_system",
+    },
+)

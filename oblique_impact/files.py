@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
-import secrets
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 from filelock import FileLock, Timeout
@@ -21,10 +21,7 @@ MAX_TEXT = 16_000_000
 
 
 def prepare_folder(folder: str | os.PathLike[str]) -> Path:
-    """Create `folder` and make sure that it can be written, before any work is done.
-
-    Raises InputError with one line if not.
-    """
+    """Create `folder` before any work is done; raises InputError with one line if it cannot be written."""
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)
@@ -40,10 +37,7 @@ def cannot_write(target: Path, error: Exception) -> InputError:
 
 
 def read_text(path: Path, limit: int = MAX_TEXT) -> str:
-    """Read UTF-8 text of at most `limit` bytes.
-
-    Raises OSError, or ValueError in words if the file is larger or is not UTF-8.
-    """
+    """Read UTF-8 text; raises OSError, or ValueError in words for other content or more than `limit` bytes."""
     with path.open("rb") as file:
         content = file.read(limit + 1)
     if len(content) > limit:
@@ -55,53 +49,24 @@ def read_text(path: Path, limit: int = MAX_TEXT) -> str:
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Let `write` fill a temporary file beside `path`, then rename it to `path`.
-
-    The temporary file keeps the suffix of `path`.  Raises OSError.
-    """
+    """Let `write` fill a temporary file beside `path`, of the same suffix, then rename it; raises OSError."""
     write_all({path: write})
 
 
 def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
-    """Let each of `writers` fill a temporary file beside its path; when all are complete, rename them together.
+    """Let each of `writers` fill a temporary file beside its path; when all are complete, rename them.
 
-    What fails, on a full disk for instance, fails before the first old file is replaced; if one cannot be
-    replaced, those that were are put back.  Raises OSError.
+    What fails, on a full disk for instance, fails before the first old file is replaced.  Raises OSError.
     """
-    with ExitStack() as cleanup, ExitStack() as rollback:
-        temporaries = {path: cleanup.enter_context(_temporary(path)) for path in writers}
+    with ExitStack() as cleanup:
+        temporaries = {path: path.with_name(f".{path.stem}.{token_hex(4)}.part{path.suffix}") for path in writers}
         for path, write in writers.items():
+            if path.is_dir():
+                raise IsADirectoryError(errno.EISDIR, f"{path.name} is a folder")
+            cleanup.callback(temporaries[path].unlink, missing_ok=True)
             write(temporaries[path])
         for path, temporary in temporaries.items():
-            existed = path.is_file()
-            if existed and len(writers) > 1:
-                backup = cleanup.enter_context(_temporary(path))
-                _move_or_link(path, backup)
-                rollback.callback(os.replace, backup, path)
             os.replace(temporary, path)
-            if not existed:
-                rollback.callback(path.unlink)
-        rollback.pop_all()
-
-
-@contextmanager
-def _temporary(path: Path) -> Iterator[Path]:
-    """Create an empty file beside `path`, which is removed at the end if it is still there."""
-    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(4)}.part{path.suffix}")
-    temporary.touch(exist_ok=False)
-    try:
-        yield temporary
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _move_or_link(path: Path, backup: Path) -> None:
-    """Give a file that is about to be replaced a second name."""
-    backup.unlink()
-    try:
-        os.link(path, backup)
-    except OSError:  # this file system has no hard links
-        os.replace(path, backup)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -109,21 +74,9 @@ def write_text(path: Path, text: str) -> None:
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
-def remove(path: Path) -> None:
-    """Remove a file, a link or a folder with all it holds, if it is there; links are not followed."""
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        with suppress(OSError):
-            path.unlink(missing_ok=True)
-
-
 @contextmanager
 def writing(folder: str | os.PathLike[str]) -> Iterator[Path]:
-    """Prepare a folder and be its only writer while the block runs.
-
-    Raises InputError with one line if it cannot be written or another process writes there.
-    """
+    """Prepare a folder and be its only writer while the block runs; raises InputError with one line."""
     target = prepare_folder(folder)
     with only_writer(target):
         yield target
@@ -133,13 +86,9 @@ def writing(folder: str | os.PathLike[str]) -> Iterator[Path]:
 def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
     """Be the only process that writes to a folder, or to a file that need not exist yet.
 
-    The lock is an empty hidden file, `.lock` in a folder and `.NAME.lock` beside a file, which is gone at the end.
-    The system releases the lock of a process that is killed; the file that is left does not block anybody.
-
-    Raises
-    ------
-    InputError
-        In one line, if another process is writing there or the lock cannot be made.
+    The lock is an empty hidden file, `.lock` in a folder and `.NAME.lock` beside a file, which is gone at the end;
+    that of a process that is killed does not block anybody.  Raises InputError, in one line, if another process
+    is writing there or the lock cannot be made.
     """
     path = Path(target)
     lock = FileLock(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock"))
@@ -194,14 +143,8 @@ class CheckedFile(io.FileIO):
             self.problem = self.problem or error
             return size or 0
 
-
-@contextmanager
-def checked_file(path: Path) -> Iterator[CheckedFile]:
-    """Create the file `path` for HDF5 to write through; raises OSError if something could not be written."""
-    with CheckedFile(path) as file:
-        try:
-            yield file
-        except (OSError, RuntimeError):
-            file.check()  # HDF5 may fail over what is missing; the reason is the first failure
-            raise
-        file.check()
+    def __exit__(self, *error: Any) -> None:
+        """Close; HDF5 may have failed over what is missing, but the reason is the first failed write."""
+        super().__exit__(*error)
+        if error[0] is None or issubclass(error[0], (OSError, RuntimeError)):
+            self.check()

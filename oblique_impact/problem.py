@@ -1,7 +1,4 @@
-"""From a scenario, or a user-defined system, to the problem that the loop marches: the one factory.
-
-It puts together the system (what kernels call), the scheme, the laws of the contact and what counts as zero.
-"""
+"""From a scenario to the problem that is marched: system, scheme, laws of the contact, what counts as zero."""
 
 from __future__ import annotations
 
@@ -12,14 +9,13 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.contact.friction import FrictionLaw, friction_law
+from oblique_impact.contact.friction import friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.state import Tolerances
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.contact.transitions import Baumgarte, ContactMachine
 from oblique_impact.errors import InputError
 from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
@@ -55,18 +51,9 @@ def beam_problem(beam: Beam) -> Problem:
     s = beam.scenario
     scheme, tolerances = scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
-    return Problem(
-        beam.model,
-        q0,
-        qd0,
-        contact_machine(s, scheme, tolerances),
-        scheme,
-        s.end_time,
-        s.solver.output_interval,
-        np.ones(2 * q0.size),
-        contact=s.contact.enabled,
-        breakpoints=beam.breakpoints,
-    )
+    machine, scales = contact_machine(s, scheme, tolerances), np.ones(2 * q0.size)
+    times = s.end_time, s.solver.output_interval
+    return Problem(beam.model, q0, qd0, machine, scheme, *times, scales, s.contact.enabled, beam.breakpoints)
 
 
 def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:
@@ -119,28 +106,6 @@ def _impact_law(scenario: Scenario) -> ImpactLaw:
     if c.impact == "newton":
         return NewtonImpact(c.restitution)
     return RouthImpact(0.0 if c.friction == "frictionless" else c.mu_kinetic, c.restitution)
-
-
-def system_problem(
-    system: MechanicalSystem,
-    q0: Array,
-    qd0: Array,
-    end_time: float,
-    output_interval: float,
-    scheme: Scheme,
-    laws: tuple[FrictionLaw, ImpactLaw, ContactLaw | None],
-    baumgarte: Baumgarte,
-    breakpoints: tuple[float, ...],
-    gap_tolerance: float | None = None,
-) -> Problem:
-    """Put a small user-defined system together for the loop; what counts as zero follows from how it starts."""
-    friction, impact, stop = laws
-    tolerances, scales = system_scales(system, q0, qd0, end_time)
-    tolerances = tolerances._replace(
-        flight=scheme.shortest_flight, gap=tolerances.gap if gap_tolerance is None else gap_tolerance
-    )
-    machine = ContactMachine(friction, impact, tolerances, baumgarte, scheme.judgement, stop)
-    return Problem(system, q0, qd0, machine, scheme, end_time, output_interval, scales, breakpoints=breakpoints)
 
 
 def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[Tolerances, Array]:

@@ -14,7 +14,7 @@ from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.contact.transitions import Baumgarte
+from oblique_impact.contact.transitions import Baumgarte, ContactMachine
 from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import beam_variables, gather, warnings_of
@@ -26,7 +26,7 @@ from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Problem, Run, Status
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.problem import beam_of, beam_problem, system_problem
+from oblique_impact.problem import beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
 ProgressCallback = Callable[[Status], None]
@@ -120,18 +120,15 @@ def simulate_system(
     Interrupted
         After Ctrl-C, as :func:`simulate`.
     """
-    problem = system_problem(
-        system,
-        np.asarray(q0, dtype=float),
-        np.asarray(qd0, dtype=float),
-        float(end_time),
-        float(output_interval),
-        scheme or EventScheme(1e-10),
-        (friction or Frictionless(), impact or NewtonImpact(), stop),
-        baumgarte,
-        breakpoints,
-        gap_tolerance,
-    )
+    q0, qd0 = np.asarray(q0, dtype=float), np.asarray(qd0, dtype=float)
+    scheme = scheme or EventScheme(1e-10)
+    tolerances, scales = system_scales(system, q0, qd0, end_time)
+    gap = tolerances.gap if gap_tolerance is None else gap_tolerance
+    tolerances = tolerances._replace(flight=scheme.shortest_flight, gap=gap)
+    laws = friction or Frictionless(), impact or NewtonImpact()
+    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.judgement, stop)
+    times = float(end_time), float(output_interval)
+    problem = Problem(system, q0, qd0, machine, scheme, *times, scales, breakpoints=breakpoints)
     record, wall = _march(problem, on_progress)
 
     def energies(time: Array, q: Array, qd: Array) -> Energies:

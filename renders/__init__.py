@@ -10,8 +10,9 @@ What a call needs is imported when its name is first used.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from oblique_impact.public import on_first_use
 
 __all__ = ["Exported", "Rendered", "Style", "campbell_diagram", "export", "overview_figure", "render"]
 
@@ -22,23 +23,13 @@ if TYPE_CHECKING:
     from renders.frame import Style
     from renders.overview import overview_figure
 
-#: public names and their modules, imported on first use
-_HOME = {
-    "Exported": "exports.command",
-    "Rendered": "command",
-    "Style": "frame",
-    "campbell_diagram": "campbell",
-    "export": "exports.command",
-    "overview_figure": "overview",
-    "render": "command",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+__getattr__, __dir__ = on_first_use(
+    __name__,
+    {
+        "campbell": "campbell_diagram",
+        "command": "Rendered render",
+        "exports.command": "Exported export",
+        "frame": "Style",
+        "overview": "overview_figure",
+    },
+)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from oblique_impact.command_line.printing import print_line, print_note
+from oblique_impact.command_line.words import print_line, print_note
 from oblique_impact.errors import InputError
 
 

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 CORE = "oblique_impact"
 #: rooms of the core from the bottom to the top: each imports from the floors below its own only
 FLOORS = (
-    {"errors"},
+    {"errors", "public"},
     {"files", "installed", "progress", "kernels"},
     {"scenario"},
     {"contact"},

@@ -11,8 +11,9 @@ What a call needs is imported when its name is first used.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from oblique_impact.public import on_first_use
 
 __all__ = [
     "AxisSection",
@@ -42,31 +43,16 @@ if TYPE_CHECKING:
     from validation.sweeps.command import SweepResult, sweep
     from validation.sweeps.plan import AxisSection, HypercubeSection, SampledSection, SweepFile, TableSection
 
-#: public names and their modules, imported on first use
-_HOME = {
-    "AxisSection": "sweeps.plan",
-    "Comparison": "contrast",
-    "HypercubeSection": "sweeps.plan",
-    "Reproduction": "reproduction.command",
-    "Result": "suite",
-    "SampledSection": "sweeps.plan",
-    "StudyResult": "refinement.study",
-    "SweepFile": "sweeps.plan",
-    "SweepResult": "sweeps.command",
-    "TableSection": "sweeps.plan",
-    "compare": "differences",
-    "refine": "refinement.command",
-    "reproduce": "reproduction.command",
-    "sweep": "sweeps.command",
-    "validate": "suite",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+__getattr__, __dir__ = on_first_use(
+    __name__,
+    {
+        "contrast": "Comparison",
+        "differences": "compare",
+        "refinement.command": "refine",
+        "refinement.study": "StudyResult",
+        "reproduction.command": "Reproduction reproduce",
+        "suite": "Result validate",
+        "sweeps.command": "SweepResult sweep",
+        "sweeps.plan": "AxisSection HypercubeSection SampledSection SweepFile TableSection",
+    },
+)

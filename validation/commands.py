@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from oblique_impact.command_line.options import ScenarioArgument, SetOption
-from oblique_impact.command_line.printing import print_line, print_note
+from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
 
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")

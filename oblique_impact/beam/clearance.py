@@ -29,6 +29,7 @@ _Function = Callable[[Points, Points], Array]
 NOTICEABLE = 1e-4
 #: distances this close, over the length, are equal: of a touch the first instant is told
 EQUAL = 1e-9
+BLOCK = 1024  # samples that are processed at a time: larger arrays leave the cache
 _HALVINGS = 24  # of a cell between two stations, until a place in it is known
 
 
@@ -52,6 +53,15 @@ def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, A
     tuple of ndarray, each of shape (samples,)
         NaN where the motion is.
     """
+    found = np.empty((2, len(q)))
+    for start in range(0, len(q), BLOCK):
+        part = slice(start, start + BLOCK)
+        found[:, part] = _clearance(beam, q[part], ux[part], uy[part])
+    return found[0], found[1]
+
+
+def _clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array]:
+    """Clearance of some samples."""
     stations, slope = beam.operators.stations, beam.scenario.slope
     with np.errstate(invalid="ignore", over="ignore"):
         bending = np.asarray(stations.slopes @ q[:, 1:].T).T

@@ -9,17 +9,17 @@ is the mode-acceleration method: Williams 1945; Bisplinghoff, Ashley, Halfman, A
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam
-from oblique_impact.beam.operators import Array, ShapeTable
+from oblique_impact.beam.operators import Array, Matrix, cumulative_weights
+from oblique_impact.kernels.jit import inlined, kernel
 
-Indices = NDArray[np.int64]
+BLOCK = 256  # samples that are processed at a time
 
-BLOCK = 64  # samples that are processed at a time: larger arrays leave the cache
+_SUMS = 10
 
 
 class Fields(NamedTuple):
@@ -51,11 +51,13 @@ class Motion(NamedTuple):
 
 
 class _Points(NamedTuple):
-    """A coordinate of the points of mass, its rate and its acceleration in the frame: (nq + 1, samples)."""
+    """The points of the quadrature, panel after panel, for the kernel."""
 
-    place: Array  # m
-    rate: Array
-    acceleration: Array
+    arms: Array  # (nq,) m, from the axis of rotation
+    weights: Array  # (nq,) m
+    masses: Array  # (nq,) kg
+    inside: Array  # (order, order) integrals inside of a unit panel
+    foreshortening: float
 
 
 def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
@@ -68,63 +70,145 @@ def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
     motion : Motion
         Samples.  Where q'' is NaN the section forces are NaN.
     block : int
-        Samples processed at a time: the working memory is a dozen arrays (quadrature points, block).
+        Samples processed at a time: the working memory is half a dozen arrays (quadrature points, block).
 
     Returns
     -------
     Fields
         Section forces at a station that carries a point force are those just inboard of it.
     """
-    samples, stations = motion.time.size, beam.operators.stations.points.size
-    result = Fields(*(np.empty((samples, stations)) for _ in Fields._fields))
-    for start in range(0, samples, block):
+    table, sections = beam.operators.stations.quadrature, beam.operators.sections
+    points = _Points(
+        sections.hub_radius + table.points,
+        table.weights,
+        sections.mass_per_length(table.points) * table.weights,
+        cumulative_weights(table.order),
+        beam.foreshortening,
+    )
+    stations = beam.operators.stations.points.size
+    result = Fields(*(np.empty((motion.time.size, stations)) for _ in Fields._fields))
+    for start in range(0, motion.time.size, block):
         part = slice(start, start + block)
-        for whole, rows in zip(result, _block(beam, Motion(*(v[part] for v in motion))), strict=True):
-            whole[part] = rows
+        for whole, rows in zip(result, _block(beam, Motion(*(v[part] for v in motion)), points), strict=True):
+            whole[part] = rows.T
     return result
 
 
-def _block(beam: Beam, motion: Motion) -> Fields:
-    o, stations, kept = beam.operators, beam.operators.stations, beam.foreshortening
-    table, cells, sections = stations.quadrature, stations.cells, o.sections
-    B, Bd, Bdd = (v[:, 1:].T for v in (motion.q, motion.qd, motion.qdd))
-    slopes, rates = table.slopes @ B, table.slopes @ Bd
-    # -u_x' of the axis, its rate and its acceleration
-    shortening = 0.5 * kept * slopes**2, kept * slopes * rates, kept * (rates**2 + slopes * (table.slopes @ Bdd))
-    ux, ux_dot = (-_inboard(table, values, cells) for values in shortening[:2])
-    uy, uy_dot = stations.values @ B, stations.values @ Bd
-    x, y = _Points(*(-beam.integrals(v) for v in shortening)), _Points(*map(beam.deflections, (B, Bd, Bdd)))
-    x.place[:] += beam.masses[0][:, None]
-    forces = _forces(beam, motion, x, y)
-    axial, transverse = (_outboard(force, cells) for force in forces)
-    moment = _outboard(x.place * forces[1] - y.place * forces[0], cells)
+def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
+    """Fields of some samples, (stations, samples)."""
+    o, stations = beam.operators, beam.operators.stations
+    sections, x = o.sections, o.stations.points
+    B = np.stack([motion.q[:, 1:].T, motion.qd[:, 1:].T, motion.qdd[:, 1:].T], axis=1)
+    spin, spin_rate = spins = np.stack([motion.qd[:, 0], motion.qdd[:, 0]])
+    whole, inner = _sums(beam, points, spins, B)
+    ux, ux_dot = inner[:2]
+    mx, mx1, mx2, my, my1, my2, turned = whole[3:, None] - inner[3:]  # of the part outside of each station
+    along, across = (beam.scenario.gravity * f(motion.q[:, 0]) for f in (np.sin, np.cos))
+    mass = sections.tip_mass + np.append(np.cumsum(points.masses[::-1])[::-1], 0.0)[stations.cells, None]
+    axial = spin_rate * my + 2.0 * spin * my1 + spin**2 * mx - mx2 - mass * along
+    transverse = spin**2 * my - spin_rate * mx - 2.0 * spin * mx1 - my2 - mass * across
+    moment = my * along - mx * across - turned
+    uy, uy_dot, slope = stations.values @ B[:, 0], stations.values @ B[:, 1], stations.slopes @ B[:, 0]
     contact_axial, contact_transverse = _contact_force(beam, motion)
-    at = int(np.argmin(np.abs(stations.points - o.contact_point)))
-    inside = (np.arange(stations.points.size) <= at)[:, None]
-    arms = sections.hub_radius + stations.points[:, None] + ux
+    at = int(np.argmin(np.abs(x - o.contact_point)))
+    inside = (np.arange(x.size) <= at)[:, None]
+    arms = sections.hub_radius + x[:, None] + ux
     moment += inside * (arms[at] * contact_transverse - uy[at] * contact_axial)
     axial += inside * contact_axial
     transverse += inside * contact_transverse
     moment += uy * axial - arms * transverse
-    slope = stations.slopes @ B
-    shear = slope * axial - (1.0 - 0.5 * kept * slope**2) * transverse
-    modulus = sections.fibre_distance(stations.points) / sections.second_moment(stations.points)
-    return Fields(ux.T, uy.T, ux_dot.T, uy_dot.T, moment.T, shear.T, axial.T, modulus * moment.T)
+    shear = slope * axial - (1.0 - 0.5 * beam.foreshortening * slope**2) * transverse
+    modulus = (sections.fibre_distance(x) / sections.second_moment(x))[:, None]
+    return Fields(ux, uy, ux_dot, uy_dot, moment, shear, axial, modulus * moment)
 
 
-def _forces(beam: Beam, motion: Motion, x: _Points, y: _Points) -> tuple[Array, Array]:
-    """Axial and transverse forces (N) of gravity, inertia and external damping on the points of mass.
-
-    Accelerations in the frame: a_a = x'' - theta'' y - 2 theta' y' - theta'^2 x and
-    a_t = y'' + theta'' x + 2 theta' x' - theta'^2 y (primes are time derivatives).
-    """
-    theta, spin, spin_rate = (v[:, 0] for v in (motion.q, motion.qd, motion.qdd))
-    axial = x.acceleration - spin_rate * y.place - 2.0 * spin * y.rate - spin**2 * x.place
-    transverse = y.acceleration + spin_rate * x.place + 2.0 * spin * x.rate - spin**2 * y.place
+def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, Array]:
+    """Return what :func:`_sum_along` adds up: for the whole beam with its tip mass, and up to the stations."""
+    stations, sections = beam.operators.stations, beam.operators.sections
+    table, samples = stations.quadrature, B.shape[2]
     # damping proportional to mass is a load from outside; the other kinds act inside, as a share of the moment
-    transverse += beam.scenario.beam.mass_proportional * y.rate
-    masses, gravity = beam.masses[1][:, None], beam.scenario.gravity
-    return -masses * (axial + gravity * np.sin(theta)), -masses * (transverse + gravity * np.cos(theta))
+    loads = B.copy()
+    loads[:, 2] += beam.scenario.beam.mass_proportional * B[:, 1]
+    sums = np.zeros((table.points.size // table.order + 1, _SUMS, samples))
+    slopes, across = _applied(table.slopes, B), _applied(table.values, loads)
+    _sum_along(points, spins, slopes, across, np.empty((3, samples)), sums)
+    x, y = sums[-1, :3].copy(), _applied(stations.values[-1:], loads)[0]
+    x[0] += sections.hub_radius + sections.length
+    whole = sums[-1].copy()
+    whole[3:] += sections.tip_mass * np.concatenate([x, y, _turning(x, y, *spins)[None]])
+    return whole, np.moveaxis(sums[stations.cells // table.order], 1, 0)
+
+
+@inlined
+def _turning(x: Any, y: Any, spin: Any, spin_rate: Any) -> Any:
+    """Moment about the axis of rotation that accelerates a unit mass; x and y with their two derivatives.
+
+    The accelerations in the frame are a_a = x'' - theta'' y - 2 theta' y' - theta'^2 x and
+    a_t = y'' + theta'' x + 2 theta' x' - theta'^2 y (primes are time derivatives); this is x a_t - y a_a.
+    """
+    across = x[0] * y[2] - y[0] * x[2] + spin_rate * (x[0] * x[0] + y[0] * y[0])
+    return across + 2.0 * spin * (x[0] * x[1] + y[0] * y[1])
+
+
+@kernel("the results along the beam")
+def _sum_along(points: _Points, spins: Array, slopes: Array, across: Array, x: Array, sums: Array) -> None:
+    """Integrals and sums over masses from the root to the ends of the panels.
+
+    Parameters
+    ----------
+    points : _Points
+        Of the quadrature.
+    spins : ndarray, shape (2, samples)
+        theta' and theta''.
+    slopes, across : ndarray, shape (nq, 3, samples)
+        Slope of the axis and transverse position y, with two derivatives; `slopes` is overwritten.
+    x : ndarray, shape (3, samples)
+        Overwritten.
+    sums : ndarray, shape (panels + 1, 10, samples)
+        Zero, to be filled: u_x and two derivatives; sums of m x and of m y with two derivatives each, of m times
+        :func:`_turning`.
+    """
+    order, samples = len(points.inside), x.shape[1]
+    for j in range(len(slopes)):  # what u_x and its derivatives are integrals of
+        u, kept = slopes[j], points.foreshortening
+        for i in range(samples):
+            u[2, i] = -kept * (u[1, i] * u[1, i] + u[0, i] * u[2, i])
+            u[1, i] *= -kept * u[0, i]
+            u[0, i] *= -0.5 * kept * u[0, i]
+    for p in range(len(sums) - 1):
+        before, after, panel = sums[p], sums[p + 1], slopes[p * order : (p + 1) * order]
+        for c in range(_SUMS):
+            for i in range(samples):
+                after[c, i] = before[c, i]
+        length = 0.0
+        for k in range(order):
+            weight = points.weights[p * order + k]
+            length += weight
+            for c in range(3):
+                for i in range(samples):
+                    after[c, i] += weight * panel[k, c, i]
+        for k in range(order):
+            for c in range(3):
+                for i in range(samples):
+                    x[c, i] = before[c, i]
+                for m in range(order):
+                    weight = length * points.inside[k, m]
+                    for i in range(samples):
+                        x[c, i] += weight * panel[m, c, i]
+            j = p * order + k
+            _add_mass(points.masses[j], points.arms[j], x, across[j], spins, after)
+
+
+@inlined
+def _add_mass(mass: float, arm: float, x: Array, y: Array, spins: Array, sums: Array) -> None:
+    """Add what depends on one point of mass to the sums."""
+    for i in range(x.shape[1]):
+        x[0, i] += arm
+        for c in range(3):
+            sums[3 + c, i] += mass * x[c, i]
+            sums[6 + c, i] += mass * y[c, i]
+        place = (x[0, i], x[1, i], x[2, i])
+        sums[9, i] += mass * _turning(place, (y[0, i], y[1, i], y[2, i]), spins[0, i], spins[1, i])
 
 
 def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:
@@ -135,13 +219,6 @@ def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:
     return normal * s + tangential * c, normal * c - tangential * s
 
 
-def _inboard(table: ShapeTable, integrand: Array, cells: Indices) -> Array:
-    """Integrals from the root to the stations: (nq, samples) -> (stations, samples)."""
-    between = np.add.reduceat(table.weights[:, None] * integrand, cells[:-1], axis=0)
-    return np.concatenate([np.zeros_like(between[:1]), np.cumsum(between, axis=0)])
-
-
-def _outboard(forces: Array, cells: Indices) -> Array:
-    """Add up from the tip, the last row, inwards to the stations: (nq + 1, samples) -> (stations, samples)."""
-    between = np.add.reduceat(forces, cells, axis=0)
-    return np.asarray(np.cumsum(between[::-1], axis=0)[::-1])
+def _applied(table: Matrix, B: Array) -> Array:
+    """Apply a table (points, n) to coordinates and their derivatives (n, 3, samples) -> (points, 3, samples)."""
+    return np.asarray(table @ B.reshape(len(B), -1)).reshape(-1, *B.shape[1:])

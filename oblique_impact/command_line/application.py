@@ -11,8 +11,8 @@ from typing import Any
 import typer
 
 from oblique_impact.command_line.modes import modes
-from oblique_impact.command_line.printing import print_note
 from oblique_impact.command_line.run import run
+from oblique_impact.command_line.words import print_note
 from oblique_impact.errors import InputError, Interrupted, Outcome
 from oblique_impact.installed import installed, load
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, RenderableType
 from rich.constrain import Constrain
-from rich.progress import BarColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, ProgressColumn, Task
 from rich.progress import Progress as RichProgress
 from rich.table import Column
 from rich.text import Text
@@ -20,9 +19,6 @@ from oblique_impact.progress import OnProgress, Progress
 
 if TYPE_CHECKING:
     from oblique_impact.marching.loop import Status
-
-#: s; a terminal that cannot erase gets a new line at this interval
-LINE_INTERVAL = 5.0
 
 
 @contextmanager
@@ -43,22 +39,15 @@ def counting_bar(title: str, console: Console | None = None, rate: str = "") -> 
 
 @contextmanager
 def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], None]]:
-    """Show a bar while the block runs, on standard error or on `console`; yields the callback for `simulate`.
-
-    Nothing is drawn where that is not a terminal; what is compiled is said there too.
-    """
+    """Show a bar of one run, as :func:`counting_bar`; yields the callback for `simulate`."""
     new = Bar(console or Console(stderr=True), run_columns, state="", text="preparing", short="preparing")
     with _shown(new, "text", "short") as bar:
 
         def show(status: Status) -> None:
             end, time = status.end_time, f"{status.time:.{digits_of(status.end_time)}f}"
-            bar.set_fields(
-                total=end,
-                completed=status.time,
-                state=status.state.name,
-                text=f"t = {time} of {end:g} s, {status.events} events",
-                short=f"{time}/{end:g} s {status.events} events",
-            )
+            text = f"t = {time} of {end:g} s, {status.events} events"
+            short = f"{time}/{end:g} s {status.events} events"
+            bar.set_fields(total=end, completed=status.time, state=status.state.name, text=text, short=short)
 
         yield show
 
@@ -79,30 +68,24 @@ def _shown(bar: Bar, *fields: str) -> Iterator[Bar]:
 
 
 class Bar(RichProgress):
-    """A bar of one task that vanishes at its end, drawn where `console` is a terminal.
+    """A bar of one task that vanishes at its end, drawn where `console` is a terminal that can move its cursor.
 
     Parameters
     ----------
     console : Console
-        Where to draw.  Nothing is written if its file is no terminal, whatever FORCE_COLOR says.
+        Where to draw.  Nothing is drawn if its file is no terminal, whatever FORCE_COLOR says.
     columns : callable
         Columns for a number of characters; it is asked each time the bar is drawn.
     **fields
         Of the task, at first.
-
-    Notes
-    -----
-    Terminals that cannot move their cursor get a plain line every few seconds.
     """
 
     def __init__(
         self, console: Console, columns: Callable[[int], Sequence[ProgressColumn]], **fields: Any
     ) -> None:
-        terminal = console.file.isatty()
-        self._plain = terminal and not console.is_interactive
         self._console, self._columns = console, columns
-        self._last_line = time.monotonic()
-        super().__init__(console=console, transient=True, disable=self._plain or not terminal)
+        drawn = console.file.isatty() and console.is_interactive
+        super().__init__(console=console, transient=True, disable=not drawn)
         self._task = self.add_task("", total=None, **fields)
 
     def start(self) -> None:
@@ -118,90 +101,55 @@ class Bar(RichProgress):
     def set_fields(self, **fields: Any) -> None:
         """Update the task."""
         self.update(self._task, **fields)
-        if self._plain and time.monotonic() - self._last_line >= LINE_INTERVAL:
-            self._last_line = time.monotonic()
-            self.console.print(self.get_renderable())
 
     def get_renderables(self) -> Iterable[RenderableType]:
         """Return the line for the present width of the terminal; the last column stays free."""
         width = self._console.width - 1  # rich calls this before it has set its console
-        chosen = self._columns(width + 1)
-        self.columns = tuple(column for column in chosen if not (self._plain and isinstance(column, BarColumn)))
+        self.columns = tuple(self._columns(width + 1))
         yield Constrain(self.make_tasks_table(self.tasks), width)
 
 
-class TimeLeft(TimeRemainingColumn):
-    """The time that is left, or where the total is not known the time that has passed."""
+class Words(ProgressColumn):
+    """A column with a text that follows from the task, cut off at `room` characters."""
 
-    def __init__(self, word: str = " left") -> None:
-        super().__init__(table_column=Column(no_wrap=True))
-        self._word = word
-
-    def render(self, task: Task) -> Text:
-        """Return the column's text."""
-        if task.total is None:
-            return Text(f"{_clock(task.elapsed)}", style="progress.elapsed")
-        return super().render(task).append(self._word)
-
-
-class TimePassed(ProgressColumn):
-    """The time that has passed."""
+    def __init__(self, words: Callable[[Task], str], style: str = "", room: int | None = None) -> None:
+        super().__init__(Column(no_wrap=True, overflow="ellipsis", max_width=room))
+        self._words, self._style = words, style
 
     def render(self, task: Task) -> Text:
         """Return the column's text."""
-        return Text("" if task.total is None else f"after {_clock(task.elapsed)}", style="progress.elapsed")
-
-
-class Count(ProgressColumn):
-    """How many are done, of how many."""
-
-    def render(self, task: Task) -> Text:
-        """Return the column's text."""
-        return Text("" if task.total is None else f"{task.completed:.0f}/{task.total:.0f}", "progress.download")
-
-
-class Rate(ProgressColumn):
-    """How many are done in a second, or in a minute if there are few."""
-
-    def __init__(self, unit: str) -> None:
-        super().__init__()
-        self._unit = unit
-
-    def render(self, task: Task) -> Text:
-        """Return the column's text."""
-        speed = task.finished_speed or task.speed
-        if not speed:
-            return Text(f"– {self._unit}/s")
-        return Text(f"{speed:.1f} {self._unit}/s" if speed >= 1.0 else f"{60.0 * speed:.1f} {self._unit}/min")
+        return Text(self._words(task), self._style)
 
 
 def run_columns(width: int) -> Sequence[ProgressColumn]:
     """Return the columns for one run: state, simulated time, events, time left."""
+    state = Words(lambda task: f"{task.fields['state']:>5}")
     if width < 60:
-        return [_text("{task.fields[state]:>5}"), _text("{task.fields[short]}"), TimeLeft("")]
-    columns = [
-        _text("{task.fields[state]:>5}"),
-        BarColumn(max(4, min(40, width - 60))),
-        _text("{task.fields[text]}"),
-        TimeLeft(),
-    ]
-    return [*columns, TimePassed()] if width >= 110 else columns
+        return [state, Words(lambda task: task.fields["short"]), _time_left("")]
+    return [state, _blocks(width), Words(lambda task: task.fields["text"]), _time_left()]
 
 
 def counting_columns(title: str, rate: str = "") -> Callable[[int], Sequence[ProgressColumn]]:
     """Return the columns for a call that does many things, and how fast if these have a name, `rate`."""
 
+    def count(task: Task) -> str:
+        return "" if task.total is None else f"{task.completed:.0f}/{task.total:.0f}"
+
+    def speed(task: Task) -> str:
+        each = task.finished_speed or task.speed
+        if not each:
+            return f"– {rate}/s"
+        return f"{each:.1f} {rate}/s" if each >= 1.0 else f"{60.0 * each:.1f} {rate}/min"
+
     def columns(width: int) -> Sequence[ProgressColumn]:
-        rates = [Rate(rate)] if rate else []
+        name, done = Words(lambda task: title), Words(count, "progress.download")
         if width < 60:
-            return [_text(title), Count(), TimeLeft("")]
-        bar = max(4, min(40, width - 60))
+            return [name, done, _time_left("")]
+        blocks, rates = _blocks(width), [Words(speed)] if rate else []
         # what stands to the left of it, at its widest
-        room = width - len(title) - bar - len("100000/100000 99:59:59 left") - 6 - (14 if rate else 0)
-        if width < 110:
-            return [_text(title), BarColumn(bar), Count(), *rates, TimeLeft(), _text("{task.fields[last]}", room)]
-        last = _text("{task.fields[last]}", room - len("after 9:59:59 "))
-        return [_text(title), BarColumn(bar), Count(), *rates, TimeLeft(), TimePassed(), last]
+        taken = len(title) + int(blocks.bar_width or 0) + len("100000/100000 99:59:59 left") + (14 if rate else 0)
+        last = Words(lambda task: task.fields["last"], room=width - taken - 6)
+        return [name, blocks, done, *rates, _time_left(), last]
 
     return columns
 
@@ -211,10 +159,20 @@ def digits_of(end: float) -> int:
     return max(0, 4 - math.floor(math.log10(end)))
 
 
-def _text(form: str, room: int | None = None) -> TextColumn:
-    return TextColumn(form, markup=False, table_column=Column(no_wrap=True, overflow="ellipsis", max_width=room))
+def _blocks(width: int) -> BarColumn:
+    return BarColumn(max(4, min(40, width - 60)))
 
 
-def _clock(seconds: float | None) -> str:
-    minutes, rest = divmod(int(seconds or 0.0), 60)
-    return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
+def _time_left(word: str = " left") -> Words:
+    """Return the column of the time that is left, or where the total is not known of the time that has passed."""
+
+    def words(task: Task) -> str:
+        if task.total is None:
+            return _clock(task.elapsed or 0.0)
+        return ("-:--:--" if task.time_remaining is None else _clock(task.time_remaining)) + word
+
+    return Words(words, "progress.remaining")
+
+
+def _clock(seconds: float) -> str:
+    return f"{seconds // 3600:.0f}:{seconds // 60 % 60:02.0f}:{seconds % 60 // 1:02.0f}"

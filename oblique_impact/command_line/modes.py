@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oblique_impact.command_line.options import ScenarioArgument, SetOption
-from oblique_impact.command_line.printing import print_line, print_note
+from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
 from oblique_impact.errors import InputError
 from oblique_impact.installed import installed, load
 

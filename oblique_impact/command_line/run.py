@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import ExitStack
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oblique_impact.command_line.interrupts import ending_at_once
-from oblique_impact.command_line.options import ScenarioArgument, SetOption
-from oblique_impact.command_line.printing import print_line, print_note
-from oblique_impact.errors import InputError, Interrupted
+from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
+from oblique_impact.errors import InputError, Interrupted, Outcome
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
@@ -43,7 +44,7 @@ def run(
     with ExitStack() as lock:
         lock.enter_context(writing(out))
         try:
-            with ExitStack() as bar, ending_at_once(bar, lock) as early:
+            with ExitStack() as bar, _ending_at_once(bar, lock) as early:
                 show = bar.enter_context(progress_bar())
 
                 def on_progress(status: Status) -> None:
@@ -77,6 +78,27 @@ def _save(history: History, out: Path) -> Path:
         except (InputError, OSError):
             raise error from None
         raise InputError(f"{error}; the results are in {elsewhere}") from None
+
+
+@contextmanager
+def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
+    """Let an interrupt close the stacks and end the process, in the block or until the yielded one is closed.
+
+    The compiler calls back into Python too, and an exception that is raised there is lost.
+    """
+
+    def leave(number: int, frame: FrameType | None) -> None:
+        for stack in stacks:
+            stack.close()
+        print_note("interrupted")
+        os._exit(Outcome.INTERRUPTED.exit_code)
+
+    with ExitStack() as restore:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            # not where they are ignored, nor in a program that handles them itself
+            if signal.getsignal(number) is signal.default_int_handler:
+                restore.callback(signal.signal, number, signal.signal(number, leave))
+        yield restore
 
 
 def print_summary(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> None:

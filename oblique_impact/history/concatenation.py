@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import ascending, shifted
-from oblique_impact.history.summary import Ledger, macro_collisions
+from oblique_impact.history.summary import macro_collisions
 from oblique_impact.marching.records import Contact
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.rules import TABLE
@@ -51,7 +50,7 @@ def concatenate(*histories: History, shift: bool = False) -> History:
     Returns
     -------
     History
-        New arrays; its scenario is the first one's with the whole `end_time`.
+        Its scenario is the first one's with the whole `end_time`.
 
     Raises
     ------
@@ -71,19 +70,14 @@ def concatenate(*histories: History, shift: bool = False) -> History:
         raise InputError("concatenate: no histories given")
     for history in histories:
         require_history(history, "concatenate")
-    parts = [histories[0]]
+    joined = histories[0]
     for number, history in enumerate(histories[1:], start=2):
         _check_alike(histories[0], history, number)
-        _check_finished(histories[number - 2], number - 1)
-        parts.append(_moved(parts[-1], history, number, shift))
-    joints = [_end(part) for part in parts[:-1]]
-    return History(
-        _samples([part.data for part in parts]),
-        [event for part in parts for event in part.events],
-        _summary(parts, joints),
-        _scenario(parts),
-        _contacts(parts),
-    )
+        before = histories[number - 2].outcome
+        if before not in (Outcome.COMPLETED, Outcome.INTERRUPTED):
+            raise InputError(f"history {number - 1}: ended by {before.label}; nothing can follow it")
+        joined = _joined(joined, _moved(joined, history, number, shift))
+    return joined
 
 
 def _end(history: History) -> float:
@@ -112,11 +106,6 @@ def _moved(before: History, history: History, number: int, shift: bool) -> Histo
     if summary.get("clearance"):
         summary["clearance"] = {**summary["clearance"], "time": summary["clearance"]["time"] + offset}
     return replace(history, data=data, events=events, summary=summary, contacts=contacts)
-
-
-def _check_finished(history: History, number: int) -> None:
-    if history.outcome not in (Outcome.COMPLETED, Outcome.INTERRUPTED):
-        raise InputError(f"history {number}: ended by {history.outcome.label}; nothing can follow it")
 
 
 def _check_alike(first: History, other: History, number: int) -> None:
@@ -153,22 +142,21 @@ def _flat(sections: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def _samples(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Put the samples behind each other; a sample that repeats the one before a joint is left out."""
-    kept = [parts[0]]
-    for before, after in pairwise(parts):
-        kept.append(after.isel(time=slice(1 if _same(before, after) else 0, None)))
-    joined = xr.concat(
-        kept,
-        "time",
-        data_vars="all",
-        coords="minimal",
-        compat="override",
-        join="override",
-        combine_attrs="override",
+def _joined(before: History, after: History) -> History:
+    """Return both spans as one; the second begins where the first ends."""
+    options: Any = {"coords": "minimal", "compat": "override", "join": "override", "combine_attrs": "override"}
+    rest = after.data.isel(time=slice(1 if _same(before.data, after.data) else 0, None))
+    data = xr.concat([before.data, rest], "time", data_vars="all", **options)
+    times = ascending(data["time"].values)
+    sections = tomllib.loads(before.scenario_toml)  # none of a system without a scenario
+    contacts = _contacts(before, after)
+    return History(
+        data.assign_coords(time=("time", times, before["time"].attrs)),
+        [*before.events, *after.events],
+        _summary(before, after, contacts),
+        tomli_w.dumps({**sections, "end_time": _end(after)}) if sections else "",
+        contacts,
     )
-    times = ascending(joined["time"].values)
-    return joined.assign_coords(time=("time", times, parts[0]["time"].attrs))
 
 
 def _same(before: xr.Dataset, after: xr.Dataset, names: Sequence[str] = ()) -> bool:
@@ -181,81 +169,53 @@ def _same(before: xr.Dataset, after: xr.Dataset, names: Sequence[str] = ()) -> b
     return True
 
 
-def _summary(parts: Sequence[History], joints: list[float]) -> dict[str, Any]:
-    summaries = [part.summary for part in parts]
-    total = {
-        key: sum(summary[key] for summary in summaries)
-        for key in ("events", "steps", "rejected_steps", "wall_time")
-        if all(key in summary for summary in summaries)
-    }
-    said = [warning for summary in summaries for warning in summary.get("warnings", [])]
-    jumps = [
-        f"the motion jumps at {t:g} s, where two spans meet"
-        for t, (before, after) in zip(joints, pairwise(parts), strict=True)
-        if not _same(before.data, after.data, ("q", "qd"))
-    ]
-    macro_gap = parts[0].macro_gap
-    distances = [summary["clearance"] for summary in summaries if summary.get("clearance")]
+def _summary(before: History, after: History, contacts: list[Contact]) -> dict[str, Any]:
+    one, two, joint = before.summary, after.summary, _end(before)
+    counts = [key for key in ("events", "steps", "rejected_steps", "wall_time") if key in one and key in two]
+    jumps = not _same(before.data, after.data, ("q", "qd"))
+    said = [f"the motion jumps at {joint:g} s, where two spans meet"] if jumps else []
+    distances = [summary["clearance"] for summary in (one, two) if summary.get("clearance")]
     return {
-        **summaries[-1],
-        "macro_gap": macro_gap,
+        **two,
+        "macro_gap": before.macro_gap,
         "clearance": min(distances, key=lambda found: found["distance"], default=None),
-        "macro_collisions": [asdict(m) for m in macro_collisions(_contacts(parts), macro_gap)],
-        **total,
-        "energy": asdict(_energy([summary["energy"] for summary in summaries])),
-        "versions": _versions([summary.get("versions", {}) for summary in summaries]),
-        "provenance": _provenance([summary.get("provenance", {}) for summary in summaries]),
-        "warnings": list(dict.fromkeys([*said, *jumps])),
-        "joints": sorted([*joints, *(t for summary in summaries for t in summary.get("joints", []))]),
+        "macro_collisions": [asdict(m) for m in macro_collisions(contacts, before.macro_gap)],
+        **{key: one[key] + two[key] for key in counts},
+        "energy": _energy(one["energy"], two["energy"]),
+        "versions": _both(one.get("versions", {}), two.get("versions", {})),
+        "provenance": _both(one.get("provenance", {}), two.get("provenance", {})),
+        "warnings": list(dict.fromkeys([*one.get("warnings", []), *two.get("warnings", []), *said])),
+        "joints": sorted([*one.get("joints", []), joint, *two.get("joints", [])]),
     }
 
 
-def _contacts(parts: Sequence[History]) -> list[Contact]:
-    """Contacts of all parts; one that a joint cuts in two is one."""
-    found: list[Contact] = []
-    for number, part in enumerate(parts):
-        rest = list(part.contacts)
-        if found and rest and _cut(parts[number - 1], part, found[-1].end, rest[0].start):
-            a, b = found[-1], rest.pop(0)
-            peaks = max(a.peak_force, b.peak_force), max(a.peak_energy, b.peak_energy)
-            normal, tangential = a.normal_impulse + b.normal_impulse, a.tangential_impulse + b.tangential_impulse
-            found[-1] = Contact(a.start, b.end, normal, tangential, *peaks, a.energy_loss + b.energy_loss)
-        found += rest
+def _contacts(before: History, after: History) -> list[Contact]:
+    """Contacts of both spans; one that the joint cuts in two is one."""
+    if not (before.contacts and after.contacts):
+        return [*before.contacts, *after.contacts]
+    (*first, a), (b, *rest) = before.contacts, after.contacts
+    closed = before["state"].values[-1] != State.FREE and after["state"].values[:2][-1] != State.FREE
+    if not (closed and a.end == _end(before) and b.start == float(after["time"].values[0])):
+        return [*first, a, b, *rest]
+    peaks = max(a.peak_force, b.peak_force), max(a.peak_energy, b.peak_energy)
+    normal, tangential = a.normal_impulse + b.normal_impulse, a.tangential_impulse + b.tangential_impulse
+    return [*first, Contact(a.start, b.end, normal, tangential, *peaks, a.energy_loss + b.energy_loss), *rest]
+
+
+def _energy(one: dict[str, float], two: dict[str, float]) -> dict[str, float]:
+    added = {key: one[key] + two[key] for key in one if key.startswith("lost_") or key == "supplied"}
+    lost = sum(value for key, value in added.items() if key != "supplied")
+    unaccounted = one["initial"] + added["supplied"] - lost - two["final"]
+    return {**two, "initial": one["initial"], **added, "unaccounted": unaccounted}
+
+
+def _both(one: dict[str, Any], two: dict[str, Any]) -> dict[str, Any]:
+    """Return what made both spans, or all of it where they differ."""
+    found: dict[str, Any] = {}
+    for name in one | two:
+        values = [row[name] for row in (one, two) if name in row]
+        if isinstance(values[0], dict):  # digests of user-defined parts
+            found[name] = values[0] | values[-1]
+        else:
+            found[name] = ", ".join(dict.fromkeys(", ".join(values).split(", ")))
     return found
-
-
-def _cut(before: History, after: History, end: float, start: float) -> bool:
-    """Whether a joint cuts one contact in two."""
-    free = int(State.FREE)
-    touching = (
-        before["state"].values[-1] != free and after["state"].values[-1 if after["time"].size < 2 else 1] != free
-    )
-    return bool(touching and end == _end(before) and start == float(after["time"].values[0]))
-
-
-def _energy(rows: Sequence[dict[str, float]]) -> Ledger:
-    losses = {key: sum(row[key] for row in rows) for key in rows[0] if key.startswith("lost_")}
-    supplied = sum(row["supplied"] for row in rows)
-    first, last = rows[0], rows[-1]
-    ends = {key: last[key] for key in ("final", "kinetic", "elastic", "gravity", "contact")}
-    left = first["initial"] + supplied - sum(losses.values()) - last["final"]
-    return Ledger(initial=first["initial"], **ends, supplied=supplied, **losses, unaccounted=left)
-
-
-def _versions(rows: Sequence[dict[str, str]]) -> dict[str, str]:
-    """Versions of all spans: one, or all of them where they differ."""
-    names = dict.fromkeys(name for row in rows for name in row)
-    return {name: ", ".join(dict.fromkeys(row[name] for row in rows if name in row)) for name in names}
-
-
-def _provenance(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return what made the spans: one, or all of them where they differ."""
-    parts = {name: digest for row in rows for name, digest in row.get("user_defined", {}).items()}
-    plain = [{key: value for key, value in row.items() if key != "user_defined"} for row in rows]
-    return {**_versions(plain), **({"user_defined": parts} if parts else {})}
-
-
-def _scenario(parts: Sequence[History]) -> str:
-    """Return the first scenario with the end of the last span; it is "" for a system that has none."""
-    sections = tomllib.loads(parts[0].scenario_toml)
-    return tomli_w.dumps({**sections, "end_time": _end(parts[-1])}) if sections else ""

@@ -14,10 +14,11 @@ import xarray as xr
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
-from oblique_impact.history.events import check_times_of_events, contact_of, event_of, event_row, events_csv
-from oblique_impact.history.netcdf import DIMENSIONS_ATTRIBUTE, is_history, read_netcdf, write_netcdf
-from oblique_impact.history.summary import EARLIER_MACRO_GAP, check_summary, read_json
-from oblique_impact.history.variables import DIMENSIONS, check_variables
+from oblique_impact.history.events import event_row, events_csv, read_events
+from oblique_impact.history.netcdf import is_history, read_netcdf, write_netcdf
+from oblique_impact.history.summary import EARLIER_MACRO_GAP, parsed, read_summary
+from oblique_impact.history.variables import check_variables
+from oblique_impact.installed import reason
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import builtin_names
@@ -41,7 +42,7 @@ class History:
     events : list of Event
         The transitions in order of time.
     summary : dict
-        Outcome, macro-collisions, energy ledger, costs and versions, as in summary.json.
+        As in summary.json, see :class:`~oblique_impact.history.summary.Summary`.
     scenario_toml : str
         The fully resolved scenario; empty for a system that has none.
     contacts : list of Contact
@@ -89,17 +90,9 @@ class History:
         return float(self.summary.get("macro_gap", EARLIER_MACRO_GAP))
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write scenario.toml, history.nc, events.csv and summary.json; all of them whole, or none.
+        """Write scenario.toml, history.nc, events.csv and summary.json into `folder`, all of them or none.
 
-        Parameters
-        ----------
-        folder : path
-            Where to.
-
-        Raises
-        ------
-        InputError
-            If the folder cannot be written.
+        Raises InputError if the folder cannot be written.
         """
         target = prepare_folder(folder)
         texts = {
@@ -108,12 +101,10 @@ class History:
             "summary.json": json.dumps(self.summary, indent=2) + "\n",
         }
         writers: dict[Path, Callable[[Path], Any]] = {
-            target / "history.nc": partial(write_netcdf, self._with_attributes())
+            target / name: partial(Path.write_text, data=text, encoding="utf-8") for name, text in texts.items()
         }
-        for name, text in texts.items():
-            writers[target / name] = partial(Path.write_text, data=text, encoding="utf-8")
         try:
-            write_all(writers)
+            write_all({target / "history.nc": partial(write_netcdf, self._with_attributes()), **writers})
         except OSError as error:
             raise cannot_write(target, error) from None
         return target
@@ -125,16 +116,20 @@ class History:
         Raises InputError with one line if it is not a history of this format, or is damaged.
         """
         file = Path(path)
-        file = file / "history.nc" if _is(file, Path.is_dir) else file
-        if not _is(file, Path.is_file):
-            raise InputError(_no_history(Path(path)))
+        if os.path.isdir(file):
+            lacking = [name for name in FILES if not (file / name).exists()]
+            file = file / "history.nc"
+            if not file.is_file():
+                raise InputError(f"{path}: is not the folder of a run: it lacks {', '.join(lacking)}")
+        elif not os.path.isfile(file):
+            run = f"; run the scenario first: oblique-impact run {path} --out DIR, and give DIR"
+            raise InputError(f"{path}: no such history{run if str(path) in builtin_names() else ''}")
         try:
-            return _from_data(cls, read_netcdf(file))
+            return _from_data(read_netcdf(file))
         except Exception as error:  # damaged files raise whatever the reader's layers raise
             if not is_history(file):
                 raise InputError(_not_a_history(file)) from None
-            reason = " ".join(str(error).split())[:200] or type(error).__name__
-            raise InputError(f"{file}: not a readable history: {reason}") from None
+            raise InputError(f"{file}: not a readable history: {reason(error)}") from None
 
     def events_csv(self) -> str:
         """Return the event log as CSV text."""
@@ -142,17 +137,13 @@ class History:
 
     def _with_attributes(self) -> xr.Dataset:
         """Return the data with all the rest in attributes."""
-        data = self.data.assign_attrs(
+        return self.data.assign_attrs(
             format=FORMAT,
             scenario=self.scenario_toml,
             events=json.dumps([event_row(event) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
-        for name, variable in data.variables.items():
-            if name not in DIMENSIONS:
-                variable.attrs[DIMENSIONS_ATTRIBUTE] = " ".join(map(str, variable.dims))
-        return data
 
 
 def require_history(value: object, where: str) -> None:
@@ -162,28 +153,20 @@ def require_history(value: object, where: str) -> None:
         raise InputError(f"{where}: history = {short(value)}: should be a History; {makers}")
 
 
-def _from_data(cls: type[History], data: xr.Dataset) -> History:
+def _from_data(data: xr.Dataset) -> History:
     """Take a file's data apart and hold every part against what a history is; raises InputError."""
     if data.attrs.get("format") != FORMAT:
         raise InputError(f"not of this version ({FORMAT})")
     check_variables(data)
     first, last = float(data["time"][0]), float(data["time"][-1])
-    events = [event_of(row) for row in read_json(data.attrs.pop("events", ""), "events", list)]
-    check_times_of_events(events, first, last)
-    summary = read_json(data.attrs.pop("summary", ""), "summary", dict)
-    check_summary(summary, first, last)
-    scenario = data.attrs.pop("scenario", None)
-    if not isinstance(scenario, str):
-        raise InputError("attribute scenario: missing, or not a text")
-    contacts = [contact_of(row) for row in read_json(data.attrs.pop("contacts", ""), "contacts", list)]
-    return cls(data, events, summary, scenario, contacts)
-
-
-def _is(path: Path, what: Callable[[Path], bool]) -> bool:
-    try:
-        return what(path)
-    except (OSError, ValueError):  # a name too long for the file system, or one with a null character
-        return False
+    texts = {name: str(data.attrs.pop(name, "")) for name in ("events", "summary", "scenario", "contacts")}
+    return History(
+        data,
+        read_events(texts["events"], first, last),
+        read_summary(texts["summary"], first, last),
+        texts["scenario"],
+        parsed(texts["contacts"], "contacts", list[Contact]),
+    )
 
 
 def _not_a_history(file: Path) -> str:
@@ -195,12 +178,3 @@ def _not_a_history(file: Path) -> str:
     if file.suffix.lower() == ".toml":
         return f"{line}; run a scenario first: oblique-impact run {file} --out DIR, and give DIR"
     return line
-
-
-def _no_history(path: Path) -> str:
-    """Return the line for a path where there is no file, or a folder that is not one of a run."""
-    if not _is(path, Path.is_dir):
-        run = f"; run the scenario first: oblique-impact run {path} --out DIR, and give DIR"
-        return f"{path}: no such history{run if str(path) in builtin_names() else ''}"
-    lacking = [name for name in FILES if not (path / name).exists()]
-    return f"{path}: is not the folder of a run: it lacks {', '.join(lacking)}"

@@ -10,11 +10,12 @@ import inspect
 import subprocess
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
+from operator import attrgetter
 from pathlib import Path
-from types import CodeType
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from oblique_impact.scenario.user_defined import Choice, load
@@ -36,18 +37,12 @@ class Provenance(TypedDict, total=False):
     user_defined: dict[str, str]
 
 
-def provenance(scenario: Scenario | None = None) -> Provenance:
-    """Return what makes the results of this process; the user-defined parts are those that `scenario` names."""
-    return with_parts([] if scenario is None else named_in(scenario))
-
-
-def with_parts(named: Iterable[tuple[str, str]]) -> Provenance:
-    """Return the same; the user-defined parts are those among `named` pairs of key and name."""
+def provenance(named: Iterable[tuple[str, str]] = ()) -> Provenance:
+    """Return what makes the results of this process; user-defined parts are those among pairs of key and name."""
     made: Provenance = {"version": package_version(), "numeric_source": source_digest(NUMERIC_PACKAGES)}
-    known = commit()
+    known, parts = commit(), part_digests(named)
     if known:
         made["commit"] = known
-    parts = part_digests(named)
     if parts:
         made["user_defined"] = parts
     return made
@@ -64,10 +59,16 @@ def described(made: Provenance) -> str:
 
 def package_version() -> str:
     """Return the version that is installed, "unknown" if it runs from a folder that is not."""
-    try:
-        return version("oblique-impact")
-    except PackageNotFoundError:
-        return "unknown"
+    return versions("oblique-impact").get("oblique-impact", "unknown")
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Return the versions of those packages that are installed."""
+    found = {}
+    for name in packages:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 @cache
@@ -77,15 +78,10 @@ def source_digest(packages: tuple[str, ...]) -> str:
     for package in packages:
         spec = find_spec(package)
         for folder in sorted(spec.submodule_search_locations or () if spec else ()):
-            add_files(digest, Path(folder), Path(folder).rglob("*.py"))
+            for file in sorted(Path(folder).rglob("*.py")):
+                digest.update(file.relative_to(folder).as_posix().encode())
+                digest.update(file.read_bytes())
     return digest.hexdigest()[:_DIGITS]
-
-
-def add_files(digest: Any, folder: Path, files: Iterable[Path]) -> None:
-    """Add names, relative to `folder`, and contents of files to a digest, sorted by name."""
-    for file in sorted(files):
-        digest.update(file.relative_to(folder).as_posix().encode())
-        digest.update(file.read_bytes())
 
 
 @cache
@@ -107,13 +103,10 @@ def part_keys() -> dict[str, Choice]:
     """Return the keys "section.key" of a scenario that may name a user-defined part, with what they may name."""
     from oblique_impact.scenario.scenario import Scenario
 
-    sections = {
-        name: getattr(field.annotation, "model_fields", {}) for name, field in Scenario.model_fields.items()
-    }
     return {
         f"{section}.{key}": choice
-        for section, fields in sections.items()
-        for key, field in fields.items()
+        for section, fields in Scenario.model_fields.items()
+        for key, field in getattr(fields.annotation, "model_fields", {}).items()
         for choice in field.metadata
         if isinstance(choice, Choice)
     }
@@ -121,7 +114,7 @@ def part_keys() -> dict[str, Choice]:
 
 def named_in(scenario: Scenario) -> list[tuple[str, str]]:
     """Return the keys that name parts of a scenario, built-in or user-defined, with the names."""
-    return [(key, getattr(getattr(scenario, key.partition(".")[0]), key.partition(".")[2])) for key in part_keys()]
+    return [(key, attrgetter(key)(scenario)) for key in part_keys()]
 
 
 def part_digests(named: Iterable[tuple[str, str]]) -> dict[str, str]:
@@ -141,20 +134,13 @@ def _module(part: Any) -> str:
 
 
 def part_digest(part: Any) -> str:
-    """Return the digest of a class or module: of its file, or of its source if it has no file."""
-    return hashlib.sha256(_source(part).encode()).hexdigest()[:_DIGITS]
-
-
-def _source(part: Any) -> str:
+    """Return the digest of a class or module: of its file, or of its source or functions if it has no file."""
     module = sys.modules.get(_module(part))
     try:
-        return inspect.getsource(part if module is None or module.__name__ == "__main__" else module)
+        source = inspect.getsource(part if module is None or module.__name__ == "__main__" else module)
     except (OSError, TypeError):  # typed at a prompt
-        functions = [value for value in vars(part).values() if inspect.isfunction(value)]
-        return repr([_compiled(function.__code__) for function in functions])
-
-
-def _compiled(code: CodeType) -> tuple[Any, ...]:
-    """Return what a function does, without the places in memory that its representation holds."""
-    constants = [_compiled(value) if isinstance(value, CodeType) else repr(value) for value in code.co_consts]
-    return code.co_name, code.co_code, code.co_names, constants
+        codes = [value.__code__ for value in vars(part).values() if inspect.isfunction(value)]
+        # nested functions are left out: their representation holds places in memory
+        constants = ([k for k in code.co_consts if not inspect.iscode(k)] for code in codes)
+        source = repr([(c.co_name, c.co_code, c.co_names, k) for c, k in zip(codes, constants, strict=True)])
+    return hashlib.sha256(source.encode()).hexdigest()[:_DIGITS]

@@ -37,14 +37,6 @@ class Samples(NamedTuple):
     elastic: Array
     gravity: Array
 
-    def motion(self) -> Motion:
-        """Return the samples as the beam's post-processing takes them."""
-        return Motion(self.time, self.q, self.qd, self.qdd, self.scalars[:, LAMBDA_N], self.scalars[:, LAMBDA_T])
-
-    def part(self, rows: slice) -> Samples:
-        """Return some of the samples."""
-        return Samples(*(column[rows] for column in self))
-
     def variables(self) -> dict[str, Column]:
         """Return the variables of a history that every system has."""
         k = self.scalars
@@ -71,18 +63,10 @@ def gather(
     energies: Callable[[Array, Array, Array], Energies],
     transform: Callable[[Array], Array] | None = None,
 ) -> Samples:
-    """Put the samples of segments together.
+    """Put the samples of segments, at least one, together.
 
-    Parameters
-    ----------
-    segments : sequence of Segment
-        At least one.
-    size : int
-        Coordinates that were marched.
-    energies : callable
-        Of times (samples,) and the samples' coordinates and velocities (samples, d).
-    transform : callable, optional
-        A linear map of the coordinates to those of the samples.
+    Each has `size` coordinates that were marched; `energies` takes times (samples,), coordinates and velocities
+    (samples, size); `transform` maps coordinates linearly to those of the samples.
     """
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
@@ -98,7 +82,8 @@ def gather(
 
 def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
     """Return all variables of a beam's history."""
-    fields = fields_along(beam, samples.motion())
+    s, k = samples, samples.scalars
+    fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, k[:, LAMBDA_N], k[:, LAMBDA_T]))
     found = {**samples.variables(), **_at_the_contact(beam, samples), **fields._asdict()}
     if beam.scenario.contact.enabled:
         found["clearance"], found["clearance_at"] = beam_clearance(beam, samples.q, fields.ux, fields.uy)

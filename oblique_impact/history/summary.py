@@ -11,17 +11,17 @@ impacts; energies are evaluated from the states.  `unaccounted` is therefore a c
 from __future__ import annotations
 
 import json
-import math
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import asdict, dataclass
 from typing import Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.history.provenance import provenance
+from oblique_impact.history.provenance import named_in, provenance, versions
 from oblique_impact.history.samples import GAP, Samples
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import (
@@ -74,26 +74,12 @@ def balance(
     events : list of Event
         The event log.
     """
-    final = sum(parts)
-    supplied = float(quadratures[SUPPLIED])
-    impact = sum(event.energy_loss for event in events if event.kind.impulsive)
-    friction = float(quadratures[FRICTION_LOSS])
+    supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
     damping = float(quadratures[DAMPING_LOSS] + quadratures[STOP_LOSS])
-    scheme = float(quadratures[STABILIZATION_LOSS])
-    return Ledger(
-        initial=initial,
-        final=final,
-        kinetic=parts[0],
-        elastic=parts[1],
-        gravity=parts[2],
-        contact=parts[3],
-        supplied=supplied,
-        lost_impact=impact,
-        lost_friction=friction,
-        lost_damping=damping,
-        lost_scheme=scheme,
-        unaccounted=initial + supplied - impact - friction - damping - scheme - final,
-    )
+    impact = sum(event.energy_loss for event in events if event.kind.impulsive)
+    final, lost = sum(parts), (impact, friction, damping, scheme)
+    unaccounted = initial + supplied - impact - friction - damping - scheme - final
+    return Ledger(initial, final, *parts, supplied, *lost, unaccounted)
 
 
 @dataclass(frozen=True)
@@ -142,33 +128,18 @@ def summarize(
 ) -> dict[str, Any]:
     """Return summary.json of a run, without what only a beam has: clearance and warnings.
 
-    Parameters
-    ----------
-    record : Record
-        What the loop left.
-    samples : Samples
-        All samples of the run.
-    wall : float
-        Wall time of the marching (s).
-    macro_gap : float
-        Contacts less than this apart (s) are one macro-collision.
-    stop : ContactLaw or None
-        An elastic stop, which stores energy.
-    scenario : Scenario, optional
-        Names the user-defined parts for the provenance.
+    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision;
+    an elastic `stop` stores energy; the `scenario` names the user-defined parts for the provenance.
     """
-    first, last = samples.part(slice(1)), samples.part(slice(-1, None))
-    stored = stop.energy(float(last.scalars[0, GAP])) if stop and last.state[0] != State.FREE else 0.0
-    ledger = balance(
-        float(first.kinetic[0] + first.elastic[0] + first.gravity[0]),
-        (float(last.kinetic[0]), float(last.elastic[0]), float(last.gravity[0]), stored),
-        last.quadratures[0],
-        record.events,
-    )
+    stored = stop.energy(float(samples.scalars[-1, GAP])) if stop and samples.state[-1] != State.FREE else 0.0
+    energies = samples.kinetic, samples.elastic, samples.gravity
+    kinetic, elastic, gravity = (float(values[-1]) for values in energies)
+    initial = sum(float(values[0]) for values in energies)
+    ledger = balance(initial, (kinetic, elastic, gravity, stored), samples.quadratures[-1], record.events)
     return {
         "outcome": record.outcome.label,
         "message": record.outcome.sentence,
-        "end_time": float(last.time[0]),
+        "end_time": float(samples.time[-1]),
         "macro_gap": macro_gap,
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "events": len(record.events),
@@ -176,74 +147,52 @@ def summarize(
         "steps": record.steps,
         "rejected_steps": record.rejected,
         "wall_time": wall,
-        "versions": {"python": platform.python_version(), **_versions()},
-        "provenance": dict(provenance(scenario)),
+        "versions": {"python": platform.python_version(), **versions(*_REPORTED_PACKAGES)},
+        "provenance": dict(provenance(named_in(scenario) if scenario else ())),
     }
 
 
-def _versions() -> dict[str, str]:
-    found = {}
-    for name in _REPORTED_PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
+class Clearance(BaseModel):
+    """Where and when the beam comes closest to the slope, or passes deepest below it."""
+
+    distance: float  # m
+    x: float  # m
+    time: float  # s
 
 
-def read_json(text: Any, name: str, kind: type) -> Any:
-    """Return the JSON of an attribute, a list or a dict; raises InputError, in a few words."""
-    try:
-        found = json.loads(str(text))
-    except (ValueError, RecursionError):
-        raise InputError(f"attribute {name}: is not JSON") from None
-    if not isinstance(found, kind):
-        raise InputError(f"attribute {name}: should be a {kind.__name__}")
-    return found
+class Summary(BaseModel):
+    """What summary.json holds at least; numbers of a run that diverged may be NaN."""
+
+    outcome: str
+    end_time: float
+    events: int
+    steps: int
+    wall_time: float
+    energy: Ledger
+    macro_collisions: list[MacroCollision]
+    macro_gap: float = EARLIER_MACRO_GAP
+    clearance: Clearance | None = None
+    warnings: list[str] = []
+    message: str = ""
+    versions: dict[str, str] = {}
 
 
-def check_summary(summary: dict[str, Any], first: float, last: float) -> None:
-    """Raise InputError for a summary that lacks what it should have, or has something else there."""
-    if summary.get("outcome") not in _OUTCOMES:
+def read_summary(text: str, first: float, last: float) -> dict[str, Any]:
+    """Return the summary of a run from `first` to `last` (s); raises InputError for a text that holds none."""
+    summary = parsed(text, "summary", Summary)
+    if summary.outcome not in _OUTCOMES:
         raise InputError(f"attribute summary: outcome should be one of {', '.join(_OUTCOMES)}")
-    _check_numbers(summary, ("end_time", "events", "steps", "wall_time"), "summary")
-    _check_numbers({"macro_gap": EARLIER_MACRO_GAP, **summary}, ("macro_gap",), "summary")
-    collisions = summary.get("macro_collisions")
-    if not isinstance(collisions, list) or not all(isinstance(item, dict) for item in collisions):
-        raise InputError("attribute summary: macro_collisions should be a list of objects")
-    for item in collisions:
-        _check_numbers(item, _names(MacroCollision), "macro_collisions")
-        if not first <= item["start"] <= item["end"] <= last:
-            raise InputError(f"attribute summary: macro_collisions should lie between {first:g} and {last:g} s")
-    energy = summary.get("energy")
-    if not isinstance(energy, dict):
-        raise InputError("attribute summary: energy should be an object")
-    _check_numbers(energy, _names(Ledger), "energy")
-    clearance = summary.get("clearance") or {"distance": 0.0, "x": 0.0, "time": 0.0}
-    if not isinstance(clearance, dict):
-        raise InputError("attribute summary: clearance should be an object")
-    _check_numbers(clearance, ("distance", "x", "time"), "clearance")
-    warnings = summary.get("warnings", [])
-    if not isinstance(warnings, list) or not all(isinstance(line, str) for line in warnings):
-        raise InputError("attribute summary: warnings should be a list of sentences")
-    if not isinstance(summary.get("message", ""), str) or not isinstance(summary.get("versions", {}), dict):
-        raise InputError("attribute summary: message or versions are not words")
+    if not all(first <= m.start <= m.end <= last for m in summary.macro_collisions):
+        raise InputError(f"attribute summary: macro_collisions should lie between {first:g} and {last:g} s")
+    found: dict[str, Any] = json.loads(text)
+    return found
 
 
-def _check_numbers(values: dict[str, Any], names: tuple[str, ...], where: str) -> None:
-    for name in names:
-        value = values.get(name)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not _fits(value):
-            raise InputError(f"attribute summary: {where}: {name} should be a number")
-
-
-def _names(entry: type[Ledger] | type[MacroCollision]) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(entry))
-
-
-def _fits(value: float) -> bool:
-    """Whether a number can be a float; energies of a run that diverged are not finite."""
+def parsed(text: str, name: str, kind: Any) -> Any:
+    """Return an attribute that holds JSON of a kind; raises InputError, in a few words."""
     try:
-        return not math.isnan(float(value)) or isinstance(value, float)
-    except OverflowError:
-        return False
+        return TypeAdapter(kind).validate_json(text, strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = "".join(f"{part}: " for part in first["loc"])
+        raise InputError(f"attribute {name}: {place}{first['msg']}") from None

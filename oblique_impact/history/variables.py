@@ -63,23 +63,15 @@ OF_A_BEAM = {
 }
 #: all variables that are known
 VARIABLES = NEEDED | OF_A_BEAM
-#: and their dimensions
-DIMENSIONS = {name: variable.dimensions for name, variable in VARIABLES.items()}
 
 
 def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
     """Return variables of a history with their units and meanings; `columns` are known ones, by name."""
-    found = {name: _labelled(name, values) for name, values in columns.items()}
-    scales = {name: variable for name, variable in found.items() if variable.dims == (name,)}
-    return xr.Dataset({name: variable for name, variable in found.items() if name not in scales}, scales)
-
-
-def _labelled(name: str, values: Array) -> xr.DataArray:
-    variable = labelled(values, *VARIABLES[name])
-    if name == "state":
-        variable.attrs["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
-        variable.attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
-    return variable
+    found = {name: labelled(values, *VARIABLES[name]) for name, values in columns.items()}
+    found["state"].attrs["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
+    found["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
+    scales = {name for name, variable in found.items() if variable.dims == (name,)}
+    return xr.Dataset(found).set_coords(scales)
 
 
 def labelled(values: Array, dimensions: tuple[str, ...], units: str, long_name: str) -> xr.DataArray:
@@ -92,13 +84,11 @@ def check_variables(data: xr.Dataset) -> None:
     for name in NEEDED:
         if name not in data.variables:
             raise InputError(f"has no variable {name!r}")
-    for name, dimensions in DIMENSIONS.items():
-        if name in data.variables and data[name].dims != dimensions:
-            raise InputError(f"{name}: should have the dimensions ({', '.join(dimensions)})")
-    for label, variable in data.variables.items():
-        if variable.dtype.kind not in "iuf":
-            raise InputError(f"{label}: does not hold numbers")
-        if not set(variable.dims) <= {"time", "coordinate", "station"} or not variable.size:
+    for name, variable in VARIABLES.items():
+        if name in data.variables and data[name].dims != variable.dimensions:
+            raise InputError(f"{name}: should have the dimensions ({', '.join(variable.dimensions)})")
+    for label, array in data.variables.items():
+        if not set(array.dims) <= {"time", "coordinate", "station"} or not array.size:
             raise InputError(f"{label}: should have values along time, coordinate or station")
     _check_ascending(data["time"].values, "time")
     if not np.isin(data["state"].values, [int(state) for state in State]).all():

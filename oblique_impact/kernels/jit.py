@@ -50,7 +50,14 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {
 _INNER_OPTIONS = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 _PACKAGE = Path(__file__).parents[1]
-_NUMERIC_SOURCE = ("kernels", "contact", "marching", "beam/floating_frame.py", "beam/nodal_frame.py")
+_NUMERIC_SOURCE = (
+    "kernels",
+    "contact",
+    "marching",
+    "beam/floating_frame.py",
+    "beam/nodal_frame.py",
+    "beam/section_forces.py",
+)
 _NUMBER = types.float64
 _RAISES = signal.default_int_handler
 _PARAMETERS = types.Array(types.float64, 1, "C")

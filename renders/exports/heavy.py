@@ -9,7 +9,7 @@ from typing import Any
 
 import h5py
 
-from oblique_impact.files import CheckedFile, checked_file
+from oblique_impact.files import CheckedFile
 
 #: for datasets of a frame: fast, and shuffled bytes of doubles pack well
 COMPRESSION: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
@@ -40,5 +40,5 @@ class HeavyFile:
 @contextmanager
 def heavy_file(path: Path) -> Iterator[HeavyFile]:
     """Create an HDF5 file; raises OSError if it could not be written."""
-    with checked_file(path) as file, h5py.File(file, "w", libver=_VERSIONS) as root:
+    with CheckedFile(path) as file, h5py.File(file, "w", libver=_VERSIONS) as root:
         yield HeavyFile(root, file)

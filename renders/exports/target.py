@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import prepare_folder, remove
+from oblique_impact.files import prepare_folder
 from oblique_impact.scenario.messages import one_of
 
 #: formats and what their files end in
@@ -87,3 +87,12 @@ def replace_all(*moves: tuple[Path, Path]) -> None:
         if target.is_dir():
             shutil.rmtree(target)
         os.replace(part, target)
+
+
+def remove(path: Path) -> None:
+    """Remove a file, a link or a folder with all it holds, if it is there; links are not followed."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            path.unlink(missing_ok=True)

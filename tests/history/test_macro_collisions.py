@@ -126,5 +126,5 @@ def test_the_summary_says_the_gap(run, tmp_path):
     history = run("paper", "end_time=0.35")
     assert History.load(history.save(tmp_path)).summary["macro_gap"] == macro_gap(Scenario.builtin("paper"))
     damaged = dataclasses.replace(history, summary={**history.summary, "macro_gap": None}).save(tmp_path)
-    with pytest.raises(InputError, match="macro_gap should be a number"):
+    with pytest.raises(InputError, match="macro_gap: Input should be a valid number"):
         History.load(damaged)

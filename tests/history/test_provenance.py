@@ -104,7 +104,7 @@ def test_user_defined_parts_have_a_digest_of_their_own():
         "solver.scheme",
     }
     assert part_digests(named_in(Scenario.builtin("paper"))) == {}
-    assert "user_defined" not in provenance(Scenario.builtin("tapered"))
+    assert "user_defined" not in provenance(named_in(Scenario.builtin("tapered")))
     plans = []
     for doubled in (False, True):
         own = law(doubled)
@@ -120,7 +120,7 @@ def test_user_defined_parts_have_a_digest_of_their_own():
 def test_every_result_says_what_made_it(run, tmp_path):
     history = run("paper", "end_time=0.01")
     made = History.load(history.save(tmp_path)).summary["provenance"]
-    assert made == provenance(Scenario.builtin("paper"))
+    assert made == provenance(named_in(Scenario.builtin("paper")))
     assert made["numeric_source"] == source_digest(NUMERIC_PACKAGES)
     assert made["version"] in described(made)
     assert made["numeric_source"] in described(made)

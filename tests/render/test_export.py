@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from oblique_impact import InputError, Scenario
+from oblique_impact import InputError
 from oblique_impact.history.provenance import described, provenance
 from oblique_impact.history.sample_times import ascending, shifted
 from renders.exports import pvd, vtkhdf, xdmf
@@ -310,7 +310,7 @@ def test_field_data_say_what_it_is(frames, scene):
     for frame in (frames[0], frames[len(frames) // 2], frames[-1]):
         fields = frame.fields
         assert fields["format"] == "oblique-impact export 2"
-        assert fields["made_by"].startswith(described(provenance(Scenario.builtin("paper"))))
+        assert fields["made_by"].startswith(described(provenance()))
         assert fields["scenario"] == history.scenario_toml
         assert fields["events"] == history.events_csv()
         assert float(fields["deformation_factor"]) == 1.0

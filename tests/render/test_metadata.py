@@ -14,7 +14,7 @@ from renders.campbell import campbell_diagram
 from renders.metadata import made_by
 from renders.overview import overview_figure
 
-MADE = described(provenance(Scenario.builtin("paper")))
+MADE = described(provenance())
 SMALL = Style(size=(320, 180), charts=False, inset=False, ghosts=False, trace=False)
 
 

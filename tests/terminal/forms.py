@@ -106,13 +106,6 @@ def reduced(form: Form) -> list[str]:
     return words
 
 
-def lines_at_once() -> None:
-    """Let dumb terminals get each line that they could get every few seconds."""
-    from oblique_impact.command_line import bars
-
-    bars.LINE_INTERVAL = 0.0
-
-
 def few_cases() -> None:
     """Leave of `reproduce` the command around it and two short runs: nothing is judged, drawn or written."""
     from types import SimpleNamespace

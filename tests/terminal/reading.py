@@ -9,10 +9,10 @@ from tests.terminal.emulator import Command, Terminal
 BLOCKS = "━╸╺"
 TIME = r"(\d+:\d\d:\d\d|-:--:--)"
 LEFT = rf"{TIME} left"
-RUN = rf"^ ?(FREE|SLIP|STICK) [{BLOCKS}]+ +t = \d+\.\d+ of [\d.]+ s, \d+ events {LEFT}( after 0:\d\d:\d\d)?$"
+RUN = rf"^ ?(FREE|SLIP|STICK) [{BLOCKS}]+ +t = \d+\.\d+ of [\d.]+ s, \d+ events {LEFT}$"
 NARROW_RUN = rf"^ ?(FREE|SLIP|STICK) \d+\.\d+/[\d.]+ s \d+ events {TIME}$"
 # without colours the part of the bar that is still to do is blank
-COUNT = rf"^[\w ]+ [{BLOCKS}]+ +(\d+)/\d+ ([\d.–]+ runs/(s|min) )?{LEFT}( after 0:\d\d:\d\d)?( |$)"
+COUNT = rf"^[\w ]+ [{BLOCKS}]+ +(\d+)/\d+ ([\d.–]+ runs/(s|min) )?{LEFT}( |$)"
 NARROW_COUNT = rf"^[\w ]+ \d+/\d+ {TIME}$"
 #: nobody knows how much there is to do
 BUSY = rf"^[\w ]+ [{BLOCKS}]+ +\d:\d\d:\d\d$"

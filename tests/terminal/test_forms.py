@@ -91,14 +91,6 @@ def test_a_dumb_terminal_gets_plain_text(start_form, form):
     assert not re.search(rb"[^\n\r -~]", terminal.raw), terminal.raw
 
 
-def test_a_dumb_terminal_gets_lines_of_a_long_run(start):
-    words = ["oblique-impact", "run", "paper", "--set", "end_time=0.33", "--out", "out"]
-    terminal = start(words, environment={"TERM": "dumb"}, prepare="tests.terminal.forms:lines_at_once").finish()
-    line = rf"^ ?(FREE|SLIP) t = \d\.\d+ of 0\.33 s, \d+ events {reading.LEFT}$"
-    assert sum(bool(re.search(line, shown)) for shown in terminal.lines) > 3, terminal.text
-    assert not re.search(rb"[^\n\r -~]", terminal.raw), terminal.raw
-
-
 @pytest.mark.parametrize("form", KINDS, ids=EACH)
 def test_no_colours_are_no_reason_for_no_bar(start_form, form):
     command = start_form(form, environment={"NO_COLOR": "1"})

@@ -6,37 +6,30 @@ import os
 import platform
 import shlex
 from collections.abc import Iterable, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.history.provenance import described, with_parts
+from oblique_impact.history.provenance import described, versions
+from oblique_impact.history.provenance import provenance as made
 
 PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
 
 
-def versions() -> list[tuple[str, str]]:
-    """Name and version of Python and the packages that compute."""
-    found = [("Python", platform.python_version())]
-    for name in PACKAGES:
-        try:
-            found.append((name, version(name)))
-        except PackageNotFoundError:
-            continue
-    return found
+def _versions() -> dict[str, str]:
+    return {"Python": platform.python_version(), **versions(*PACKAGES)}
 
 
 def provenance(named: Iterable[tuple[str, str]] = ()) -> list[tuple[str, str]]:
     """Lines (name, value) for the head of every report; user-defined parts are those among `named`."""
-    numbers = ", ".join(f"{name} {number}" for name, number in versions())
-    return [("made by", described(with_parts(named))), ("versions", numbers), ("machine", machine())]
+    numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
+    return [("made by", described(made(named))), ("versions", numbers), ("machine", machine())]
 
 
 def provenance_data(named: Iterable[tuple[str, str]] = ()) -> dict[str, Any]:
     """Return the same for the JSON of every report."""
     return {
-        "provenance": dict(with_parts(named)),
-        "versions": dict(versions()),
+        "provenance": dict(made(named)),
+        "versions": _versions(),
         "machine": machine(),
     }
 

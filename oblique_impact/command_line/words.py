@@ -1,12 +1,18 @@
-"""Lines on standard output and standard error."""
+"""What several commands share: arguments, options, lines on standard output and standard error."""
 
 from __future__ import annotations
 
 import shutil
 import sys
 import textwrap
+from typing import Annotated
 
 import typer
+
+ScenarioArgument = Annotated[str, typer.Argument(help="A built-in name (paper, ...) or a TOML file.")]
+SetOption = Annotated[
+    list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change a key; repeatable.")
+]
 
 
 def print_line(line: str) -> None:
