@@ -33,28 +33,28 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from validation.contrast import Comparison
-    from validation.differences import compare
+    from validation.comparison import Comparison, compare
     from validation.refinement.command import refine
     from validation.refinement.study import StudyResult
     from validation.reproduction.command import Reproduction, reproduce
     from validation.suite import Result, validate
     from validation.sweeps.command import SweepResult, sweep
-    from validation.sweeps.plan import AxisSection, HypercubeSection, SampledSection, SweepFile, TableSection
+    from validation.sweeps.design import AxisSection, HypercubeSection, SampledSection, TableSection
+    from validation.sweeps.plan import SweepFile
 
 #: public names and their modules, imported on first use
 _HOME = {
-    "AxisSection": "sweeps.plan",
-    "Comparison": "contrast",
-    "HypercubeSection": "sweeps.plan",
+    "AxisSection": "sweeps.design",
+    "Comparison": "comparison",
+    "HypercubeSection": "sweeps.design",
     "Reproduction": "reproduction.command",
     "Result": "suite",
-    "SampledSection": "sweeps.plan",
+    "SampledSection": "sweeps.design",
     "StudyResult": "refinement.study",
     "SweepFile": "sweeps.plan",
     "SweepResult": "sweeps.command",
-    "TableSection": "sweeps.plan",
-    "compare": "differences",
+    "TableSection": "sweeps.design",
+    "compare": "comparison",
     "refine": "refinement.command",
     "reproduce": "reproduction.command",
     "sweep": "sweeps.command",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.comparison import contact_times
+from validation.runs import contact_times
 
 MEAN_AXIS = ("discretization.frame=mean-axis", "discretization.modes=6", "end_time=0.335")
 

@@ -28,10 +28,10 @@ from oblique_impact.scenario.scenario import builtin_names
 from renders.exports.command import export_command
 from renders.exports.selection import Selection
 from renders.player.payload import payload
+from validation.measuring import failed
 from validation.sweeps.plan import load_plan, make_plan, shipped_names
 from validation.sweeps.store import open_store
 from validation.sweeps.table import make_table, read_table, write_table
-from validation.sweeps.work import failed
 
 pytestmark = pytest.mark.slow
 
@@ -320,16 +320,16 @@ ROWS = [failed(run, "completed", "") | {"values": {"energy_final": 1.0}, "stoppe
 
 
 @often
-@given(st.one_of(damaged([json.dumps([row]) for row in ROWS]), values.map(lambda v: json.dumps(v, default=str))))
+@given(st.one_of(damaged([json.dumps(row) for row in ROWS]), values.map(lambda v: json.dumps(v, default=str))))
 def test_rows_on_disk(text):
     with tempfile.TemporaryDirectory() as folder:
         with open_store(folder, PLAN):
             pass
-        (Path(folder) / "parts" / "00000001.json").write_text(text, encoding="utf-8", errors="surrogatepass")
-        (Path(folder) / "parts" / "notes.json").write_text("not ours")
+        with (Path(folder) / "rows.jsonl").open("a", encoding="utf-8", errors="surrogatepass") as file:
+            file.write(text)
         try:
             with open_store(folder, PLAN) as store:
-                make_table(PLAN, [*store.rows(), *ROWS])
+                make_table(PLAN, [*store.journal.rows(), *ROWS])
         except InputError as error:
             one_line(error)
 

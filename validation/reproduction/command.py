@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, prepare_folder, write_text, writing
 from oblique_impact.progress import OnProgress, silent
 from validation.parallel import map_parallel, told
 from validation.report.document import write_csv, write_json, write_report
-from validation.report.provenance import call_text, command_line
+from validation.report.provenance import call_text
 from validation.reproduction.cases import (
     MODELS,
     SCHEMES,
@@ -125,13 +124,11 @@ def reproduce(
         return Reproduction(material, computed, folder / "report.html")
 
 
-def reproduce_command(out: Path, workers: int | None) -> list[str]:
-    """Call `reproduce` with a progress bar; returns the lines to print.  Raises InputError."""
-    with counting_bar("reproduce") as show:
-        result = reproduce(out, workers, show, command_line("reproduce", out=out, workers=workers))
+def lines(result: Reproduction) -> list[str]:
+    """Return the verdicts in lines, for a terminal."""
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
-    lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
-    return [*lines, f"{len(result.claims)} claims: {verdicts}; report: {result.report}"]
+    told = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
+    return [*told, f"{len(result.claims)} claims: {verdicts}; report: {result.report}"]
 
 
 def _prepare_figures(folder: Path) -> None:
