@@ -124,6 +124,11 @@ def few_cases() -> None:
     def brief(out: Path, workers: int | None, on_progress: OnProgress, typed: str) -> SimpleNamespace:
         scenarios = [case.scenario.replace(end_time=0.05) for case in command.main_cases()[:2]]
         map_parallel(simulate, scenarios, workers, told(on_progress, ["one", "two"]))
-        return SimpleNamespace(verdicts={"reproduced": 0}, claims=(), report=out / "report.html")
+        return SimpleNamespace(
+            verdicts={"reproduced": 0},
+            claims=(),
+            material=SimpleNamespace(undiscriminating=0),
+            report=out / "report.html",
+        )
 
     command.reproduce = brief

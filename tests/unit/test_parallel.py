@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 import os
 import signal
+from concurrent.futures import Future
+from contextlib import nullcontext
+from importlib import import_module
 
 import pytest
 
@@ -78,3 +81,49 @@ def test_good_addresses_pass(address):
 def test_a_timeout_is_a_time(timeout):
     with pytest.raises(InputError, match="--timeout"):
         check_limits(None, None, timeout)
+
+
+class Scheduler:
+    """Stands for a connection to a cluster whose workers die of negative numbers."""
+
+    status = "running"
+
+    def get_executor(self, **_):
+        return self
+
+    def submit(self, function, item):
+        found = Future()
+        try:
+            found.set_result(function(item))
+        except ValueError:
+            found.set_exception(pytest.importorskip("distributed").KilledWorker("task", None, 3))
+        except ImportError as error:
+            found.set_exception(error)
+        return found
+
+    def shutdown(self, wait=True):
+        self.status = "closed"
+
+
+@pytest.fixture
+def cluster(monkeypatch):
+    scheduler = Scheduler()
+    monkeypatch.setattr("validation.parallel._client", lambda address: nullcontext(scheduler))
+    return scheduler
+
+
+def test_an_item_that_takes_its_workers_down_costs_itself_alone(cluster):
+    found = dict(compute_each(math.sqrt, [4.0, -1.0, 9.0], scheduler="tcp://h:1"))
+    assert found == {0: 2.0, 1: Crash("its workers died, again and again"), 2: 3.0}
+    assert cluster.status == "closed"
+
+
+def test_a_lost_cluster_is_one_line(cluster):
+    cluster.status = "connecting"
+    with pytest.raises(InputError, match=r"tcp://h:1: the connection is lost"):
+        list(compute_each(math.sqrt, [4.0, 9.0], scheduler="tcp://h:1"))
+
+
+def test_workers_that_cannot_run_are_one_line(cluster):
+    with pytest.raises(InputError, match=r"a worker cannot run: ModuleNotFoundError"):
+        list(compute_each(import_module, ["no.such.module"], scheduler="tcp://h:1"))
