@@ -11,6 +11,7 @@ from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.command_line.options import ScenarioArgument, SetOption
 from oblique_impact.command_line.printing import print_line, print_note
 from oblique_impact.errors import InputError
+from oblique_impact.progress import Progress
 
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
@@ -159,12 +160,19 @@ def compare(
     """Compare two runs, events aligned; writes a page, or the numbers as JSON."""
     from oblique_impact.history.history import History
     from validation.comparison import compare as compute
-    from validation.comparison_report import save_comparison
+    from validation.comparison_report import check_target, save_comparison
     from validation.report.provenance import command_line
 
+    check_target(out)
     names = (str(left), str(right))
-    found = compute(History.load(left), History.load(right), names=names)
-    save_comparison(found, out, command_line("compare", left, right, out=out))
-    for line in str(found).splitlines():
+    with counting_bar("compare") as show:
+        histories = []
+        for number, path in enumerate((left, right)):
+            show(Progress(number, 3, str(path)))
+            histories.append(History.load(path))
+        show(Progress(2, 3))
+        found = compute(histories[0], histories[1], names=names)
+        show(Progress(3, 3))
+        save_comparison(found, out, command_line("compare", left, right, out=out))
+    for line in [*found.summary(), f"report: {out}"]:
         print_line(line)
-    print_line(f"report: {out}")

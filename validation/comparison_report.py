@@ -35,13 +35,18 @@ DRAWN = {
 SUFFIXES = (".html", ".json")
 
 
+def check_target(out: Path) -> None:
+    """Raise InputError for a file of another kind."""
+    if out.suffix not in SUFFIXES:
+        raise InputError(f"--out {out}: should end in {' or '.join(SUFFIXES)}")
+
+
 def save_comparison(found: Comparison, out: Path, command: str) -> Path:
     """Write a page (.html) or the numbers (.json), whole or not at all; `command` repeats it.
 
     Raises InputError for another suffix, or if the file cannot be written.
     """
-    if out.suffix not in SUFFIXES:
-        raise InputError(f"--out {out}: should end in {' or '.join(SUFFIXES)}")
+    check_target(out)
     folder = prepare_folder(out.parent)
     if out.suffix == ".json":
         return write_json(folder, out.name, comparison_data(found, command))

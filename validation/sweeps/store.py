@@ -56,7 +56,7 @@ class Store:
 
     def _prepare(self, plan: Plan) -> None:
         """Check the fingerprint, leave it with the resolved sweep if there is none, remove what a kill left."""
-        for name in (_HISTORIES, _SCRATCH, TABLE):
+        for name in (ROWS, _HISTORIES, _SCRATCH, TABLE):
             if (self.folder / name).is_symlink():
                 raise InputError(
                     f"--out {self.folder}: {name} leads elsewhere; a sweep writes into its folder only"
