@@ -24,7 +24,8 @@ from renders.frame import Style
 from renders.overview import overview_figure
 from renders.player import write_player
 from renders.timeline import make_timeline
-from validation.comparison import compare_events, largest_difference, markdown_table, table_rows
+from validation.comparison import compare_events, largest_difference
+from validation.event_pairs import markdown_table, table_rows
 
 ELEMENTS, FRAMES = 64, 450
 

@@ -145,4 +145,4 @@ def test_a_planted_circle_is_found(tmp_path):
 
 def test_the_commands_of_other_packages_are_installed():
     points = distribution("oblique-impact").entry_points.select(group="oblique_impact.commands")
-    assert sorted(points.names) == ["export", "refine", "render", "reproduce", "sweep", "validate"]
+    assert sorted(points.names) == ["compare", "export", "refine", "render", "reproduce", "sweep", "validate"]

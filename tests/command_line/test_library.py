@@ -45,6 +45,7 @@ ELSEWHERE = {
     ("run", "out"): "oblique_impact.history.history.History.save",
     ("modes", "as_json"): "oblique_impact.beam.frequencies.Frequencies.to_dict",
     ("modes", "out"): campbell_diagram,
+    ("compare", "out"): "validation.comparison_report.save_comparison",
     ("export", "all_samples"): (export, "every"),
     ("render", "size"): (Style, "size"),
     ("render", "deformation"): (Style, "deformation"),
@@ -91,7 +92,7 @@ def pages() -> str:
 
 def test_every_command_has_a_row_with_its_call():
     assert table().keys() == commands().keys()
-    assert len(table()) >= 8
+    assert len(table()) >= 9
 
 
 @pytest.mark.parametrize("command", sorted(commands()))
@@ -189,7 +190,7 @@ def test_physics_imports_no_sibling():
     [
         "oblique_impact.beam.frequencies",
         "oblique_impact.history.concatenation",
-        "validation.differences",
+        "validation.comparison",
         "validation.refinement.command",
     ],
 )
@@ -280,7 +281,7 @@ def test_refine_writes_the_report_of_the_command(swing, tmp_path, capsys):
         for ladder in data["ladders"]:
             ladder.pop("times", None)
     assert ours == theirs
-    values = [run.values["theta@end"] for run in result.ladders[0].runs]
+    values = [run["values"]["theta@end"] for run in result.ladders[0].runs]
     assert result.quantity("theta@end").values == tuple(values)
 
 

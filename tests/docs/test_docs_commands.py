@@ -12,7 +12,7 @@ import typer
 from oblique_impact import Scenario
 from oblique_impact.command_line.application import application
 from validation.checks.registry import all_checks
-from validation.refinement.quantities import quantity
+from validation.quantities import quantity
 from validation.refinement.shipped import STUDIES
 from validation.sweeps.plan import load_plan, make_plan
 
@@ -109,7 +109,7 @@ def test_what_a_command_reads_was_written_by_one_before(page):
         if words[0] != "oblique-impact":
             continue
         understood = parse(words)
-        for name in ("history", "histories"):
+        for name in ("history", "histories", "left", "right"):
             value = understood.get(name) or []
             for source in value if isinstance(value, (list, tuple)) else [value]:
                 assert str(source) in written, f"{page.name}: {' '.join(words)}"

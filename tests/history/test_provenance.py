@@ -65,7 +65,7 @@ def test_the_digest_is_that_of_the_source(copy):
 def test_a_sweep_of_another_physics_is_another_sweep(copy):
     code = "from validation.sweeps.plan import load_plan; print(load_plan('friction').fingerprint)"
     ours = in_a_copy(copy, code)
-    for place in ("oblique_impact/marching/loop.py", "validation/refinement/quantities.py"):
+    for place in ("oblique_impact/marching/loop.py", "validation/quantities.py"):
         file = copy / place
         before = file.read_text()
         file.write_text(before + "\n# another physics, or another measure\n")

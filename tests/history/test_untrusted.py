@@ -334,7 +334,7 @@ def test_no_file_is_named_by_what_a_file_says(tmp_path):
         make_plan(STUDY.replace("histories = true", 'quantities = ["../../evil"]'))
 
 
-@pytest.mark.parametrize("name", ["parts", "histories", ".scratch", "results.parquet"])
+@pytest.mark.parametrize("name", ["rows.jsonl", "histories", ".scratch", "results.parquet"])
 def test_links_inside_a_sweep_are_not_followed(tmp_path, name):
     elsewhere, out = tmp_path / "elsewhere", tmp_path / "out"
     for folder in (elsewhere, out):

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from oblique_impact.history.history import History
 from validation.checks.plots import mesh_convergence_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
-from validation.comparison import compare_events, contact_times, hausdorff_distance, largest_difference
-from validation.runs import NEAR, column, run
+from validation.comparison import compare_events, largest_difference
+from validation.curves import hausdorff_distance
+from validation.runs import NEAR, column, contact_times, run
 
 check = checks_of("discretizations", "Assumed modes against finite elements")
 

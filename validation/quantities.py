@@ -163,25 +163,19 @@ def _at(history: History, variable: str, time: float) -> float:
     near = np.flatnonzero(np.abs(times - time) <= _SAME_TIME)
     if near.size:
         return float(values[near[-1]])
+    from scipy.interpolate import BarycentricInterpolator, CubicHermiteSpline
+
     right = int(np.searchsorted(times, time))
     left = right - 1
     if variable in _RATES:
-        return _hermite(times, values, _values(history, _RATES[variable]), left, time)
+        ends, rates = slice(left, right + 1), _values(history, _RATES[variable])
+        return float(CubicHermiteSpline(times[ends], values[ends], rates[ends])(time))
     # up to two samples on either side, none of them beyond a jump
     beside = jumps(times)
     first = left - 1 if left > 0 and not beside[left - 1] else left
     last = right + 1 if right + 1 < times.size and not beside[right] else right
-    t, v = times[first : last + 1], values[first : last + 1]
-    weights = [np.prod([(time - b) / (a - b) for b in t if b != a]) for a in t]
-    return float(np.dot(weights, v))
-
-
-def _hermite(times: np.ndarray, values: np.ndarray, rates: np.ndarray, left: int, time: float) -> float:
-    h = times[left + 1] - times[left]
-    s = (time - times[left]) / h
-    a, b = values[left], values[left + 1]
-    c, d = h * rates[left], h * rates[left + 1]
-    return float(a + s * (c + s * (3.0 * (b - a) - 2.0 * c - d + s * (c + d - 2.0 * (b - a)))))
+    around = slice(first, last + 1)
+    return float(BarycentricInterpolator(times[around], values[around])(time))
 
 
 def _extreme(history: History, which: str, variable: str) -> float:
@@ -189,50 +183,29 @@ def _extreme(history: History, which: str, variable: str) -> float:
     return float(np.nanmax(values) if which == "max" else np.nanmin(values))
 
 
-def _first_impact(history: History) -> float:
-    if not history.summary["macro_collisions"]:
-        raise GapError(_no_contact(history))
-    return float(history.summary["macro_collisions"][0]["start"])
-
-
-def _no_contact(history: History) -> str:
+def _begun(history: History, number: int = 0) -> dict[str, Any]:
+    """Return a macro-collision, by its number from 0."""
+    found: list[dict[str, Any]] = history.summary["macro_collisions"]
+    if len(found) > number:
+        return found[number]
+    what = "no second impact" if found else "no contact"
     if _complete(history):
-        return "no contact before end_time"
-    return f"no contact before it stopped: {history.outcome.label}"
+        raise GapError(f"{what} before end_time")
+    raise GapError(f"{what} before it stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}")
 
 
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision that has ended."""
     from oblique_impact.contact.state import State
 
-    found = history.summary["macro_collisions"]
-    if len(found) <= number:
-        if number and found:
-            raise GapError(_no_second(history))
-        raise GapError(_no_contact(history))
-    collision: dict[str, Any] = found[number]
-    if len(found) == number + 1:
+    collision = _begun(history, number)
+    if len(history.summary["macro_collisions"]) == number + 1:
         end = history.summary["end_time"]
         if not _complete(history) and end - collision["end"] < history.macro_gap:
             raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
         if history["state"].values[-1] != State.FREE:
             raise GapError("still in contact at end_time")
     return collision
-
-
-def _no_second(history: History) -> str:
-    if _complete(history):
-        return "no second impact before end_time"
-    return f"stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}"
-
-
-def _second_impact(history: History) -> float:
-    found = history.summary["macro_collisions"]
-    if not found:
-        raise GapError(_no_contact(history))
-    if len(found) < 2:
-        raise GapError(_no_second(history))
-    return float(found[1]["start"])
 
 
 def _energy_after(history: History) -> float:
@@ -296,7 +269,7 @@ def _ledger(key: str) -> Callable[[History], float]:
 _NAMED = {
     q.name: q
     for q in (
-        Quantity("first_impact", "s", "first touch-down", _first_impact),
+        Quantity("first_impact", "s", "first touch-down", lambda history: float(_begun(history)["start"])),
         _of_collision("collision_end", "s", "end of the first macro-collision", "end"),
         Quantity("collision_duration", "s", "length of the first macro-collision", _duration),
         _of_collision("impulse", "N s", "normal impulse of the first macro-collision", "normal_impulse"),
@@ -312,7 +285,12 @@ _NAMED = {
             "effective restitution of the first macro-collision: minus the mean spin after it over that before it",
             _restitution,
         ),
-        Quantity("second_impact", "s", "start of the second macro-collision", _second_impact),
+        Quantity(
+            "second_impact",
+            "s",
+            "start of the second macro-collision",
+            lambda history: float(_begun(history, 1)["start"]),
+        ),
         _of_collision(
             "second_impulse", "N s", "normal impulse of the second macro-collision", "normal_impulse", 1
         ),
