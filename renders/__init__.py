@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from renders.campbell import campbell_diagram
     from renders.command import Rendered, render
     from renders.exports.command import Exported, export
-    from renders.frame import Style
     from renders.overview import overview_figure
+    from renders.style import Style
 
 #: public names and their modules, imported on first use
 _HOME = {
     "Exported": "exports.command",
     "Rendered": "command",
-    "Style": "frame",
+    "Style": "style",
     "campbell_diagram": "campbell",
     "export": "exports.command",
     "overview_figure": "overview",

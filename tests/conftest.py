@@ -1,11 +1,13 @@
-"""Shared by all tests: one run per scenario and session."""
+"""Shared by all tests: runs of scenarios, and a browser."""
 
 from __future__ import annotations
 
+import shutil
 import signal
-from functools import cache
+from functools import lru_cache
 
 import pytest
+from playwright.sync_api import sync_playwright
 
 from oblique_impact import History, Scenario, simulate
 
@@ -13,17 +15,43 @@ from oblique_impact import History, Scenario, simulate
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 
-@cache
+
+@lru_cache(maxsize=24)  # some ten MB each
 def _run(name: str, overrides: tuple[str, ...]) -> History:
     return simulate(Scenario.builtin(name, list(overrides)))
 
 
 @pytest.fixture(scope="session")
 def run():
-    """Simulate a built-in scenario with overrides; the same case is computed once."""
+    """Simulate a built-in scenario with overrides; the same case is seldom computed twice."""
 
     def call(name: str = "paper", *overrides: str) -> History:
         return _run(name, overrides)
 
     return call
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """The Chromium of this machine, without a window."""
+    binary = next(filter(None, map(shutil.which, CHROMIUM)), None)
+    if binary is None:
+        pytest.skip(f"none of {', '.join(CHROMIUM)} is on the PATH")
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=binary, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page of the browser that may report no fault and ask for nothing but files."""
+    page, faults = browser.new_page(viewport={"width": 1280, "height": 720}), []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda entry: faults.append(entry.text) if entry.type in ("error", "warning") else None)
+    page.on("request", lambda request: request.url.startswith("file:") or faults.append(request.url))
+    yield page
+    page.close()
+    assert faults == []

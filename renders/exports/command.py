@@ -12,14 +12,14 @@ from typing import Literal, cast
 import numpy as np
 
 from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
-from renders.exports.scene import Scene, missing_variables
+from renders.exports.scene import Scene
 from renders.exports.selection import Integers, Selection
 from renders.exports.target import READERS, resolve
-from renders.geometry import BeamGeometry
+from renders.story import story_of
+from renders.style import Style
 
 Format = Literal["vtkhdf", "pvd", "xdmf"]
 
@@ -117,9 +117,7 @@ def export_command(
     deformation: float,
 ) -> Iterator[str]:
     """Read a history and export it with a progress bar; yields the lines to print.  Raises InputError."""
-    history = History.load(source)
-    _check_beam(history, str(source))
-    job = _Job.of(history, out, format, selection, deformation)
+    job = _Job.of(History.load(source), out, format, selection, deformation)
     yield job.forecast(thinned=selection.every is None)
     with counting_bar(f"export {job.format}") as show:
         result = job.write(show)
@@ -142,8 +140,7 @@ class _Job:
 
     @classmethod
     def of(cls, history: History, out: Path, format: str | None, selection: Selection, deformation: float) -> _Job:
-        _check_beam(history, "history")
-        scene = Scene.of(BeamGeometry(history, deformation), selection.frames(history))
+        scene = Scene.of(story_of([history], Style(deformation=deformation)), selection.frames(history))
         target, chosen = resolve(out, format)
         return cls(scene, target, cast(Format, chosen))
 
@@ -199,12 +196,6 @@ class _Job:
 
 def _megabytes(size: float) -> str:
     return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:.3g} GB"
-
-
-def _check_beam(history: History, name: str) -> None:
-    missing = missing_variables(history)
-    if missing:
-        raise InputError(f"{name}: has no variable {missing[0]!r}: it is not of a beam, or of another version")
 
 
 def _write(scene: Scene, target: Path, format: Format, advance: Callable[[], None]) -> None:

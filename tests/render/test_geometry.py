@@ -181,5 +181,6 @@ def test_a_history_without_a_beam_is_one_line(run):
     from dataclasses import replace
 
     history = run("paper")
-    with pytest.raises(InputError, match="ux_dot"):
-        BeamGeometry(replace(history, data=history.data.drop_vars("ux_dot")))
+    for name in ("ux_dot", "lambda_n", "bending_stress"):
+        with pytest.raises(InputError, match=name):
+            BeamGeometry(replace(history, data=history.data.drop_vars(name)))

@@ -11,11 +11,12 @@ from matplotlib.text import Text
 from PIL import ImageDraw
 
 from renders.charts import round_times
-from renders.frame import Composer, Style
+from renders.frame import Composer
 from renders.layout import lay_out
 from renders.letters import LEAST, Letters
 from renders.story import story_of
-from renders.timeline import TimeMap, make_timeline, time_map
+from renders.style import Style
+from renders.timeline import TimeMap, make_timeline
 
 SIZES = [(640, 360), (854, 480), (1280, 720), (1920, 1080), (720, 1280), (480, 270)]
 
@@ -68,7 +69,8 @@ def test_letters_are_readable_and_apart(run, monkeypatch, size, case):
     layout = "overlay" if case == "overlay" else "side-by-side"
     names = ["hybrid friction", "frictionless, a rather long name"][: len(histories)]
     written = Written(monkeypatch)
-    composer = Composer(story_of(histories), names, Style(size=size, layout=layout), make_timeline(histories[0]))
+    story = story_of(histories, Style(size=size, layout=layout), names)
+    composer = Composer(story, make_timeline(story.time_map))
     composer.draw(0.3232, 0.002)
     composer.close()
     written.check()
@@ -84,10 +86,10 @@ def test_letters_are_readable_and_apart(run, monkeypatch, size, case):
 )
 def test_letters_of_other_runs(run, monkeypatch, case, below):
     """Labels with many digits fit too; that time is stretched is said where it is."""
-    history = run(*case)
+    story = story_of([run(*case)], Style(size=(854, 480)))
     written = Written(monkeypatch)
-    composer = Composer(story_of([history]), ["a"], Style(size=(854, 480)), make_timeline(history))
-    composer.draw(history.summary["end_time"], 0.002)
+    composer = Composer(story, make_timeline(story.time_map))
+    composer.draw(story.histories[0].summary["end_time"], 0.002)
     composer.close()
     written.check()
     assert below in {text for text, *_ in written.texts}
@@ -136,7 +138,7 @@ def test_what_would_be_too_small_is_left_out():
 @pytest.mark.parametrize("width", [180.0, 420.0, 560.0, 1100.0])
 @pytest.mark.parametrize("name", ["paper", "sticking", "spin-up"])
 def test_ticks_are_round_times_with_the_same_decimals(run, width, name):
-    course = time_map(run(name))
+    course = story_of([run(name)]).time_map
     check_ticks(course, width)
     check_ticks(course.part(0.31, 0.335), width)
 

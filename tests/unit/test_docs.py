@@ -19,7 +19,6 @@ from pydantic import BaseModel
 
 from oblique_impact import InputError, Scenario, simulate, simulate_system
 from oblique_impact.scenario import user_defined as plugins
-from tests.render.browser import NAMES, Page, find_browser
 from validation.checks import registry
 
 ROOT = Path(__file__).parents[2]
@@ -359,36 +358,26 @@ def site(tmp_path_factory):
     return folder
 
 
-def sideways(site: Path) -> list[str]:
-    """Pages that are wider than the window."""
+@pytest.mark.slow
+def test_no_page_of_the_site_scrolls_sideways(site, page):
     found = []
-    with Page(find_browser()) as page:
-        for file in sorted(site.rglob("*.html")):
-            page.open(file)
-            for width in WIDTHS:
-                page.size(width, 800)
-                wide = page.evaluate("document.documentElement.scrollWidth")
-                if wide > width:
-                    found.append(f"{file.relative_to(site)}: {wide} px at {width} px")
-    return found
+    for file in sorted(site.rglob("*.html")):
+        page.goto(file.as_uri())
+        for width in WIDTHS:
+            page.set_viewport_size({"width": width, "height": 800})
+            if page.evaluate("document.documentElement.scrollWidth") > width:
+                found.append(f"{file.relative_to(site)} at {width} px")
+    assert found == []
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(find_browser() is None, reason=f"none of {', '.join(NAMES)} is on the PATH")
-def test_no_page_of_the_site_scrolls_sideways(site):
-    assert sideways(site) == []
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(find_browser() is None, reason=f"none of {', '.join(NAMES)} is on the PATH")
-def test_pictures_of_the_site_lie_on_a_sheet_in_the_dark_theme(site):
-    with Page(find_browser()) as page:
-        page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
-        page.open(site / "index.html")
-        style = "getComputedStyle(document.querySelector('article img'))"
-        assert page.evaluate(f"{style}.backgroundColor") == "rgb(255, 255, 255)"
-        assert float(page.evaluate(f"{style}.paddingTop").removesuffix("px")) > 5.0
-        assert page.evaluate(f"{style}.filter") == "brightness(0.88)"
+def test_pictures_of_the_site_lie_on_a_sheet_in_the_dark_theme(site, page):
+    page.emulate_media(color_scheme="dark")
+    page.goto((site / "index.html").as_uri())
+    style = "getComputedStyle(document.querySelector('article img'))"
+    assert page.evaluate(f"{style}.backgroundColor") == "rgb(255, 255, 255)"
+    assert float(page.evaluate(f"{style}.paddingTop").removesuffix("px")) > 5.0
+    assert page.evaluate(f"{style}.filter") == "brightness(0.88)"
 
 
 @pytest.mark.slow
