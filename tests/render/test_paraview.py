@@ -14,7 +14,8 @@ import pytest
 from renders.exports.command import _write
 from renders.exports.scene import Scene
 from renders.exports.selection import Selection
-from renders.geometry import BeamGeometry
+from renders.story import story_of
+from renders.style import Style
 
 PVPYTHON = shutil.which("pvpython")
 pytestmark = [
@@ -28,7 +29,7 @@ READERS = {"PVDReader": "pvd", "Xdmf3ReaderS": "xdmf", "Xdmf3ReaderT": "xdmf", "
 @pytest.fixture(scope="module")
 def scene(run):
     history = run("paper", "end_time=0.34")
-    return Scene.of(BeamGeometry(history, 1.0), Selection(100).frames(history))
+    return Scene.of(story_of([history], Style(deformation=1.0)), Selection(100).frames(history))
 
 
 @pytest.fixture(scope="module")
@@ -112,19 +113,3 @@ def test_paraview_reads_what_its_version_can_of_vtkhdf(scene, sampled, tmp_path)
             got = np.array(mesh["arrays"][name])[:count].reshape(values.shape)
             np.testing.assert_array_equal(got, values)
         check_filters(frame, scene, sample)
-
-
-def test_a_displacement_from_the_frame_before_is_found(scene, sampled):
-    """The check of the filters sees a warp to another time, and a force turned round."""
-    sample, other = (int(scene.frames.sample[k]) for k in (sampled[2], sampled[3]))
-    surface, point = scene.parts[0], next(part for part in scene.parts if part.name == "contact_point")
-    forces = {name: 1e-3 * point.shape(sample).arrays[name][0] for name in ("normal_force", "contact_force")}
-    good = {
-        "warped": surface.shape(sample).points,
-        "glyphs": {name: np.linspace(np.zeros(3), force, 7) for name, force in forces.items()},
-    }
-    check_filters(good, scene, sample)
-    with pytest.raises(AssertionError):
-        check_filters(good | {"warped": surface.shape(other).points}, scene, sample)
-    with pytest.raises(AssertionError):
-        check_filters(good | {"glyphs": {name: -ends for name, ends in good["glyphs"].items()}}, scene, sample)
