@@ -16,7 +16,7 @@ Times = Annotated[list[float] | None, Option("--time", help="Stills, strips: tim
 Strip = Annotated[bool, Option("--strip", help="Strips: instead of a still, one row for each time.")]
 Between = Annotated[str | None, Option(metavar="T0,T1", help="Films: part of the run (s).")]
 ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]
-LayoutName = Annotated[Any, Option(help="Of several histories: side-by-side or overlay.")]
+LayoutName = Annotated[str, Option(help="Of several histories: side-by-side or overlay.")]
 Names = Annotated[list[str] | None, Option("--name", help="What a history is called; repeatable.")]
 Magnify = Annotated[
     float | None, Option("--magnify-difference", help="Draw the second history so far from the first.")
@@ -64,7 +64,8 @@ def render(
         print_note(note)
     look: dict[str, Any] = {"theme": theme, "camera": camera, "quantity": colour, "deformation": deformation}
     look |= dict.fromkeys(("charts", "inset", "ghosts", "trace"), not bare)
-    style = Style(size=pixels, layout="overlay" if magnify is not None else layout, **look)
+    look["layout"] = "overlay" if magnify is not None else layout
+    style = Style(size=pixels, **look)
     options: dict[str, Any] = {"times": times or (), "event": event, "strip": strip, "names": names or ()}
     options |= {"fps": fps, "speed": speed, "contact_speed": contact_speed, "frames": frames}
     options |= {"between": _pair("--between", between), "magnify_difference": magnify}
