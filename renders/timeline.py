@@ -24,14 +24,8 @@ _GRID = 20_000
 class TimeMap:
     """From physical to film time: piecewise linear between knots.
 
-    Attributes
-    ----------
-    times : ndarray, shape (knots,)
-        Physical times (s), ascending.
-    film : ndarray, shape (knots,)
-        Film times (s), ascending from 0.
-    rates : ndarray, shape (knots,)
-        Physical over film time.
+    At each of the knots, (knots,): physical time (s), ascending; film time (s), ascending from 0; their rate,
+    physical over film time.
     """
 
     times: Array
@@ -69,17 +63,7 @@ class TimeMap:
 
 @dataclass(frozen=True)
 class Timeline:
-    """Times of the frames of a film.
-
-    Attributes
-    ----------
-    fps : int
-        Frames per second.
-    times : ndarray, shape (frames,)
-        Physical time of each frame (s).
-    course : TimeMap
-        What lies between the frames.
-    """
+    """Frames per second of a film, physical times of its frames (s), (frames,), and what lies between them."""
 
     fps: int
     times: Array
@@ -195,8 +179,9 @@ def _rates(grid: Array, spans: Array, free: float, closed: float) -> Array:
 
 def distance_from(spans: Array, times: Array) -> Array:
     """Distance (s) of each time from the nearest of the intervals (n, 2), which ascend without overlap."""
-    after = np.searchsorted(spans[:, 0], times, side="right")  # intervals that have begun
-    last, following = np.maximum(after - 1, 0), np.minimum(after, spans.shape[0] - 1)
-    gone = np.where(after > 0, np.maximum(times - spans[last, 1], 0.0), np.inf)
-    ahead = np.where(after < spans.shape[0], spans[following, 0] - times, np.inf)
-    return np.asarray(np.minimum(gone, ahead))
+    ends = np.concatenate([[-np.inf], spans.ravel(), [np.inf]])
+    after = np.searchsorted(ends, times, side="right")
+    inside = (after % 2 == 0) | (ends[after - 1] == times)
+    return np.where(
+        inside, 0.0, np.minimum(times - ends[after - 1], ends[np.minimum(after, ends.size - 1)] - times)
+    )

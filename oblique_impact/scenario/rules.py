@@ -168,8 +168,7 @@ def _check_discretization(s: ScenarioKeys) -> None:
 def _check_nodes(s: ScenarioKeys) -> None:
     d, length, point = s.discretization, s.beam.length, s.contact.point
     if d.mesh:
-        words = "is read with a scenario file or by --set alone; give discretization.nodes"
-        _refuse(s, "discretization.mesh", words)
+        _refuse(s, "discretization.mesh", "is read with a scenario file or by --set; give discretization.nodes")
     if not d.nodes:
         return
     if d.method != "fem":

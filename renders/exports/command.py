@@ -6,6 +6,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Literal, cast
 
@@ -147,25 +148,18 @@ class _Job:
     def forecast(self, thinned: bool) -> str:
         """Return what is about to be written, and how large that is: measured on a few frames, spread over all."""
         count, total = self.scene.frames.sample.size, self.scene.geometry.times.size
-        sizes = self._trial()
-        line = f"{count} frames"
-        if sizes:
-            line += f", about {_megabytes(sizes[0] + count * sizes[1])}"
-        if thinned and count < total:
-            line += f" (--all: {total} frames"
-            line += f", {_megabytes(sizes[0] + total * sizes[1])})" if sizes else ")"
-        return line
-
-    def _trial(self) -> tuple[float, float] | None:
-        """Size (bytes) of what is written once and of one frame; None if there is no room to try."""
-        count = self.scene.frames.sample.size
         numbers = np.unique(np.linspace(0, count - 1, min(count, _TRIAL)).astype(int))
         try:
             one, some = self._size(numbers[:1]), self._size(numbers)
-        except OSError:
-            return None
-        each = (some - one) / max(numbers.size - 1, 1)
-        return one - each, each
+        except OSError:  # no room to try
+            sizes = ["", ""]
+        else:
+            each = (some - one) / max(numbers.size - 1, 1)
+            sizes = [_megabytes(one + (frames - 1) * each) for frames in (count, total)]
+        line = f"{count} frames" + (f", about {sizes[0]}" if sizes[0] else "")
+        if thinned and count < total:
+            line += f" (--all: {', '.join(part for part in (f'{total} frames', sizes[1]) if part)})"
+        return line
 
     def _size(self, numbers: Integers) -> int:
         """Size (bytes) of an export of these frames alone."""
@@ -200,12 +194,7 @@ def _megabytes(size: float) -> str:
 
 def _write(scene: Scene, target: Path, format: Format, advance: Callable[[], None]) -> None:
     """Write a format; each writer loads a large library, so only the one that is wanted."""
-    if format == "pvd":
-        from renders.exports.pvd import write
-    elif format == "vtkhdf":
-        from renders.exports.vtkhdf import write
-    else:
-        from renders.exports.xdmf import write
+    writer = import_module(f"renders.exports.{format}")
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
-        write(scene, target, advance)
+        writer.write(scene, target, advance)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -117,7 +117,7 @@ class Scene:
             "deformation_factor": self.geometry.factor,
         }
 
-    @cached_property
+    @property
     def frame_fields(self) -> dict[str, NDArray[Any]]:
         """Field data that change, (frames,) each, as named in `FRAME_QUANTITIES`."""
         return {"time": self.frames.time, "side": self.frames.side, "sample": self.frames.sample}
