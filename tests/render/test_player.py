@@ -282,6 +282,14 @@ def test_time_state_and_numbers_are_written(player, run, time, state):
     assert text(player, "deformation") == "deflection drawn ×5 about the pin–tip chord"
 
 
+def test_the_rate_follows_the_chosen_speed(player):
+    seek(player, 0.2)
+    for speed, said in (("0.5", "1/20"), ("4", "1/2.5")):
+        player.locator("#speed").select_option(speed)
+        settle(player)
+        assert text(player, "rate") == f"shown at {said} of real time"
+
+
 def test_events_are_listed_with_time_kind_and_impulse(player, run):
     shown = player.locator("#events li").all_text_contents()
     for row, event in zip(shown, run("paper").events, strict=True):
