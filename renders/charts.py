@@ -47,22 +47,10 @@ class Curve:
 
 
 class Chart:
-    """A chart as two pictures, one for the past and one for the future.
+    """A chart as two pictures, one for the past and one for the future, of some size (pixels).
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        What is drawn.
-    label : str
-        Of the vertical axis, with its unit.
-    size : tuple of int
-        Pixels.
-    timeline : Timeline
-        Its film time is the horizontal axis.
-    story : Story
-        Its colours; the contacts of its first run are shaded.
-    letters : Letters
-        Their sizes.
+    Its horizontal axis is the film time of `timeline`, the vertical one has a `label` with its unit.  The `story`
+    has the colours; the contacts of its first run are shaded.
     """
 
     def __init__(

@@ -35,24 +35,12 @@ _OF_STYLE = {
 
 @dataclass(frozen=True)
 class Rendered:
-    """A picture, a film or a page.
-
-    Attributes
-    ----------
-    file : Path
-        What was written.
-    factor : float
-        By which the bending is magnified.
-    size : tuple of int
-        Width and height (pixels) of a still, of a row of a strip, or of a frame.
-    timeline : Timeline or None
-        When the frames of a film are.
-    """
+    """A picture, a film or a page."""
 
     file: Path
-    factor: float
-    size: tuple[int, int]
-    timeline: Timeline | None = None
+    factor: float  # by which the bending is magnified
+    size: tuple[int, int]  # width and height (pixels) of a still, of a row of a strip, or of a frame
+    timeline: Timeline | None = None  # when the frames of a film are
 
 
 def render(

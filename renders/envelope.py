@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,32 +19,16 @@ PERIOD = 6.0  # pixels: what swings faster is drawn as a band
 _TURNS = 5  # half periods in a row make a vibration
 
 
-@dataclass(frozen=True)
-class Band:
-    """Least and largest values over a stretch of pixels.
-
-    Attributes
-    ----------
-    x, low, high : ndarray, shape (n,)
-        Pixels, ascending, and the values there.
-    """
+class Band(NamedTuple):
+    """Least and largest values, (n,) each, at pixels `x`, ascending."""
 
     x: Array
     low: Array
     high: Array
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """What stands for a curve: a line, in fast vibrations their mean, and the bands of these.
-
-    Attributes
-    ----------
-    x, y : ndarray, shape (n,)
-        Pixels, ascending, and values of the line.
-    bands : list of Band
-        One for each vibration.
-    """
+class Drawn(NamedTuple):
+    """What stands for a curve: a line (pixels, values, (n,)), in vibrations their mean, and the bands of these."""
 
     x: Array
     y: Array
@@ -52,14 +36,9 @@ class Drawn:
 
 
 def drawn(x: Array, y: Array, swing: float) -> Drawn:
-    """Return what stands for a curve.
+    """Return what stands for a curve: pixels `x`, ascending, and values `y`, (samples,).
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (samples,)
-        Pixels, ascending, and values.
-    swing : float
-        Smaller changes of direction are none: about the value of a pixel.
+    Changes of direction smaller than `swing` are none: about the value of a pixel.
     """
     lines, bands = [], []
     done = 0

@@ -22,18 +22,10 @@ _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
 
 
 class Composer:
-    """Draws frames of one to three histories.
+    """Draws frames of a story, in its style or in another one.
 
-    Parameters
-    ----------
-    story : Story
-        The runs, and what their pictures share.
-    timeline : Timeline, optional
-        Of a film; without it there are no charts and no rate.
-    style : Style, optional
-        Instead of that of the story.
-    span : tuple, optional
-        Times (s) of the positions that have to fit into the picture; default the whole run.
+    Without the timeline of a film there are no charts and no rate.  The positions between the times of `span` (s)
+    fit into the picture, by default those of the whole run.
     """
 
     def __init__(

@@ -71,19 +71,10 @@ class Surface:
 
 
 class BeamGeometry:
-    """Shapes of the beam at the samples of a history.
+    """Shapes of the beam at the samples of a history, which has the variables `NEEDED`.
 
-    Parameters
-    ----------
-    history : History
-        With the variables `NEEDED`.
-    factor : float, optional
-        Deformation factor; chosen from the largest deviation of the run if None.
-
-    Raises
-    ------
-    InputError
-        If the history lacks a variable (it is not one of a beam) or the factor is not positive and finite.
+    The deformation factor is chosen from the largest deviation of the run if none is given.  Raises InputError if
+    the history lacks a variable (it is not one of a beam) or the factor is not positive and finite.
     """
 
     def __init__(self, history: History, factor: float | None = None) -> None:

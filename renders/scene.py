@@ -119,24 +119,11 @@ class Beam3D:
 
 
 class View:
-    """A window with beams, slope and pin, seen by a fixed camera or one that follows the contact point.
+    """A window with beams, slope and pin, seen by a fixed camera or, `close`, one that follows the contact point.
 
-    Parameters
-    ----------
-    story : Story
-        The runs, their colours and their slope.
-    numbers : sequence of int
-        Which of the runs are in the picture.
-    size : tuple of int
-        Width and height (pixels) of the picture.
-    style : Style, optional
-        Instead of that of the story.
-    close : bool
-        Follow the contact point, at true scale.
-    span : tuple, optional
-        Times (s) of the positions that have to fit; default the whole run.
-    room : tuple of float
-        Pixels at the top for text, and at the bottom for the colour bar.
+    It shows the runs of these `numbers` in a picture of some size (pixels), in the style of the story if no other
+    is given.  The positions in the `span` of time (s; default the whole run) fit, with `room` (pixels) for text at
+    the top and for the colour bar at the bottom.
     """
 
     def __init__(

@@ -21,18 +21,10 @@ _SAMPLES = 2000  # of the run that are looked at
 
 
 class DrawnSlope(NamedTuple):
-    """The slope as pictures show it.
+    """The slope as pictures show it."""
 
-    Attributes
-    ----------
-    ends : tuple of float
-        m along the slope from `slope.origin`.
-    outline : ndarray, shape (4, 2)
-        m; the surface from its first end to its last one, and back through the solid.
-    """
-
-    ends: tuple[float, float]
-    outline: Array
+    ends: tuple[float, float]  # m along the slope from `slope.origin`
+    outline: Array  # (4, 2), m; the surface from its first end to its last one, and back through the solid
 
 
 def drawn_slope(geometry: BeamGeometry) -> DrawnSlope | None:

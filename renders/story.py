@@ -28,21 +28,11 @@ _CHUNK = 4096  # samples at a time
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Scale of a quantity in colour, from -limit to limit.
+    """Scale of a quantity in colour, from -limit to limit."""
 
-    Attributes
-    ----------
-    quantity : str
-        One of `renders.geometry.QUANTITIES`.
-    limit : float
-        Value at the end of the scale, in the quantity's SI unit.
-    exceeded : bool
-        Whether the run goes beyond it; the labels say so.
-    """
-
-    quantity: str
-    limit: float
-    exceeded: bool
+    quantity: str  # one of `renders.geometry.QUANTITIES`
+    limit: float  # in the quantity's SI unit
+    exceeded: bool  # whether the run goes beyond it; the labels say so
 
     @property
     def title(self) -> str:

@@ -29,31 +29,15 @@ _TRIAL = 6  # frames written to learn how large one is
 
 @dataclass(frozen=True)
 class Exported:
-    """A time series on disk.
+    """A time series on disk."""
 
-    Attributes
-    ----------
-    file : Path
-        What a reader opens.
-    format : str
-        "vtkhdf", "pvd" or "xdmf".
-    samples, of : int
-        How many samples of the history became frames.
-    span : tuple of float
-        First and last time (s).
-    jumps : int
-        Of how many jumps both sides are there.
-    factor : float
-        By which the bending is magnified; 1 for true shapes.
-    """
-
-    file: Path
+    file: Path  # what a reader opens
     format: Format
-    samples: int
-    of: int
-    span: tuple[float, float]
-    jumps: int
-    factor: float
+    samples: int  # that became frames,
+    of: int  # of so many
+    span: tuple[float, float]  # first and last time (s)
+    jumps: int  # of which both sides are there
+    factor: float  # by which the bending is magnified; 1 for true shapes
 
 
 def export(

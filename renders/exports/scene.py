@@ -64,24 +64,15 @@ class Shape:
 class Part:
     """Something drawn: cells that never change, and points and results that may.
 
-    Attributes
-    ----------
-    name : str
-        Lower-case letters and underscores.
-    shape : callable
-        The :class:`Shape` at a sample of the history.
-    vertices, lines, polygons : integer array
-        Cells in VTK's form: how many points, then the points.
-    moves : bool
-        False if points and results are the same at all samples.
+    Cells are in VTK's form: how many points, then the points.
     """
 
-    name: str
-    shape: Callable[[int], Shape]
+    name: str  # lower-case letters and underscores
+    shape: Callable[[int], Shape]  # at a sample of the history
     vertices: Integers = field(default_factory=_no_cells)
     lines: Integers = field(default_factory=_no_cells)
     polygons: Integers = field(default_factory=_no_cells)
-    moves: bool = True
+    moves: bool = True  # False if points and results are the same at all samples
 
 
 @dataclass(frozen=True)

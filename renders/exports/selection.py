@@ -22,21 +22,11 @@ FRAMES = 1000  # of an export that asks for nothing else, besides those at event
 
 @dataclass(frozen=True)
 class Frames:
-    """The chosen samples, in order.
+    """The chosen samples, in order; (frames,) each."""
 
-    Attributes
-    ----------
-    sample : (frames,) integer array
-        Their numbers in the history.
-    time : (frames,) array
-        Their times (s), strictly increasing.
-    side : (frames,) integer array
-        -1 left of a jump, 1 right of it, 0 where there is none.
-    """
-
-    sample: Integers
-    time: Array
-    side: Integers
+    sample: Integers  # their numbers in the history
+    time: Array  # s, strictly increasing
+    side: Integers  # -1 left of a jump, 1 right of it, 0 where there is none
 
     def some(self, numbers: Integers) -> Frames:
         """Return the frames of these numbers."""

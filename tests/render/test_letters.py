@@ -6,7 +6,6 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import ImageDraw
 
@@ -93,28 +92,6 @@ def test_letters_of_other_runs(run, monkeypatch, case, below):
     composer.close()
     written.check()
     assert below in {text for text, *_ in written.texts}
-
-
-def test_the_check_notices_small_and_overlapping_letters(monkeypatch):
-    from PIL import Image
-
-    pen = ImageDraw.Draw(Image.new("RGB", (200, 100)))
-    for place, pixels in (((0, 0), 6), ((190, 10), 14)):
-        written = Written(monkeypatch)
-        pen.text(place, "label", font=Letters(1.0).font(14).font_variant(size=pixels))
-        with pytest.raises(AssertionError):
-            written.check()
-    written = Written(monkeypatch)
-    for x in (0, 20):
-        pen.text((x, 0), "label", font=Letters(1.0).font(14))
-    with pytest.raises(AssertionError):
-        written.check()
-    figure = Figure(figsize=(2, 1), dpi=100)
-    written = Written(monkeypatch)
-    figure.text(0.5, 0.5, "label", fontsize=5)
-    figure.canvas.draw()
-    with pytest.raises(AssertionError):
-        written.check()
 
 
 def test_what_would_be_too_small_is_left_out():
