@@ -81,8 +81,10 @@ def _band(x: Array, y: Array) -> tuple[Band, Array]:
     starts = np.flatnonzero(order < edges.size)
     area = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(place) * (value[1:] + value[:-1]))])
     mean, near = np.diff(area[starts]), np.ones(2 * int(PERIOD / 2) + 1)
+    inside = slice(near.size // 2, near.size // 2 + mean.size)
+    count = np.convolve(np.ones_like(mean), near)[inside]
     for _ in range(2):  # once would leave ripples of periods that do not fit
-        mean = np.convolve(mean, near, "same") / np.convolve(np.ones_like(mean), near, "same")
+        mean = np.convolve(mean, near)[inside] / count
     ends = []
     for extreme, widened in ((np.minimum, minimum_filter1d), (np.maximum, maximum_filter1d)):
         pixels = extreme(extreme.reduceat(value, starts)[:-1], value[starts[1:]])

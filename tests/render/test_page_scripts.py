@@ -182,6 +182,7 @@ def test_charts_have_their_ticks_units_and_cursor_where_the_values_are(scripts):
         end = words.index("t (s)")
         to_time = axis_of(noted["texts"][:end], "x")
         to_value = axis_of(noted["texts"][end + 1 : -1], "y")
+        assert (to_time[0] > 0.0, to_value[0] < 0.0) == (True, True)  # rows count downward
         cursor = [fill["arcs"][0] for fill in noted["fills"] if fill.get("arcs")][-len(expected) :]
         assert np.polyval(to_time, cursor[0][0]) == pytest.approx(time, abs=1e-6)
         assert [np.polyval(to_value, y) for _, y, *_ in cursor] == pytest.approx(expected, rel=1e-5, abs=1e-6)
