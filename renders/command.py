@@ -127,8 +127,7 @@ def render(
         "--magnify-difference": magnify_difference,
     }
     style = style or default
-    changed = [option for key, option in _OF_STYLE.items() if getattr(style, key) != getattr(default, key)]
-    check_options(file, kind, [*(name for name, value in options.items() if value not in (None, [])), *changed])
+    check_options(file, kind, _given(options, style, default))
     several = list(histories) if isinstance(histories, Sequence) else [histories]
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
@@ -147,6 +146,12 @@ def render(
         else:
             write_still(story, _instant(several[0], times, event), file)
     return Rendered(file, story.factor, style.size)
+
+
+def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
+    """Names of the options that are given, and of those by which a style differs from the default one."""
+    changed = [option for key, option in _OF_STYLE.items() if getattr(style, key) != getattr(default, key)]
+    return [*(name for name, value in options.items() if value not in (None, [])), *changed]
 
 
 def _checked(
