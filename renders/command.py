@@ -126,17 +126,16 @@ def render(
         "--name": list(names),
         "--magnify-difference": magnify_difference,
     }
-    style = style or default
-    check_options(file, kind, _given(options, style, default))
+    check_options(file, kind, _given(options, style or default, default))
     several = list(histories) if isinstance(histories, Sequence) else [histories]
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         several, called = _checked(several, names, kind, magnify_difference)
-        story = story_of(several, style, called, speed, contact_speed)
+        story = story_of(several, style or default, called, speed, contact_speed)
         if kind == FILM:
             timeline = make_timeline(story.time_map, FPS if fps is None else fps, between, frames)
             _film(story, timeline, file, on_progress)
-            return Rendered(file, story.factor, style.size, timeline)
+            return Rendered(file, story.factor, story.style.size, timeline)
         if kind == PAGE:
             from renders.player import write_player
 
@@ -145,7 +144,7 @@ def render(
             write_strip(story, times, file)
         else:
             write_still(story, _instant(several[0], times, event), file)
-    return Rendered(file, story.factor, style.size)
+    return Rendered(file, story.factor, story.style.size)
 
 
 def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
