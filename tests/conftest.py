@@ -1,11 +1,13 @@
-"""Shared by all tests: the last few runs of built-in scenarios."""
+"""Shared by all tests: the last few runs of built-in scenarios, and a browser."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 
 import pytest
+from playwright.sync_api import sync_playwright
 
 # before anything imports NumPy: for the small matrices here more threads than one only wait for each other, which
 # took up to ten times the time where several test processes share the cores
@@ -14,6 +16,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+
 
 @pytest.fixture(scope="session")
 def run():
@@ -21,3 +25,27 @@ def run():
     from validation.runs import run as simulated
 
     return lambda name="paper", *overrides: simulated(name, *overrides)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """The Chromium of this machine, without a window."""
+    binary = next(filter(None, map(shutil.which, CHROMIUM)), None)
+    if binary is None:
+        pytest.skip(f"none of {', '.join(CHROMIUM)} is on the PATH")
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=binary, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page of the browser that may report no fault and ask for nothing but files."""
+    page, faults = browser.new_page(viewport={"width": 1280, "height": 720}), []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda entry: faults.append(entry.text) if entry.type in ("error", "warning") else None)
+    page.on("request", lambda request: request.url.startswith("file:") or faults.append(request.url))
+    yield page
+    page.close()
+    assert faults == []

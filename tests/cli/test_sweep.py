@@ -202,7 +202,7 @@ def test_interrupts_keep_what_is_done(tmp_path, cli, write):
     file, out = write(long_sweep(400)), tmp_path / "a"
     with started("sweep", file, "--out", out, "--workers", 1) as process:
         wait_for(lambda: rows(out))
-        _, err = interrupt(process, group=True)
+        err = interrupt(process, group=True)
     assert process.returncode == 130
     assert "Traceback" not in err
     assert f"oblique-impact: interrupted: {len(rows(out))} of 400 runs are kept" in err
@@ -358,7 +358,7 @@ def test_interrupts_of_a_sweep_on_a_cluster(tmp_path, write, cluster):
     file, out = write(long_sweep(200)), tmp_path / "a"
     with started("sweep", file, "--scheduler", address, "--out", out) as process:
         wait_for(lambda: rows(out))
-        _, err = interrupt(process, group=True)
+        err = interrupt(process, group=True)
     assert process.returncode == 130
     assert "oblique-impact: interrupted: " in err
     assert "Traceback" not in err

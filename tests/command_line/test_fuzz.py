@@ -28,6 +28,7 @@ from oblique_impact.scenario.scenario import builtin_names
 from renders.exports.command import export_command
 from renders.exports.selection import Selection
 from renders.player.payload import payload
+from renders.story import story_of
 from validation.sweeps.plan import load_plan, make_plan, shipped_names
 
 pytestmark = pytest.mark.slow
@@ -129,7 +130,7 @@ def use(file: Path) -> None:
         with tempfile.TemporaryDirectory() as folder, np.errstate(over="ignore", invalid="ignore"):
             for name in ("a.vtkhdf", "a.pvd", "a.xdmf"):
                 list(export_command(file, Path(folder) / name, None, Selection(50), 1.0))
-            payload(history, None, 50)
+            payload(story_of([history]), 50)
     except InputError as error:
         one_line(error)
 

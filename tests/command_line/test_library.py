@@ -22,11 +22,9 @@ from oblique_impact.command_line import application as cli
 from renders import Style, campbell_diagram, export, render
 from renders.exports.command import Format
 from renders.exports.target import SUFFIXES
-from renders.frame import CameraName, Colour, ThemeName
 from renders.geometry import QUANTITIES
-from renders.player.document import THEMES as PAGE_THEMES
 from renders.scene import CAMERAS
-from renders.themes import THEMES
+from renders.style import THEMES, CameraName, Colour, ThemeName
 from validation import AxisSection, SweepFile, compare, refine, reproduce, sweep, validate
 from validation.refinement.command import ShippedStudy
 from validation.refinement.shipped import STUDIES
@@ -147,7 +145,7 @@ def test_words_that_calls_take_are_those_that_are_known():
     assert set(get_args(Format)) == SUFFIXES.keys()
     assert set(get_args(ShippedStudy)) == STUDIES.keys()
     assert set(get_args(CameraName)) == CAMERAS.keys()
-    assert set(get_args(ThemeName)) == {*THEMES, *PAGE_THEMES}
+    assert set(get_args(ThemeName)) == {*THEMES, "auto"}
     assert set(get_args(Colour)) == QUANTITIES.keys() - {"elastic_displacement", "velocity"}
 
 
