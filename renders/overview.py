@@ -24,7 +24,13 @@ _DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
 def overview_figure(histories: dict[str, History], out: Path) -> Path:
-    """Draw one or several histories of the same case, named by their keys; returns the file.
+    """Draw one or several histories as :func:`overview` does; returns the file."""
+    with figure_style():
+        return save_figure(overview(histories), out, "overview.png", histories.values())
+
+
+def overview(histories: dict[str, History]) -> Figure:
+    """Draw one or several histories of the same case, named by their keys.
 
     With two histories that share their events, the last panel shows how far apart these are.
     """
@@ -44,7 +50,7 @@ def overview_figure(histories: dict[str, History], out: Path) -> Path:
             _draw_differences(axes[2, 1], histories)
         else:
             _draw_losses(axes[2, 1], histories)
-        return save_figure(figure, out, "overview.png", histories.values())
+        return figure
 
 
 def _curves(histories: dict[str, History]) -> Iterator[tuple[History, dict[str, Any]]]:

@@ -16,7 +16,7 @@ from oblique_impact.scenario.scenario import Scenario
 # the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
-from oblique_impact.history.sample_times import jumps
+from oblique_impact.history.at_a_time import RATES, value_at
 
 
 class GapError(Exception):
@@ -70,13 +70,6 @@ FIELDS = {
     "bending_stress": ("Pa", "bending stress"),
 }
 #: what a variable changes by: interpolation between samples takes it
-_RATES = {
-    "theta": "theta_dot",
-    "tip_x": "tip_vx",
-    "tip_y": "tip_vy",
-    "gap": "gap_rate",
-    "slip": "slip_rate",
-}
 _ENERGIES = {
     "energy_final": ("final", "energy at the end"),
     "lost_impact": ("lost_impact", "energy lost in impacts"),
@@ -140,8 +133,7 @@ def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity
 
 def _values(history: History, variable: str) -> np.ndarray:
     if variable == "energy":
-        parts = [history[f"energy_{part}"].values for part in ("kinetic", "elastic", "gravity")]
-        return np.asarray(sum(parts), dtype=float)
+        return np.asarray(history.total_energy.values)
     return np.asarray(history[variable].values, dtype=float)
 
 
@@ -163,19 +155,8 @@ def _at(history: History, variable: str, time: float) -> float:
     near = np.flatnonzero(np.abs(times - time) <= _SAME_TIME)
     if near.size:
         return float(values[near[-1]])
-    from scipy.interpolate import BarycentricInterpolator, CubicHermiteSpline
-
-    right = int(np.searchsorted(times, time))
-    left = right - 1
-    if variable in _RATES:
-        ends, rates = slice(left, right + 1), _values(history, _RATES[variable])
-        return float(CubicHermiteSpline(times[ends], values[ends], rates[ends])(time))
-    # up to two samples on either side, none of them beyond a jump
-    beside = jumps(times)
-    first = left - 1 if left > 0 and not beside[left - 1] else left
-    last = right + 1 if right + 1 < times.size and not beside[right] else right
-    around = slice(first, last + 1)
-    return float(BarycentricInterpolator(times[around], values[around])(time))
+    rates = _values(history, RATES[variable]) if variable in RATES else None
+    return float(value_at(times, values, rates, time))
 
 
 def _extreme(history: History, which: str, variable: str) -> float:

@@ -50,10 +50,3 @@ def contact_times(history: History) -> Array:
 def column(history: History, name: str) -> Array:
     """Values of one variable of a history."""
     return np.asarray(history[name].values, dtype=float)
-
-
-def total_energy(history: History) -> Array:
-    """Kinetic, elastic and potential energy of every sample (J)."""
-    return (
-        column(history, "energy_kinetic") + column(history, "energy_elastic") + column(history, "energy_gravity")
-    )

@@ -15,7 +15,7 @@ from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
 from validation.checks.plots import energy_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
-from validation.runs import NEAR, column, run, total_energy
+from validation.runs import NEAR, column, run
 
 check = checks_of("balances", "Balances: energy, impulse, angular momentum")
 
@@ -110,7 +110,7 @@ def free_flight() -> list[Measurement]:
                     "end_time=0.2",
                     *(f"discretization.{key}" for key in keys),
                 )
-                total = total_energy(history)
+                total = history.total_energy.values
                 change = float(np.abs(total - total[0]).max() / column(history, "energy_kinetic").max())
                 name = f"{kinetics}-{frame}-{method}"
                 found.append(
@@ -305,6 +305,6 @@ def implicit_flight() -> Measurement:
         "end_time=0.3",
         "solver.free_step=1e-4",
     )
-    total = total_energy(history)
+    total = history.total_energy.values
     change = float(np.abs(total - total[0]).max() / total[0])
     return Measurement("relative change of the energy", change, 0.0, "1", 1e-10, "conservation of energy")
