@@ -22,7 +22,9 @@ extensions = [
     "sphinx.ext.viewcode",
     "numpydoc",
     "docstrings",
-    "mathml",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",
+    "equation",
     "scenario_keys",
     "command_line",
     "history_variables",
@@ -69,7 +71,7 @@ sphinx_gallery_conf = {
     "doc_module": ("oblique_impact", "modal", "fem_beam", "validation", "renders"),
 }
 
-html_math_renderer = "mathml"
+mathjax_path = "mathjax/tex-chtml.js"  # in the site: it needs no network
 numfig = math_numfig = True
 html_theme = "furo"
 html_title = "oblique-impact"

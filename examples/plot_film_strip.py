@@ -7,15 +7,12 @@ strip chooses them by the events. The same from the command line:
 ``oblique-impact render out/paper --strip --out film_strip.png``.
 """
 
-from pathlib import Path
-
 from oblique_impact import Scenario, simulate
-from renders.film import write_strip
-from renders.frame import Style
+from renders import Style, render
 
 history = simulate(Scenario.builtin("paper", ["end_time=0.4"]))
 times = [0.3, 0.319, 0.3245, 0.345]  # s
-write_strip([history], ["paper"], Style(size=(1000, 160)), times, Path("film_strip.png"))
+render(history, "film_strip.png", Style(size=(1000, 160)), strip=True, times=times)
 
 # %%
 # The last row tells what the colours mean and by which factor the deflection is magnified.

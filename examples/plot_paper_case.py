@@ -10,12 +10,10 @@ a rigid stop without restitution, a coefficient of friction of 0.3.
 from pathlib import Path
 
 from oblique_impact import Scenario, simulate
-from renders.film import write_still
-from renders.frame import Style
-from renders.overview import overview_figure
+from renders import overview_figure, render
 
 history = simulate(Scenario.builtin("paper"))
-write_still([history], ["paper"], Style(), 0.3245, Path("paper_still.png"))
+render(history, "paper_still.png", times=[0.3245])
 
 # %%
 # The tip is pressed onto the slope; the inset shows it at true scale.

@@ -69,6 +69,11 @@ class NodalBeam:
     def from_scenario(cls, scenario: Scenario) -> NodalBeam:
         """Mesh and assemble the beam of `scenario`."""
         d, sections = scenario.discretization, Sections.from_scenario(scenario)
+        if d.nodes:
+            nodes = np.array(d.nodes)  # of a file, perhaps rounded
+            for place in (scenario.beam.length, scenario.contact.point):
+                nodes[np.argmin(np.abs(nodes - place))] = place
+            return cls(scenario, MeshLine(nodes), sections)
         mesh = beam_mesh(scenario.beam.length, d.elements, scenario.contact.point, sections.kinks, d.grading)
         return cls(scenario, mesh, sections)
 

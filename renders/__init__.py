@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from renders.campbell import campbell_diagram
     from renders.command import Rendered, render
     from renders.exports.command import Exported, export
-    from renders.frame import Style
     from renders.overview import overview_figure
+    from renders.style import Style
 
 __getattr__, __dir__ = on_first_use(
     __name__,
@@ -29,7 +29,7 @@ __getattr__, __dir__ = on_first_use(
         "campbell": "campbell_diagram",
         "command": "Rendered render",
         "exports.command": "Exported export",
-        "frame": "Style",
         "overview": "overview_figure",
+        "style": "Style",
     },
 )

@@ -68,18 +68,17 @@ def campbell_diagram(
     assert not isinstance(beam, Scenario)
     top = max(abs(speed) for speed in speeds) or 1.0
     rates = np.linspace(0.0, top, _POINTS)
-    flapwise = np.array([beam.flapwise(rate, count) for rate in rates])
-    chordwise = np.array([beam.chordwise(rate, count) for rate in rates])
     with figure_style():
         figure = Figure(figsize=(6.4, 4.6), layout="constrained")
         axes = figure.subplots()
-        for table, colour, dash, name in (
-            (flapwise, SERIES[0], "-", "flapwise"),
-            (chordwise, SERIES[1], "--", "chordwise"),
+        for name, found, colour, dash in (
+            ("flapwise", beam.flapwise, SERIES[0], "-"),
+            ("chordwise", beam.chordwise, SERIES[1], "--"),
         ):
+            table = np.array([found(rate, count) for rate in rates])
             elastic = np.where(table > 0.0, table, np.nan)  # a hinged beam's rigid mode has no place on a log axis
-            axes.semilogy(rates, elastic, color=colour, linestyle=dash)
-            axes.plot([], [], color=colour, linestyle=dash, label=name)
+            lines = axes.semilogy(rates, elastic, color=colour, linestyle=dash)
+            lines[0].set_label(name)
         axes.semilogy(rates[1:], rates[1:], color=GREY, linewidth=0.9, linestyle=":", label="once per revolution")
         for speed in sorted({abs(speed) for speed in speeds}):
             axes.axvline(speed, color=GREY, linewidth=0.5)

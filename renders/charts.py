@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
@@ -20,12 +19,11 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from oblique_impact.history.history import History
 from renders.envelope import drawn
 from renders.letters import Letters
+from renders.story import Story
 from renders.style import figure_style
-from renders.themes import Theme
-from renders.timeline import Timeline, TimeMap, contact_windows
+from renders.timeline import Timeline, TimeMap
 
 Array = NDArray[np.float64]
 
@@ -34,6 +32,7 @@ _FAINT = 0.22
 _BAND = 0.3  # strength of a band over that of its line
 _STEPS = (1.0, 0.5, 0.2, 0.1)  # of labels, in decades of time
 _PLACES = 7  # decimals of a label at most
+_MULTIPLES = 200_000  # of a step in the whole run: more are not tried
 
 
 @dataclass(frozen=True)
@@ -48,24 +47,10 @@ class Curve:
 
 
 class Chart:
-    """A chart as two pictures, one for the past and one for the future.
+    """A chart as two pictures, one for the past and one for the future, of some size (pixels).
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        What is drawn.
-    label : str
-        Of the vertical axis, with its unit.
-    size : tuple of int
-        Pixels.
-    timeline : Timeline
-        Its film time is the horizontal axis.
-    windows : list of tuple
-        Contacts (s), shaded.
-    theme : Theme
-        Colours.
-    letters : Letters
-        Their sizes.
+    Its horizontal axis is the film time of `timeline`, the vertical one has a `label` with its unit.  The `story`
+    has the colours; the contacts of its first run are shaded.
     """
 
     def __init__(
@@ -74,34 +59,30 @@ class Chart:
         label: str,
         size: tuple[int, int],
         timeline: Timeline,
-        windows: list[tuple[float, float]],
-        theme: Theme,
+        story: Story,
         letters: Letters,
     ) -> None:
-        self.theme, self.timeline, self.letters = theme, timeline, letters
-        self._past, self._span = self._draw(curves, label, size, windows, 1.0)
-        self._future, _ = self._draw(curves, label, size, windows, _FAINT)
+        self._theme, self._course, self._letters = story.style.colours, timeline.course, letters
+        self._spans = [(c.start, c.end) for c in story.histories[0].contacts]
+        self._past, self._box = self._draw(curves, label, size, 1.0)
+        self._future, _ = self._draw(curves, label, size, _FAINT)
 
     def _draw(
-        self,
-        curves: Sequence[Curve],
-        label: str,
-        size: tuple[int, int],
-        windows: list[tuple[float, float]],
-        strength: float,
+        self, curves: Sequence[Curve], label: str, size: tuple[int, int], strength: float
     ) -> tuple[Image.Image, tuple[float, float, float, float]]:
-        course = self.timeline.course
+        """Return the picture and where its axes are: left, right, top, bottom (pixels)."""
+        first, last = self._course.times[[0, -1]]
         with figure_style():
-            figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor=self.theme.background)
+            figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor=self._theme.background)
             canvas = FigureCanvasAgg(figure)
-            axes = figure.add_axes(_frame(size, self.letters))
-            axes.set_facecolor(self.theme.background)
+            axes = figure.add_axes(_frame(size, self._letters))
+            axes.set_facecolor(self._theme.background)
             box = axes.get_window_extent()
             axes.set_xlim(0.0, box.width)
-            for start, end in windows:
-                if end >= course.times[0] and start <= course.times[-1]:
+            for start, end in self._spans:
+                if end >= first and start <= last:
                     ends = self._pixels(np.array([start, end]), box.width)
-                    axes.axvspan(*ends, color=self.theme.line, alpha=0.6, linewidth=0)
+                    axes.axvspan(*ends, color=self._theme.line, alpha=0.6, linewidth=0)
             for curve in curves:
                 self._draw_curve(axes, curve, (box.width, box.height), strength)
             self._dress(axes, curves, label)
@@ -111,11 +92,10 @@ class Chart:
 
     def _pixels(self, time: Array, width: float) -> Array:
         """Pixels from the left end of the axis at physical times (s)."""
-        course = self.timeline.course
-        return course.film_at(time) * width / course.duration
+        return self._course.film_at(time) * width / self._course.duration
 
     def _draw_curve(self, axes: Any, curve: Curve, size: tuple[float, float], strength: float) -> None:
-        inside = (curve.time >= self.timeline.course.times[0]) & (curve.time <= self.timeline.course.times[-1])
+        inside = (curve.time >= self._course.times[0]) & (curve.time <= self._course.times[-1])
         values = curve.values[inside]
         if values.size == 0:
             return
@@ -124,14 +104,14 @@ class Chart:
             axes.fill_between(
                 band.x, band.low, band.high, color=curve.colour, alpha=_BAND * strength, linewidth=0.0
             )
-        width = 1.4 * max(self.letters.scale, 0.7)
+        width = 1.4 * max(self._letters.scale, 0.7)
         axes.plot(shown.x, shown.y, curve.dash, color=curve.colour, linewidth=width, alpha=strength)
 
     def _dress(self, axes: Any, curves: Sequence[Curve], label: str) -> None:
-        theme, letters = self.theme, self.letters
+        theme, letters = self._theme, self._letters
         box = axes.get_window_extent()
         small, large = (letters.size(n) * 72.0 / _DPI for n in (12.5, 13.9))
-        ticks, labels = round_times(self.timeline.course, box.width, letters.font(12.5).getlength)
+        ticks, labels = round_times(self._course, box.width, letters.font(12.5).getlength)
         axes.set_xticks(self._pixels(ticks, box.width), labels)
         lines = int(np.clip(box.height / (1.9 * letters.size(12.5)), 2, 7))
         axes.yaxis.set_major_locator(MaxNLocator(lines, steps=[1, 2, 2.5, 5, 10]))
@@ -141,7 +121,7 @@ class Chart:
         axes.grid(color=theme.line)
         axes.set_ylabel(letters.fitting([label], box.height * 1.2, 13.9), color=theme.ink, fontsize=large)
         axes.yaxis.set_label_coords((1.35 * letters.size(13.9) - box.x0) / box.width, 0.5)
-        stretched = ["time (s), stretched around contacts"] if np.ptp(self.timeline.course.rates) > 0.0 else []
+        stretched = ["time (s), stretched around contacts"] if np.ptp(self._course.rates) > 0.0 else []
         below = letters.fitting([*stretched, "time (s)"], box.width, 13.9)
         axes.set_xlabel(below, color=theme.ink, fontsize=large)
         self._add_legend(axes, [curve for curve in curves if curve.label])
@@ -150,9 +130,9 @@ class Chart:
         """Names of several curves above the axes; to the left of them if there is no room otherwise."""
         if len(curves) < 2:
             return
-        size = self.letters.size(12.5)
+        size = self._letters.size(12.5)
         # a line 1.2, gaps 0.5 and 0.9 times as long as letters are high
-        length = sum(self.letters.font(12.5).getlength(curve.label) + 2.6 * size for curve in curves)
+        length = sum(self._letters.font(12.5).getlength(curve.label) + 2.6 * size for curve in curves)
         box, whole = axes.get_window_extent(), axes.figure.bbox.width
         start = min(0.0, (whole - box.x0 - length) / box.width)
         axes.legend(
@@ -161,7 +141,7 @@ class Chart:
             bbox_to_anchor=(start, 1.0),
             ncols=len(curves),
             fontsize=size * 72.0 / _DPI,
-            labelcolor=self.theme.ink,
+            labelcolor=self._theme.ink,
             handlelength=1.2,
             handletextpad=0.5,
             columnspacing=0.9,
@@ -169,13 +149,13 @@ class Chart:
             borderaxespad=0.2,
         )
 
-    def at(self, film_time: float) -> Image.Image:
-        """Return the picture with its cursor at a film time (s)."""
-        left, right, top, bottom = self._span
-        x = left + (right - left) * min(max(film_time / self.timeline.course.duration, 0.0), 1.0)
+    def at(self, time: float) -> Image.Image:
+        """Return the picture with its cursor at a physical time (s)."""
+        left, right, top, bottom = self._box
+        x = left + float(self._pixels(np.array(time), right - left))
         picture = self._future.copy()
         picture.paste(self._past.crop((0, 0, round(x), picture.height)), (0, 0))
-        ImageDraw.Draw(picture).line([(round(x), top), (round(x), bottom)], fill=self.theme.ink, width=1)
+        ImageDraw.Draw(picture).line([(round(x), top), (round(x), bottom)], fill=self._theme.ink, width=1)
         return picture
 
 
@@ -201,86 +181,61 @@ def round_times(course: TimeMap, width: float, length: Callable[[str], float]) -
     Coarse times come first, finer ones where there is still room for them; decimals are added as long as an
     empty stretch is left that is longer than three labels.
     """
-    first, last = float(course.times[0]), float(course.times[-1])
+    first, last = course.times[[0, -1]].tolist()
     decade = math.floor(math.log10(max(last - first, 1e-300)))
     chosen, places = np.empty(0), max(0, -decade)
     for decimals in range(places, max(places, _PLACES) + 1):
+        if chosen.size and (last - first) * 10.0**decimals > _MULTIPLES:
+            break
         room = 1.35 * max(length(f"{t:.{decimals}f}") for t in (first, last))
-        found = _fill(course, width / course.duration, room, (decade, -decimals))
+        found = np.empty(0)
+        for power in range(decade, -decimals - 1, -1):
+            for part in _STEPS if power > -decimals else _STEPS[:1]:
+                found = _add_multiples(found, part * 10.0**power, course, width / course.duration, room)
         if chosen.size and found.size < 2:
             break
         chosen, places = found, decimals
-        at = np.concatenate([[0.0], course.film_at(np.sort(chosen)) * width / course.duration, [width]])
+        at = np.concatenate([[0.0], course.film_at(chosen) * width / course.duration, [width]])
         if np.diff(at).max() < 3.0 * room:
             break
-    chosen = np.sort(chosen)
     return chosen, [f"{t:.{places}f}" for t in chosen]
 
 
-def _fill(course: TimeMap, scale: float, room: float, decades: tuple[int, int]) -> Array:
-    """Round times with at least `room` pixels between them; `scale` is pixels over film time."""
-    first, last = float(course.times[0]), float(course.times[-1])
-    chosen: list[float] = []
-    for decade in range(decades[0], decades[1] - 1, -1):
-        for part in _STEPS if decade > decades[1] else (1.0,):
-            step = part * 10.0**decade
-            for number in _in_gaps(course, scale, room, sorted(chosen), step):
-                time = min(max(number * step, first), last)
-                at = float(course.film_at(time)) * scale
-                if all(abs(at - float(course.film_at(t)) * scale) >= room for t in chosen):
-                    chosen.append(time)
-    return np.array(chosen)
+def _add_multiples(chosen: Array, step: float, course: TimeMap, scale: float, room: float) -> Array:
+    """Add multiples of a step to ascending times, `room` pixels apart; `scale` is in pixels per second of film."""
+    first, last = course.times[[0, -1]]
+    times = step * np.arange(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)
+    times = np.clip(times, first, last)
+    at, taken = course.film_at(times) * scale, course.film_at(chosen) * scale
+    free = np.all(np.abs(at[:, None] - taken) >= room, axis=1)
+    for time, place in zip(times[free], at[free], strict=True):
+        if np.all(np.abs(taken - place) >= room):
+            taken, chosen = np.append(taken, place), np.append(chosen, time)
+    return np.sort(chosen)
 
 
-def _in_gaps(course: TimeMap, scale: float, room: float, chosen: list[float], step: float) -> list[int]:
-    """Multiples of a step that lie where there is room, no more of them than could be used."""
-    ends = course.duration * scale
-    at = [-room, *(float(course.film_at(t)) * scale for t in chosen), ends + room]
-    found: list[int] = []
-    for low, high in pairwise(at):
-        free = low + room, high - room
-        if free[1] < free[0]:
-            continue
-        a, b = (float(course.time_at(min(max(p, 0.0), ends) / scale)) for p in free)
-        numbers = range(math.ceil(a / step - 1e-9), math.floor(b / step + 1e-9) + 1)
-        found += list(numbers) if len(numbers) <= 64 else []
-    return found
-
-
-def force_curves(histories: Sequence[History], names: Sequence[str], theme: Theme) -> list[Curve]:
+def force_curves(story: Story) -> list[Curve]:
     """Return the normal force of each history; with one history the tangential force too."""
-    found = []
-    for history, name, colour in zip(histories, names, theme.series, strict=False):
-        alone = len(histories) == 1
-        time = history["time"].values
-        found.append(
-            Curve(
-                time,
-                np.nan_to_num(history["lambda_n"].values),
-                theme.arrow if alone else colour,
-                "normal" if alone else name,
-            )
-        )
-        if alone:
-            found.append(Curve(time, np.nan_to_num(history["lambda_tau"].values), theme.arrow, "tangential", "--"))
-    return found
+    theme, times = story.style.colours, [history["time"].values for history in story.histories]
+    forces = [[np.nan_to_num(h[name].values) for name in ("lambda_n", "lambda_tau")] for h in story.histories]
+    if len(times) == 1:
+        (normal, tangential) = forces[0]
+        return [
+            Curve(times[0], normal, theme.arrow, "normal"),
+            Curve(times[0], tangential, theme.arrow, "tangential", "--"),
+        ]
+    rows = zip(times, forces, theme.series, story.names, strict=False)
+    return [Curve(time, normal, colour, name) for time, (normal, _), colour, name in rows]
 
 
-def energy_curves(histories: Sequence[History], names: Sequence[str], theme: Theme) -> list[Curve]:
+def energy_curves(story: Story) -> list[Curve]:
     """Return kinetic, elastic, gravity and total energy of one history; the totals of several."""
-    kinds = ("kinetic", "elastic", "gravity")
-    found = []
-    for history, name, colour in zip(histories, names, theme.series, strict=False):
-        time = history["time"].values
-        parts = [history[f"energy_{kind}"].values for kind in kinds]
-        if len(histories) == 1:
-            found += [Curve(time, p, c, kind) for p, c, kind in zip(parts, theme.energies, kinds, strict=True)]
-            found.append(Curve(time, np.sum(parts, axis=0), theme.ink, "total"))
-        else:
-            found.append(Curve(time, np.sum(parts, axis=0), colour, name))
-    return found
-
-
-def all_windows(histories: Sequence[History]) -> list[tuple[float, float]]:
-    """Return the contacts of the first history, which are shaded."""
-    return contact_windows(histories[0])
+    theme, kinds = story.style.colours, ("kinetic", "elastic", "gravity")
+    parts = [[history[f"energy_{kind}"].values for kind in kinds] for history in story.histories]
+    totals = [np.sum(part, axis=0) for part in parts]
+    times = [history["time"].values for history in story.histories]
+    if len(times) == 1:
+        rows = zip(parts[0] + totals, (*theme.energies, theme.ink), (*kinds, "total"), strict=True)
+        return [Curve(times[0], values, colour, label) for values, colour, label in rows]
+    several = zip(times, totals, theme.series, story.names, strict=False)
+    return [Curve(time, total, colour, name) for time, total, colour, name in several]

@@ -16,9 +16,9 @@ from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
 from renders.difference import magnify_difference as magnified
 from renders.film import write_film, write_still, write_strip
-from renders.frame import Style
-from renders.geometry import BeamGeometry
 from renders.outputs import FILM, PAGE, STILL, STRIP, check_options, kind_of
+from renders.story import Story, story_of
+from renders.style import Style
 from renders.timeline import FPS, Timeline, make_timeline
 
 #: of one row of a strip
@@ -29,33 +29,18 @@ _OF_STYLE = {
     "quantity": "--colour",
     "camera": "--camera",
     "layout": "--layout",
-    "charts": "--bare",
-    "inset": "--bare",
-    "ghosts": "--bare",
-    "trace": "--bare",
+    **dict.fromkeys(("charts", "inset", "ghosts", "trace"), "--bare"),
 }
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """A picture, a film or a page.
-
-    Attributes
-    ----------
-    file : Path
-        What was written.
-    factor : float
-        By which the bending is magnified.
-    size : tuple of int
-        Width and height (pixels) of a still, of a row of a strip, or of a frame.
-    timeline : Timeline or None
-        When the frames of a film are.
-    """
+    """A picture, a film or a page."""
 
     file: Path
-    factor: float
-    size: tuple[int, int]
-    timeline: Timeline | None = None
+    factor: float  # by which the bending is magnified
+    size: tuple[int, int]  # width and height (pixels) of a still, of a row of a strip, or of a frame
+    timeline: Timeline | None = None  # when the frames of a film are
 
 
 def render(
@@ -127,67 +112,74 @@ def render(
     >>> history = simulate(Scenario.builtin("paper"))
     >>> render(history, "impact.png", Style(size=(960, 540)), event=1).file  # doctest: +SKIP
     """
-    file = Path(out)
-    kind = kind_of(file, strip)
+    file, kind = Path(out), kind_of(Path(out), strip)
     default = STRIP_STYLE if kind == STRIP else Style()
-    _refuse(
-        file,
-        kind,
-        (style, default),
-        {
-            "--time": list(times),
-            "--event": event,
-            "--strip": strip or None,
-            "--fps": fps,
-            "--speed": speed,
-            "--contact-speed": contact_speed,
-            "--between": between,
-            "--frames": frames,
-            "--name": list(names),
-            "--magnify-difference": magnify_difference,
-        },
-    )
+    options = {
+        "--time": list(times),
+        "--event": event,
+        "--strip": strip or None,
+        "--fps": fps,
+        "--speed": speed,
+        "--contact-speed": contact_speed,
+        "--between": between,
+        "--frames": frames,
+        "--name": list(names),
+        "--magnify-difference": magnify_difference,
+    }
+    check_options(file, kind, _given(options, style or default, default))
     several = list(histories) if isinstance(histories, Sequence) else [histories]
-    if not several:
-        raise InputError("HISTORY: none given: should be one, two or three")
-    for history in several:
-        require_history(history, "render")
-    if names and len(names) != len(several):
-        raise InputError(f"--name: {len(names)} given for {len(several)} histories")
-    called = list(names) or [f"history {number}" for number in range(1, len(several) + 1)]
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
-        if magnify_difference is not None:
-            several, called = _magnified(several, called, magnify_difference)
-        style = style or default
-        factor = min(BeamGeometry(history, style.deformation).factor for history in several)
-        timeline = None
+        several, called = _checked(several, names, kind, magnify_difference)
+        story = story_of(several, style or default, called, speed, contact_speed)
+        if kind == FILM:
+            timeline = make_timeline(story.time_map, FPS if fps is None else fps, between, frames)
+            _film(story, timeline, file, on_progress)
+            return Rendered(file, story.factor, story.style.size, timeline)
         if kind == PAGE:
-            if len(several) > 1:
-                raise InputError(f"HISTORY: {len(several)} given: a page shows one")
             from renders.player import write_player
 
-            write_player(several[0], file, factor=style.deformation, theme=style.theme)
+            write_player(story, file)
         elif kind == STRIP:
-            write_strip(several, called, style, times, file)
-        elif kind != FILM:
-            write_still(several, called, style, _instant(several[0], times, event), file)
+            write_strip(story, times, file)
         else:
-            if style.size[0] % 2 or style.size[1] % 2:
-                raise InputError(f"--size {style.size[0]}x{style.size[1]}: films need even numbers")
-            timeline = make_timeline(
-                several[0], FPS if fps is None else fps, speed, contact_speed, between, frames
-            )
-            on_progress(Progress(0, timeline.times.size))
-            write_film(several, called, style, timeline, file, lambda done, of: on_progress(Progress(done, of)))
-    return Rendered(file, factor, style.size, timeline)
+            write_still(story, _instant(several[0], times, event), file)
+    return Rendered(file, story.factor, story.style.size)
 
 
-def _refuse(out: Path, kind: str, styles: tuple[Style | None, Style], options: dict[str, Any]) -> None:
-    """Raise InputError if an option is given, or a style differs from the default one, where it does not apply."""
-    style, default = styles
-    changed = [_OF_STYLE[key] for key in _OF_STYLE if style and getattr(style, key) != getattr(default, key)]
-    check_options(out, kind, [*(name for name, value in options.items() if value not in (None, [])), *changed])
+def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
+    """Names of the options that are given, and of those by which a style differs from the default one."""
+    changed = [option for key, option in _OF_STYLE.items() if getattr(style, key) != getattr(default, key)]
+    return [*(name for name, value in options.items() if value not in (None, [])), *changed]
+
+
+def _checked(
+    histories: list[History], names: Sequence[str], kind: str, magnify: float | None
+) -> tuple[list[History], list[str]]:
+    """Return what is drawn and what it is called; raises InputError for what does not fit together."""
+    if not histories:
+        raise InputError("HISTORY: none given: should be one, two or three")
+    for history in histories:
+        require_history(history, "render")
+    count = len(histories)
+    if kind == PAGE and count > 1:
+        raise InputError(f"HISTORY: {count} given: a page shows one")
+    if names and len(names) != count:
+        raise InputError(f"--name: {len(names)} given for {count} histories")
+    called = list(names) or [f"history {number}" for number in range(1, count + 1)]
+    if magnify is not None:
+        if count != 2:
+            raise InputError(f"--magnify-difference: needs two histories, {count} given")
+        histories = [histories[0], magnified(histories[0], histories[1], magnify)]
+        called[1] += f", difference ×{magnify:g}"
+    return histories, called
+
+
+def _film(story: Story, timeline: Timeline, file: Path, on_progress: OnProgress) -> None:
+    if any(pixels % 2 for pixels in story.style.size):
+        raise InputError("--size {}x{}: films need even numbers".format(*story.style.size))
+    on_progress(Progress(0, timeline.times.size))
+    write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
 
 
 def render_command(
@@ -205,17 +197,12 @@ def render_command(
     with counting_bar("film" if kind == FILM else "picture") as show:
         result = render(histories, out, style, on_progress=show, **options)
     lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
-    if result.timeline is not None:
-        lines.append(_rates(result.timeline, result.size))
+    if (film := result.timeline) is not None:
+        lines.append(
+            f"{film.times.size} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at {film.fps} "
+            f"per second; time runs at {film.rates.max():.3g} to {film.rates.min():.3g} of real time"
+        )
     return [*lines, f"picture: {out}" if kind in (STILL, STRIP) else f"written: {out}"]
-
-
-def _rates(timeline: Timeline, size: tuple[int, int]) -> str:
-    fastest, slowest = timeline.rates.max(), timeline.rates.min()
-    return (
-        f"{timeline.times.size} frames of {size[0]}x{size[1]}, {timeline.duration:.1f} s at "
-        f"{timeline.fps} per second; time runs at {fastest:.3g} to {slowest:.3g} of real time"
-    )
 
 
 def parse_size(text: str) -> tuple[tuple[int, int], str]:
@@ -232,13 +219,6 @@ def parse_size(text: str) -> tuple[tuple[int, int], str]:
         "" if even == (width, height) else f"size {text} rounded to {even[0]}x{even[1]}: films need even numbers"
     )
     return even, note
-
-
-def _magnified(histories: list[History], names: list[str], factor: float) -> tuple[list[History], list[str]]:
-    if len(histories) != 2:
-        raise InputError(f"--magnify-difference: needs two histories, {len(histories)} given")
-    second = magnified(histories[0], histories[1], factor)
-    return [histories[0], second], [names[0], f"{names[1]}, difference ×{factor:g}"]
 
 
 def _instant(history: History, times: Sequence[float], event: int | None) -> float:

@@ -3,121 +3,85 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 import typer
+from typer import Option
 
 from oblique_impact.command_line.words import print_line, print_note
 from oblique_impact.errors import InputError
 
+Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY...", help="Run folders or history.nc files.")]
+Times = Annotated[list[float] | None, Option("--time", help="Stills, strips: time (s); of a strip repeatable.")]
+Strip = Annotated[bool, Option("--strip", help="Strips: instead of a still, one row for each time.")]
+Between = Annotated[str | None, Option(metavar="T0,T1", help="Films: part of the run (s).")]
+ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]
+LayoutName = Annotated[str, Option(help="Of several histories: side-by-side or overlay.")]
+Names = Annotated[list[str] | None, Option("--name", help="What a history is called; repeatable.")]
+Magnify = Annotated[
+    float | None, Option("--magnify-difference", help="Draw the second history so far from the first.")
+]
+Format = Annotated[
+    str | None, Option("--format", help="vtkhdf, pvd or xdmf; default: as the suffix of --out says.")
+]
+Every = Annotated[
+    int | None, Option(metavar="N", help="Every N-th sample and all events; default: about 1000 and them.")
+]
+Near = Annotated[float | None, Option(metavar="SECONDS", help="Only so close to an event.")]
+
 
 def render(
     context: typer.Context,
-    histories: Annotated[
-        list[Path], typer.Argument(metavar="HISTORY...", help="Run folders or history.nc files.")
-    ],
-    out: Annotated[Path, typer.Option("--out", help="FILE.png, .mp4, .gif, .webp or .html.")] = Path(
-        "out/film.mp4"
-    ),
-    times: Annotated[
-        list[float] | None,
-        typer.Option("--time", help="Stills, strips: time (s); of a strip repeatable."),
-    ] = None,
-    event: Annotated[
-        int | None,
-        typer.Option(help="Stills: at an event, by its number from 1."),
-    ] = None,
-    strip: Annotated[
-        bool, typer.Option("--strip", help="Strips: instead of a still, one row for each time.")
-    ] = False,
-    size: Annotated[str, typer.Option(help="WIDTHxHEIGHT in pixels; of one row of a strip.")] = "",
-    fps: Annotated[int | None, typer.Option(help="Films: frames per second; default 30.")] = None,
-    speed: Annotated[float | None, typer.Option(help="Films: physical over film time in flight.")] = None,
-    contact_speed: Annotated[float | None, typer.Option(help="Films: the same in contact, e.g. 0.001.")] = None,
-    between: Annotated[str | None, typer.Option(metavar="T0,T1", help="Films: part of the run (s).")] = None,
-    frames: Annotated[int | None, typer.Option(help="Films: exactly so many frames.")] = None,
-    deformation: Annotated[float | None, typer.Option(help="Deformation factor; default: chosen.")] = None,
-    colour: Annotated[str, typer.Option(help="The result in colour.")] = "bending_stress",
-    camera: Annotated[str, typer.Option(help="oblique, front or above.")] = "oblique",
-    theme: Annotated[str, typer.Option(help="light or dark; of a page also auto.")] = "light",
-    layout: Annotated[str, typer.Option(help="Of several histories: side-by-side or overlay.")] = "side-by-side",
-    names: Annotated[
-        list[str] | None,
-        typer.Option("--name", help="What a history is called; repeatable."),
-    ] = None,
-    magnify: Annotated[
-        float | None,
-        typer.Option(
-            "--magnify-difference",
-            help="Draw the second history so far from the first.",
-        ),
-    ] = None,
-    bare: Annotated[bool, typer.Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
+    histories: Histories,
+    out: Annotated[Path, Option(help="FILE.png, .mp4, .gif, .webp or .html.")] = Path("out/film.mp4"),
+    times: Times = None,
+    event: Annotated[int | None, Option(help="Stills: at an event, by its number from 1.")] = None,
+    strip: Strip = False,
+    size: Annotated[str, Option(help="WIDTHxHEIGHT in pixels; of one row of a strip.")] = "",
+    fps: Annotated[int | None, Option(help="Films: frames per second; default 30.")] = None,
+    speed: Annotated[float | None, Option(help="Films: physical over film time in flight.")] = None,
+    contact_speed: ContactSpeed = None,
+    between: Between = None,
+    frames: Annotated[int | None, Option(help="Films: exactly so many frames.")] = None,
+    deformation: Annotated[float | None, Option(help="Deformation factor; default: chosen.")] = None,
+    colour: Annotated[str, Option(help="The result in colour.")] = "bending_stress",
+    camera: Annotated[str, Option(help="oblique, front or above.")] = "oblique",
+    theme: Annotated[str, Option(help="light or dark; of a page also auto.")] = "light",
+    layout: LayoutName = "side-by-side",
+    names: Names = None,
+    magnify: Magnify = None,
+    bare: Annotated[bool, Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
 ) -> None:
     """Draw a still, a strip, a film or an interactive page from histories, as the suffix of --out says.
 
     A page (.html) takes --deformation and --theme alone.
     """
     from renders.command import parse_size, render_command
-    from renders.frame import Style
+    from renders.style import Style
 
     pixels, note = parse_size(size or ("1000x250" if strip else "1280x720"))
     if note:
         print_note(note)
-    shown = not bare
-    style = Style(
-        size=pixels,
-        theme=cast(Any, theme),
-        camera=cast(Any, camera),
-        quantity=cast(Any, colour),
-        deformation=deformation,
-        charts=shown,
-        inset=shown,
-        ghosts=shown,
-        trace=shown,
-        layout="overlay" if magnify is not None else cast(Any, layout),
-    )
-    for line in render_command(
-        histories,
-        out,
-        style,
-        given=_typed(context),
-        times=times or (),
-        event=event,
-        strip=strip,
-        fps=fps,
-        speed=speed,
-        contact_speed=contact_speed,
-        between=_pair("--between", between),
-        frames=frames,
-        names=names or (),
-        magnify_difference=magnify,
-    ):
+    look: dict[str, Any] = {"theme": theme, "camera": camera, "quantity": colour, "deformation": deformation}
+    look |= dict.fromkeys(("charts", "inset", "ghosts", "trace"), not bare)
+    look["layout"] = "overlay" if magnify is not None else layout
+    style = Style(size=pixels, **look)
+    options: dict[str, Any] = {"times": times or (), "event": event, "strip": strip, "names": names or ()}
+    options |= {"fps": fps, "speed": speed, "contact_speed": contact_speed, "frames": frames}
+    options |= {"between": _pair("--between", between), "magnify_difference": magnify}
+    for line in render_command(histories, out, style, _typed(context), **options):
         print_line(line)
 
 
 def export(
     history: Annotated[Path, typer.Argument(help="A run folder, or the history.nc in one.")],
-    out: Annotated[Path, typer.Option("--out", help="The file; its suffix is appended if it has none.")],
-    format: Annotated[
-        str | None, typer.Option("--format", help="vtkhdf, pvd or xdmf; default: as the suffix of --out says.")
-    ] = None,
-    every: Annotated[
-        int | None,
-        typer.Option(
-            "--every", metavar="N", help="Every N-th sample and all events; default: about 1000 and them."
-        ),
-    ] = None,
-    all_samples: Annotated[bool, typer.Option("--all", help="Every sample.")] = False,
-    between: Annotated[
-        str | None, typer.Option("--between", metavar="T0,T1", help="Only this span of time (s).")
-    ] = None,
-    around_events: Annotated[
-        float | None, typer.Option("--around-events", metavar="SECONDS", help="Only so close to an event.")
-    ] = None,
-    deformation: Annotated[
-        float, typer.Option("--deformation", metavar="FACTOR", help="Magnify the bending; 1: true shapes.")
-    ] = 1.0,
+    out: Annotated[Path, Option(help="The file; its suffix is appended if it has none.")],
+    format: Format = None,
+    every: Every = None,
+    all_samples: Annotated[bool, Option("--all", help="Every sample.")] = False,
+    between: Annotated[str | None, Option(metavar="T0,T1", help="Only this span of time (s).")] = None,
+    around_events: Near = None,
+    deformation: Annotated[float, Option(metavar="FACTOR", help="Magnify the bending; 1: true shapes.")] = 1.0,
 ) -> None:
     """Write a history as a time series for ParaView: VTKHDF, PVD with .vtp files, or XDMF with an .h5 file."""
     from renders.exports.command import export_command

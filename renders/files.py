@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -17,15 +18,21 @@ _SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")
 def save_figure(figure: Figure, out: Path, default_name: str, histories: Iterable[History] = ()) -> Path:
     """Save `figure` to the file `out`, or to `default_name` in the folder `out`; returns the file.
 
-    Its metadata say what made it and the `histories` that it shows.
+    Its metadata say what made it and the `histories` that it shows.  Raises InputError if it cannot be written.
+    """
+    file = out if out.suffix.lower() in _SUFFIXES else out / default_name
+    metadata = figure_metadata(file, made_by(histories))
+    return save_whole(file, lambda part: figure.savefig(part, metadata=metadata))
+
+
+def save_whole(file: Path, write: Callable[[Path], Any]) -> Path:
+    """Let `write` fill a file, whole or not at all, in a folder that is created; returns the file.
 
     Raises InputError if it cannot be written.
     """
-    file = out if out.suffix.lower() in _SUFFIXES else out / default_name
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        metadata = figure_metadata(file, made_by(histories))
-        write_whole(file, lambda part: figure.savefig(part, metadata=metadata))
+        write_whole(file, write)
     except OSError as error:
-        raise cannot_write(out, error) from None
+        raise cannot_write(file, error) from None
     return file

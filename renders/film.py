@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,169 +14,123 @@ import numpy as np
 from PIL import Image
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, only_writer, write_whole
+from oblique_impact.files import only_writer
 from oblique_impact.history.history import History
-from renders.frame import Composer, Style
+from renders.files import save_whole
+from renders.frame import Composer
 from renders.metadata import add_comment, made_by, save_picture
 from renders.outputs import FILMS
-from renders.story import story_of
-from renders.themes import theme_of
-from renders.timeline import Timeline, contact_windows
+from renders.story import Story
+from renders.style import Style
+from renders.timeline import Timeline
 
+_DPI = 200
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
 _PALETTE_FRAMES = 12
+_CODECS = {
+    ".mp4": "-c:v libx264 -preset fast -crf 18 -pix_fmt yuv420p -movflags +faststart",
+    ".webp": "-c:v libwebp_anim -lossless 0 -q:v 80 -loop 0",
+    ".gif": "-loop 0",
+}
 
-Progress = Callable[[int, int], None]
+OnFrame = Callable[[int, int], None]
 
 
-def write_still(
-    histories: Sequence[History], names: Sequence[str], style: Style, time: float, out: Path, dpi: int = 200
-) -> Path:
+def write_still(story: Story, time: float, out: Path) -> Path:
     """Write one picture at a physical time (s).
 
     Raises InputError for a time outside of the run or a file that cannot be written.
     """
-    _check_times(histories[0], [time])
-    composer = Composer(story_of(histories, style.quantity, style.deformation), names, style)
-    try:
-        picture = composer.draw(time)
-    finally:
-        composer.close()
-    return _save(picture, out, dpi, histories)
+    _check_times(story, [time])
+    with _composer(story) as composer:
+        return _save(composer.draw(time), out, story)
 
 
-def write_strip(
-    histories: Sequence[History],
-    names: Sequence[str],
-    style: Style,
-    times: Sequence[float],
-    out: Path,
-    dpi: int = 200,
-) -> Path:
-    """Write a strip: one row for each physical time (s), a colour bar below the last.
+def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
+    """Write a strip: one row for each physical time (s), by default `strip_times`, a colour bar below the last.
 
     Raises InputError as `write_still` does.
     """
-    wanted = list(times) or strip_times(histories[0])
-    _check_times(histories[0], wanted)
-    rows, story = [], story_of(histories, style.quantity, style.deformation)
-    letters = 0.8 * style.size[0] / 1000.0
-    plain = replace(style, charts=False, inset=False, ghosts=False, trace=False, letters=letters)
+    times = list(times) or strip_times(story.histories[0])
+    _check_times(story, times)
+    width, span = story.style.size[0], (min(times), max(times))
+    plain = replace(
+        story.style, charts=False, inset=False, ghosts=False, trace=False, letters=0.8 * width / 1000.0
+    )
+    rows: list[Image.Image] = []
     # the last row tells what the colours mean and how much the deflection is magnified
-    for times, caption in ((wanted[:-1], False), (wanted[-1:], True)):
-        composer = Composer(story, names, replace(plain, caption=caption), span=(min(wanted), max(wanted)))
-        try:
-            rows += [composer.draw(time) for time in times]
-        finally:
-            composer.close()
-    height = sum(row.height for row in rows) + len(rows) - 1
-    picture = Image.new("RGB", (style.size[0], height), theme_of(style.theme).line)
+    for some, caption in ((times[:-1], False), (times[-1:], True)):
+        with _composer(story, None, replace(plain, caption=caption), span) as composer:
+            rows += [composer.draw(time) for time in some]
+    picture = Image.new("RGB", (width, len(rows) * (rows[0].height + 1) - 1), story.style.colours.line)
     for n, row in enumerate(rows):
         picture.paste(row, (0, n * (row.height + 1)))
-    return _save(picture, out, dpi, histories)
+    return _save(picture, out, story)
 
 
 def strip_times(history: History) -> list[float]:
     """Return instants that tell the story: before, through and after the first macro-collision."""
-    windows = contact_windows(history)
-    first, last = float(history["time"][0]), float(history["time"][-1])
-    if not windows:
-        return [float(t) for t in np.linspace(first, last, _ROWS)]
-    groups = history.summary.get("macro_collisions") or [{"start": windows[0][0], "end": windows[0][1]}]
-    start, end = float(groups[0]["start"]), float(groups[0]["end"])
-    # where the force is largest, and the middle of the collision
-    inside = sorted((_strongest(history, start, end), 0.5 * (start + end)))
-    times = [start - 2.0 * (end - start) - 5e-3, start, *inside, end + 2.0 * (end - start) + 5e-3]
-    return [float(np.clip(t, first, last)) for t in times]
+    time, force = history["time"].values, np.nan_to_num(history["lambda_n"].values)
+    collisions = history.summary["macro_collisions"]
+    if not collisions:
+        return [float(t) for t in np.linspace(time[0], time[-1], _ROWS)]
+    start, end = float(collisions[0]["start"]), float(collisions[0]["end"])
+    strongest = time[np.argmax(np.where((time >= start) & (time <= end), force, -np.inf))]
+    aside = 2.0 * (end - start) + 5e-3
+    times = [start - aside, start, *sorted((strongest, 0.5 * (start + end))), end + aside]
+    return [float(np.clip(t, time[0], time[-1])) for t in times]
 
 
-def _strongest(history: History, start: float, end: float) -> float:
-    """Time (s) of the largest normal force between two times."""
-    time, force = np.asarray(history["time"].values), np.nan_to_num(history["lambda_n"].values)
-    return float(time[np.argmax(np.where((time >= start) & (time <= end), force, -np.inf))])
+def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | None = None) -> Path:
+    """Write a film as .mp4, .gif or .webp, as the suffix of `out` says.
 
-
-def write_film(
-    histories: Sequence[History],
-    names: Sequence[str],
-    style: Style,
-    timeline: Timeline,
-    out: Path,
-    on_frame: Progress | None = None,
-) -> Path:
-    """Write a film as .mp4, .gif or .webp.
-
-    Parameters
-    ----------
-    histories, names
-        One to three histories and what they are called.
-    style, timeline
-        How the frames look, and when they are.
-    out : Path
-        Its suffix decides the format.
-    on_frame : callable, optional
-        Called with the number of frames done and their total.
-
-    Raises
-    ------
-    InputError
-        For an unknown suffix or a file that cannot be written.
+    `on_frame` is called with the number of frames done and their total.  Raises InputError for an unknown suffix
+    or a file that cannot be written.
     """
     if out.suffix.lower() not in FILMS:
         raise InputError(f"--out {out}: films end with {', '.join(FILMS)}")
-    story = story_of(histories, style.quantity, style.deformation)
-    composer = Composer(story, names, style, timeline)
+
+    def write(part: Path) -> None:
+        with only_writer(out), _composer(story, timeline) as composer:
+            _encode(composer, timeline, part, made_by(story.histories), on_frame)
+
+    return save_whole(out, write)
+
+
+@contextmanager
+def _composer(
+    story: Story,
+    timeline: Timeline | None = None,
+    style: Style | None = None,
+    span: tuple[float, float] | None = None,
+) -> Iterator[Composer]:
+    """Make a composer; frees its windows at the end of the block."""
+    composer = Composer(story, timeline, style, span)
     try:
-        frames = _frames(composer, timeline, on_frame)
-        with only_writer(_writable(out)):
-            write_whole(
-                out, lambda part: _encode(frames, style.size, timeline, part, composer, made_by(histories))
-            )
-    except OSError as error:
-        raise cannot_write(out, error) from None
+        yield composer
     finally:
         composer.close()
-    return out
 
 
-def _frames(composer: Composer, timeline: Timeline, on_frame: Progress | None) -> Iterator[Image.Image]:
-    for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
-        yield composer.draw(float(time), float(rate))
-        if on_frame:
-            on_frame(n, timeline.times.size)
-
-
-def _encode(
-    frames: Iterable[Image.Image],
-    size: tuple[int, int],
-    timeline: Timeline,
-    part: Path,
-    composer: Composer,
-    made: str,
-) -> None:
+def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_frame: OnFrame | None) -> None:
     """Send raw frames to ffmpeg, which are never all in memory; `made` says in the file what made it."""
-    with tempfile.TemporaryDirectory() as folder:
-        extra = _palette_options(composer, timeline, Path(folder)) if part.suffix.lower() == ".gif" else []
+    suffix, (width, height) = part.suffix.lower(), composer.style.size
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as log:
         command = [
-            _encoder(),
-            *("-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
-            *("-s", f"{size[0]}x{size[1]}", "-r", str(timeline.fps), "-i", "-"),
-            *extra,
-            *_codec(part.suffix.lower()),
-            *("-metadata", f"comment={made}"),
-            str(part),
+            *(_encoder(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
+            *("-s", f"{width}x{height}", "-r", str(timeline.fps), "-i", "-"),
+            *(_palette_options(composer, timeline, Path(folder)) if suffix == ".gif" else []),
+            *(*_CODECS[suffix].split(), "-metadata", f"comment={made}", str(part)),
         ]
-        log = Path(folder) / "log"
         # in a session of its own: Ctrl-C is for this process, which ends the encoder
-        with (
-            log.open("wb") as errors,
-            subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors, start_new_session=True) as encoder,
-        ):
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=log, start_new_session=True) as encoder:
             assert encoder.stdin is not None
             try:
-                for frame in frames:
-                    encoder.stdin.write(frame.tobytes())
+                for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
+                    encoder.stdin.write(composer.draw(float(time), float(rate)).tobytes())
+                    if on_frame:
+                        on_frame(n, timeline.times.size)
             except BrokenPipeError:
                 pass  # it says why in its log
             except BaseException:
@@ -184,9 +139,10 @@ def _encode(
             finally:
                 encoder.stdin.close()
         if encoder.returncode != 0:
-            text = " ".join(log.read_text(encoding="utf-8", errors="replace").split())[:200]
+            log.seek(0)
+            text = " ".join(log.read().decode(errors="replace").split())[:200]
             raise OSError(0, f"the encoder stopped: {text}")
-        add_comment(part, made)
+    add_comment(part, made)
 
 
 def _encoder() -> str:
@@ -197,15 +153,6 @@ def _encoder() -> str:
         raise InputError(
             "films need ffmpeg: install the one of the package imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE"
         ) from None
-
-
-def _codec(suffix: str) -> tuple[str, ...]:
-    if suffix == ".mp4":
-        quality = ("-c:v", "libx264", "-preset", "fast", "-crf", "18", "-pix_fmt", "yuv420p")
-        return (*quality, "-movflags", "+faststart")
-    if suffix == ".webp":
-        return ("-c:v", "libwebp_anim", "-lossless", "0", "-q:v", "80", "-loop", "0")
-    return ("-loop", "0")
 
 
 def _palette_options(composer: Composer, timeline: Timeline, folder: Path) -> list[str]:
@@ -223,21 +170,13 @@ def _palette_options(composer: Composer, timeline: Timeline, folder: Path) -> li
     return ["-i", str(file), "-lavfi", "paletteuse=dither=none"]
 
 
-def _check_times(history: History, times: Sequence[float]) -> None:
-    first, last = float(history["time"][0]), float(history["time"][-1])
+def _check_times(story: Story, times: Sequence[float]) -> None:
+    first, last = story.geometries[0].times[[0, -1]]
     for time in times:
         if not first <= time <= last:
             raise InputError(f"--time {time:g}: should be from {first:g} to {last:g} s")
 
 
-def _writable(out: Path) -> Path:
-    out.parent.mkdir(parents=True, exist_ok=True)
-    return out
-
-
-def _save(picture: Image.Image, out: Path, dpi: int, histories: Sequence[History]) -> Path:
-    try:
-        write_whole(_writable(out), lambda part: save_picture(picture, part, dpi, made_by(histories)))
-    except OSError as error:
-        raise cannot_write(out, error) from None
-    return out
+def _save(picture: Image.Image, out: Path, story: Story) -> Path:
+    made = made_by(story.histories)
+    return save_whole(out, lambda part: save_picture(picture, part, _DPI, made))

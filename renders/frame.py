@@ -2,153 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, get_args
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
 from PIL import Image, ImageDraw
 
 from oblique_impact.contact.state import State
-from oblique_impact.errors import InputError
-from oblique_impact.scenario.messages import one_of
-from renders.charts import Chart, all_windows, energy_curves, force_curves
-from renders.geometry import BeamGeometry
+from renders.charts import Chart, energy_curves, force_curves
 from renders.layout import Box, lay_out
 from renders.letters import Letters
-from renders.scene import Look, View, contact_force
+from renders.scene import View, contact_force
 from renders.story import Story
-from renders.themes import theme_of
+from renders.style import COLOUR_MAP, Style
 from renders.timeline import Timeline
 
-ThemeName = Literal["light", "dark", "auto"]
-CameraName = Literal["oblique", "front", "above"]
-Layout = Literal["side-by-side", "overlay"]
-Colour = Literal[
-    "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation"
-]
-
-_LAYOUTS, _SHOWN = get_args(Layout), get_args(Colour)
 _TITLE, _NAME, _HEADING, _LINE, _SMALL = 20, 15, 14, 13, 12  # pixels of letters in a picture of 1280 x 720
 _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
 
 
-@dataclass(frozen=True)
-class Style:
-    """How frames look.
-
-    Attributes
-    ----------
-    size : tuple of int
-        Width and height (pixels), even.
-    theme : {"light", "dark", "auto"}
-        Colours of paper and ink; "auto", as the reader's system is set, is for pages.
-    camera : {"oblique", "front", "above"}
-        Where the eye is.
-    quantity : str
-        The result in colour: "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force" or
-        "section_rotation".
-    deformation : float or None
-        Factor; None chooses it.
-    charts, inset, ghosts, trace, arrow : bool
-        What is shown.
-    layout : {"side-by-side", "overlay"}
-        Of several histories.
-    letters : float or None
-        Size of letters, 1 for those of a film of 1280 x 720; None follows the size.
-    caption : bool
-        Whether the factor is told and the colour bar drawn.
-    """
-
-    size: tuple[int, int] = (1280, 720)
-    theme: ThemeName = "light"
-    camera: CameraName = "oblique"
-    quantity: Colour = "bending_stress"
-    deformation: float | None = None
-    charts: bool = True
-    inset: bool = True
-    ghosts: bool = True
-    trace: bool = True
-    arrow: bool = True
-    layout: Layout = "side-by-side"
-    letters: float | None = None
-    caption: bool = True
-
-    def __post_init__(self) -> None:
-        if self.quantity not in _SHOWN:
-            raise InputError(f"--colour {self.quantity}: {one_of(self.quantity, _SHOWN)}")
-        if self.layout not in _LAYOUTS:
-            raise InputError(f"--layout {self.layout}: {one_of(self.layout, _LAYOUTS)}")
-        if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
-            raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
-
-
 class Composer:
-    """Draws frames of one to three histories.
+    """Draws frames of a story, in its style or in another one.
 
-    Parameters
-    ----------
-    story : Story
-        The runs, and what their pictures share.
-    names : sequence of str
-        One for each run.
-    style : Style
-        How they look.
-    timeline : Timeline, optional
-        Of a film; without it there are no charts and no rate.
-    span : tuple, optional
-        Times (s) of the positions that have to fit into the picture; default the whole run.
+    Without the timeline of a film there are no charts and no rate.  The positions between the times of `span` (s)
+    fit into the picture, by default those of the whole run.
     """
 
     def __init__(
         self,
         story: Story,
-        names: Sequence[str],
-        style: Style,
         timeline: Timeline | None = None,
+        style: Style | None = None,
         span: tuple[float, float] | None = None,
     ) -> None:
-        if not 1 <= len(story.geometries) <= 3:
-            raise InputError(f"HISTORY: {len(story.geometries)} given: should be one, two or three")
-        self.story, self.style, self.theme, self.timeline = story, style, theme_of(style.theme), timeline
-        self.names, self._span = names, span
-        self.letters = Letters(style.letters or min(style.size[0] / 1280.0, style.size[1] / 720.0))
-        self._overlay = style.layout == "overlay" and len(story.geometries) > 1
-        self._charts: list[tuple[Chart, Box]] = []
-        self._views: list[tuple[View, Box, int]] = []
-        self._arrange()
-        self._still = Image.new("RGB", style.size, self.theme.background)
-
-    # Layout ---------------------------------------------------------------------------------------------------
-
-    def _arrange(self) -> None:
-        style, geometries = self.style, self.story.geometries
-        together = self._overlay or len(geometries) == 1
+        self.story, self.timeline, self.style = story, timeline, style or story.style
+        self.theme, size = self.style.colours, self.style.size
+        self.letters = Letters(self.style.letters or min(size[0] / 1280.0, size[1] / 720.0))
+        numbers = list(range(len(story.geometries)))
+        pictures = [numbers] if story.overlay else [[n] for n in numbers]
+        alone = len(pictures) == 1
         plan = lay_out(
-            style.size,
-            1 if together else len(geometries),
-            inset=style.inset and together,
-            charts=style.charts and self.timeline is not None,
+            size, len(pictures), inset=self.style.inset and alone, charts=self.style.charts and bool(timeline)
         )
         self._compact = plan.views[0][3] < _LOW
-        look = Look(style.quantity, style.camera, style.ghosts, style.trace, style.arrow, self._overlay)
-        room = self._room()
-        for n, box in enumerate(plan.views):
-            shown = geometries if together else geometries[n : n + 1]
-            view = View(shown, box[2:], self.theme, look, self.story.colours.limit, span=self._span, room=room)
+        self._views: list[tuple[View, Box, int]] = []
+        for n, (shown, box) in enumerate(zip(pictures, plan.views, strict=True)):
+            view = View(story, shown, box[2:], style=self.style, span=span, room=self._room())
             self._views.append((view, box, n))
         if plan.inset:
-            self._add_inset(plan.inset, look)
-        if plan.charts:
-            self._add_charts(plan.charts)
+            left, top, wide, high = plan.inset
+            band = round(self._band())
+            close = replace(self.style, ghosts=False)
+            view = View(story, numbers, (wide, high - band), style=close, close=True)
+            self._views.append((view, (left, top + band, wide, high - band), -1))
+        curves = ((force_curves(story), "force (N)"), (energy_curves(story), "energy (J)"))
+        self._charts = [
+            (Chart(found, label, box[2:], timeline, story, self.letters), box)
+            for (found, label), box in zip(curves, plan.charts, strict=False)
+            if timeline
+        ]
 
     def _room(self) -> tuple[float, float]:
         """Pixels that text takes above a view, and the colour bar below it, whether or not there is a caption."""
         letters, s = self.letters, self.letters.scale
         lines = 1 if self._compact else (self.timeline is not None) + (self.story.factor != 1.0)
         top = self._top(0) + 1.3 * letters.size(_TITLE) + 1.5 * lines * letters.size(_LINE)
-        if self._overlay:
+        if self.story.overlay:
             return top, 0.0
         title = 0.0 if self._compact else 1.2 * letters.size(_LINE) + 4 * s
         return top, title + max(8.0, 12 * s) + 1.3 * letters.size(_SMALL) + 8 * s
@@ -157,37 +76,20 @@ class Composer:
         """Pixels from the top at which text begins in a box."""
         return top + max(8.0, 16.0 * self.letters.scale)
 
-    def _add_inset(self, box: Box, look: Look) -> None:
-        """Contact point at true scale."""
-        true = [BeamGeometry(g.history, 1.0) for g in self.story.geometries]
-        close = Look(look.quantity, look.camera, False, look.trace, look.arrow, look.plain)
-        lines = 1.3 * self.letters.size(_HEADING) + 1.5 * (self.letters.size(_HEADING) + self.letters.size(_LINE))
-        band = round(self._top(0) + lines)
-        view = View(true, (box[2], box[3] - band), self.theme, close, self.story.colours.limit, close=6.0)
-        self._views.append((view, (box[0], box[1] + band, box[2], box[3] - band), -1))
-
-    def _add_charts(self, boxes: Sequence[Box]) -> None:
-        assert self.timeline is not None
-        histories = self.story.histories
-        windows = all_windows(histories)
-        parts = (
-            (force_curves(histories, self.names, self.theme), "force (N)"),
-            (energy_curves(histories, self.names, self.theme), "energy (J)"),
-        )
-        for (curves, label), box in zip(parts, boxes, strict=False):
-            chart = Chart(curves, label, box[2:], self.timeline, windows, self.theme, self.letters)
-            self._charts.append((chart, box))
+    def _band(self) -> float:
+        """Pixels above the view of the contact point, for its text."""
+        letters = self.letters
+        return self._top(0) + 2.8 * letters.size(_HEADING) + 1.5 * letters.size(_LINE)
 
     # Frames ---------------------------------------------------------------------------------------------------
 
     def draw(self, time: float, rate: float | None = None) -> Image.Image:
         """Return the frame at a physical time (s); `rate` is physical over film time."""
-        frame = self._still.copy()
+        frame = Image.new("RGB", self.style.size, self.theme.background)
         for view, (left, top, _, _), _ in self._views:
             frame.paste(view.draw(time), (left, top))
-        if self.timeline is not None:
-            for chart, (left, top, _, _) in self._charts:
-                frame.paste(chart.at(float(self.timeline.course.film_at(time))), (left, top))
+        for chart, (left, top, _, _) in self._charts:
+            frame.paste(chart.at(time), (left, top))
         pen = ImageDraw.Draw(frame)
         for view, box, number in self._views:
             if number >= 0:
@@ -204,7 +106,7 @@ class Composer:
         bold = letters.font(_TITLE, True)
         pen.text((left, y), f"t = {time:.5f} s", fill=theme.ink, font=bold)
         x = left + bold.getlength("t = 0.00000 s") + max(12.0, 24 * letters.scale)
-        if self._overlay:
+        if self.story.overlay:
             self._legend(pen, x, y, right)
         else:
             geometry = self.story.geometries[number]
@@ -212,14 +114,14 @@ class Composer:
             pen.text((x, y), state.name, fill=theme.states[state], font=bold)
             if len(self.story.geometries) > 1:
                 x += bold.getlength("STICK") + max(8.0, 24 * letters.scale)
-                name = letters.fitting(_shortened(self.names[number]), right - x, _NAME)
+                name = letters.fitting(_shortened(self.story.names[number]), right - x, _NAME)
                 pen.text((x, y + 3 * letters.scale), name, fill=theme.ink, font=letters.font(_NAME))
         y += 1.5 * letters.size(_TITLE)
         for texts in self._lines(rate):
             line = letters.fitting(texts, right - left, _LINE)
             pen.text((left, y), line, fill=theme.dim, font=letters.font(_LINE))
             y += 1.5 * letters.size(_LINE)
-        if not self._overlay and self.style.caption:
+        if not self.story.overlay and self.style.caption:
             self._colour_bar(pen, box)
 
     def _lines(self, rate: float | None) -> list[list[str]]:
@@ -235,8 +137,8 @@ class Composer:
     def _legend(self, pen: ImageDraw.ImageDraw, x: float, y: float, right: float) -> None:
         """Names and colours of the beams, shortened where there is no room."""
         s, letters = self.letters.scale, self.letters
-        part = (right - x) / len(self.names)
-        for n, (name, colour) in enumerate(zip(self.names, self.theme.series, strict=False)):
+        part = (right - x) / len(self.story.names)
+        for n, (name, colour) in enumerate(zip(self.story.names, self.theme.series, strict=False)):
             at = x + n * part
             pen.rectangle([at, y + 8 * s, at + 18 * s, y + 14 * s], fill=colour)
             text = letters.fitting(_shortened(name), part - 32 * s, _NAME)
@@ -246,8 +148,7 @@ class Composer:
         """Force and gap above the view of the contact point, in the band that is left for them."""
         letters, theme, geometry = self.letters, self.theme, self.story.geometries[0]
         margin = max(8.0, 14.0 * letters.scale)
-        band = self._top(0) + 1.3 * letters.size(_HEADING) + 1.5 * (letters.size(_HEADING) + letters.size(_LINE))
-        top = box[1] - round(band)
+        top = box[1] - round(self._band())
         left, y, width = box[0] + margin, self._top(top), box[2] - 1.5 * margin
         edge = [(box[0], top), (box[0], box[1] + box[3])] if box[0] else [(0, top), (box[2], top)]
         pen.line(edge, fill=theme.line, width=max(1, round(letters.scale)))
@@ -255,7 +156,7 @@ class Composer:
         pen.text((left, y), title, fill=theme.ink, font=letters.font(_HEADING, True))
         y += 1.6 * letters.size(_HEADING)
         k = geometry.index(time)
-        if self.style.arrow and not self._overlay:
+        if self.style.arrow and not self.story.overlay:
             size = float(np.linalg.norm(contact_force(geometry, k)))
             text, colour = (f"{size:.0f} N", theme.arrow) if size > 0.5 else ("no contact force", theme.dim)
             pen.text((left, y), text, fill=colour, font=letters.font(_HEADING))
@@ -272,7 +173,7 @@ class Composer:
         height = max(8.0, 12 * s)
         left = box[0] + (0.55 * box[2] if self._compact else 0.5 * (box[2] - width))
         top = box[1] + box[3] - height - 1.3 * letters.size(_SMALL) - 8 * s
-        colours = mpl.colormaps[theme.colour_map](np.linspace(0.0, 1.0, round(width)))
+        colours = mpl.colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, round(width)))
         for k, colour in enumerate(colours):
             pen.line([(left + k, top), (left + k, top + height)], fill=tuple(int(255 * c) for c in colour[:3]))
         small = letters.size(_SMALL)

@@ -43,6 +43,24 @@ QUANTITIES = {
 }
 
 
+#: variables of a history that pictures, pages and exports are made from
+NEEDED = (
+    *("time", "station", "state", "theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot", "tip_vx", "tip_vy"),
+    *(
+        "moment",
+        "shear",
+        "axial_force",
+        "bending_stress",
+        "lambda_n",
+        "lambda_tau",
+        "gap",
+        "gap_rate",
+        "slip_rate",
+    ),
+    *("deflection", "energy_kinetic", "energy_elastic", "energy_gravity"),
+)
+
+
 @dataclass(frozen=True)
 class Surface:
     """Points and outward normals (np, 3) of the tube at one sample and its results there."""
@@ -53,25 +71,14 @@ class Surface:
 
 
 class BeamGeometry:
-    """Shapes of the beam at the samples of a history.
+    """Shapes of the beam at the samples of a history, which has the variables `NEEDED`.
 
-    Parameters
-    ----------
-    history : History
-        With the variables `theta`, `ux`, `uy` and the results along the stations.
-    factor : float, optional
-        Deformation factor; chosen from the largest deviation of the run if None.
-
-    Raises
-    ------
-    InputError
-        If the history has no stations (it is not one of a beam) or the factor is not positive and finite.
+    The deformation factor is chosen from the largest deviation of the run if none is given.  Raises InputError if
+    the history lacks a variable (it is not one of a beam) or the factor is not positive and finite.
     """
 
     def __init__(self, history: History, factor: float | None = None) -> None:
-        missing = [
-            name for name in ("theta", "ux", "uy", "ux_dot", "uy_dot", "moment") if name not in history.data
-        ]
+        missing = [name for name in NEEDED if name not in history.data.variables]
         if missing:
             raise InputError(
                 f"history: has no variable {missing[0]!r}: it is not one of a beam, or of another version"
@@ -110,6 +117,11 @@ class BeamGeometry:
         return max(f for f in _FACTORS if f <= max(wanted, 1.0))
 
     @cached_property
+    def true(self) -> BeamGeometry:
+        """The same beam without magnification."""
+        return self if self.factor == 1.0 else BeamGeometry(self.history, 1.0)
+
+    @cached_property
     def radii(self) -> Array:
         """Radius (m) of the drawn tube at the rings: that of the outer fibre."""
         return np.asarray(self.sections.fibre_distance(self.places) * np.ones_like(self.places))
@@ -118,6 +130,12 @@ class BeamGeometry:
     def touch_radius(self) -> float:
         """Radius (m) at the contact point: the drawn surface of the slope lies that much below its line."""
         return float(self.sections.fibre_distance(self.scenario.contact.point))
+
+    @cached_property
+    def slope_axes(self) -> Array:
+        """Unit vectors up along the slope and out of it (2, 2), in the inertial frame."""
+        c, s = np.cos(self.scenario.slope.angle), np.sin(self.scenario.slope.angle)
+        return np.array([(c, s), (-s, c)])
 
     def index(self, time: float) -> float:
         """Fractional number of the sample at a time (s): between two samples everything is interpolated linearly.
@@ -154,10 +172,20 @@ class BeamGeometry:
         """Inertial position (2,) of the contact point."""
         return np.asarray(self.stations_at(k)[self._touch])
 
+    def contact_place(self, k: float) -> Array:
+        """Return where the beam touches the drawn slope (3,), one radius below the contact point on its axis."""
+        return np.append(self.contact_point(k) - self.touch_radius * self.slope_axes[1], 0.0)
+
     def contact_forces(self, k: float) -> tuple[Array, Array]:
         """Return normal and tangential force (2,) of the slope on the beam in the inertial frame (N)."""
-        s, c = np.sin(self.scenario.slope.angle), np.cos(self.scenario.slope.angle)
-        return self.value("lambda_n", k) * np.array([-s, c]), self.value("lambda_tau", k) * np.array([c, s])
+        tangent, normal = self.slope_axes
+        return self.value("lambda_n", k) * normal, self.value("lambda_tau", k) * tangent
+
+    @cached_property
+    def peak_force(self) -> float:
+        """Largest resultant of the contact force (N) that float32 can hold; 0 if there is none."""
+        size = np.hypot(self._values("lambda_n"), self._values("lambda_tau"))
+        return float(np.max(size[size < np.finfo(np.float32).max], initial=0.0))
 
     def centreline(self, k: float) -> Array:
         """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
@@ -207,21 +235,18 @@ class BeamGeometry:
 
     @cached_property
     def _template(self) -> tuple[NDArray[np.int64], Array]:
-        """Per point of the tube: its ring, and its offsets (m) along the axis, across it, and out of the plane."""
+        """Per point of the tube: its ring, and its offsets (m) along the axis, across it, and out of the plane.
+
+        The rings, those of the hemispherical cap, its pole, and the centre of the root.
+        """
         angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
-        across, out = np.cos(angle), np.sin(angle)
-        ring = np.repeat(np.arange(self.places.size), SIDES)
-        radius = self.radii[ring]
-        last, r = self.places.size - 1, self.radii[-1]
         elevation = 0.5 * np.pi * np.arange(1, CAP_RINGS) / CAP_RINGS
-        along = np.concatenate([np.zeros(ring.size), np.repeat(r * np.sin(elevation), SIDES), [r, 0.0]])
-        cap = np.repeat(r * np.cos(elevation), SIDES)
-        turns = CAP_RINGS - 1
-        size = np.concatenate([radius, cap, [0.0, 0.0]])
-        side = np.concatenate([np.tile(across, self.places.size + turns), [0.0, 0.0]])
-        depth = np.concatenate([np.tile(out, self.places.size + turns), [0.0, 0.0]])
-        rings = np.concatenate([ring, np.full(turns * SIDES + 1, last), [0]])
-        return rings, np.stack([along, size * side, size * depth], axis=1)
+        r, count = self.radii[-1], self.places.size
+        along = np.concatenate([np.zeros(count), r * np.sin(elevation)])[:, None] * np.ones(SIDES)
+        size = np.concatenate([self.radii, r * np.cos(elevation)])[:, None]
+        offsets = np.stack([along, size * np.cos(angle), size * np.sin(angle)], axis=-1).reshape(-1, 3)
+        rings = np.repeat(np.minimum(np.arange(size.size), count - 1), SIDES)
+        return np.append(rings, [count - 1, 0]), np.concatenate([offsets, [(r, 0.0, 0.0), (0.0, 0.0, 0.0)]])
 
     @cached_property
     def _directions(self) -> Array:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 Box = tuple[int, int, int, int]  # left, top, width, height (pixels)
 
@@ -11,19 +11,8 @@ _INSET = (150, 150)  # least width and height (pixels)
 _CHART = (250, 110)
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Boxes of a frame.
-
-    Attributes
-    ----------
-    views : list of tuple
-        Pictures of the beam, from left to right.
-    inset : tuple or None
-        The contact point.
-    charts : list of tuple
-        Of force and energy, of force alone, or none.
-    """
+class Layout(NamedTuple):
+    """Boxes of a frame: pictures of the beam from left to right, the contact point, charts of force and energy."""
 
     views: list[Box]
     inset: Box | None

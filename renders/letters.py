@@ -17,13 +17,7 @@ _TITLE, _LEAST_TITLE = 20.0, 15
 
 @dataclass(frozen=True)
 class Letters:
-    """Letters of one picture.
-
-    Attributes
-    ----------
-    scale : float
-        1 for a picture of 1280 x 720; lengths that go with letters are multiples of it.
-    """
+    """Letters of a picture; `scale` is 1 for one of 1280 x 720, and lengths that go with letters are multiples."""
 
     scale: float
 

@@ -17,20 +17,10 @@ APPLIES: dict[str, tuple[str, ...]] = {
     "--time": (STILL, STRIP),
     "--event": (STILL,),
     "--strip": (STRIP,),
-    "--size": _PICTURES,
-    "--fps": (FILM,),
-    "--speed": (FILM,),
-    "--contact-speed": (FILM,),
-    "--between": (FILM,),
-    "--frames": (FILM,),
-    "--deformation": _ALL,
-    "--colour": _PICTURES,
-    "--camera": _PICTURES,
-    "--theme": _ALL,
-    "--layout": _PICTURES,
-    "--name": _PICTURES,
+    **dict.fromkeys(("--fps", "--speed", "--contact-speed", "--between", "--frames"), (FILM,)),
+    **dict.fromkeys(("--size", "--colour", "--camera", "--layout", "--name", "--bare"), _PICTURES),
+    **dict.fromkeys(("--deformation", "--theme"), _ALL),
     "--magnify-difference": _PICTURES,
-    "--bare": _PICTURES,
 }
 
 
@@ -47,7 +37,7 @@ def kind_of(out: Path, strip: bool) -> str:
 def check_options(out: Path, kind: str, given: Iterable[str]) -> None:
     """Raise InputError for the first of some options that does not apply to a kind of picture."""
     for option in given:
-        kinds = APPLIES[option]
-        if kind not in kinds:
-            fitting = " or ".join([", ".join(kinds[:-1]), kinds[-1]] if len(kinds) > 1 else kinds)
+        if kind not in APPLIES[option]:
+            *some, last = APPLIES[option]
+            fitting = f"{', '.join(some)} or {last}" if some else last
             raise InputError(f"{option}: is for {fitting}, and {out} is {kind}")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,9 +15,8 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from renders.files import save_figure
-from renders.geometry import BeamGeometry
-from renders.slope import drawn_slope
-from renders.style import GREY, SERIES, STATE_COLOURS, figure_style
+from renders.story import Story, story_of
+from renders.style import GREY, SERIES, STATE_COLOURS, Style, figure_style
 
 Array = NDArray[np.float64]
 
@@ -23,35 +24,44 @@ _DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
 def overview_figure(histories: dict[str, History], out: Path) -> Path:
-    """Draw one or several histories of the same case, named by their keys; returns the file.
+    """Draw one or several histories as :func:`overview` does; returns the file."""
+    with figure_style():
+        return save_figure(overview(histories), out, "overview.png", histories.values())
+
+
+def overview(histories: dict[str, History]) -> Figure:
+    """Draw one or several histories of the same case, named by their keys.
 
     With two histories that share their events, the last panel shows how far apart these are.
     """
-    first = next(iter(histories.values()))
+    story = story_of([next(iter(histories.values()))], Style(deformation=1.0))
+    first = story.histories[0]
+    collisions = first.summary["macro_collisions"]
+    span = (collisions[0]["start"], collisions[0]["end"]) if collisions else None
     with figure_style():
         figure = Figure(figsize=(9.2, 9.0), layout="constrained")
         axes = figure.subplots(3, 2, gridspec_kw={"height_ratios": (1.25, 1.0, 1.0)})
-        _draw_motion(axes[0, 0], first)
-        _draw_shapes(axes[0, 1], first)
+        _draw_motion(axes[0, 0], story, span[0] if span else first["time"].values[-1])
+        _draw_shapes(axes[0, 1], first, span)
         _draw_force(axes[1, 0], histories)
-        _draw_gap(axes[1, 1], histories)
-        _draw_energy(axes[2, 0], histories)
+        _draw_gap(axes[1, 1], histories, first)
+        _draw_energy(axes[2, 0], histories, first)
         if len(histories) == 2 and _same_events(histories):
             _draw_differences(axes[2, 1], histories)
         else:
             _draw_losses(axes[2, 1], histories)
-        return save_figure(figure, out, "overview.png", histories.values())
+        return figure
 
 
-def _first_collision(history: History) -> tuple[float, float] | None:
-    found = history.summary["macro_collisions"]
-    return (found[0]["start"], found[0]["end"]) if found else None
+def _curves(histories: dict[str, History]) -> Iterator[tuple[History, dict[str, Any]]]:
+    """Yield histories with the style of their lines."""
+    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
+        yield history, {"color": colour, "linestyle": dash, "label": name}
 
 
-def _draw_motion(axes: Axes, history: History) -> None:
-    geometry, times = BeamGeometry(history, 1.0), history["time"].values
-    collision = _first_collision(history)
-    end = collision[0] if collision else times[-1]
+def _draw_motion(axes: Axes, story: Story, end: float) -> None:
+    geometry = story.geometries[0]
+    history, times = geometry.history, geometry.times
     # equal steps of angle rather than of time: the beam starts slowly
     theta = history["theta"].values[: int(np.searchsorted(times, end)) + 1]
     for wanted in np.linspace(theta[0], theta[-1], 6):
@@ -67,7 +77,9 @@ def _draw_motion(axes: Axes, history: History) -> None:
             fontsize=7.5,
             color=GREY,
         )
-    _draw_slope(axes, geometry)
+    if story.slope:
+        axes.fill(*story.slope.outline.T, color="#c9ced4", gid="slope")
+        axes.plot(*story.slope.outline[:2].T, color="#3d4650", linewidth=1.6)
     axes.plot(history["tip_x"], history["tip_y"], color=GREY, linewidth=0.7, linestyle=":")
     axes.plot(0.0, 0.0, "o", color="black", markersize=7, zorder=5)
     axes.annotate("pin", (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
@@ -75,9 +87,9 @@ def _draw_motion(axes: Axes, history: History) -> None:
     axes.set(xlabel="x (m)", ylabel="y (m)", title="The beam up to the first impact", aspect="equal")
 
 
-def _draw_shapes(axes: Axes, history: History) -> None:
+def _draw_shapes(axes: Axes, history: History, collision: tuple[float, float] | None) -> None:
     """Deflection measured from the pin-tip chord during the first collision."""
-    times, collision = history["time"].values, _first_collision(history)
+    times = history["time"].values
     start, end = collision or (0.0, times[-1])
     station, deflection = history["station"].values, 1e3 * history["uy"].values
     for t in np.linspace(start, end, 9):
@@ -96,53 +108,33 @@ def _draw_shapes(axes: Axes, history: History) -> None:
     axes.legend()
 
 
-def _draw_slope(axes: Axes, geometry: BeamGeometry) -> None:
-    slope = drawn_slope(geometry)
-    if slope is not None:
-        axes.fill(*slope.outline.T, color="#c9ced4", gid="slope")
-        axes.plot(*slope.outline[:2].T, color="#3d4650", linewidth=1.6)
-
-
-def _collision_window(histories: dict[str, History]) -> tuple[float, float] | None:
-    ranges = [h.summary["macro_collisions"][0] for h in histories.values() if h.summary["macro_collisions"]]
-    if not ranges:
-        return None
-    start, end = min(r["start"] for r in ranges), max(r["end"] for r in ranges)
-    margin = 0.08 * (end - start) + 1e-5
-    return start - margin, end + margin
-
-
 def _draw_force(axes: Axes, histories: dict[str, History]) -> None:
-    window = _collision_window(histories)
-    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
-        times = 1e3 * history["time"].values
-        axes.plot(times, history["lambda_n"], color=colour, linestyle=dash, label=name)
+    for history, style in _curves(histories):
+        axes.plot(1e3 * history["time"].values, history["lambda_n"], **style)
     axes.set(xlabel="time (ms)", ylabel="normal force (N)", title="First collision: contact force")
-    if window:
-        axes.set_xlim(1e3 * window[0], 1e3 * window[1])
+    spans = [h.summary["macro_collisions"][0] for h in histories.values() if h.summary["macro_collisions"]]
+    if spans:
+        start, end = min(span["start"] for span in spans), max(span["end"] for span in spans)
+        margin = 0.08 * (end - start) + 1e-5
+        axes.set_xlim(1e3 * (start - margin), 1e3 * (end + margin))
     axes.set_ylim(bottom=0.0)
     axes.legend()
 
 
-def _draw_gap(axes: Axes, histories: dict[str, History]) -> None:
-    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
-        axes.plot(history["time"], 1e3 * history["gap"], color=colour, linestyle=dash, label=name)
-    first = next(iter(histories.values()))
-    closed = first["state"].values != State.FREE
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], closed.astype(int), [0]])))
-    times = first["time"].values
-    for start, stop in edges.reshape(-1, 2):
-        axes.axvspan(times[start], times[stop - 1], color=STATE_COLOURS[1], alpha=0.25, linewidth=0)
+def _draw_gap(axes: Axes, histories: dict[str, History], first: History) -> None:
+    for history, style in _curves(histories):
+        axes.plot(history["time"], 1e3 * history["gap"], **style)
+    for contact in first.contacts:
+        axes.axvspan(contact.start, contact.end, color=STATE_COLOURS[1], alpha=0.25, linewidth=0)
     axes.set(xlabel="time (s)", ylabel="gap (mm)", title="Distance from the slope (contact shaded)")
-    axes.set_xlim(0.0, times[-1])
+    axes.set_xlim(0.0, float(first["time"][-1]))
 
 
-def _draw_energy(axes: Axes, histories: dict[str, History]) -> None:
+def _draw_energy(axes: Axes, histories: dict[str, History], first: History) -> None:
     parts = ("energy_gravity", "energy_elastic", "energy_kinetic")
-    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
+    for history, style in _curves(histories):
         total = sum(history[part].values for part in parts)
-        axes.plot(history["time"], total, color=colour, linestyle=dash, linewidth=1.8, label=f"total, {name}")
-    first = next(iter(histories.values()))
+        axes.plot(history["time"], total, linewidth=1.8, **style | {"label": f"total, {style['label']}"})
     for part, colour in zip(parts[:2], SERIES[2:], strict=False):
         axes.plot(first["time"], first[part], color=colour, linewidth=0.8, label=part.removeprefix("energy_"))
     axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))

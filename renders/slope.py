@@ -21,18 +21,10 @@ _SAMPLES = 2000  # of the run that are looked at
 
 
 class DrawnSlope(NamedTuple):
-    """The slope as pictures show it.
+    """The slope as pictures show it."""
 
-    Attributes
-    ----------
-    ends : tuple of float
-        m along the slope from `slope.origin`.
-    outline : ndarray, shape (4, 2)
-        m; the surface from its first end to its last one, and back through the solid.
-    """
-
-    ends: tuple[float, float]
-    outline: Array
+    ends: tuple[float, float]  # m along the slope from `slope.origin`
+    outline: Array  # (4, 2), m; the surface from its first end to its last one, and back through the solid
 
 
 def drawn_slope(geometry: BeamGeometry) -> DrawnSlope | None:
@@ -46,29 +38,26 @@ def drawn_slope(geometry: BeamGeometry) -> DrawnSlope | None:
     if not scenario.contact.enabled:
         return None
     length, reach = scenario.beam.length, _SEEN * (scenario.beam.length + scenario.root.hub_radius)
-    c, s = np.cos(slope.angle), np.sin(slope.angle)
-    tangent, normal = np.array([c, s]), np.array([-s, c])
+    tangent, normal = geometry.slope_axes
     pin = -float(np.dot(slope.origin, tangent))
-    ends = slope.extent or _ends_of(geometry, tangent, normal, pin, reach)
+    ends = slope.extent or _ends_of(geometry, pin, reach)
     first, last = np.clip(ends, pin - reach, pin + reach)
     if not first < last:
         return None
     top = np.array(slope.origin) + np.outer([first, last], tangent) - geometry.touch_radius * normal
-    if c < 0.5:
+    if tangent[0] < 0.5:
         bottom = top - _ACROSS * length * normal
     else:
         bottom = np.stack([top[:, 0], np.full(2, top[:, 1].min() - _BELOW * length)], axis=1)
     return DrawnSlope((float(first), float(last)), np.concatenate([top, bottom[::-1]]))
 
 
-def _ends_of(
-    geometry: BeamGeometry, tangent: Array, normal: Array, pin: float, reach: float
-) -> tuple[float, float]:
+def _ends_of(geometry: BeamGeometry, pin: float, reach: float) -> tuple[float, float]:
     """Stretch (m along the slope) near or below which the axis comes in the run, with some room."""
     length = geometry.scenario.beam.length
     samples = np.unique(np.linspace(0, geometry.times.size - 1, _SAMPLES).astype(np.int64))
     places = geometry.stations_of(samples) - np.array(geometry.scenario.slope.origin)
-    along, height = places @ tangent, places @ normal
+    along, height = np.moveaxis(places @ geometry.slope_axes.T, -1, 0)
     seen = (np.abs(along - pin) < reach) & (np.abs(height) < reach)
     if not seen.any():
         return pin, pin

@@ -1,4 +1,4 @@
-"""What all pictures of a run share, made once: drawn shapes, scale of colours, course of the film."""
+"""What all pictures of a run share, made once: style, shapes, slope, scale of colours, course of the film."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from oblique_impact.errors import Outcome
+from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from renders.geometry import QUANTITIES, BeamGeometry
+from renders.slope import DrawnSlope, drawn_slope
+from renders.style import Style
 from renders.timeline import TimeMap, time_map
 
 Array = NDArray[np.float64]
@@ -26,21 +28,11 @@ _CHUNK = 4096  # samples at a time
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Scale of a quantity in colour, from -limit to limit.
+    """Scale of a quantity in colour, from -limit to limit."""
 
-    Attributes
-    ----------
-    quantity : str
-        One of `renders.geometry.QUANTITIES`.
-    limit : float
-        Value at the end of the scale, in the quantity's SI unit.
-    exceeded : bool
-        Whether the run goes beyond it; the labels say so.
-    """
-
-    quantity: str
-    limit: float
-    exceeded: bool
+    quantity: str  # one of `renders.geometry.QUANTITIES`
+    limit: float  # in the quantity's SI unit
+    exceeded: bool  # whether the run goes beyond it; the labels say so
 
     @property
     def title(self) -> str:
@@ -74,12 +66,19 @@ class Story:
     ----------
     geometries : tuple of BeamGeometry
         All with the same deformation factor, the smallest that one of them would have alone.
-    colours : ColourScale
-        One for all.
+    style : Style
+        What is shown, and how.
+    names : tuple of str
+        What the runs are called, where there are several.
+    speed, contact_speed : float or None
+        Physical over film time in flight and in contact; None chooses them.
     """
 
     geometries: tuple[BeamGeometry, ...]
-    colours: ColourScale
+    style: Style
+    names: tuple[str, ...]
+    speed: float | None = None
+    contact_speed: float | None = None
 
     @property
     def histories(self) -> tuple[History, ...]:
@@ -91,30 +90,44 @@ class Story:
         """Deformation factor."""
         return self.geometries[0].factor
 
+    @property
+    def overlay(self) -> bool:
+        """Whether several beams are drawn over each other, in one colour each."""
+        return self.style.layout == "overlay" and len(self.geometries) > 1
+
+    @cached_property
+    def colours(self) -> ColourScale:
+        """One scale for all runs."""
+        return colour_scale(self.geometries, self.style.quantity)
+
+    @cached_property
+    def slope(self) -> DrawnSlope | None:
+        """What is drawn of the slope of the first run."""
+        return drawn_slope(self.geometries[0])
+
     @cached_property
     def time_map(self) -> TimeMap:
         """Film time over physical time, from the contacts of the first run."""
-        return time_map(self.histories[0])
+        return time_map(self.histories[0], self.speed, self.contact_speed)
 
 
-def story_of(histories: Sequence[History], quantity: str = "bending_stress", factor: float | None = None) -> Story:
-    """Make what the pictures of one or several runs share.
+def story_of(
+    histories: Sequence[History],
+    style: Style | None = None,
+    names: Sequence[str] = (),
+    speed: float | None = None,
+    contact_speed: float | None = None,
+) -> Story:
+    """Make what the pictures of one to three runs of beams share; arguments as the attributes of `Story`.
 
-    Parameters
-    ----------
-    histories : sequence of History
-        Of beams.
-    quantity : str
-        The one in colour.
-    factor : float, optional
-        Deformation factor; chosen from the runs if None.
-
-    Raises InputError for a history without a beam or a factor that is not positive and finite.
+    Raises InputError for a history without a beam, too many of them, or a factor that is not positive and finite.
     """
-    alone = [BeamGeometry(history, factor) for history in histories]
-    common = min(geometry.factor for geometry in alone)
+    if not 1 <= len(histories) <= 3:
+        raise InputError(f"HISTORY: {len(histories)} given: should be one, two or three")
+    style = style or Style()
+    common = min(BeamGeometry(history, style.deformation).factor for history in histories)
     geometries = tuple(BeamGeometry(history, common) for history in histories)
-    return Story(geometries, colour_scale(geometries, quantity))
+    return Story(geometries, style, tuple(names), speed, contact_speed)
 
 
 def colour_scale(geometries: Sequence[BeamGeometry], quantity: str) -> ColourScale:
@@ -145,21 +158,21 @@ def peaks_of(geometry: BeamGeometry, quantity: str) -> Array:
 
 def _peaks(geometry: BeamGeometry, quantity: str, part: slice) -> Array:
     """Largest magnitude at some samples: stresses are those of the outer fibres, on both sides of the axis."""
-    sections, x = geometry.sections, geometry.places
+    sections, stations, x = geometry.sections, geometry.stations, geometry.places
 
     def at_rings(name: str, curved: bool) -> Array:
         values = np.nan_to_num(geometry.history[name].values[part], posinf=np.inf, neginf=-np.inf)
-        found = _straight(geometry.stations, x, values)
+        found = np.stack([np.interp(x, stations, row) for row in values])
         smooth = np.all(np.abs(values) < _HELD, axis=1)
         if curved and smooth.any():
-            found[smooth] = CubicSpline(geometry.stations, values[smooth], axis=1)(x)
+            found[smooth] = CubicSpline(stations, values[smooth], axis=1)(x)
         return found
 
     if quantity in ("shear_force", "axial_force"):
         shown = at_rings({"shear_force": "shear"}.get(quantity, quantity), False)
     elif quantity == "section_rotation":
         deflection = np.nan_to_num(geometry.history["uy"].values[part], posinf=0.0, neginf=0.0)
-        shown = CubicSpline(geometry.stations, deflection, axis=1)(x, 1)
+        shown = CubicSpline(stations, deflection, axis=1)(x, 1)
     else:
         shown = at_rings("moment", True)
         if quantity != "bending_moment":
@@ -167,13 +180,6 @@ def _peaks(geometry: BeamGeometry, quantity: str, part: slice) -> Array:
         if quantity == "axial_stress":
             shown = shown + np.abs(at_rings("axial_force", False)) / sections.area(x)
     return np.asarray(np.max(np.abs(shown), axis=1))
-
-
-def _straight(stations: Array, x: Array, values: Array) -> Array:
-    """Values (samples, stations) at other places, linearly between stations."""
-    k = np.clip(np.searchsorted(stations, x, side="right") - 1, 0, stations.size - 2)
-    part = (x - stations[k]) / (stations[k + 1] - stations[k])
-    return np.asarray((1.0 - part) * values[:, k] + part * values[:, k + 1])
 
 
 def round_up(value: float) -> float:

@@ -1,17 +1,29 @@
-"""One style for every figure: sizes, colours, fonts."""
+"""How pictures look: one style for every figure, colours that have one meaning each, and what a picture shows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
 
 import matplotlib as mpl
+
+from oblique_impact.errors import InputError
+from oblique_impact.scenario.messages import one_of
 
 FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR = "#1f4fd1", "#d9580d", "#1b8a3c"
 STATE_COLOURS = (FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR)
 SERIES = ("#22577a", "#e07a1f", "#5b8e3b", "#8a4f9e", "#b03a48", "#6c757d")
 GREY = "#6c757d"
+COLOUR_MAP = "RdBu_r"  # diverging, for results in colour
+
+ThemeName = Literal["light", "dark", "auto"]
+CameraName = Literal["oblique", "front", "above"]
+Layout = Literal["side-by-side", "overlay"]
+Colour = Literal[
+    "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation"
+]
 
 _SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -41,3 +53,118 @@ def figure_style() -> Iterator[None]:
     """Apply the style inside a block; leaves matplotlib's settings as they were."""
     with mpl.rc_context(_SETTINGS):
         yield
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colours of pictures and films, as #rrggbb."""
+
+    background: str
+    ink: str  # text
+    dim: str  # secondary text, axes
+    line: str  # grid and frames
+    ghost: str
+    slope: str
+    slope_edge: str
+    pin: str
+    trace: str
+    arrow: str
+    states: tuple[str, str, str]  # free, slip, stick
+    series: tuple[str, ...]  # several histories
+    energies: tuple[str, str, str]  # kinetic, elastic, gravity
+
+
+LIGHT = Theme(
+    background="#ffffff",
+    ink="#1d2733",
+    dim="#5d6b7a",
+    line="#dfe4e9",
+    ghost="#8a94a0",
+    slope="#c3c9cf",
+    slope_edge="#7d8a97",
+    pin="#98a1ab",
+    trace="#4a6fdc",
+    arrow="#d9580d",
+    states=STATE_COLOURS,
+    series=SERIES,
+    energies=("#8a4f9e", "#0f7f86", "#8d969f"),
+)
+DARK = Theme(
+    background="#12171d",
+    ink="#e8edf2",
+    dim="#9aa7b4",
+    line="#2b343e",
+    ghost="#5d6a77",
+    slope="#4a545f",
+    slope_edge="#7d8a97",
+    pin="#6d7883",
+    trace="#7f9cf5",
+    arrow="#ff8a3d",
+    states=("#7f9cf5", "#ff8a3d", "#5fd38a"),
+    series=("#6fb1d6", "#ff9d4d", "#9ccc65", "#c792ea", "#ff6b7a", "#aab4bf"),
+    energies=("#c08fd2", "#4fc0c5", "#87929d"),
+)
+THEMES = {"light": LIGHT, "dark": DARK}
+
+
+@dataclass(frozen=True)
+class Style:
+    """What a picture shows, and how.
+
+    Attributes
+    ----------
+    size : tuple of int
+        Width and height (pixels), even.
+    theme : {"light", "dark", "auto"}
+        Colours of paper and ink; "auto", as the reader's system is set, is for pages.
+    camera : {"oblique", "front", "above"}
+        Where the eye is.
+    quantity : str
+        The result in colour: "bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force" or
+        "section_rotation".
+    deformation : float or None
+        Factor; None chooses it.
+    charts, inset, ghosts, trace, arrow : bool
+        What is shown.
+    layout : {"side-by-side", "overlay"}
+        Of several histories.
+    letters : float or None
+        Size of letters, 1 for those of a film of 1280 x 720; None follows the size.
+    caption : bool
+        Whether the factor is told and the colour bar drawn.
+
+    Raises InputError for a name that is unknown or a size out of range.
+    """
+
+    size: tuple[int, int] = (1280, 720)
+    theme: ThemeName = "light"
+    camera: CameraName = "oblique"
+    quantity: Colour = "bending_stress"
+    deformation: float | None = None
+    charts: bool = True
+    inset: bool = True
+    ghosts: bool = True
+    trace: bool = True
+    arrow: bool = True
+    layout: Layout = "side-by-side"
+    letters: float | None = None
+    caption: bool = True
+
+    def __post_init__(self) -> None:
+        for option, value, names in (
+            ("--theme", self.theme, ThemeName),
+            ("--camera", self.camera, CameraName),
+            ("--colour", self.quantity, Colour),
+            ("--layout", self.layout, Layout),
+        ):
+            if value not in get_args(names):
+                raise InputError(f"{option} {value}: {one_of(value, get_args(names))}")
+        if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
+            raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
+
+    @property
+    def colours(self) -> Theme:
+        """Colours of a picture; raises InputError for a theme that only pages have."""
+        if self.theme not in THEMES:
+            raise InputError(f"--theme {self.theme}: {one_of(self.theme, THEMES)}")
+        return THEMES[self.theme]

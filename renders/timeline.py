@@ -24,14 +24,8 @@ _GRID = 20_000
 class TimeMap:
     """From physical to film time: piecewise linear between knots.
 
-    Attributes
-    ----------
-    times : ndarray, shape (knots,)
-        Physical times (s), ascending.
-    film : ndarray, shape (knots,)
-        Film times (s), ascending from 0.
-    rates : ndarray, shape (knots,)
-        Physical over film time.
+    At each of the knots, (knots,): physical time (s), ascending; film time (s), ascending from 0; their rate,
+    physical over film time.
     """
 
     times: Array
@@ -69,47 +63,21 @@ class TimeMap:
 
 @dataclass(frozen=True)
 class Timeline:
-    """Times of the frames and their rate.
-
-    Attributes
-    ----------
-    fps : int
-        Frames per second.
-    times : ndarray, shape (frames,)
-        Physical time of each frame (s).
-    rates : ndarray, shape (frames,)
-        Physical over film time.
-    course : TimeMap
-        What lies between the frames.
-    """
+    """Frames per second of a film, physical times of its frames (s), (frames,), and what lies between them."""
 
     fps: int
     times: Array
-    rates: Array
     course: TimeMap
+
+    @property
+    def rates(self) -> Array:
+        """Physical over film time at each frame."""
+        return self.course.rate_at(self.times)
 
     @property
     def duration(self) -> float:
         """Length of the film (s)."""
         return self.times.size / self.fps
-
-
-def contact_windows(history: History) -> list[tuple[float, float]]:
-    """Return starts and ends (s) of the contacts; an impact that rebounds at once is one of no length."""
-    found: list[tuple[float, float]] = []
-    opened: float | None = None
-    for event in history.events:
-        kind = event.kind.value
-        if kind == "impact" and opened is None:
-            opened = event.time
-        elif kind == "rebound":
-            found.append((event.time, event.time))
-        elif kind == "release" and opened is not None:
-            found.append((opened, event.time))
-            opened = None
-    if opened is not None:
-        found.append((opened, float(history["time"][-1])))
-    return found
 
 
 def time_map(history: History, speed: float | None = None, contact_speed: float | None = None) -> TimeMap:
@@ -122,11 +90,16 @@ def time_map(history: History, speed: float | None = None, contact_speed: float 
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; chosen so that the film of the run lasts about
         `SECONDS`, from 1, 1/2, 1/5, 1/10..., if not given.
+
+    Raises InputError for speeds out of range.
     """
+    for name, value in (("--speed", speed), ("--contact-speed", contact_speed)):
+        if value is not None and not 0.0 < value <= 1e6:
+            raise InputError(f"{name} {value:g}: should be a positive number")
     first, last = float(history["time"][0]), float(history["time"][-1])
     if last <= first:
         return TimeMap(np.array([first]), np.zeros(1), np.ones(1))
-    spans = np.array(contact_windows(history)).reshape(-1, 2)
+    spans = np.array([(contact.start, contact.end) for contact in history.contacts]).reshape(-1, 2)
     inside = float(np.sum(spans[:, 1] - spans[:, 0]))
     free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * SECONDS))
     closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * SECONDS)), free)
@@ -137,19 +110,14 @@ def time_map(history: History, speed: float | None = None, contact_speed: float 
 
 
 def make_timeline(
-    history: History,
-    fps: int = FPS,
-    speed: float | None = None,
-    contact_speed: float | None = None,
-    between: tuple[float, float] | None = None,
-    frames: int | None = None,
+    course: TimeMap, fps: int = FPS, between: tuple[float, float] | None = None, frames: int | None = None
 ) -> Timeline:
     """Lay out the frames of a film.
 
     Parameters
     ----------
-    history, speed, contact_speed
-        As in `time_map`.
+    course : TimeMap
+        Of the film of the whole run.
     fps : int
         Frames per second.
     between : tuple, optional
@@ -159,31 +127,24 @@ def make_timeline(
 
     Raises InputError for values out of range.
     """
-    _check(fps, speed, contact_speed, frames)
-    begin, end = float(history["time"][0]), float(history["time"][-1])
+    if not 1 <= fps <= 240:
+        raise InputError(f"--fps {fps}: should be from 1 to 240")
+    if frames is not None and not 2 <= frames <= 100_000:
+        raise InputError(f"--frames {frames}: should be from 2 to 100000")
+    begin, end = course.times[[0, -1]].tolist()
     first, last = between or (begin, end)
-    if not (np.isfinite(first) and np.isfinite(last)) or not begin <= first < last <= end:
+    if not begin <= first < last <= end:
         raise InputError(
             f"--between {first:g},{last:g}: should be two increasing times from {begin:g} to {end:g} s"
         )
-    course = time_map(history, speed, contact_speed).part(first, last)
+    course = course.part(first, last)
     if frames is None:
         frames = math.ceil(course.duration * fps - 1e-9) + 1
     else:
         course = course.slowed((frames - 1) / (course.duration * fps))
     times = course.time_at(np.arange(frames) / fps)
     times[-1] = last
-    return Timeline(fps, times, course.rate_at(times), course)
-
-
-def _check(fps: int, speed: float | None, contact_speed: float | None, frames: int | None) -> None:
-    if not 1 <= fps <= 240:
-        raise InputError(f"--fps {fps}: should be from 1 to 240")
-    for name, value in (("--speed", speed), ("--contact-speed", contact_speed)):
-        if value is not None and not 0.0 < value <= 1e6:
-            raise InputError(f"{name} {value:g}: should be a positive number")
-    if frames is not None and not 2 <= frames <= 100_000:
-        raise InputError(f"--frames {frames}: should be from 2 to 100000")
+    return Timeline(fps, times, course)
 
 
 def _round(rate: float) -> float:
@@ -218,8 +179,9 @@ def _rates(grid: Array, spans: Array, free: float, closed: float) -> Array:
 
 def distance_from(spans: Array, times: Array) -> Array:
     """Distance (s) of each time from the nearest of the intervals (n, 2), which ascend without overlap."""
-    after = np.searchsorted(spans[:, 0], times, side="right")  # intervals that have begun
-    last, following = np.maximum(after - 1, 0), np.minimum(after, spans.shape[0] - 1)
-    gone = np.where(after > 0, np.maximum(times - spans[last, 1], 0.0), np.inf)
-    ahead = np.where(after < spans.shape[0], spans[following, 0] - times, np.inf)
-    return np.asarray(np.minimum(gone, ahead))
+    ends = np.concatenate([[-np.inf], spans.ravel(), [np.inf]])
+    after = np.searchsorted(ends, times, side="right")
+    inside = (after % 2 == 0) | (ends[after - 1] == times)
+    return np.where(
+        inside, 0.0, np.minimum(times - ends[after - 1], ends[np.minimum(after, ends.size - 1)] - times)
+    )

@@ -1,29 +1,51 @@
-"""Shared by all tests: one run per scenario and session."""
+"""Shared by all tests: the last few runs of built-in scenarios, and a browser."""
 
 from __future__ import annotations
 
+import os
+import shutil
 import signal
-from functools import cache
 
 import pytest
+from playwright.sync_api import sync_playwright
 
-from oblique_impact import History, Scenario, simulate
-
+# before anything imports NumPy: for the small matrices here more threads than one only wait for each other, which
+# took up to ten times the time where several test processes share the cores
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # a shell lets what it starts in the background ignore interrupts; the tests of interrupts send them
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-
-@cache
-def _run(name: str, overrides: tuple[str, ...]) -> History:
-    return simulate(Scenario.builtin(name, list(overrides)))
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 
 
 @pytest.fixture(scope="session")
 def run():
-    """Simulate a built-in scenario with overrides; the same case is computed once."""
+    """Simulate a built-in scenario (default: the paper's) with overrides; the last few are remembered."""
+    from validation.runs import run as simulated
 
-    def call(name: str = "paper", *overrides: str) -> History:
-        return _run(name, overrides)
+    return lambda name="paper", *overrides: simulated(name, *overrides)
 
-    return call
+
+@pytest.fixture(scope="session")
+def browser():
+    """The Chromium of this machine, without a window."""
+    binary = next(filter(None, map(shutil.which, CHROMIUM)), None)
+    if binary is None:
+        pytest.skip(f"none of {', '.join(CHROMIUM)} is on the PATH")
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=binary, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page of the browser that may report no fault and ask for nothing but files."""
+    page, faults = browser.new_page(viewport={"width": 1280, "height": 720}), []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda entry: faults.append(entry.text) if entry.type in ("error", "warning") else None)
+    page.on("request", lambda request: request.url.startswith("file:") or faults.append(request.url))
+    yield page
+    page.close()
+    assert faults == []

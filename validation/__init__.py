@@ -34,25 +34,25 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from validation.contrast import Comparison
-    from validation.differences import compare
+    from validation.comparison import Comparison, compare
     from validation.refinement.command import refine
     from validation.refinement.study import StudyResult
     from validation.reproduction.command import Reproduction, reproduce
     from validation.suite import Result, validate
     from validation.sweeps.command import SweepResult, sweep
-    from validation.sweeps.plan import AxisSection, HypercubeSection, SampledSection, SweepFile, TableSection
+    from validation.sweeps.design import AxisSection, HypercubeSection, SampledSection, TableSection
+    from validation.sweeps.plan import SweepFile
 
 __getattr__, __dir__ = on_first_use(
     __name__,
     {
-        "contrast": "Comparison",
-        "differences": "compare",
+        "comparison": "Comparison compare",
         "refinement.command": "refine",
         "refinement.study": "StudyResult",
         "reproduction.command": "Reproduction reproduce",
         "suite": "Result validate",
         "sweeps.command": "SweepResult sweep",
-        "sweeps.plan": "AxisSection HypercubeSection SampledSection SweepFile TableSection",
+        "sweeps.design": "AxisSection HypercubeSection SampledSection TableSection",
+        "sweeps.plan": "SweepFile",
     },
 )

@@ -1,16 +1,25 @@
-"""The commands `validate`, `refine`, `reproduce` and `sweep`: words in, one typed call, lines out."""
+"""The commands `validate`, `refine`, `reproduce`, `sweep` and `compare`: words in, one typed call, lines out."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
+from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
+from oblique_impact.errors import InputError
+from oblique_impact.progress import Progress
 
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
+]
+SchedulerOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Run on the Dask cluster of this scheduler.")
+]
+TimeoutOption = Annotated[
+    float | None, typer.Option(metavar="SECONDS", help="Wall time of a run; one that takes longer is given up.")
 ]
 
 
@@ -23,7 +32,6 @@ def validate(
     workers: WorkersOption = None,
 ) -> None:
     """Check everything against something outside it; writes report.html, results.json and results.csv."""
-    from oblique_impact.command_line.bars import counting_bar
     from validation.report.provenance import command_line
     from validation.suite import counts
     from validation.suite import validate as compute
@@ -61,15 +69,40 @@ def refine(
     within: Annotated[
         float | None, typer.Option(help="Relative uncertainty that counts as converged; default 1e-3.")
     ] = None,
+    scheduler: SchedulerOption = None,
     workers: WorkersOption = None,
+    timeout: TimeoutOption = None,
 ) -> None:
     """Refine elements, modes or time steps; writes report.html, results.json and results.csv."""
-    from validation.refinement.command import refine_command
+    from oblique_impact.scenario.scenario import Scenario
+    from validation.refinement.command import ShippedStudy, lines
+    from validation.refinement.command import refine as compute
+    from validation.refinement.ladders import parse_levels
+    from validation.report.provenance import command_line
 
-    lines = refine_command(
-        scenario, elements, modes, steps, quantities, study, out, changes, workers, tolerances, within
-    )
-    for line in lines:
+    given = {"elements": elements, "modes": modes, "steps": steps, "tolerances": tolerances}
+    texts = {axis: text for axis, text in given.items() if text is not None}
+    levels: dict[str, Any] = {axis: parse_levels(axis, text) for axis, text in texts.items()}
+    changes, quantities = changes or [], quantities or []
+    how: dict[str, Any] = {"within": within, "out": out}
+    how |= {"scheduler": scheduler, "workers": workers, "timeout": timeout}
+    if study is not None and scenario != "paper":
+        raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
+    shown = [] if study else [scenario]
+    repeat = command_line("refine", *shown, study=study, **texts, quantity=quantities, set=changes, **how)
+    with counting_bar(study or "refine") as show:
+        result = compute(
+            None if study else Scenario.load(scenario, changes),
+            quantities=quantities,
+            study=cast(ShippedStudy | None, study),
+            changes=changes if study else (),
+            name=Path(scenario).name,
+            command=repeat,
+            on_progress=show,
+            **levels,
+            **how,
+        )
+    for line in [*lines(result), f"report: {result.report}"]:
         print_line(line)
 
 
@@ -78,9 +111,13 @@ def reproduce(
     workers: WorkersOption = None,
 ) -> None:
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
-    from validation.reproduction.command import reproduce_command
+    from validation.report.provenance import command_line
+    from validation.reproduction.command import lines
+    from validation.reproduction.command import reproduce as compute
 
-    for line in reproduce_command(out, workers):
+    with counting_bar("reproduce") as show:
+        result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
+    for line in lines(result):
         print_line(line)
 
 
@@ -89,13 +126,52 @@ def sweep(
     out: Annotated[
         Path, typer.Option("--out", help="Folder for the results; an interrupted sweep goes on there.")
     ] = Path("out/sweep"),
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Run on the Dask cluster of this scheduler.")
-    ] = None,
+    scheduler: SchedulerOption = None,
     workers: WorkersOption = None,
+    timeout: TimeoutOption = None,
 ) -> None:
     """Run a scenario over axes of its keys; writes results.parquet and report.html."""
-    from validation.sweeps.command import sweep_command
+    from validation.parallel import check_limits
+    from validation.report.provenance import command_line
+    from validation.sweeps.command import lines
+    from validation.sweeps.command import sweep as compute
+    from validation.sweeps.plan import load_plan
 
-    for line in sweep_command(source, out, scheduler, workers):
+    check_limits(scheduler, workers, timeout)
+    plan = load_plan(source)
+    if plan.impossible:
+        print_note(f"{plan.impossible} of {plan.design.size} runs are not possible; the first is {plan.fault}")
+    how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
+    repeat = command_line("sweep", source, out=out, **how)
+    with counting_bar("sweep", rate="runs") as show:
+        result = compute(plan, out, on_progress=show, command=repeat, **how)
+    for line in [*lines(result), f"results: {out}"]:
+        print_line(line)
+
+
+def compare(
+    left: Annotated[Path, typer.Argument(help="A run folder, or the history.nc inside one.")],
+    right: Annotated[Path, typer.Argument(help="Another one.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="A report: .html or .json.")] = Path(
+        "out/compare.html"
+    ),
+) -> None:
+    """Compare two runs, events aligned; writes a page, or the numbers as JSON."""
+    from oblique_impact.history.history import History
+    from validation.comparison import compare as compute
+    from validation.comparison_report import check_target, save_comparison
+    from validation.report.provenance import command_line
+
+    check_target(out)
+    names = (str(left), str(right))
+    with counting_bar("compare") as show:
+        histories = []
+        for number, path in enumerate((left, right)):
+            show(Progress(number, 3, str(path)))
+            histories.append(History.load(path))
+        show(Progress(2, 3))
+        found = compute(histories[0], histories[1], names=names)
+        show(Progress(3, 3))
+        save_comparison(found, out, command_line("compare", left, right, out=out))
+    for line in [*found.summary(), f"report: {out}"]:
         print_line(line)

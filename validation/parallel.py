@@ -1,28 +1,50 @@
-"""The same function over many items, in parallel processes, with results in the order of the items."""
+"""The same function over many items: on processes of this machine, or on a Dask cluster.
+
+Both are executors (`concurrent.futures.Executor`), and what happens around them is written once: some items more
+than there are workers are handed out, what is finished is taken, and one whose process dies costs itself alone.
+"""
 
 from __future__ import annotations
 
 import itertools
+import logging
 import os
+import re
 import signal
 import threading
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
 from multiprocessing import SimpleQueue, connection, get_context, parent_process, resource_tracker
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
+from oblique_impact.errors import InputError
+from oblique_impact.history.provenance import NUMERIC_PACKAGES, package_version, source_digest
 from oblique_impact.kernels.compiling import announce, listen
 from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+#: packages whose source decides about results
+SOURCE = (*NUMERIC_PACKAGES, "validation")
 #: one process a core is enough: threads inside of one would only wait for each other
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+#: s; how often we hear of what is compiled, and see whether a cluster is still there
+_TICK = 0.1
+#: items handed out: for each process of this machine, and to a cluster
+_AHEAD, _AHEAD_ON_CLUSTER = 3, 1000
+_ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([^\s:/\[\]]+|\[[0-9a-fA-F:]+\]):\d{1,5}")
+#: s to wait for a scheduler, and for its first worker
+_PATIENCE = 10.0
 
-#: s; how often we hear of what is compiled
-TICK = 0.1
+
+class Crash(NamedTuple):
+    """Stands for the result of an item that took its process down twice."""
+
+    reason: str
 
 
 def default_workers() -> int:
@@ -30,13 +52,14 @@ def default_workers() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def map_parallel(
+def compute_each(
     function: Callable[[Item], Result],
     items: Sequence[Item],
     workers: int | None = None,
-    on_done: Callable[[int, Result], None] | None = None,
-) -> list[Result]:
-    """Return ``[function(item) for item in items]``, computed in `workers` fresh processes.
+    scheduler: str | None = None,
+    isolated: bool = False,
+) -> Iterator[tuple[int, Result | Crash]]:
+    """Yield the index and the result of each item as it is finished.
 
     Parameters
     ----------
@@ -45,67 +68,180 @@ def map_parallel(
     items : sequence
         Sent in this order: put the longest first.
     workers : int, optional
-        Default: the number of cores.  With one, or one item, everything runs in this process.
-    on_done : callable, optional
-        Called with the index and the result of each item as it is finished.
+        Processes of this machine; default: the cores.  With one, or one item, everything runs in this process.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead; these need this package and nothing else.
+    isolated : bool
+        Never in this process.
+
+    Raises
+    ------
+    InputError
+        In one line if the cluster cannot be used, or is lost.
     """
     count = min(workers or default_workers(), len(items))
-    results: dict[int, Result] = {}
+    if scheduler is not None:
+        yield from _on_cluster(scheduler, function, items)
+    elif count <= 1 and not isolated:
+        yield from ((index, function(item)) for index, item in enumerate(items))
+    else:
+        yield from _on_processes(function, items, count)
 
-    def take(index: int, result: Result) -> None:
+
+def map_parallel(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    workers: int | None = None,
+    on_done: Callable[[int, Result], None] | None = None,
+) -> list[Result]:
+    """Return ``[function(item) for item in items]``, computed as `compute_each` does.
+
+    `on_done` is called with the index and the result of each item as it is finished.  Raises InputError if an item
+    takes its process down.
+    """
+    results: dict[int, Result] = {}
+    for index, result in compute_each(function, items, workers):
+        if isinstance(result, Crash):
+            raise InputError(f"{items[index]}: {result.reason}")
         results[index] = result
         if on_done:
             on_done(index, result)
-
-    if count <= 1:
-        for index, item in enumerate(items):
-            take(index, function(item))
-    else:
-        context = get_context("spawn")
-        compiled = context.SimpleQueue()
-        with single_threaded(), ProcessPoolExecutor(count, context, _begin, (compiled,)) as pool:
-            try:
-                with deaf_to_interrupts():
-                    submitted = [pool.submit(function, item) for item in items]
-                futures = {future: index for index, future in enumerate(submitted)}
-                _collect(futures, take, compiled)
-            except BaseException:
-                _kill(pool)
-                raise
     return [results[index] for index in range(len(items))]
 
 
-def _begin(compiled: SimpleQueue[str]) -> None:
-    """Prepare a process: it leaves with its parent, and tells it what it compiles."""
-    leave_with_parent()
-    listen(compiled.put)
+def told(on_progress: OnProgress, names: Sequence[str]) -> Callable[[int, object], None]:
+    """Return an `on_done` for `map_parallel` over items of these names; it tells `on_progress`.
+
+    That nothing is done yet is told at once.  Items may be finished in any order.
+    """
+    count = itertools.count(1)
+    on_progress(Progress(0, len(names)))
+    return lambda index, result: on_progress(Progress(next(count), len(names), names[index]))
 
 
 def _collect(
-    futures: dict[Future[Result], int],
-    take: Callable[[int, Result], None],
-    compiled: SimpleQueue[str],
-) -> None:
-    pending = set(futures)
-    while pending:
-        done, pending = wait(pending, TICK, return_when=FIRST_COMPLETED)
-        while not compiled.empty():
-            announce(compiled.get())
-        for future in sorted(done, key=futures.__getitem__):
-            take(futures[future], future.result())
+    submit: Callable[[int], Future[Any]],
+    queue: deque[int],
+    running: dict[Future[Any], int],
+    ahead: int,
+    on_tick: Callable[[], None],
+) -> Iterator[tuple[int, Future[Any]]]:
+    """Keep `ahead` items handed out until the queue is empty; yields those that are finished.
+
+    One whose result cannot be taken stays in `running`.
+    """
+    while queue or running:
+        with _deaf_to_interrupts():
+            while queue and len(running) < ahead:
+                future = submit(queue[0])
+                running[future] = queue.popleft()
+        done, _ = wait(running, _TICK, FIRST_COMPLETED)
+        on_tick()
+        for future in sorted(done, key=running.__getitem__):
+            yield running[future], future
+            del running[future]
 
 
-def _kill(pool: ProcessPoolExecutor) -> None:
-    """End all processes at once: what they compute is of no use any more."""
-    # after its shutdown a pool forgets its processes
-    processes = list((getattr(pool, "_processes", None) or {}).values())
-    pool.shutdown(wait=False, cancel_futures=True)
-    for process in processes:
-        process.kill()
+# --- processes of this machine
+
+
+def _on_processes(
+    function: Callable[[Item], Result], items: Sequence[Item], workers: int
+) -> Iterator[tuple[int, Result | Crash]]:
+    left, suspects, deaths = deque(range(len(items))), deque[int](), Counter[int]()
+    while left or suspects:
+        # a pool breaks as a whole: what it was at is done again one by one, to find out which it was
+        alone = bool(suspects)
+        queue, count, ahead = (suspects, 1, 1) if alone else (left, workers, _AHEAD * workers)
+        running: dict[Future[Result], int] = {}
+        with _started(min(count, len(queue))) as processes:
+            try:
+                for index, future in _collect(
+                    lambda index: processes.pool.submit(function, items[index]),
+                    queue,
+                    running,
+                    ahead,
+                    processes.hear,
+                ):
+                    yield index, future.result()
+            except BrokenProcessPool:
+                reason, lost = processes.end(), sorted(running.values())
+                deaths.update(lost if alone else ())
+                if alone and deaths[lost[0]] >= 2:
+                    yield lost[0], Crash(f"its process ended, twice: {reason}")
+                else:
+                    suspects.extend(lost)
+
+
+class _Processes:
+    """A pool of fresh processes, and what they tell."""
+
+    def __init__(self, count: int) -> None:
+        context = get_context("spawn")
+        self._told = context.SimpleQueue()
+        self._ready = False
+        self._members: list[Any] = []
+        self.pool = ProcessPoolExecutor(count, context, _begin, (self._told,))
+
+    def hear(self) -> None:
+        """Announce the kernels that are compiled."""
+        # a pool forgets its processes when it ends
+        self._members = self._members or list((getattr(self.pool, "_processes", None) or {}).values())
+        while not self._told.empty():
+            name = self._told.get()
+            self._ready = True
+            if name:
+                announce(name)
+
+    def end(self) -> str:
+        """Say how the first process ended; raises InputError if none could work."""
+        self.hear()
+        reason = "for an unknown reason"
+        for process in self._members[:1]:
+            process.join()
+            with suppress(ValueError):
+                code = process.exitcode
+                reason = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        if not self._ready:
+            raise InputError(f"--workers: a process ended before it could work: {reason}")
+        return reason
+
+    def kill(self) -> None:
+        """End all processes at once."""
+        self.hear()
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        for process in self._members:
+            process.kill()
 
 
 @contextmanager
-def deaf_to_interrupts() -> Iterator[None]:
+def _started(count: int) -> Iterator[_Processes]:
+    """Start processes with one thread each; an exception ends them at once."""
+    processes = _Processes(count)
+    with _single_threaded(), processes.pool:
+        try:
+            yield processes
+        except BaseException:
+            processes.kill()
+            raise
+
+
+def _begin(compiled: SimpleQueue[str]) -> None:
+    """Prepare a process: it leaves with its parent, even in the middle of its work, and tells what it compiles."""
+    threading.Thread(target=_wait_for_parent, daemon=True).start()
+    compiled.put("")  # ready
+    listen(compiled.put)
+
+
+def _wait_for_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
     """Let processes that are started inside of the block not hear interrupts: their parent decides.
 
     An interrupt that comes in the meantime is heard at the end.
@@ -121,20 +257,8 @@ def deaf_to_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def leave_with_parent() -> None:
-    """Have this process leave when its parent is gone, even in the middle of its work."""
-    threading.Thread(target=_wait_for_parent, daemon=True).start()
-
-
-def _wait_for_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        connection.wait([parent.sentinel])
-        os._exit(1)
-
-
 @contextmanager
-def single_threaded() -> Iterator[None]:
+def _single_threaded() -> Iterator[None]:
     """Environment for processes that are started inside of the block: one thread each."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
@@ -148,11 +272,99 @@ def single_threaded() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def told(on_progress: OnProgress, names: Sequence[str]) -> Callable[[int, object], None]:
-    """Return an `on_done` for `map_parallel` over items of these names; it tells `on_progress`.
+def check_limits(scheduler: str | None, workers: int | None, timeout: float | None) -> None:
+    """Raise InputError, in one line, for what is no address of a scheduler, no time, or too much of both."""
+    if scheduler is not None and workers is not None:
+        raise InputError(f"--workers {workers} together with --scheduler: a cluster has its own workers; give one")
+    if scheduler is not None and not _ADDRESS.fullmatch(scheduler):
+        raise InputError(
+            f"--scheduler {scheduler}: should be the address of a Dask scheduler, like tcp://host:8786"
+        )
+    if timeout is not None and not timeout > 0.0:
+        raise InputError(f"--timeout {timeout}: should be a time in s, greater than 0")
 
-    That nothing is done yet is told at once.  Items may be finished in any order.
-    """
-    count = itertools.count(1)
-    on_progress(Progress(0, len(names)))
-    return lambda index, result: on_progress(Progress(next(count), len(names), names[index]))
+
+# --- a cluster
+
+
+def running_source() -> str:
+    """Version and digest of what computes the results, where it runs; asked of the workers of a cluster."""
+    return f"{package_version()} (source {source_digest(SOURCE)})"
+
+
+def _on_cluster(
+    address: str, function: Callable[[Item], Result], items: Sequence[Item]
+) -> Iterator[tuple[int, Result | Crash]]:
+    with _client(address) as client:
+        from distributed import KilledWorker
+
+        executor: Executor = client.get_executor(pure=False)
+        lost = _fault(address, "the connection is lost; what is done is kept: the same command goes on")
+
+        def check() -> None:
+            if client.status != "running":
+                raise lost
+
+        try:
+            for index, future in _collect(
+                lambda index: executor.submit(function, items[index]),
+                deque(range(len(items))),
+                {},
+                _AHEAD_ON_CLUSTER,
+                check,
+            ):
+                try:
+                    yield index, future.result()
+                except KilledWorker:
+                    yield index, Crash("its workers died, again and again")
+                except (ImportError, AttributeError) as error:
+                    raise _fault(address, f"a worker cannot run: {type(error).__name__}: {error}") from None
+        except (OSError, TimeoutError, CancelledError):
+            raise lost from None
+        finally:
+            with suppress(Exception):
+                executor.shutdown(wait=False)
+
+
+@contextmanager
+def _client(address: str) -> Iterator[Any]:
+    """Yield a connection to a scheduler with workers that have this package in this version."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            f"--scheduler {address}: needs Dask, which is not installed: pip install 'oblique-impact[cluster]'"
+        ) from None
+    for name in list(logging.root.manager.loggerDict):  # it is left to us to say what is wrong
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
+        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise _fault(address, f"cannot be reached: {error}") from None
+    try:
+        _check_workers(address, client)
+        yield client
+    finally:
+        with suppress(Exception):
+            client.close(timeout=0.3)
+
+
+def _check_workers(address: str, client: Any) -> None:
+    try:
+        client.wait_for_workers(1, timeout=_PATIENCE)
+        found = client.run(running_source, on_error="return")
+    except TimeoutError:
+        raise _fault(address, f"has had no workers for {_PATIENCE:g} s; start some: dask worker ADDRESS") from None
+    except Exception as error:
+        raise _fault(address, f"its workers cannot be asked: {error}") from None
+    ours = running_source()
+    for worker, theirs in found.items():
+        if theirs != ours:
+            broken = isinstance(theirs, Exception)
+            words = f"{type(theirs).__name__}: {theirs}" if broken else f"it has {theirs}"
+            raise _fault(address, f"worker {worker} needs oblique-impact {ours}; {words}")
+
+
+def _fault(address: str, what: str) -> InputError:
+    return InputError(f"--scheduler {address}: {' '.join(what.split())[:300]}")

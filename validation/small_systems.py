@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import Instant
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
-from oblique_impact.history.sample_times import last_sample
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching.records import Event
 
@@ -157,5 +156,5 @@ def events_of(history: History, kind: EventKind) -> list[Event]:
 
 def samples_at(history: History, time: float) -> tuple[Array, Array]:
     """(q, q') of the last sample at `time`: the right-hand values of a jump."""
-    index = int(last_sample(history["time"].values, time))
-    return history["q"].values[index], history["qd"].values[index]
+    now = history.at(time)
+    return now["q"].values, now["qd"].values

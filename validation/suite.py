@@ -34,9 +34,6 @@ from validation.report.document import (
 )
 from validation.report.provenance import call_text, provenance, provenance_data
 
-#: `--quick` leaves out the checks that take longer (s)
-QUICK_SECONDS = 2.0
-
 
 @dataclass(frozen=True)
 class Result:
@@ -85,7 +82,7 @@ def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:
                 f"--only {name}: should be a group ({', '.join(groups)}) or a check such as {checks[0].id}{meant}"
             )
     chosen = [check for check in checks if not only or check.id in only or check.group.id in only]
-    return [check for check in chosen if not quick or check.seconds <= QUICK_SECONDS]
+    return [check for check in chosen if not quick or check.mark == "quick"]
 
 
 def evidence_of(check_id: str) -> Evidence:
@@ -140,7 +137,7 @@ def validate(
     only : sequence of str
         Ids of checks or groups; empty: all.
     quick : bool
-        Leave out the checks that take more than `QUICK_SECONDS`.
+        Leave out the checks that are marked full: those that take more than two seconds.
     workers : int, optional
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional

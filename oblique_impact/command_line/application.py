@@ -17,7 +17,7 @@ from oblique_impact.errors import InputError, Interrupted, Outcome
 from oblique_impact.installed import installed, load
 
 #: order of the commands on the help page; those of other packages follow by their names
-ORDER = ("run", "modes", "validate", "refine", "reproduce", "sweep", "render", "export")
+ORDER = ("run", "modes", "validate", "refine", "reproduce", "sweep", "compare", "render", "export")
 #: what every command line of this program is made with
 OPTIONS: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False}
 

@@ -4,33 +4,39 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
-from oblique_impact.history.events import event_row, events_csv, read_events
+from oblique_impact.history.at_a_time import Side, dataset_at
+from oblique_impact.history.events import EVENT_COLUMNS, event_row, events_csv, read_events
 from oblique_impact.history.netcdf import is_history, read_netcdf, write_netcdf
 from oblique_impact.history.summary import EARLIER_MACRO_GAP, parsed, read_summary
 from oblique_impact.history.variables import check_variables
-from oblique_impact.installed import reason
+from oblique_impact.installed import installed, load, reason
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
-from oblique_impact.scenario.scenario import builtin_names
+from oblique_impact.scenario.scenario import Scenario, builtin_names
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from xarray.core.resample import DatasetResample
 
 FORMAT = "oblique-impact history 2"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class History:
     """Samples, events and summary of one run.
 
@@ -56,8 +62,81 @@ class History:
     contacts: list[Contact] = field(default_factory=list)
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        """Return one labelled array, e.g. ``history["theta"]``."""
+        """Return one labelled array, e.g. ``history["theta"]``; raises KeyError."""
         return self.data[name]
+
+    def __getattr__(self, name: str) -> xr.DataArray:
+        """Return one labelled array, e.g. ``history.lambda_n``."""
+        if name.startswith("_") or "data" not in self.__dict__ or name not in self.data.variables:
+            raise AttributeError(f"a History has no attribute or variable {name!r}")
+        return self.data[name]
+
+    def __dir__(self) -> list[str]:
+        """Names for completion, those of the variables among them."""
+        return sorted({*super().__dir__(), *self})
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is a variable of this name."""
+        return name in self.data.variables
+
+    def __iter__(self) -> Iterator[str]:
+        """Go over the names of the variables, those of the axes among them."""
+        return map(str, self.data.variables)
+
+    def __len__(self) -> int:
+        """Return the number of variables."""
+        return len(self.data.variables)
+
+    def __repr__(self) -> str:
+        """Say in a few lines what happened."""
+        return "\n".join(digest(self))
+
+    def _repr_html_(self) -> str:
+        """Say it in a notebook, with the macro-collisions in a table."""
+        lines = "<br>".join(escape(line) for line in digest(self)[:4])
+        table = pd.DataFrame(self.macro_collisions).to_html(index=False, float_format="{:.6g}".format)
+        return f"<div>{lines}{table if self.macro_collisions else ''}</div>"
+
+    def at(self, time: float, side: Side = "right") -> xr.Dataset:
+        """Return all variables at a time (s), between samples by cubics.
+
+        At an event that makes velocities jump, `side` chooses what is just before or just after it.  Raises
+        InputError for a time outside of the run.
+        """
+        return dataset_at(self.data, time, side)
+
+    def beam_at(self, time: float, side: Side = "right") -> NDArray[np.float64]:
+        """Return the points (stations, 2) in m of the deformed axis in the inertial frame at a time (s).
+
+        Raises InputError for a system that is no beam, or a time outside of the run.
+        """
+        if "ux" not in self:
+            raise InputError("beam_at: this is the history of a system that is no beam")
+        now, radius = self.at(time, side), Scenario.from_toml(self.scenario_toml).root.hub_radius
+        z = np.exp(1j * now["theta"].values) * (radius + now["station"] + now["ux"] + 1j * now["uy"]).values
+        return np.stack([z.real, z.imag], axis=1)
+
+    @property
+    def event_table(self) -> pd.DataFrame:
+        """The event log as a table, a row an event, with the columns of events.csv (SI units)."""
+        return pd.DataFrame([event_row(event) for event in self.events], columns=list(EVENT_COLUMNS))
+
+    @property
+    def contact_table(self) -> pd.DataFrame:
+        """The closed contacts as a table, a row a contact (SI units)."""
+        return pd.DataFrame(self.contacts, columns=list(Contact._fields))
+
+    @property
+    def macro_collisions(self) -> list[dict[str, Any]]:
+        """Contacts that belong together, see :class:`~oblique_impact.history.summary.MacroCollision`."""
+        found: list[dict[str, Any]] = self.summary["macro_collisions"]
+        return found
+
+    @property
+    def total_energy(self) -> xr.DataArray:
+        """Kinetic, elastic and gravity energy (J) of each sample; what an elastic stop stores is not in it."""
+        total = self["energy_kinetic"] + self["energy_elastic"] + self["energy_gravity"]
+        return total.assign_attrs(units="J", long_name="total energy").rename("total_energy")
 
     def sel(self, **options: Any) -> xr.Dataset:
         """Select samples by label, as :meth:`xarray.Dataset.sel`: ``history.sel(time=0.32, method="nearest")``."""
@@ -88,6 +167,18 @@ class History:
     def macro_gap(self) -> float:
         """Contacts less than this apart (s) are one macro-collision."""
         return float(self.summary.get("macro_gap", EARLIER_MACRO_GAP))
+
+    def plot(self) -> Figure:
+        """Draw the overview of a beam's run: motion, shapes, contact force, gap, energies, losses.
+
+        Raises InputError for a system that is no beam, or if the package that draws is not installed.
+        """
+        if "theta" not in self:
+            raise InputError("plot: this is the history of a system that is no beam")
+        if "overview" not in installed("drawings"):
+            raise InputError("plot: needs the package renders, which is not installed")
+        figure: Figure = load(installed("drawings")["overview"])({"run": self})
+        return figure
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write scenario.toml, history.nc, events.csv and summary.json into `folder`, all of them or none.
@@ -144,6 +235,32 @@ class History:
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
+
+
+def digest(history: History) -> list[str]:
+    """Return what a history holds and what happened, in at most ten lines."""
+    s, sizes = history.summary, history.data.sizes
+    names = "a beam" if "theta" in history else "a system"
+    parts = ", ".join(f"{count} {name}s" for name, count in sizes.items() if name != "time")
+    energy = s["energy"]
+    lost = {
+        name.removeprefix("lost_"): value for name, value in energy.items() if name.startswith("lost_") and value
+    }
+    lines = [
+        f"<History of {names}: {s['outcome']} at {s['end_time']:.6g} s, {s['steps']} steps>",
+        f"  samples     {sizes['time']} ({parts}); {len(history)} variables",
+        f"  events      {len(history.events)}, {len(history.contacts)} contacts",
+        f"  energy (J)  {energy['initial']:.6g} -> {energy['final']:.6g}, unaccounted {energy['unaccounted']:.1e}",
+    ]
+    if lost:
+        lines.append(f"  lost (J)    {', '.join(f'{name} {value:.4g}' for name, value in lost.items())}")
+    shown = history.macro_collisions[:3]
+    for number, m in enumerate(shown, 1):
+        span = f"{m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts, {m['normal_impulse']:.6g} N s"
+        lines.append(f"  collision {number} {span}")
+    if len(history.macro_collisions) > len(shown):
+        lines.append(f"  and {len(history.macro_collisions) - len(shown)} more")
+    return lines
 
 
 def require_history(value: object, where: str) -> None:

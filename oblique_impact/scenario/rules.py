@@ -7,6 +7,7 @@ made from them.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 from oblique_impact.errors import InputError
@@ -18,6 +19,8 @@ MAX_VALUES = 500_000_000
 
 #: a start this close to the slope (relative to the beam's length) touches it
 TOUCHING = 1e-12
+#: a node of a given mesh this close to a place (relative to the beam's length) is there
+ON_NODE = 1e-9
 
 
 #: keys that follow others as long as they are not given; a resolved file lists their values in this table too
@@ -174,6 +177,26 @@ def _check_discretization(s: ScenarioKeys) -> Refusals:
             yield "discretization.modes", f"should be at most the {2 * d.elements} modes of the mesh"
 
 
+def _check_nodes(s: ScenarioKeys) -> Refusals:
+    d, length, point = s.discretization, s.beam.length, s.contact.point
+    if d.mesh:
+        yield "discretization.mesh", "is read with a scenario file or by --set; give discretization.nodes"
+    if not d.nodes:
+        return
+    if d.method != "fem":
+        yield "discretization.nodes", 'only with discretization.method = "fem"'
+    if d.elements != len(d.nodes) - 1:
+        yield "discretization.elements", f"the mesh has {len(d.nodes) - 1} elements; leave this key out"
+    if d.grading != 1.0:
+        yield "discretization.grading", "the mesh is graded as it is; leave this key out"
+    if d.nodes[0] != 0.0 or abs(d.nodes[-1] - length) > ON_NODE * length:
+        yield "discretization.nodes", f"should go from 0 to beam.length = {length}, not to {d.nodes[-1]}"
+    if any(b <= a for a, b in pairwise(d.nodes)):
+        yield "discretization.nodes", "should ascend"
+    if min(abs(x - point) for x in d.nodes) > ON_NODE * length:
+        yield "discretization.nodes", f"none of them is at contact.point = {point}; the contact needs one there"
+
+
 def _check_nodal(s: ScenarioKeys) -> Refusals:
     """Refuse what the full nodal model, which generalized-alpha marches in the mean-axis frame, does not take."""
     if not s.is_nodal:
@@ -238,5 +261,6 @@ RULES: tuple[Callable[[ScenarioKeys], Refusals], ...] = (
     _check_contact,
     _check_nodal,
     _check_discretization,
+    _check_nodes,
     _check_solver,
 )

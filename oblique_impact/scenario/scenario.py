@@ -12,6 +12,7 @@ from pydantic import model_validator
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
+from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.rules import TABLE, check, derive, derived_values, drop_derived_values
 from oblique_impact.scenario.sections import ScenarioKeys
@@ -39,13 +40,25 @@ class Scenario(ScenarioKeys):
         return self
 
     @classmethod
-    def from_toml(cls, text: str, overrides: list[str] | None = None, name: str = "scenario file") -> Scenario:
-        """Read a scenario file's text; `overrides` are strings "section.key=value", `name` begins its errors."""
+    def from_toml(
+        cls,
+        text: str,
+        overrides: list[str] | None = None,
+        name: str = "scenario file",
+        folder: Path | None = None,
+    ) -> Scenario:
+        """Read a scenario file's text; `overrides` are strings "section.key=value", `name` begins its errors.
+
+        A file that the text names is read if the `folder` is given that its path begins in; those that `overrides`
+        name begin in the present one.
+        """
         data = parse_toml(text, name)
         changed: set[str] = set()
         try:
             drop_derived_values(data)
             changed.update(apply_change(data, item) for item in overrides or [])
+            if folder is not None:
+                take_mesh(data, Path() if "discretization.mesh" in changed else folder)
             return cls.from_dict(data)
         except InputError as error:
             raise with_line(error, text, name, changed) from None
@@ -57,7 +70,7 @@ class Scenario(ScenarioKeys):
             known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
             raise InputError(f"scenario = {short(name)}: built-in scenarios are {known}")
         text = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
-        return cls.from_toml(text, overrides, name="")
+        return cls.from_toml(text, overrides, name="", folder=Path())
 
     @classmethod
     def load(cls, source: str, overrides: list[str] | None = None) -> Scenario:
@@ -74,7 +87,7 @@ class Scenario(ScenarioKeys):
             text = read_text(path, MAX_FILE)
         except (OSError, ValueError) as error:
             raise InputError(f"scenario = {source!r}: cannot be read: {error}") from None
-        return cls.from_toml(text, overrides, source)
+        return cls.from_toml(text, overrides, source, path.parent)
 
     def replace(self, **values: Any) -> Scenario:
         """Return a copy with changed keys, "section__key=value" or "key=value"; validated again.

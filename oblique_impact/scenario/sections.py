@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.tables import Parameters, Tabulated
@@ -123,8 +123,20 @@ class DiscretizationSection(Section):
     #: number of modes; of finite elements: reduced to so many of their own modes, 0: the full nodal model
     modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 2
     elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = 32  # number of finite elements
+    #: a file with line elements on an axis, in any format that meshio reads (`beam.msh`), whose nodes take the
+    #: place of those that follow from `elements` and `grading`
+    mesh: str = ""
+    #: places of the nodes, ascending from 0 to the length of the beam; none: from `elements` and `grading`
+    nodes: Annotated[tuple[NonNegative, ...], Field(strict=False, max_length=MAX_ELEMENTS + 1), Unit("m")] = ()
     #: largest over smallest element of a mesh that is graded towards the contact point
     grading: Annotated[float, Field(ge=1.0, le=MAX_GRADING)] = 1.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _count_elements(cls, data: Any) -> Any:
+        """Without a number of elements it is that of the nodes."""
+        nodes = data.get("nodes") if isinstance(data, dict) else None
+        return {"elements": len(nodes) - 1} | data if isinstance(nodes, list | tuple) and len(nodes) > 1 else data
 
 
 class SolverSection(Section):

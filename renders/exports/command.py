@@ -6,20 +6,21 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Literal, cast
 
 import numpy as np
 
 from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
-from renders.exports.scene import Scene, missing_variables
+from renders.exports.scene import Scene
 from renders.exports.selection import Integers, Selection
 from renders.exports.target import READERS, resolve
-from renders.geometry import BeamGeometry
+from renders.story import story_of
+from renders.style import Style
 
 Format = Literal["vtkhdf", "pvd", "xdmf"]
 
@@ -28,31 +29,15 @@ _TRIAL = 6  # frames written to learn how large one is
 
 @dataclass(frozen=True)
 class Exported:
-    """A time series on disk.
+    """A time series on disk."""
 
-    Attributes
-    ----------
-    file : Path
-        What a reader opens.
-    format : str
-        "vtkhdf", "pvd" or "xdmf".
-    samples, of : int
-        How many samples of the history became frames.
-    span : tuple of float
-        First and last time (s).
-    jumps : int
-        Of how many jumps both sides are there.
-    factor : float
-        By which the bending is magnified; 1 for true shapes.
-    """
-
-    file: Path
+    file: Path  # what a reader opens
     format: Format
-    samples: int
-    of: int
-    span: tuple[float, float]
-    jumps: int
-    factor: float
+    samples: int  # that became frames,
+    of: int  # of so many
+    span: tuple[float, float]  # first and last time (s)
+    jumps: int  # of which both sides are there
+    factor: float  # by which the bending is magnified; 1 for true shapes
 
 
 def export(
@@ -117,9 +102,7 @@ def export_command(
     deformation: float,
 ) -> Iterator[str]:
     """Read a history and export it with a progress bar; yields the lines to print.  Raises InputError."""
-    history = History.load(source)
-    _check_beam(history, str(source))
-    job = _Job.of(history, out, format, selection, deformation)
+    job = _Job.of(History.load(source), out, format, selection, deformation)
     yield job.forecast(thinned=selection.every is None)
     with counting_bar(f"export {job.format}") as show:
         result = job.write(show)
@@ -142,33 +125,25 @@ class _Job:
 
     @classmethod
     def of(cls, history: History, out: Path, format: str | None, selection: Selection, deformation: float) -> _Job:
-        _check_beam(history, "history")
-        scene = Scene.of(BeamGeometry(history, deformation), selection.frames(history))
+        scene = Scene.of(story_of([history], Style(deformation=deformation)), selection.frames(history))
         target, chosen = resolve(out, format)
         return cls(scene, target, cast(Format, chosen))
 
     def forecast(self, thinned: bool) -> str:
         """Return what is about to be written, and how large that is: measured on a few frames, spread over all."""
         count, total = self.scene.frames.sample.size, self.scene.geometry.times.size
-        sizes = self._trial()
-        line = f"{count} frames"
-        if sizes:
-            line += f", about {_megabytes(sizes[0] + count * sizes[1])}"
-        if thinned and count < total:
-            line += f" (--all: {total} frames"
-            line += f", {_megabytes(sizes[0] + total * sizes[1])})" if sizes else ")"
-        return line
-
-    def _trial(self) -> tuple[float, float] | None:
-        """Size (bytes) of what is written once and of one frame; None if there is no room to try."""
-        count = self.scene.frames.sample.size
         numbers = np.unique(np.linspace(0, count - 1, min(count, _TRIAL)).astype(int))
         try:
             one, some = self._size(numbers[:1]), self._size(numbers)
-        except OSError:
-            return None
-        each = (some - one) / max(numbers.size - 1, 1)
-        return one - each, each
+        except OSError:  # no room to try
+            sizes = ["", ""]
+        else:
+            each = (some - one) / max(numbers.size - 1, 1)
+            sizes = [_megabytes(one + (frames - 1) * each) for frames in (count, total)]
+        line = f"{count} frames" + (f", about {sizes[0]}" if sizes[0] else "")
+        if thinned and count < total:
+            line += f" (--all: {', '.join(part for part in (f'{total} frames', sizes[1]) if part)})"
+        return line
 
     def _size(self, numbers: Integers) -> int:
         """Size (bytes) of an export of these frames alone."""
@@ -201,20 +176,9 @@ def _megabytes(size: float) -> str:
     return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:.3g} GB"
 
 
-def _check_beam(history: History, name: str) -> None:
-    missing = missing_variables(history)
-    if missing:
-        raise InputError(f"{name}: has no variable {missing[0]!r}: it is not of a beam, or of another version")
-
-
 def _write(scene: Scene, target: Path, format: Format, advance: Callable[[], None]) -> None:
     """Write a format; each writer loads a large library, so only the one that is wanted."""
-    if format == "pvd":
-        from renders.exports.pvd import write
-    elif format == "vtkhdf":
-        from renders.exports.vtkhdf import write
-    else:
-        from renders.exports.xdmf import write
+    writer = import_module(f"renders.exports.{format}")
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
-        write(scene, target, advance)
+        writer.write(scene, target, advance)

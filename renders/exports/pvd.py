@@ -17,7 +17,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from oblique_impact.errors import InputError
 from renders.exports.scene import Part, Scene
-from renders.exports.target import part_of, partial, replace_all
+from renders.exports.target import whole
 
 _OURS = re.compile(r"[a-z_]+_\d{6,}\.vtp")
 _LEVEL = 1  # of zlib: a level higher costs more time than it saves space
@@ -30,9 +30,8 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
     the folder holds other files, OSError if something cannot be written.
     """
     folder = target.with_suffix("")
-    for place in (folder, part_of(folder)):
-        _refuse_others(place)
-    with partial(folder, target) as (folder_part, target_part):
+    _refuse_others(folder)
+    with whole(folder, target) as (folder_part, target_part):
         folder_part.mkdir()
         writers = [_PartWriter(number, part, scene.fields, folder_part) for number, part in enumerate(scene.parts)]
         with target_part.open("w", encoding="utf-8") as index:
@@ -46,7 +45,6 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
                     )
                 advance()
             index.write("</Collection>\n</VTKFile>\n")
-        replace_all((folder_part, folder), (target_part, target))
 
 
 class _PartWriter:
@@ -102,10 +100,8 @@ class _PartWriter:
 
 def _refuse_others(folder: Path) -> None:
     """Raise InputError if the folder that is about to be replaced holds anything but frames."""
-    if not folder.exists():
-        return
-    if not folder.is_dir():
+    if folder.exists() and not folder.is_dir():
         raise InputError(f"--out: {folder} is in the way: the frames go into a folder of this name")
-    others = sorted(p.name for p in folder.iterdir() if not _OURS.fullmatch(p.name))
+    others = sorted(path.name for path in folder.glob("*") if not _OURS.fullmatch(path.name))
     if others:
         raise InputError(f"--out: the folder {folder} holds other files ({others[0]}): choose another name")

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.history.history import History
 from renders.exports.selection import Frames
 from renders.geometry import QUANTITIES, BeamGeometry
 from renders.metadata import made_by
 from renders.scenery import pin, slope_wedge
+from renders.story import Story
 
 if TYPE_CHECKING:
     import pyvista
@@ -42,12 +42,6 @@ FRAME_QUANTITIES = {
     "side": "-1 left of a jump, 1 right of it, 0 none",
     "sample": "number in the history",
 }
-#: variables of a history that an export reads besides those of BeamGeometry
-NEEDED = (
-    *("time", "theta_dot", "shear", "axial_force", "state", "lambda_n", "lambda_tau"),
-    *("gap", "gap_rate", "slip_rate", "tip_vx", "tip_vy"),
-)
-
 _TIMES = (
     "The frames carry the times of the history exactly. At a jump there are two frames: the left one carries its "
     "time, the right one the next larger double (one ulp). The field 'side' tells them apart."
@@ -70,24 +64,15 @@ class Shape:
 class Part:
     """Something drawn: cells that never change, and points and results that may.
 
-    Attributes
-    ----------
-    name : str
-        Lower-case letters and underscores.
-    shape : callable
-        The :class:`Shape` at a sample of the history.
-    vertices, lines, polygons : integer array
-        Cells in VTK's form: how many points, then the points.
-    moves : bool
-        False if points and results are the same at all samples.
+    Cells are in VTK's form: how many points, then the points.
     """
 
-    name: str
-    shape: Callable[[int], Shape]
+    name: str  # lower-case letters and underscores
+    shape: Callable[[int], Shape]  # at a sample of the history
     vertices: Integers = field(default_factory=_no_cells)
     lines: Integers = field(default_factory=_no_cells)
     polygons: Integers = field(default_factory=_no_cells)
-    moves: bool = True
+    moves: bool = True  # False if points and results are the same at all samples
 
 
 @dataclass(frozen=True)
@@ -99,12 +84,12 @@ class Scene:
     parts: tuple[Part, ...]
 
     @classmethod
-    def of(cls, geometry: BeamGeometry, frames: Frames) -> Scene:
-        """Return the scene of a beam: itself, the pin, and if there is contact its point and the slope."""
+    def of(cls, story: Story, frames: Frames) -> Scene:
+        """Return the scene of a run: the beam, the pin, and if there is contact its point and the slope."""
+        geometry = story.geometries[0]
         parts = [*beam_parts(geometry), static_part("pin", pin(geometry))]
-        wedge = slope_wedge(geometry)
-        if wedge is not None:  # last, so that the numbers of the others are always the same
-            parts += [contact_part(geometry), static_part("slope", wedge)]
+        if story.slope is not None:  # last, so that the numbers of the others are always the same
+            parts += [contact_part(geometry), static_part("slope", slope_wedge(geometry, story.slope))]
         return cls(geometry, frames, tuple(parts))
 
     @property
@@ -123,7 +108,7 @@ class Scene:
             "deformation_factor": self.geometry.factor,
         }
 
-    @cached_property
+    @property
     def frame_fields(self) -> dict[str, NDArray[Any]]:
         """Field data that change, (frames,) each, as named in `FRAME_QUANTITIES`."""
         return {"time": self.frames.time, "side": self.frames.side, "sample": self.frames.sample}
@@ -139,7 +124,7 @@ def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
     The initial tube alone carries `displacement`: its points do not move, and Warp By Vector makes them the true
     shape.  Drawn points are magnified, displacements never are.
     """
-    true = geometry if geometry.factor == 1.0 else BeamGeometry(geometry.history, 1.0)
+    true = geometry.true
     tube = lru_cache(maxsize=1)(true.surface)
     start = cache(lambda: true.surface(0).points)
 
@@ -187,6 +172,10 @@ def static_part(name: str, mesh: pyvista.PolyData) -> Part:
     return Part(name, lambda k: shape, polygons=np.asarray(mesh.faces, dtype=np.int64), moves=False)
 
 
-def missing_variables(history: History) -> list[str]:
-    """Return the names of the variables that an export needs and the history lacks."""
-    return [name for name in NEEDED if name not in history.data.variables]
+def starts_of(cells: Integers) -> Integers:
+    """Return where the cells begin, in VTK's form: how many points, then the points."""
+    starts, at = [], 0
+    while at < cells.size:
+        starts.append(at)
+        at += int(cells[at]) + 1
+    return np.array(starts, dtype=np.int64)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import jumps
+from renders.timeline import distance_from
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -21,21 +22,11 @@ FRAMES = 1000  # of an export that asks for nothing else, besides those at event
 
 @dataclass(frozen=True)
 class Frames:
-    """The chosen samples, in order.
+    """The chosen samples, in order; (frames,) each."""
 
-    Attributes
-    ----------
-    sample : (frames,) integer array
-        Their numbers in the history.
-    time : (frames,) array
-        Their times (s), strictly increasing.
-    side : (frames,) integer array
-        -1 left of a jump, 1 right of it, 0 where there is none.
-    """
-
-    sample: Integers
-    time: Array
-    side: Integers
+    sample: Integers  # their numbers in the history
+    time: Array  # s, strictly increasing
+    side: Integers  # -1 left of a jump, 1 right of it, 0 where there is none
 
     def some(self, numbers: Integers) -> Frames:
         """Return the frames of these numbers."""
@@ -110,7 +101,7 @@ class Selection:
             return np.ones(time.size, dtype=bool)
         if not events.size:
             raise InputError(f"--around-events {self.around_events:g}: the history has no events")
-        return np.asarray(_distance(time, events) <= self.around_events)
+        return np.asarray(distance_from(np.stack([events, events], axis=1), time) <= self.around_events)
 
 
 def sides(time: Array) -> Integers:
@@ -136,10 +127,3 @@ def _finite(history: History) -> Flags:
     """Where the shape is finite: the last sample of a run that diverged may not be."""
     theta, ux, uy = (np.isfinite(history[name].values) for name in ("theta", "ux", "uy"))
     return np.asarray(theta & ux.all(axis=1) & uy.all(axis=1))
-
-
-def _distance(times: Array, events: Array) -> Array:
-    """Distance (s) of each time from the nearest event."""
-    after = np.searchsorted(events, times).clip(0, events.size - 1)
-    before = (after - 1).clip(0)
-    return np.asarray(np.minimum(np.abs(times - events[before]), np.abs(times - events[after])))

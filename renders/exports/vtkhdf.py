@@ -15,9 +15,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from renders.exports.heavy import COMPRESSION, heavy_file
-from renders.exports.scene import RESULTS, Scene, Shape
-from renders.exports.target import partial, replace_all
+from oblique_impact.files import CheckedFile
+from renders.exports.scene import RESULTS, Scene, Shape, starts_of
+from renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
 Integers = NDArray[np.int64]
 
@@ -32,15 +32,17 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
 
     Raises OSError if it cannot be written.
     """
-    with partial(target) as (part,):
-        with heavy_file(part) as file:
+    with (
+        whole(target) as (part,),
+        CheckedFile(part) as file,
+        h5py.File(file, "w", libver=HDF5_VERSIONS) as root,
+    ):
 
-            def count_one() -> None:
-                file.check()
-                advance()
+        def count_one() -> None:
+            file.check()
+            advance()
 
-            _Writer(file.root.create_group("VTKHDF"), scene).write(count_one)
-        replace_all((part, target))
+        _Writer(root.create_group("VTKHDF"), scene).write(count_one)
 
 
 class _Writer:
@@ -115,8 +117,9 @@ class _Writer:
         points, counts, types, owners = [], [], [], []
         for number, part in enumerate(self._scene.parts):
             for kind, cells in enumerate((part.vertices, part.lines, part.polygons)):
-                corners, sizes = _unpacked(cells)
-                points.append(corners + first[number])
+                starts = starts_of(cells)
+                sizes = cells[starts]
+                points.append(np.delete(cells, starts) + first[number])
                 counts.append(sizes)
                 owners.append(np.full(sizes.size, number))
                 types += [(_VERTEX, _POLYLINE, _CELL_TYPES.get(size, _POLYGON))[kind] for size in sizes.tolist()]
@@ -143,12 +146,3 @@ class _Writer:
             group[name] = values
             offsets[name] = np.arange(self._frames)
             sizes[name] = np.ones((self._frames, 2), dtype=np.int64)
-
-
-def _unpacked(cells: Integers) -> tuple[Integers, Integers]:
-    """Return all points of cells in VTK's form, and how many each has."""
-    starts, at = [], 0
-    while at < cells.size:
-        starts.append(at)
-        at += int(cells[at]) + 1
-    return np.delete(cells, starts), cells[starts].astype(np.int64)

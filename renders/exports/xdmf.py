@@ -1,39 +1,30 @@
-"""XDMF through meshio: NAME.xdmf (what there is) beside NAME.h5 (the numbers), one collection a part.
+"""XDMF: NAME.xdmf (what there is) beside NAME.h5 (the numbers), one collection a part.
 
-meshio's writer makes the elements.  Three things are done otherwise: its numbers go into the file beside the
-.xdmf, compressed, and not into the current folder; every step refers to the one topology and to points of its
-own, where meshio has points that never move; and each step is written out at once, so that memory stays flat.
-
-meshio's `TimeSeriesReader` takes the last collection of a file, so the first part of the scene comes last.
-The points of a step are there under the name `position`.  VTK's own XDMF reader holds times less than 1e-7 s
-apart for the same, and returns both sides of a jump.
+meshio's `TimeSeriesReader` takes the last collection of a file, so the first part of the scene comes last, and it
+does not know points that move: those of a step are there once more under the name `position`.  meshio's writer
+would leave its numbers in the current folder and write the points once.  VTK's own XDMF reader holds times less
+than 1e-7 s apart for the same, and returns both sides of a jump.
 """
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import IO, Any
-from xml.etree import ElementTree
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import h5py
 import numpy as np
-from meshio.xdmf import TimeSeriesWriter
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from renders.exports.heavy import COMPRESSION, heavy_file
-from renders.exports.scene import FORMAT, Part, Scene
-from renders.exports.target import partial, replace_all
+from oblique_impact.files import CheckedFile
+from renders.exports.scene import Part, Scene, starts_of
+from renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
 Integers = NDArray[np.int64]
 
 _SMALL = 100  # numbers: fewer are not worth to be packed
-_CELLS = {3: "triangle", 4: "quad"}
 
 
 def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
@@ -41,127 +32,88 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
 
     Raises InputError if the .h5 exists and is not one of an export, OSError if something cannot be written.
     """
-    heavy = target.with_suffix(".h5")
-    _refuse_others(heavy)
-    with partial(heavy, target) as (heavy_part, target_part):
-        with ExitStack() as stack:
-            file = stack.enter_context(heavy_file(heavy_part))
-            file.root.attrs["format"] = FORMAT
-            writers = []
-            for number, part in enumerate(scene.parts):
-                light = stack.enter_context(tempfile.TemporaryFile("w+", encoding="utf-8", dir=target.parent))
-                writers.append(_Collection(number, part, file.root, heavy.name, light))
-            for frame, stamp in enumerate(scene.frames.time):
-                for writer in writers:
-                    sample = int(scene.frames.sample[frame])
-                    writer.write_frame(frame, sample, float(stamp), scene.fields_at(frame))
+    heavy, frames = target.with_suffix(".h5"), scene.frames
+    if heavy.exists() and not target.exists():
+        raise InputError(f"--out: {heavy} is in the way and is not of an export: choose another name")
+    with whole(heavy, target) as (heavy_part, light_part):
+        with CheckedFile(heavy_part) as file, h5py.File(file, "w", libver=HDF5_VERSIONS) as root:
+            collections = [_Collection(n, part, root, heavy.name) for n, part in enumerate(scene.parts)]
+            for frame, sample in enumerate(frames.sample.tolist()):
+                for collection in collections:
+                    collection.store(frame, sample)
                 file.check()
                 advance()
-            _assemble(target_part, scene, writers)
-        replace_all((heavy_part, heavy), (target_part, target))
+        with light_part.open("w", encoding="utf-8") as light:
+            light.write('<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n')
+            light.writelines(_information(scene.fields))
+            for collection in reversed(collections):
+                name = collection.part.name
+                light.write(f'<Grid Name="{name}" GridType="Collection" CollectionType="Temporal">\n')
+                for frame, stamp in enumerate(frames.time.tolist()):
+                    light.write(f'<Grid Name="{name}_{frame:06d}" GridType="Uniform"><Time Value="{stamp!r}"/>\n')
+                    light.writelines(_information(scene.fields_at(frame)))
+                    light.writelines(collection.elements(frame))
+                    light.write("</Grid>\n")
+                light.write("</Grid>\n")
+            light.write("</Domain>\n</Xdmf>\n")
 
 
-class _Collection(TimeSeriesWriter):  # type: ignore[misc]
-    """The steps of one part: meshio's elements, written to `light` one by one, their numbers to `heavy`."""
+def _information(fields: dict[str, Any]) -> Iterator[str]:
+    for name, value in fields.items():
+        yield f"<Information Name={quoteattr(name)} Value={quoteattr(str(value))}/>\n"
 
-    def __init__(self, number: int, part: Part, heavy: h5py.File, reference: str, light: IO[str]) -> None:
-        super().__init__(Path(reference))
-        self.part, self.light = part, light
-        self._heavy, self._reference = heavy, reference
-        self._prefix = part.name
-        self._label = "topology"
-        holder = ElementTree.Element("Grid")
-        self.cells(_blocks(part), holder)
-        topology = holder[0]
-        corners = {"Polyvertex": "1", "Polyline": "2"}.get(topology.get("TopologyType", ""))
-        if corners:
-            topology.set("NodesPerElement", corners)  # XDMF asks for it, meshio leaves it out
-        self._label = "part"
-        self.cell_data({"part": [np.full(len(cells), number) for _, cells in _blocks(part)]}, holder)
-        self._topology = list(holder)
-        self._constant: list[ElementTree.Element] = []
 
-    def numpy_to_xml_string(self, data: NDArray[Any]) -> str:
-        """Store `data` under the current label and return the reference to it."""
-        path = f"/{self._prefix}/{self._label}"
-        packed = {"chunks": data.shape, **COMPRESSION} if data.size > _SMALL else {}
-        self._heavy.create_dataset(path, data=data, **packed)
-        return f"{self._reference}:{path}"
+class _Collection:
+    """The steps of one part: their numbers go to `heavy`, which the elements call `reference`."""
 
-    def write_frame(self, frame: int, sample: int, stamp: float, fields: dict[str, float]) -> None:
-        """Append the step of one frame."""
-        grid = ElementTree.Element("Grid", Name=f"{self.part.name}_{frame:06d}", GridType="Uniform")
-        ElementTree.SubElement(grid, "Time", Value=repr(stamp))
-        for name, value in fields.items():
-            ElementTree.SubElement(grid, "Information", Name=name, Value=repr(value))
-        if self.part.moves or not frame:
-            self._prefix = f"{self.part.name}/{frame:06d}"
-            self._constant = self._elements(sample)
-        grid.extend([*self._topology, *self._constant])
-        self.light.write(ElementTree.tostring(grid, encoding="unicode") + "\n")
-
-    def _elements(self, sample: int) -> list[ElementTree.Element]:
-        shape, holder = self.part.shape(sample), ElementTree.Element("Grid")
-        self._label = "position"
-        self.points(holder, np.ascontiguousarray(shape.points))
-        position = ElementTree.SubElement(
-            holder, "Attribute", Name="position", AttributeType="Vector", Center="Node"
+    def __init__(self, number: int, part: Part, heavy: h5py.File, reference: str) -> None:
+        self.part, self._heavy, self._reference = part, heavy, reference
+        self._items: dict[str, str] = {}  # elements with the path of the first frame
+        form, count, cells = _topology(part)
+        topology = self._item("topology", cells)
+        owners = self._item("part", np.full(count, number))
+        self._constant = (
+            f'<Topology {form} NumberOfElements="{count}">{topology}</Topology>\n'
+            f'<Attribute Name="part" AttributeType="Scalar" Center="Cell">{owners}</Attribute>\n'
         )
-        position.append(holder[0][0])  # the same numbers
-        for name, values in shape.arrays.items():
-            self._label = name
-            self.point_data({name: np.ascontiguousarray(values)}, holder)
-        return list(holder)
+
+    def _item(self, name: str, values: NDArray[Any]) -> str:
+        """Store numbers and return the element that refers to them."""
+        packed = {"chunks": values.shape, **COMPRESSION} if values.size > _SMALL else {}
+        path = f"/{self.part.name}/{name}"
+        self._heavy.create_dataset(path, data=values, **packed)
+        kind, shape = "Int" if values.dtype.kind == "i" else "Float", " ".join(map(str, values.shape))
+        return (
+            f'<DataItem DataType="{kind}" Dimensions="{shape}" Format="HDF" Precision="8">'
+            f"{self._reference}:{path}</DataItem>"
+        )
+
+    def store(self, frame: int, sample: int) -> None:
+        """Store points and results of a frame; those of a part that stands still once."""
+        if self.part.moves or not frame:
+            shape = self.part.shape(sample)
+            for name, values in {"position": shape.points, **shape.arrays}.items():
+                item = self._item(f"{frame:06d}/{name}", values)
+                self._items.setdefault(name, item)
+
+    def elements(self, frame: int) -> Iterator[str]:
+        """Yield the elements of a frame."""
+        yield self._constant
+        for name, first in self._items.items():
+            item = first.replace("/000000/", f"/{frame:06d}/") if self.part.moves else first
+            if name == "position":
+                yield f'<Geometry GeometryType="XYZ">{item}</Geometry>\n'
+            kind = "Vector" if ' 3" Format' in item else "Scalar"
+            yield f'<Attribute Name="{name}" AttributeType="{kind}" Center="Node">{item}</Attribute>\n'
 
 
-def _blocks(part: Part) -> list[tuple[str, Integers]]:
-    """Cells as meshio has them: a polyline as lines of two points, polygons in runs of one size."""
-    blocks = []
+def _topology(part: Part) -> tuple[str, int, Integers]:
+    """Return the kind of the cells, how many they are, and their points: a polyline as lines of two points."""
     if part.vertices.size:
-        blocks.append(("vertex", np.stack(_cells(part.vertices))))
+        return 'TopologyType="Polyvertex" NodesPerElement="1"', part.vertices.size // 2, part.vertices[1::2, None]
     if part.lines.size:
-        ends = [np.stack([p[:-1], p[1:]], axis=1) for p in _cells(part.lines)]
-        blocks.append(("line", np.concatenate(ends)))
-    runs: list[list[Integers]] = []
-    for points in _cells(part.polygons):
-        if not runs or runs[-1][0].size != points.size:
-            runs.append([])
-        runs[-1].append(points)
-    return blocks + [(_CELLS[run[0].size], np.stack(run)) for run in runs]
-
-
-def _cells(cells: Integers) -> list[Integers]:
-    found, at = [], 0
-    while at < cells.size:
-        end = at + 1 + int(cells[at])
-        found.append(cells[at + 1 : end])
-        at = end
-    return found
-
-
-def _assemble(path: Path, scene: Scene, writers: list[_Collection]) -> None:
-    """Put the collections into one file, the first part last, under the field data."""
-    with path.open("w", encoding="utf-8") as out:
-        out.write('<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n')
-        for name, value in scene.fields.items():
-            text = value if isinstance(value, str) else repr(value)
-            out.write(f"<Information Name={quoteattr(name)} Value={quoteattr(text)}/>\n")
-        for writer in reversed(writers):
-            out.write(f'<Grid Name="{writer.part.name}" GridType="Collection" CollectionType="Temporal">\n')
-            writer.light.seek(0)
-            shutil.copyfileobj(writer.light, out)
-            out.write("</Grid>\n")
-        out.write("</Domain>\n</Xdmf>\n")
-
-
-def _refuse_others(heavy: Path) -> None:
-    """Raise InputError if the .h5 that is about to be replaced is not one of an export."""
-    if not heavy.exists():
-        return
-    try:
-        with h5py.File(heavy, "r") as file:
-            ours = str(file.attrs.get("format", "")).startswith(FORMAT.rstrip("0123456789"))
-    except OSError:
-        ours = False
-    if not ours:
-        raise InputError(f"--out: {heavy} is in the way and is not of an export: choose another name")
+        pairs = np.stack([part.lines[1:-1], part.lines[2:]], axis=1)
+        return 'TopologyType="Polyline" NodesPerElement="2"', len(pairs), pairs
+    starts, cells = starts_of(part.polygons), part.polygons.copy()
+    cells[starts] += 1  # XDMF's number of a triangle is 4, that of a quadrilateral 5
+    return 'TopologyType="Mixed"', starts.size, cells

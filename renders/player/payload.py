@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -13,18 +12,14 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
-from oblique_impact.errors import InputError, Outcome
+from oblique_impact.errors import Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.problem import stop_of
 from oblique_impact.scenario.scenario import Scenario
-from renders.geometry import BeamGeometry
 from renders.player.selection import chart_points, frames, listed_events
-from renders.slope import drawn_slope
-from renders.story import Story, story_of
-from renders.style import STATE_COLOURS
-from renders.themes import LIGHT
-from renders.timeline import TimeMap
+from renders.story import Story
+from renders.style import COLOUR_MAP, STATE_COLOURS
 
 Array = NDArray[np.float64]
 
@@ -41,12 +36,10 @@ SERIES = {
     "gap": "gap",
     "slip_rate": "slip_rate",
 }
-_NEEDED = ("time", "station", "state", "bending_stress", *SERIES)
 
 
-@dataclass(frozen=True)
-class Payload:
-    """The two things that the page embeds.
+class Payload(NamedTuple):
+    """What the page embeds.
 
     Attributes
     ----------
@@ -60,26 +53,31 @@ class Payload:
     facts: dict[str, Any]
 
 
-def payload(history: History, factor: float | None, steps: int) -> Payload:
-    """Collect what the page of `history` shows.
-
-    Raises InputError with one line if the history is not one of a beam, or has no finite sample.
-    """
-    missing = [name for name in _NEEDED if name not in history.data.variables]
-    if missing:
-        raise InputError(
-            f"history: has no variable {missing[0]!r}: it is not one of a beam, or of another version"
-        )
-    story, true = story_of([history], factor=factor), BeamGeometry(history, 1.0)
-    samples = frames(history, story.time_map, steps)
-    values = _series(history, true.scenario)
-    points = chart_points(list(values.values()), samples, history["state"].values)
-    arrays = _frame_arrays(true, samples, story.time_map)
+def payload(story: Story, steps: int) -> Payload:
+    """Collect what the page of the first run of `story` shows, with about `steps` frames."""
+    geometry = story.geometries[0].true
+    history, course = geometry.history, story.time_map
+    samples, states = frames(history, course, steps), history["state"].values
+    values = _series(history, geometry.scenario)
+    points = chart_points(list(values.values()), samples, states)
+    times, axis = geometry.times[samples], geometry.stations_of(samples)
+    arrays = {
+        "frame_sample": _packed(samples, "i4"),
+        "frame_time": _packed(times, "f8"),
+        "frame_film": _packed(course.film_at(times), "f8"),
+        "frame_rate": _packed(course.rate_at(times), "f8"),
+        "frame_state": _packed(states[samples], "u1"),
+        "frame_x": _packed(axis[..., 0], "f4"),
+        "frame_y": _packed(axis[..., 1], "f4"),
+        "frame_stress": _packed(history["bending_stress"].values[samples], "f4"),
+        "frame_point": _packed(np.searchsorted(points, samples), "i4"),
+        "radius": _packed(geometry.sections.fibre_distance(geometry.stations), "f4"),
+        "place": _packed(geometry.stations, "f4"),
+        "chart_time": _packed(geometry.times[points], "f8"),
+        "chart_state": _packed(states[points], "u1"),
+    }
     arrays |= {f"chart_{name}": _packed(series[points], "f4") for name, series in values.items()}
-    arrays["frame_point"] = _packed(np.searchsorted(points, samples), "i4")
-    arrays["chart_time"] = _packed(true.times[points], "f8")
-    arrays["chart_state"] = _packed(history["state"].values[points], "u1")
-    return Payload(arrays, _facts(story, true, samples))
+    return Payload(arrays, _facts(story, times))
 
 
 def unpacked(entry: dict[str, Any]) -> NDArray[Any]:
@@ -106,31 +104,12 @@ def _series(history: History, scenario: Scenario) -> dict[str, Array]:
     return values
 
 
-def _frame_arrays(true: BeamGeometry, samples: NDArray[np.int64], course: TimeMap) -> dict[str, dict[str, Any]]:
-    """Arrays of the frames: times, axis (n, stations) and stress at the lower fibre (n, stations)."""
-    times, history = true.times[samples], true.history
-    axis = true.stations_of(samples)
-    return {
-        "frame_sample": _packed(samples, "i4"),
-        "frame_time": _packed(times, "f8"),
-        "frame_film": _packed(course.film_at(times), "f8"),
-        "frame_rate": _packed(course.rate_at(times), "f8"),
-        "frame_state": _packed(history["state"].values[samples], "u1"),
-        "frame_x": _packed(axis[..., 0], "f4"),
-        "frame_y": _packed(axis[..., 1], "f4"),
-        "frame_stress": _packed(history["bending_stress"].values[samples], "f4"),
-        "radius": _packed(np.asarray(true.sections.fibre_distance(true.stations)), "f4"),
-        "place": _packed(true.stations, "f4"),
-    }
-
-
-def _facts(story: Story, true: BeamGeometry, samples: NDArray[np.int64]) -> dict[str, Any]:
-    history, scenario, scale = true.history, true.scenario, story.colours
-    touch = int(np.argmin(np.abs(true.stations - scenario.contact.point)))
-    ramp, slope = mpl.colormaps[LIGHT.colour_map], drawn_slope(true)
+def _facts(story: Story, frame_times: Array) -> dict[str, Any]:
+    geometry, scale, slope = story.geometries[0], story.colours, story.slope
+    history, scenario, ramp = geometry.history, geometry.scenario, mpl.colormaps[COLOUR_MAP]
     return {
         "factor": story.factor,
-        "touch": touch,
+        "touch": int(np.argmin(np.abs(geometry.stations - scenario.contact.point))),
         "length": scenario.beam.length,
         "hub_radius": scenario.root.hub_radius,
         "root": scenario.root.kind,
@@ -143,8 +122,8 @@ def _facts(story: Story, true: BeamGeometry, samples: NDArray[np.int64]) -> dict
         "stress_limit": scale.limit,
         "stress_title": scale.title,
         "stress_ticks": scale.ticks,
-        "peak_force": _peak_force(history),
-        "events": _events(history, true.times[samples]),
+        "peak_force": geometry.peak_force,
+        "events": _events(history, frame_times),
         "collisions": [[m["start"], m["end"]] for m in history.summary["macro_collisions"]],
         "all_events": len(history.events),
         "states": [state.name for state in State],
@@ -157,21 +136,18 @@ def _facts(story: Story, true: BeamGeometry, samples: NDArray[np.int64]) -> dict
 
 def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
     """Return the listed events; `frame` is the one just after, `before` the one just before."""
-    rows = []
-    for event in listed_events(history):
-        after = int(last_sample(frame_times, event.time))
-        rows.append(
-            {
-                "time": event.time,
-                "kind": event.kind.value,
-                "impulse": _finite(event.normal_impulse),
-                "loss": _finite(event.energy_loss),
-                "state": int(event.state),
-                "before": int(first_sample(frame_times, event.time)),
-                "frame": max(after, 0),
-            }
-        )
-    return rows
+    return [
+        {
+            "time": event.time,
+            "kind": event.kind.value,
+            "impulse": _finite(event.normal_impulse),
+            "loss": _finite(event.energy_loss),
+            "state": int(event.state),
+            "before": int(first_sample(frame_times, event.time)),
+            "frame": max(int(last_sample(frame_times, event.time)), 0),
+        }
+        for event in listed_events(history)
+    ]
 
 
 def _model(scenario: Scenario) -> str:
@@ -186,25 +162,12 @@ def _model(scenario: Scenario) -> str:
     if not c.enabled:
         touch = "no contact"
     else:
-        stops = {"rigid": "rigid stop", "spring": f"elastic stop {c.stiffness:.3g} N/m".replace("e+0", "e")}
-        stop = stops.get(c.normal, f"{c.normal} stop")
-        words = {"frictionless": "frictionless"} | {
-            law: f"{law} friction μ = {c.mu_kinetic:g}" for law in ("hybrid", "modified-coulomb")
-        }
-        friction = words.get(c.friction, f"{c.friction} friction")
+        elastic = f"elastic stop {c.stiffness:.3g} N/m".replace("e+0", "e")
+        stop = {"rigid": "rigid stop", "spring": elastic}.get(c.normal, f"{c.normal} stop")
+        coulomb = f" μ = {c.mu_kinetic:g}" if c.friction in ("hybrid", "modified-coulomb") else ""
+        friction = "frictionless" if c.friction == "frictionless" else f"{c.friction} friction{coulomb}"
         touch = f"{stop}, {friction}"
     return f"{shapes}, {d.frame} frame, {d.kinetics} kinetics; {touch}; {scenario.solver.scheme} scheme"
-
-
-def _peak_force(history: History) -> float:
-    """Largest resultant (N) of the contact force; 0 if there is none."""
-    return _largest(np.hypot(history["lambda_n"].values, history["lambda_tau"].values))
-
-
-def _largest(values: NDArray[Any]) -> float:
-    """Largest finite magnitude that float32 can hold."""
-    magnitude = np.abs(values)
-    return float(np.max(magnitude[magnitude < np.finfo(np.float32).max], initial=0.0))
 
 
 def _finite(value: float) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -82,20 +83,14 @@ def chart_points(series: list[Array], frame_samples: Index, state: Index, count:
 
 
 def _equal_parts(measure: Array, count: int) -> Index:
-    """Choose at most `count` samples that divide a measure into equal parts, as far as samples allow."""
-    low, high = 1, 64 * count
-    while low < high:  # targets that fall on one sample are spent elsewhere: more targets than samples wanted
-        middle = (low + high + 1) // 2
-        if _hits(measure, middle).size <= count:
-            low = middle
-        else:
-            high = middle - 1
-    return _hits(measure, low)
-
-
-def _hits(measure: Array, targets: int) -> Index:
-    wanted = np.linspace(measure[0], measure[-1], targets)
-    return np.unique(np.clip(np.searchsorted(measure, wanted), 0, measure.size - 1))
+    """Choose about `count` samples that divide a measure into equal parts, as far as samples allow."""
+    size = min(count, measure.size)
+    while True:  # parts that fall on one sample are spent elsewhere
+        wanted = np.linspace(measure[0], measure[-1], size)
+        found = np.unique(np.clip(np.searchsorted(measure, wanted), 0, measure.size - 1))
+        if found.size >= min(count, measure.size) or size > 64 * count:
+            return found
+        size = math.ceil(1.02 * size)
 
 
 def _share(values: Array) -> Array:

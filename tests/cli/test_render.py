@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from PIL import Image
 
@@ -44,7 +46,9 @@ def test_odd_sizes_are_rounded_and_said(folder, tmp_path, capfd):
     )
     assert code == 0
     assert "size 481x271 rounded to 482x272" in err
-    assert "3 frames of 482x272" in out
+    assert "3 frames of 482x272, 0.1 s at 30 per second; time runs at " in out
+    fastest, slowest = map(float, re.search(r"runs at (\S+) to (\S+) of real time", out).groups())
+    assert fastest > 10.0 * slowest  # the frames stand before, in and after contacts
 
 
 def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp_path, capfd):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
 import re
 import xml.etree.ElementTree as ET
@@ -36,6 +37,10 @@ def check(folder):
     assert [claim["id"] for claim in data["claims"]] == [claim.id for claim in all_claims()]
     assert {claim["verdict"] for claim in data["claims"]} <= {"reproduced", "partly", "not reproduced"}
     assert all(claim["paper"] and claim["ours"] and "number" in claim for claim in data["claims"])
+    same = sum(not claim["discriminates"] for claim in data["claims"])
+    assert f"{same} of them, marked =, do not discriminate" in page
+    assert page.count(">=\u00a0") == same
+    assert all(claim.rule in html.unescape(page) for claim in all_claims())
     with (folder / "claims.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [row["verdict"] for row in rows] == [claim["verdict"] for claim in data["claims"]]

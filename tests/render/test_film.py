@@ -16,7 +16,8 @@ from PIL import Image
 
 from oblique_impact import InputError
 from renders.film import strip_times, write_film, write_strip
-from renders.frame import Style
+from renders.story import story_of
+from renders.style import Style
 from renders.timeline import make_timeline
 
 SIZE = (480, 270)
@@ -34,13 +35,16 @@ def decode(file):
     return 3600 * int(hours) + 60 * int(minutes) + float(seconds), frames
 
 
-def film(run, tmp_path, name, frames=12, **style):
-    history = run("paper")
-    timeline = make_timeline(history, between=(0.30, 0.34), frames=frames, fps=20)
+def small(run):
+    return story_of([run("paper")], Style(size=SIZE))
+
+
+def film(run, tmp_path, name, frames=12):
+    story = small(run)
+    timeline = make_timeline(story.time_map, between=(0.30, 0.34), frames=frames, fps=20)
     done = []
     out = tmp_path / name
-    options = {"size": SIZE, **style}
-    write_film([history], ["paper"], Style(**options), timeline, out, lambda n, total: done.append((n, total)))
+    write_film(story, timeline, out, lambda n, total: done.append((n, total)))
     assert done[-1] == (frames, frames)
     assert sorted(p.name for p in tmp_path.iterdir()) == [name]
     return out
@@ -63,31 +67,31 @@ def test_a_webp_is_animated(run, tmp_path):
 
 
 def test_a_strip_has_a_row_for_each_time(run, tmp_path):
-    history = run("paper")
-    times = strip_times(history)
+    story = story_of([run("paper")], Style(size=(600, 160)))
+    times = strip_times(story.histories[0])
     assert len(times) == 5
     assert times == sorted(times)
-    file = write_strip([history], ["paper"], Style(size=(600, 160)), [], tmp_path / "strip.png")
+    file = write_strip(story, [], tmp_path / "strip.png")
     with Image.open(file) as picture:
         assert picture.size == (600, 5 * 160 + 4)
         rows = np.asarray(picture).astype(int)
     parts = [rows[n * 161 : n * 161 + 160] for n in range(5)]
     assert all(np.abs(a - b).max() > 50 for a, b in pairwise(parts))
-    write_strip([history], ["paper"], Style(size=(600, 160)), [0.1, 0.2], tmp_path / "two.png")
+    write_strip(story, [0.1, 0.2], tmp_path / "two.png")
     with Image.open(tmp_path / "two.png") as picture:
         assert picture.size == (600, 321)
 
 
 def test_an_interrupted_film_leaves_nothing(run, tmp_path):
-    history = run("paper")
-    timeline = make_timeline(history, frames=50)
+    story = small(run)
+    timeline = make_timeline(story.time_map, frames=50)
 
     def stop(done, total):
         if done == 3:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_film([history], ["paper"], Style(size=SIZE), timeline, tmp_path / "a.mp4", stop)
+        write_film(story, timeline, tmp_path / "a.mp4", stop)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -109,23 +113,21 @@ def test_a_failing_encoder_is_an_error_and_an_interrupt_is_not(run, tmp_path, mo
             raise KeyboardInterrupt
 
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", ffmpeg)
-    history = run("paper")
+    story = small(run)
     words = "films need ffmpeg" if place == "trial" else "the encoder stopped"
     with pytest.raises(KeyboardInterrupt if interrupted else InputError, match=None if interrupted else words):
-        write_film(
-            [history], ["a"], Style(size=SIZE), make_timeline(history, frames=2), tmp_path / "a.mp4", on_frame
-        )
+        write_film(story, make_timeline(story.time_map, frames=2), tmp_path / "a.mp4", on_frame)
     assert list(tmp_path.iterdir()) == [failing]
 
 
 def test_unknown_kinds_and_folders_are_one_line(run, tmp_path):
-    history, style = run("paper"), Style(size=SIZE)
-    timeline = make_timeline(history, frames=2)
+    story = small(run)
+    timeline = make_timeline(story.time_map, frames=2)
     with pytest.raises(InputError, match=r"films end with \.mp4"):
-        write_film([history], ["a"], style, timeline, tmp_path / "a.avi")
+        write_film(story, timeline, tmp_path / "a.avi")
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
-        write_film([history], ["a"], style, timeline, tmp_path / "file" / "a.mp4")
+        write_film(story, timeline, tmp_path / "file" / "a.mp4")
 
 
 def without_libraries(tmp_path, code):
@@ -169,13 +171,13 @@ def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path):
 def test_memory_does_not_grow_over_six_hundred_frames(run, tmp_path):
     import resource
 
-    history = run("paper")
+    story = small(run)
     peaks = []
 
     def watch(done, total):
         if done in (100, 600):
             peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
-    timeline = make_timeline(history, frames=600)
-    write_film([history], ["paper"], Style(size=SIZE), timeline, tmp_path / "a.mp4", watch)
+    timeline = make_timeline(story.time_map, frames=600)
+    write_film(story, timeline, tmp_path / "a.mp4", watch)
     assert peaks[1] < 1.05 * peaks[0]

@@ -14,7 +14,8 @@ import pytest
 from renders.exports.command import _write
 from renders.exports.scene import Scene
 from renders.exports.selection import Selection
-from renders.geometry import BeamGeometry
+from renders.story import story_of
+from renders.style import Style
 
 PVPYTHON = shutil.which("pvpython")
 pytestmark = [
@@ -28,7 +29,7 @@ READERS = {"PVDReader": "pvd", "Xdmf3ReaderS": "xdmf", "Xdmf3ReaderT": "xdmf", "
 @pytest.fixture(scope="module")
 def scene(run):
     history = run("paper", "end_time=0.34")
-    return Scene.of(BeamGeometry(history, 1.0), Selection(100).frames(history))
+    return Scene.of(story_of([history], Style(deformation=1.0)), Selection(100).frames(history))
 
 
 @pytest.fixture(scope="module")
@@ -47,28 +48,8 @@ def paraview(file, reader, frames):
     return json.loads(done.stdout), done.stderr
 
 
-def by_part(meshes):
-    """Meshes by the number of their part; XDMFReader has both sides of a jump."""
-    found = {}
-    for mesh in meshes:
-        (owner,) = mesh["owners"]
-        found.setdefault(owner, []).append(mesh)
-    return found
-
-
-def check_filters(found, scene, sample):
-    """Warp By Vector of the initial shape gives the tube; a force's glyph has its size and direction."""
-    points = {part.name: part.shape(sample) for part in scene.parts}
-    warped = np.array(found["warped"])[-len(points["surface"].points) :]
-    np.testing.assert_allclose(warped, points["surface"].points, rtol=0.0, atol=1e-12)
-    for name, ends in found["glyphs"].items():
-        expected = 1e-3 * points["contact_point"].arrays[name][0]
-        if np.any(expected):
-            np.testing.assert_allclose(np.subtract(ends[-1], ends[-7]), expected, rtol=1e-4, atol=1e-6)
-
-
 @pytest.mark.parametrize("reader", READERS)
-def test_paraview_reads_times_values_and_forces(scene, sampled, tmp_path, reader):
+def test_paraview_reads_times_and_values(scene, sampled, tmp_path, reader):
     format = READERS[reader]
     file = tmp_path / f"beam.{format}"
     _write(scene, file, format, lambda: None)
@@ -77,18 +58,15 @@ def test_paraview_reads_times_values_and_forces(scene, sampled, tmp_path, reader
     found, errors = paraview(file, reader, sampled)
     assert errors == ""
     np.testing.assert_array_equal(found["times"], scene.frames.time)
-    for frame, number in zip(found["frames"], sampled, strict=True):
-        sample = int(scene.frames.sample[number])
-        meshes = by_part(frame["meshes"])
-        assert sorted(meshes) == list(range(len(scene.parts)))
+    for meshes, number in zip(found["frames"], sampled, strict=True):
+        by_part = {mesh["owners"][0]: mesh for mesh in meshes}
+        assert sorted(by_part) == list(range(len(scene.parts)))
         for owner, part in enumerate(scene.parts):
-            expected = part.shape(sample)
-            (mesh,) = meshes[owner][-1:]
+            expected, mesh = part.shape(int(scene.frames.sample[number])), by_part[owner]
             np.testing.assert_array_equal(mesh["points"], expected.points)
             assert set(mesh["arrays"]) - {"position"} == set(expected.arrays)
-            for name, values in expected.arrays.items():
-                np.testing.assert_array_equal(np.array(mesh["arrays"][name]).reshape(values.shape), values)
-        check_filters(frame, scene, sample)
+            for name, array in expected.arrays.items():
+                np.testing.assert_array_equal(np.array(mesh["arrays"][name]).reshape(array.shape), array)
 
 
 def test_paraview_reads_what_its_version_can_of_vtkhdf(scene, sampled, tmp_path):
@@ -101,30 +79,11 @@ def test_paraview_reads_what_its_version_can_of_vtkhdf(scene, sampled, tmp_path)
         np.testing.assert_array_equal(found["times"], scene.frames.time)
     else:
         assert "File version: 2.0 is higher than this reader supports" in errors
-    for frame, number in zip(found["frames"], sampled, strict=True):
+    for (mesh,), number in zip(found["frames"], sampled, strict=True):
         sample = int(scene.frames.sample[number if found["times"] else 0])
-        (mesh,) = frame["meshes"]
         expected = [part.shape(sample) for part in scene.parts]
         np.testing.assert_array_equal(mesh["points"], np.concatenate([shape.points for shape in expected]))
         assert mesh["owners"] == list(range(len(scene.parts)))
-        count = expected[0].points.shape[0]
-        for name, values in expected[0].arrays.items():
-            got = np.array(mesh["arrays"][name])[:count].reshape(values.shape)
-            np.testing.assert_array_equal(got, values)
-        check_filters(frame, scene, sample)
-
-
-def test_a_displacement_from_the_frame_before_is_found(scene, sampled):
-    """The check of the filters sees a warp to another time, and a force turned round."""
-    sample, other = (int(scene.frames.sample[k]) for k in (sampled[2], sampled[3]))
-    surface, point = scene.parts[0], next(part for part in scene.parts if part.name == "contact_point")
-    forces = {name: 1e-3 * point.shape(sample).arrays[name][0] for name in ("normal_force", "contact_force")}
-    good = {
-        "warped": surface.shape(sample).points,
-        "glyphs": {name: np.linspace(np.zeros(3), force, 7) for name, force in forces.items()},
-    }
-    check_filters(good, scene, sample)
-    with pytest.raises(AssertionError):
-        check_filters(good | {"warped": surface.shape(other).points}, scene, sample)
-    with pytest.raises(AssertionError):
-        check_filters(good | {"glyphs": {name: -ends for name, ends in good["glyphs"].items()}}, scene, sample)
+        for name, array in expected[0].arrays.items():
+            got = np.array(mesh["arrays"][name])[: len(expected[0].points)].reshape(array.shape)
+            np.testing.assert_array_equal(got, array)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tests.render.browser import NAMES, Page, find_browser
 from validation.report.document import Cell, Document, Fold, Item, Paragraph, Picture, Section, Table, write_report
 from validation.report.figures import new_figure, to_svg
 from validation.report.provenance import provenance
-
-pytestmark = pytest.mark.skipif(find_browser() is None, reason=f"none of {', '.join(NAMES)} is on the PATH")
 
 WIDTHS = (360, 768, 1000, 1001, 1024, 1300, 1420, 1920)
 COLUMNS = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
@@ -54,27 +51,9 @@ def file(tmp_path_factory):
 
 
 @pytest.fixture
-def page(file):
-    with Page(find_browser()) as opened:
-        opened.size(1280, 800)
-        opened.open(file)
-        yield opened
-        assert opened.errors == []
-        assert {address for address in opened.requests if not address.startswith("file:")} == set()
-
-
-def type_filter(page: Page, text: str) -> None:
-    page.evaluate(
-        f"(() => {{ const box = document.getElementById('filter'); box.value = {text!r};"
-        " box.dispatchEvent(new Event('input')); })()"
-    )
-
-
-def choose_verdict(page: Page, verdict: str) -> None:
-    page.evaluate(
-        f"(() => {{ const list = document.getElementById('verdict'); list.value = {verdict!r};"
-        " list.dispatchEvent(new Event('change')); })()"
-    )
+def page(page, file):
+    page.goto(file.as_uri())
+    return page
 
 
 #: names of the measurements that are seen
@@ -93,9 +72,8 @@ CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail, td.partly')].filte
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_no_page_scrolls_sideways_and_every_verdict_is_seen(page, file, width):
-    page.size(width, 800)
+    page.set_viewport_size({"width": width, "height": 800})
     page.evaluate("document.querySelectorAll('details').forEach(part => { part.open = true; })")
-    page.settle()
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.evaluate("document.querySelectorAll('td.pass, td.fail').length") == 4
     assert page.evaluate(CUT_OFF) == 0
@@ -112,31 +90,31 @@ def test_groups_are_folded_but_those_that_fail(page):
 
 
 def test_a_link_opens_the_part_that_it_leads_to(page, file):
-    page.open(file, "#first")
+    page.goto(f"{file.as_uri()}#first")
     assert page.evaluate(OPEN)[0]
 
 
 def test_the_filter_keeps_rows_with_all_words_and_opens_their_groups(page):
-    type_filter(page, "FALLING name-of-a-measurement-1")
+    page.locator("#filter").fill("FALLING name-of-a-measurement-1")
     assert page.evaluate(SEEN) == ["first.one.a-rather-long-name-of-a-measurement-1"]
     assert page.evaluate("document.getElementById('shown').textContent") == "1 of 4 measurements"
-    type_filter(page, "no such word")
+    page.locator("#filter").fill("no such word")
     assert page.evaluate(SEEN) == []
-    type_filter(page, "")
+    page.locator("#filter").fill("")
     assert page.evaluate(OPEN) == [False, True, True]
     assert page.evaluate("document.getElementById('shown').textContent") == ""
 
 
 def test_the_filter_knows_verdicts(page):
-    choose_verdict(page, "fail")
+    page.locator("#verdict").select_option("fail")
     assert page.evaluate(SEEN) == ["second.two.a-rather-long-name-of-a-measurement-1"]
-    type_filter(page, "falling")
+    page.locator("#filter").fill("falling")
     assert page.evaluate(SEEN) == []
-    choose_verdict(page, "pass")
+    page.locator("#verdict").select_option("pass")
     assert len(page.evaluate(SEEN)) == 2
 
 
-def luminance(page: Page, selector: str, colour: str) -> float:
+def luminance(page, selector: str, colour: str) -> float:
     parts = page.evaluate(f"getComputedStyle(document.querySelector('{selector}')).{colour}")
     red, green, blue = (float(part) / 255.0 for part in parts[parts.index("(") + 1 : -1].split(",")[:3])
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
@@ -144,8 +122,8 @@ def luminance(page: Page, selector: str, colour: str) -> float:
 
 @pytest.mark.parametrize("system", ["light", "dark"])
 def test_the_theme_is_that_of_the_system_until_the_button_is_pressed(page, file, system):
-    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": system}])
-    page.open(file)
+    page.emulate_media(color_scheme=system)
+    page.goto(file.as_uri())
     dark = system == "dark"
     for _ in range(2):
         assert (luminance(page, "body", "backgroundColor") < 0.1) == dark
@@ -160,11 +138,10 @@ def test_the_theme_is_that_of_the_system_until_the_button_is_pressed(page, file,
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_paper_is_white_shows_everything_and_no_controls(page, theme):
     page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-    type_filter(page, "falling")
+    page.locator("#filter").fill("falling")
     page.evaluate("document.querySelectorAll('details').forEach(part => { part.open = false; })")
-    page.call("Emulation.setEmulatedMedia", media="print")
+    page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    page.settle()
     assert luminance(page, "body", "backgroundColor") == pytest.approx(1.0)
     assert luminance(page, "body", "color") < 0.2
     assert page.evaluate("getComputedStyle(document.querySelector('figure svg')).filter") == "none"
@@ -183,8 +160,7 @@ def test_the_keyboard_reaches_controls_and_groups(page):
     page.evaluate("document.getElementById('filter').focus()")
     seen = []
     for _ in range(6):
-        page.call("Input.dispatchKeyEvent", type="keyDown", key="Tab", code="Tab", windowsVirtualKeyCode=9)
-        page.call("Input.dispatchKeyEvent", type="keyUp", key="Tab", code="Tab", windowsVirtualKeyCode=9)
+        page.keyboard.press("Tab")
         seen.append(page.evaluate("document.activeElement.id || document.activeElement.tagName"))
     assert seen[:3] == ["verdict", "fold", "theme"]
     assert "SUMMARY" in seen

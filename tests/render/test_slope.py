@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from dataclasses import replace
 
 import numpy as np
 import pytest
-import pyvista as pv
 from matplotlib.figure import Figure
 
-from renders import export, overview
+from renders import overview
+from renders.exports.scene import Scene
+from renders.exports.selection import Selection
 from renders.geometry import BeamGeometry
-from renders.player import write_player
 from renders.player.payload import payload
-from renders.scene import Look, View
+from renders.scene import View
 from renders.slope import DrawnSlope, drawn_slope
-from renders.themes import LIGHT
-from tests.render.browser import Page, find_browser
+from renders.story import story_of
+from renders.style import Style
 
 CASES = {
     "paper": ("paper", "end_time=0.4"),
@@ -27,8 +26,6 @@ CASES = {
     "steep": ("sticking", "slope.angle=1.2", "slope.origin=[0.5, 0.0]", "initial.angle=1.5", "end_time=0.1"),
     "never reached": ("paper", "end_time=0.1"),
 }
-#: modules that take the slope, and the picture each of them makes
-PICTURES = {"overview": "overview", "scenery": "film", "player.payload": "page"}
 
 
 @pytest.fixture(params=CASES)
@@ -36,23 +33,20 @@ def history(run, request):
     return run(*CASES[request.param])
 
 
-def corners(history, factor=None):
+def corners(story):
     """Corners (4, 2) of the slope as each kind of picture draws it."""
-    geometry = BeamGeometry(history, factor)
     axes = Figure().subplots()
-    overview._draw_motion(axes, history)
+    overview._draw_motion(axes, story, 0.1)
     (patch,) = (p for p in axes.patches if p.get_gid() == "slope")
-    view = View([geometry], (320, 200), LIGHT, Look(ghosts=False, trace=False, arrow=False), 1e8)
+    view = View(story, [0], (320, 200))
     solids = [np.asarray(mesh.points) for mesh in view.plotter.meshes if mesh.n_points == 8 and mesh.n_cells == 6]
     view.close()
-    with TemporaryDirectory() as folder:
-        export(history, f"{folder}/beam.pvd", between=(0.0, 2e-4), deformation=geometry.factor)
-        (exported,) = (pv.read(file) for file in Path(folder).rglob("slope*.vtp"))
+    exported = Scene.of(story, Selection(between=(0.0, 2e-4)).frames(story.histories[0])).parts[-1].shape(0).points
     return {
         "overview": patch.get_xy()[:4],
         "film": front(solids[0]),
-        "page": np.array(payload(history, factor, 20).facts["slope"]["outline"]),
-        "export": front(np.asarray(exported.points)),
+        "page": np.array(payload(story, 20).facts["slope"]["outline"]),
+        "export": front(exported),
     }
 
 
@@ -69,24 +63,18 @@ def same(found, expected):
 
 def test_all_pictures_draw_the_same_slope(history):
     expected = drawn_slope(BeamGeometry(history)).outline
-    for factor in (None, 1.0, 50.0):
-        for name, found in corners(history, factor).items():
+    for factor in (1.0, 50.0):
+        story = story_of([history], Style(deformation=factor, ghosts=False, trace=False, arrow=False))
+        for name, found in corners(story).items():
             assert same(found, expected), (name, factor)
 
 
-@pytest.mark.parametrize("module", PICTURES)
-def test_a_slope_of_its_own_is_noticed(run, monkeypatch, module):
-    history = run(*CASES["paper"])
-
-    def shifted(geometry):
-        slope = drawn_slope(geometry)
-        return DrawnSlope(slope.ends, slope.outline + np.array([0.0, 1e-3]))
-
-    monkeypatch.setattr(f"renders.{module}.drawn_slope", shifted)
-    expected = drawn_slope(BeamGeometry(history)).outline
-    wrong = {name for name, found in corners(history).items() if not same(found, expected)}
-    assert PICTURES[module] in wrong
-    assert ("export" in wrong) == (module == "scenery")
+def test_all_pictures_take_the_slope_of_the_story(run, monkeypatch):
+    story = story_of([run(*CASES["paper"])], Style(ghosts=False, trace=False, arrow=False))
+    shifted = DrawnSlope(story.slope.ends, story.slope.outline + np.array([0.0, 1e-3]))
+    moved = replace(story)
+    moved.__dict__["slope"] = shifted
+    assert all(same(found, shifted.outline) for found in corners(moved).values())
 
 
 def test_the_surface_lies_one_radius_below_the_axis(history):
@@ -129,43 +117,4 @@ def test_ends_out_of_reach_are_not_drawn(run):
 def test_without_contact_there_is_none(run):
     history = run("spin-up", "end_time=0.01")
     assert drawn_slope(BeamGeometry(history)) is None
-    assert payload(history, None, 20).facts["slope"]["outline"] is None
-
-
-RECORD = """(() => {
-  const P = CanvasRenderingContext2D.prototype, own = [P.beginPath, P.lineTo, P.arc];
-  window.drawn = { paths: [], arcs: [] };
-  let path = [];
-  P.beginPath = function () {
-    path = [];
-    if (this.canvas.id === "scene") drawn.paths.push(path);
-    own[0].call(this);
-  };
-  P.lineTo = function (x, y) { path.push([x, y]); own[1].call(this, x, y); };
-  P.arc = function (x, y, ...rest) {
-    if (this.canvas.id === "scene") drawn.arcs.push([x, y]);
-    own[2].call(this, x, y, ...rest);
-  };
-})()"""
-
-
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium on the PATH")
-@pytest.mark.parametrize("factor", [1.0, 50.0])
-def test_the_page_draws_it_untrimmed(run, tmp_path, factor):
-    """The first path of the scene is the slope; the pin, the origin, is the last arc."""
-    history = run(*CASES["mid-span without ends"])
-    outline = drawn_slope(BeamGeometry(history)).outline
-    file = write_player(history, tmp_path / "page.html", factor=factor)
-    with Page(find_browser()) as page:
-        page.size(1600, 1000)
-        page.open(file)
-        page.evaluate(RECORD)
-        page.evaluate("player.seek(0.2)")
-        page.settle()
-        found = page.evaluate("drawn")
-        assert page.errors == []
-    path, pin = np.array(found["paths"][0]), np.array(found["arcs"][-1])
-    assert path.shape == (4, 2)
-    scale = (path[1, 0] - path[0, 0]) / (outline[1, 0] - outline[0, 0])
-    assert scale > 100.0
-    np.testing.assert_allclose((path - pin) / scale, outline * [1.0, -1.0], atol=1e-4)
+    assert payload(story_of([history]), 20).facts["slope"]["outline"] is None

@@ -9,10 +9,11 @@ import pytest
 from PIL import Image, ImageDraw
 
 from renders import render
-from renders.frame import Composer, Style
+from renders.frame import Composer
 from renders.geometry import BeamGeometry
 from renders.player.payload import payload, unpacked
 from renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
+from renders.style import Style
 from renders.timeline import make_timeline
 
 QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
@@ -76,7 +77,7 @@ def labels_of(monkeypatch, draw):
 def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(run, tmp_path, monkeypatch):
     """Read from what is written into the pictures, and from what the page embeds."""
     history = run("paper")
-    facts = payload(history, None, 200).facts
+    facts = payload(story_of([history]), 200).facts
     ends = [text for _, text in facts["stress_ticks"]]
     factor = f"×{facts['factor']:g}"
     style = Style(size=(640, 360))
@@ -96,8 +97,9 @@ def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(
 
 def test_film_and_page_show_a_physical_time_at_the_same_film_time(run):
     history = run("paper")
-    arrays = {name: unpacked(entry) for name, entry in payload(history, None, 400).arrays.items()}
-    course = make_timeline(history).course
+    story = story_of([history])
+    arrays = {name: unpacked(entry) for name, entry in payload(story, 400).arrays.items()}
+    course = make_timeline(story.time_map).course
     np.testing.assert_array_equal(arrays["frame_film"], course.film_at(arrays["frame_time"]))
     np.testing.assert_array_equal(arrays["frame_rate"], course.rate_at(arrays["frame_time"]))
 
@@ -106,10 +108,10 @@ def test_two_histories_have_one_scale_and_one_factor(run, monkeypatch):
     """The larger stress of both, the smaller magnification of both, written into both halves."""
     soft, hard = run("paper"), run("sticking")
     alone = [story_of([history]) for history in (soft, hard)]
-    both = story_of([soft, hard])
+    both = story_of([soft, hard], Style(size=(960, 540)), ["a", "b"])
     assert both.colours.limit == max(s.colours.limit for s in alone)
     assert [g.factor for g in both.geometries] == [min(s.factor for s in alone)] * 2
-    composer = Composer(both, ["a", "b"], Style(size=(960, 540)))
+    composer = Composer(both)
     written = labels_of(monkeypatch, lambda: composer.draw(0.1))
     composer.close()
     ticks = [text for _, text in both.colours.ticks]
@@ -156,7 +158,7 @@ def test_the_colour_at_the_end_of_the_bar_is_that_of_the_limit(run, monkeypatch)
     """What a reader takes from bar and beam: the pixel under a label has the colour of that value."""
     import matplotlib as mpl
 
-    story = story_of([run("paper")])
+    story = story_of([run("paper")], Style(inset=False))
     places = {}
     write = ImageDraw.ImageDraw.text
 
@@ -164,7 +166,7 @@ def test_the_colour_at_the_end_of_the_bar_is_that_of_the_limit(run, monkeypatch)
         places[text] = place
         return write(pen, place, text, *args, **options)
 
-    composer = Composer(story, ["a"], Style(size=(1280, 720), inset=False))
+    composer = Composer(story)
     with monkeypatch.context() as patch:
         patch.setattr(ImageDraw.ImageDraw, "text", spy)
         picture: Image.Image = composer.draw(0.1)
@@ -179,8 +181,8 @@ def test_the_colour_at_the_end_of_the_bar_is_that_of_the_limit(run, monkeypatch)
 def test_the_beams_are_coloured_by_the_scale_that_the_bar_shows(run):
     """In every view, inset and side by side alike."""
     for histories in ([run("paper")], [run("paper"), run("sticking")]):
-        story = story_of(histories)
-        composer = Composer(story, ["a", "b"], Style(size=(960, 540)))
+        story = story_of(histories, Style(size=(960, 540)), ["a", "b"])
+        composer = Composer(story)
         views = [view for view, _, _ in composer._views]
         assert len(views) == 2
         for view in views:

@@ -1,7 +1,4 @@
-"""Small systems of the tests in this folder, their closed forms, and every name of the package that they use.
-
-The names are imported here once; the tests take them from here.
-"""
+"""Small systems of the tests in this folder, and their closed forms."""
 
 from __future__ import annotations
 
@@ -15,57 +12,17 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
-from oblique_impact import History, Outcome, Scenario, simulate, simulate_system
-from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact import History, Outcome
 from oblique_impact.contact.friction import (
-    Branch,
     Coulomb,
     FrictionCurve,
-    FrictionLaw,
     Frictionless,
     ModifiedCoulomb,
 )
-from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
-from oblique_impact.contact.state import State
-from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import Baumgarte
-from oblique_impact.kernels.compiling import compilations
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.scenario.user_defined import register
-from validation.reference_values import VALUES
-from validation.small_systems import FreeRod, Particle, PinnedBar
-
-__all__ = [
-    "VALUES",
-    "BaseMotion",
-    "Baumgarte",
-    "Branch",
-    "Coulomb",
-    "ElasticStop",
-    "EventScheme",
-    "FixedStepScheme",
-    "FreeRod",
-    "FrictionCurve",
-    "FrictionLaw",
-    "Frictionless",
-    "GeneralizedAlphaScheme",
-    "History",
-    "ModifiedCoulomb",
-    "NewtonImpact",
-    "Outcome",
-    "Particle",
-    "PinnedBar",
-    "RouthImpact",
-    "Scenario",
-    "State",
-    "compilations",
-    "register",
-    "simulate",
-    "simulate_system",
-]
 
 Array = NDArray[np.float64]
 

@@ -14,39 +14,33 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oblique_impact import History, Scenario, simulate, simulate_system
+from oblique_impact.contact.friction import Branch, Coulomb, FrictionLaw
+from oblique_impact.contact.impacts import NewtonImpact
+from oblique_impact.contact.state import State
+from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.contact.transitions import Baumgarte
+from oblique_impact.kernels.compiling import compilations
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.scenario.user_defined import register
 from tests.small.systems import (
     EVENT_ERROR,
     GRAVITY,
     ROUNDING,
     SCHEMES,
-    VALUES,
-    Baumgarte,
-    Branch,
-    Coulomb,
-    ElasticStop,
-    FixedStepScheme,
-    FrictionLaw,
-    GeneralizedAlphaScheme,
-    History,
-    NewtonImpact,
-    Particle,
-    PinnedBar,
     PulledMass,
-    Scenario,
-    State,
     assert_order,
-    compilations,
     completed,
     just_after,
     kinds_of,
     last,
-    register,
     scheme_of,
-    simulate,
-    simulate_system,
     specializations,
     times_of,
 )
+from validation.reference_values import VALUES
+from validation.small_systems import Particle, PinnedBar
 
 REST = np.zeros(2)
 BALL = Particle(above=-GRAVITY)
@@ -451,7 +445,7 @@ INTERPRETED = {
 _RUN = """
 import json, sys
 import numpy as np
-from tests.small.systems import Scenario, simulate
+from oblique_impact import Scenario, simulate
 history = simulate(Scenario.builtin("paper").replace(**json.loads(sys.argv[1])))
 np.savez(sys.argv[2], time=history["time"], q=history["q"], qd=history["qd"], lambda_n=history["lambda_n"],
          events=[event.time for event in history.events])
@@ -500,7 +494,9 @@ from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.beam import Beam
 from oblique_impact.kernels import rows as row
 from oblique_impact.marching.sampling import contact_problem
-from tests.small.systems import BaseMotion, Scenario, register
+from oblique_impact import Scenario
+from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.scenario.user_defined import register
 
 @register("base_motions", "test-swing")
 @dataclass(frozen=True)

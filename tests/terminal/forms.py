@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from oblique_impact import simulate
 from oblique_impact.progress import OnProgress
-from tests.unit.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
+from tests.docs.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
 
 OURS = "oblique-impact"
 #: an order of events: the beam falls, strikes twice and is in contact at the end
@@ -71,7 +71,8 @@ def prepare(form: Form, folder: Path, run: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
     (folder / "small.toml").write_text(SWEEP, encoding="utf-8")
     understood = parse(list(form.words))
-    for source in [understood.get("history"), *(understood.get("histories") or [])]:
+    names = [understood.get(name) for name in ("history", "left", "right")]
+    for source in [*names, *(understood.get("histories") or [])]:
         if source is not None and not (folder / source).exists():
             shutil.copytree(run, folder / source)
 
@@ -116,6 +117,11 @@ def few_cases() -> None:
     def brief(out: Path, workers: int | None, on_progress: OnProgress, typed: str) -> SimpleNamespace:
         scenarios = [case.scenario.replace(end_time=0.05) for case in command.main_cases()[:2]]
         map_parallel(simulate, scenarios, workers, told(on_progress, ["one", "two"]))
-        return SimpleNamespace(verdicts={"reproduced": 0}, claims=(), report=out / "report.html")
+        return SimpleNamespace(
+            verdicts={"reproduced": 0},
+            claims=(),
+            material=SimpleNamespace(undiscriminating=0),
+            report=out / "report.html",
+        )
 
     command.reproduce = brief

@@ -25,6 +25,7 @@ RESULTS = {
     "refine": "report: out/refine/report.html",
     "sweep": "results: out/friction",
     "reproduce": r"\d+ claims: .*; report: out/reproduce/report\.html",
+    "compare": r"report: [\w/]+\.html",
     "render": "(picture|written): ",
     "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd)\s+read by ParaView",
 }

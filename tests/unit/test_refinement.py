@@ -4,15 +4,27 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import sys
 from io import BytesIO
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from oblique_impact import InputError, Scenario
+from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.errors import Interrupted
 from oblique_impact.history.sample_times import last_sample
+from validation import refine
+from validation.quantities import (
+    FIELDS,
+    VARIABLES,
+    GapError,
+    default_quantities,
+    natural_scale,
+    quantity,
+)
+from validation.refinement.command import lines
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
@@ -29,21 +41,15 @@ from validation.refinement.ladders import (
     AXES,
     Ladder,
     Study,
+    check_levels,
     declared_orders,
     parse_levels,
     sizes,
 )
-from validation.refinement.quantities import (
-    FIELDS,
-    VARIABLES,
-    GapError,
-    default_quantities,
-    natural_scale,
-    quantity,
-)
-from validation.refinement.report import CSV_COLUMNS, csv_rows, study_data
+from validation.refinement.report import CSV_COLUMNS, csv_rows, study_data, study_document
 from validation.refinement.shipped import STUDIES, shipped_study
-from validation.refinement.study import run_study
+from validation.refinement.study import ROWS
+from validation.report.document import render_html
 
 UNIFORM = np.array([0.4, 0.2, 0.1, 0.05, 0.025])
 UNEVEN = np.array([0.4, 0.31, 0.14, 0.1, 0.03])
@@ -273,7 +279,7 @@ def test_sizes_must_fall():
         ("elements", "4,8,8", "increase"),
         ("elements", "4,8,x", "whole numbers"),
         ("elements", "4,8,16.5", "whole numbers"),
-        ("modes", "0,1,2", "at least 1"),
+        ("modes", "0,1,2", "from 1"),
         ("modes", "-2,1,2", "whole numbers"),
         ("steps", "1e-5,2e-5,4e-5", "decrease"),
         ("steps", "1e-4,nan,1e-6", "above 0"),
@@ -283,7 +289,7 @@ def test_sizes_must_fall():
 )
 def test_levels_that_cannot_be_are_one_line(axis, text, part):
     with pytest.raises(InputError, match=part) as caught:
-        parse_levels(axis, text)
+        check_levels(axis, parse_levels(axis, text))
     assert f"--{axis}" in str(caught.value)
 
 
@@ -461,7 +467,7 @@ def test_finite_elements_show_order_four_on_the_real_code():
         ("first_impact", "impulse", "peak_force", "energy_final"),
         ladder.declared,
     )
-    result = run_study(Study("small", "small", "", (small,), tolerance=1e-6), workers=1)
+    result = refine(study=Study("small", "small", "", (small,), tolerance=1e-6), workers=1)
     for item in result.ladders[0].results[:3]:
         orders = [t.order for t in item.analysis.triplets if t]
         assert orders == pytest.approx([4.0, 4.0], abs=0.2), item.quantity.name
@@ -476,7 +482,7 @@ def test_schemes_show_their_declared_orders_in_free_flight():
     study = shipped_study("steps")
     flights = tuple(ladder for ladder in study.ladders if ladder.name.startswith("flight"))
     assert len(flights) == 3
-    result = run_study(Study("flights", "flights", "", flights, tolerance=1e-6), workers=1)
+    result = refine(study=Study("flights", "flights", "", flights, tolerance=1e-6), workers=1)
     limits = []
     for ladder in result.ladders:
         for item in ladder.results:
@@ -491,12 +497,12 @@ def test_schemes_show_their_declared_orders_in_free_flight():
 def stopped():
     """The finest of three runs is stopped by the physics."""
     ladder = Ladder("modes", "paper", ROUGH, "modes", (1.0, 2.0, 3.0), ("first_impact", "theta@0.35"))
-    return run_study(Study("modes", "modes", "", (ladder,)), workers=1)
+    return refine(study=Study("modes", "modes", "", (ladder,)), workers=1)
 
 
 def test_a_run_the_physics_stops_is_a_row_and_not_the_end(stopped):
     ladder = stopped.ladders[0]
-    assert [run.completed for run in ladder.runs] == [True, True, False]
+    assert [run["outcome"] for run in ladder.runs] == ["completed", "completed", "painleve"]
     first, later = ladder.results
     assert first.analysis.verdict == CONVERGED
     assert later.analysis.verdict == NO_VERDICT
@@ -505,13 +511,61 @@ def test_a_run_the_physics_stops_is_a_row_and_not_the_end(stopped):
 
 
 def test_an_interrupt_ends_the_study_and_not_one_run(monkeypatch):
-    def interrupted(scenario):
+    def interrupted(scenario, *_):
         raise Interrupted(None)
 
-    monkeypatch.setattr("validation.refinement.study.simulate", interrupted)
+    monkeypatch.setattr(sys.modules["oblique_impact.simulation"], "simulate", interrupted)
     ladder = Ladder("modes", "paper", (), "modes", (1.0, 2.0, 3.0))
     with pytest.raises(KeyboardInterrupt):
-        run_study(Study("modes", "modes", "", (ladder,)), workers=1)
+        refine(study=Study("modes", "modes", "", (ladder,)), workers=1)
+
+
+@pytest.fixture
+def quick():
+    return Study("modes", "modes", "", (Ladder("modes", "paper", ("end_time=0.05",), "modes", (1.0, 2.0, 3.0)),))
+
+
+def test_an_interrupted_study_goes_on_with_the_others(monkeypatch, tmp_path, quick):
+    """Its rows are taken as they are: a mark put into one comes out; another study in the folder starts anew."""
+    simulation = sys.modules["oblique_impact.simulation"]
+    count = iter(range(9))
+
+    def twice(scenario, *rest):
+        if next(count) == 2:
+            raise Interrupted(None)
+        return simulate(scenario, *rest)
+
+    monkeypatch.setattr(simulation, "simulate", twice)
+    with pytest.raises(KeyboardInterrupt, match="2 of 4 runs are kept"):
+        refine(study=quick, workers=1, out=tmp_path)
+    monkeypatch.undo()
+    text = (tmp_path / ROWS).read_text()
+    assert text.count('"run"') == 2
+    (tmp_path / ROWS).write_text(re.sub(r'"events": 0', '"events": 77', text))
+    told = []
+    result = refine(study=quick, workers=1, out=tmp_path, on_progress=told.append)
+    assert [progress.done for progress in told] == [2, 3, 4]
+    assert [run["events"] for run in result.ladders[0].runs] == [0, 0, 77]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "results.csv", "results.json"]
+
+
+def test_a_run_that_takes_too_long_is_a_gap(quick):
+    result = refine(study=quick, changes={"end_time": 30.0}, workers=1, timeout=0.1)
+    assert {run["outcome"] for run in result.ladders[0].runs} == {"timeout"}
+    assert all(gap.startswith("took longer than 0.1 s") for gap in result.quantity("impulse").gaps)
+    assert result.quantity("impulse").analysis.verdict == NO_VERDICT
+
+
+def test_reports_tell_changes_and_uneven_events():
+    study = Study("a", "a", "", (Ladder("a", "paper", ("end_time=0.4",), "modes", (1.0, 2.0, 3.0)),))
+    result = refine(study=study, changes={"beam.length": 0.9}, quantities=["impulse"], workers=1)
+    page = render_html(study_document(result, "command"))
+    assert "Scenario paper; end_time = 0.4, beam.length = 0.9" in page
+    counts = [run["events"] for run in result.ladders[0].runs]
+    assert len(set(counts)) > 1
+    words = f"differs from level to level ({', '.join(map(str, counts))})"
+    assert page.count(words) == 2
+    assert sum(words in line for line in lines(result)) == 1
 
 
 def test_data_for_machines_is_complete(stopped):

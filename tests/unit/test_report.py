@@ -1,4 +1,4 @@
-"""Reports: escaped, self-contained, the same from run to run; parallel maps keep the order of their items."""
+"""Reports: escaped, self-contained, the same from run to run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import re
 import pytest
 
 from oblique_impact import InputError
-from validation.parallel import map_parallel
 from validation.report.document import (
     Cell,
     Document,
@@ -82,18 +81,3 @@ def test_a_folder_that_is_not_there_is_one_line(tmp_path):
 )
 def test_numbers_for_reading(value, text):
     assert number(value) == text
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_results_keep_the_order_of_the_items(workers):
-    seen = []
-    items = [9.0, 4.0, 1.0]
-    results = map_parallel(math.sqrt, items, workers, lambda index, result: seen.append((index, result)))
-    assert results == [3.0, 2.0, 1.0]
-    assert sorted(seen) == [(0, 3.0), (1, 2.0), (2, 1.0)]
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_an_error_in_a_process_is_raised_here(workers):
-    with pytest.raises(ValueError, match=r"negative|domain"):
-        map_parallel(math.sqrt, [1.0, -1.0], workers)

@@ -15,7 +15,8 @@ from oblique_impact.marching.records import Event
 from validation.reference_values import VALUES
 from validation.reproduction import energies, forces, motions
 from validation.reproduction.cases import Case, combinations, main_cases, paper, threshold_cases, variant_cases
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Finding, combined, graded, judge
+from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Finding, Judged, combined, graded, judge
+from validation.reproduction.material import Material
 from validation.reproduction.measures import (
     Trio,
     existing,
@@ -29,7 +30,7 @@ from validation.reproduction.pictures import PLOTS, thinned
 from validation.reproduction.runs import Macro, Run, run_case
 from validation.reproduction.stick_pages import why
 from validation.reproduction.sticking import StickCheck, friction_ratio
-from validation.reproduction.unsaid import all_claims, contact_spans, study
+from validation.reproduction.unsaid import Robustness, all_claims, contact_spans, study
 
 MACROS = (Macro(0.3, 0.34, 2, 1.0, 0.1, 100.0), Macro(0.68, 0.71, 2, 1.0, 0.1, 100.0))
 NAMES = (
@@ -205,6 +206,20 @@ def test_a_claim_is_judged_on_its_own_case():
     claim = Claim("c", "", "", "", lambda runs: Finding(REPRODUCED if runs == "b" else NOT, {}, ""), case="two")
     judged = judge([claim], {"one": {"s": "a"}, "two": {"s": "b"}})
     assert judged[0].verdict == REPRODUCED
+
+
+def test_claims_that_every_choice_reproduces_do_not_discriminate():
+    always, mostly = ("friction-coincides", "reproduced"), ("friction-matters", "reproduced")
+    grid = [
+        Robustness(None, dict([always, mostly]), (), (0.0,) * 4),
+        Robustness(None, dict([always, (mostly[0], "not reproduced")]), (), (0.0,) * 4),
+    ]
+    found = [Judged(claim, {}) for claim in all_claims()]
+    material = Material({}, {}, found, [], grid, (0.0, []))
+    assert material.counts(mostly[0]) == {"reproduced": 1, "partly": 0, "not reproduced": 1}
+    assert material.counts("states-interchange") == {}  # judged on a scenario that sticks
+    assert [judged.claim.id for judged in found if not material.discriminates(judged.claim.id)] == [always[0]]
+    assert material.undiscriminating == 1
 
 
 def test_claims_have_names_of_their_own_and_say_their_rule():
@@ -397,7 +412,7 @@ def test_ratio_and_reasons():
 
 def test_a_line_of_the_study():
     variant, scheme, case = next(iter(variant_cases()))
-    row = study(variant, scheme, run_case(case)).row.flat()
+    row = study(variant, scheme, run_case(case)).flat()
     assert row["choice"] == "number of modes"
     assert 0.31 < row["first_start"] < row["first_end"] < row["second_start"]
     assert row["first_normal_impulse"] > 0.0

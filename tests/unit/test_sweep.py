@@ -6,26 +6,35 @@ import json
 import math
 import re
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow as pa
 import pytest
 
 from oblique_impact import InputError, Scenario
-from oblique_impact.errors import Outcome
-from validation.refinement.quantities import GapError, quantity
+from validation.journal import Journal
+from validation.measuring import (
+    ERROR,
+    INVALID,
+    REGIMES,
+    TIMEOUT,
+    Done,
+    OutOfTimeError,
+    _Clock,
+    failed,
+    measure_run,
+    regime,
+)
+from validation.quantities import GapError, quantity
 from validation.report.document import render_html
-from validation.sweeps import store as store_module
-from validation.sweeps.cluster import CHUNK, Cluster, _Chunks, check_address
-from validation.sweeps.design import between, latin_hypercube, spread
+from validation.sweeps.design import MAX_RUNS
 from validation.sweeps.figures import sweep_pictures
 from validation.sweeps.keys import kind, known_keys, unit
-from validation.sweeps.plan import MAX_RUNS, Plan, load_plan, make_plan, shipped_names
-from validation.sweeps.pool import LocalPool
+from validation.sweeps.plan import Plan, load_plan, make_plan, shipped_names
 from validation.sweeps.report import sweep_document
-from validation.sweeps.store import open_store
+from validation.sweeps.store import ROWS, open_store
 from validation.sweeps.table import make_table, read_table, write_table
-from validation.sweeps.work import CRASHED, ERROR, INVALID, REGIMES, Done, failed, make_job, regime, run_one
 
 FLIGHT = """
 quantities = ["theta@end", "tip_y@0.01"]
@@ -87,21 +96,44 @@ def test_every_key_of_a_scenario_is_known_with_its_kind_and_unit():
 # --- designs
 
 
+def swept(text: str) -> np.ndarray:
+    """Values of all runs, shape (runs, keys)."""
+    design = make_plan(text).design
+    return np.array([design.values(run) for run in range(design.size)])
+
+
 @pytest.mark.parametrize("spacing", ["linear", "log"])
 def test_ranges_hold_both_ends_exactly_and_step_evenly(spacing):
-    values = spread(0.1, 0.7, 7, spacing)
-    assert (values[0], values[-1]) == (0.1, 0.7)
+    values = swept(f'[[axes]]\nkey = "gravity"\nrange = [0.7, 0.1]\ncount = 7\nspacing = "{spacing}"')[:, 0]
+    assert (values[0], values[-1]) == (0.7, 0.1)
     steps = np.diff(np.log(values) if spacing == "log" else values)
     assert steps == pytest.approx(steps[0], rel=1e-12)
-    assert between(3.0, 1.0, 0.5, "linear") == 2.0
 
 
-def test_a_latin_hypercube_has_one_point_in_each_slice_of_each_direction():
-    points = np.array(latin_hypercube(50, 3, seed=4))
-    for column in points.T:
-        assert sorted((column * 50).astype(int)) == list(range(50))
-    assert latin_hypercube(50, 3, seed=4) == points.tolist()
-    assert latin_hypercube(50, 3, seed=5) != points.tolist()
+SAMPLE = """
+[{name}]
+samples = {samples}
+seed = {seed}
+axes = [{{key = "gravity", range = [1.0, 11.0]}}, {{key = "end_time", range = [0.1, 10.0], spacing = "log"}}]
+"""
+
+
+@pytest.mark.parametrize(("name", "samples"), [("latin_hypercube", 50), ("sobol", 64)])
+def test_a_sample_has_one_point_in_each_slice_of_each_direction(name, samples):
+    def points(seed):
+        found = swept(SAMPLE.format(name=name, samples=samples, seed=seed))
+        return np.stack([(found[:, 0] - 1.0) / 10.0, 0.5 * (np.log10(found[:, 1]) + 1.0)])
+
+    for column in points(4):
+        assert sorted((column * samples).astype(int)) == list(range(samples))
+    assert points(4).tolist() == points(4).tolist() != points(5).tolist()
+
+
+def test_a_sobol_sequence_fills_boxes_too():
+    """Each of the 16 boxes of a 4 x 4 grid holds as many points."""
+    found = swept(SAMPLE.format(name="sobol", samples=64, seed=1))
+    boxes = (4.0 * np.stack([(found[:, 0] - 1.0) / 10.0, 0.5 * (np.log10(found[:, 1]) + 1.0)])).astype(int)
+    assert np.bincount(4 * boxes[0] + boxes[1]).tolist() == [4] * 16
 
 
 def test_blocks_are_combined_with_the_last_one_fastest():
@@ -199,6 +231,7 @@ BAD = {
         '\nkey = "gravity"\nrange = [1, 2]\ncount = 2',
         "latin_hypercube.axes.0.count",
     ),
+    "Sobol sequence of 3": (SAMPLE.format(name="sobol", samples=3, seed=1), "power of 2"),
     "unknown scenario": ('scenario = "papier"\n' + AXIS + 'key = "gravity"\nvalues = [1]', "papier"),
     "unknown quantity": ('quantities = ["speed"]\n' + AXIS + 'key = "gravity"\nvalues = [1]', "first_impact"),
     "no quantities": ("quantities = []\n" + AXIS + 'key = "gravity"\nvalues = [1]', "quantities"),
@@ -225,14 +258,14 @@ def test_values_that_do_not_fit_together_are_counted_and_become_rows():
     plan = make_plan(AXIS + 'key = "contact.mu_static"\nvalues = [0.1, 0.3, 0.5]')
     assert plan.impossible == 1
     assert plan.fault.startswith("run 0: contact.mu_static = 0.1")
-    row = run_one(make_job(plan), 0, plan.design.values(0)).row
+    row = measure_run(plan.task(0)).row
     assert row["outcome"] == INVALID
     assert "mu_kinetic" in row["message"]
 
 
 def test_the_tip_moves_with_the_length():
     plan = make_plan(FLIGHT + AXIS + 'key = "beam.length"\nvalues = [0.8, 1.2]')
-    row = run_one(make_job(plan), 0, (0.8,)).row
+    row = measure_run(plan.task(0)).row
     assert row["values"]["tip_y@0.01"] == pytest.approx(0.8 * math.sin(math.pi / 4), abs=1e-2)
 
 
@@ -273,17 +306,6 @@ def test_the_resolved_sweep_file_is_the_same_sweep(tmp_path):
     assert load_plan(str(tmp_path / "sweep.toml")).fingerprint == plan.fingerprint
 
 
-@pytest.mark.parametrize("address", ["", "nonsense", "nonsense:::", "tcp://", "host", "ftp://host:1", "tcp://h:x"])
-def test_bad_addresses_are_one_line(address):
-    with pytest.raises(InputError, match="tcp://host:8786"):
-        check_address(address)
-
-
-@pytest.mark.parametrize("address", ["tcp://10.0.0.1:8786", "localhost:8786", "tls://[::1]:8786"])
-def test_good_addresses_pass(address):
-    check_address(address)
-
-
 # --- rows
 
 
@@ -294,8 +316,28 @@ def test_an_exception_becomes_a_row(monkeypatch):
         raise FloatingPointError("over\nflow")
 
     monkeypatch.setattr(sys.modules["oblique_impact.simulation"], "simulate", broken)
-    row = run_one(make_job(plan), 2, plan.design.values(2)).row
+    row = measure_run(plan.task(2)).row
     assert (row["outcome"], row["message"]) == (ERROR, "FloatingPointError: over flow")
+
+
+def test_a_run_that_takes_too_long_is_a_row():
+    plan = make_plan(AXIS + 'key = "end_time"\nvalues = [50.0]')
+    row = measure_run(plan.task(0, timeout=0.2)).row
+    assert row["outcome"] == TIMEOUT
+    assert row["message"].startswith("took longer than 0.2 s, until t = ")
+    assert row["wall_time"] > 0.2
+
+
+def test_what_is_compiled_does_not_count(monkeypatch):
+    """A run that tells its progress late, but compiled until then."""
+    clock = iter([0.0, 100.0, 101.0, 103.0])
+    monkeypatch.setattr("validation.measuring.time.perf_counter", lambda: next(clock))
+    limit = _Clock(2.0)
+    limit("a kernel")
+    limit.check(SimpleNamespace(time=0.0))
+    limit.check(SimpleNamespace(time=0.1))
+    with pytest.raises(OutOfTimeError, match=r"longer than 2 s, until t = 0\.2 s"):
+        limit.check(SimpleNamespace(time=0.2))
 
 
 def test_what_the_physics_stops_is_a_row_with_its_name():
@@ -312,7 +354,7 @@ def test_what_the_physics_stops_is_a_row_with_its_name():
         values = [20.0]
         """
     )
-    row = run_one(make_job(plan), 0, (20.0, 20.0)).row
+    row = measure_run(plan.task(0)).row
     assert (row["outcome"], row["regime"]) == ("painleve", "painleve")
     assert row["values"]["first_impact"] == pytest.approx(0.31715, abs=1e-4)
     assert math.isnan(row["values"]["impulse"])
@@ -368,31 +410,37 @@ def test_energy_lost_is_what_the_ledger_lost(run):
 # --- the folder
 
 
-def test_rows_survive_and_are_read_once(tmp_path):
+def test_rows_survive(tmp_path):
     plan = make_plan(ANGLES)
     with open_store(tmp_path, plan) as store:
-        store.add([done(2, wall_time=0.1), done(0, stopped_at=1.0 / 3.0)])
+        store.add(done(2, wall_time=0.1))
+        store.add(done(0, stopped_at=1.0 / 3.0))
     with open_store(tmp_path, plan) as store:
-        assert store.missing() == [1, 3]
-        rows = {row["run"]: row for row in store.rows()}
+        assert store.done == {0, 2}
+        rows = {row["run"]: row for row in store.journal.rows()}
         assert rows[0]["stopped_at"] == 1.0 / 3.0
         assert math.isnan(rows[2]["stopped_at"])
 
 
-def test_many_small_files_become_a_large_one(tmp_path, monkeypatch):
-    monkeypatch.setattr(store_module, "_MERGE", 4)
-    monkeypatch.setattr(store_module, "FLUSH", 0.0)
-    plan = make_plan(FLIGHT + AXIS + 'key = "gravity"\nrange = [1, 9]\ncount = 30')
+def test_a_row_that_a_kill_cut_short_is_repeated(tmp_path):
+    plan = make_plan(ANGLES)
     with open_store(tmp_path, plan) as store:
-        for run in range(22):
-            store.add([done(run)])
-        assert len(list((tmp_path / "parts").iterdir())) <= 22 // 4 + 4
-    # a kill between the making of a large file and the end of its small ones leaves both
-    first = sorted((tmp_path / "parts").iterdir())[0]
-    (tmp_path / "parts" / "00009999.json").write_bytes(first.read_bytes())
+        for run in range(2):
+            store.add(done(run))
+    file = tmp_path / ROWS
+    file.write_text(file.read_text()[:-9])
     with open_store(tmp_path, plan) as store:
-        assert store.missing() == list(range(22, 30))
-        assert sorted(row["run"] for row in store.rows()) == list(range(22))
+        assert store.done == {0}
+        store.add(done(3))
+    with open_store(tmp_path, plan) as store:
+        assert store.done == {0, 3}
+
+
+def test_rows_of_another_study_are_replaced(tmp_path):
+    file = tmp_path / "rows"
+    Journal(file, "a", 3, ()).add(failed(1, "completed", ""))
+    assert Journal(file, "a", 3, ()).missing() == [0, 2]
+    assert Journal(file, "b", 3, ()).missing() == [0, 1, 2]
 
 
 def test_a_folder_has_one_writer(tmp_path):
@@ -405,7 +453,7 @@ def test_a_folder_has_one_writer(tmp_path):
 
 def test_another_sweep_is_not_mixed_in(tmp_path):
     with open_store(tmp_path, make_plan(ANGLES)) as store:
-        store.add([done(0)])
+        store.add(done(0))
     with pytest.raises(InputError, match=r"holds another sweep.*choose another folder"):
         open_store(tmp_path, make_plan(ANGLES.replace("0.4]", "0.5]"))).__enter__()
     (tmp_path / "fingerprint.json").write_text("{")
@@ -420,25 +468,26 @@ def test_results_of_something_else_are_left_alone(tmp_path):
     assert (tmp_path / "results.parquet").read_text() == "mine"
 
 
-def test_a_damaged_part_is_named(tmp_path):
+@pytest.mark.parametrize("text", ["[{{\n", "{head}3\n", '{head}{{"run": 0}}\n', "{head}\n{row}", "3\n"])
+def test_damaged_rows_are_named(tmp_path, text):
     plan = make_plan(ANGLES)
     with open_store(tmp_path, plan) as store:
-        store.add([done(0)])
-    part = next((tmp_path / "parts").iterdir())
-    for text in ("[{", '[{"run": 0}]', "3", "[3]"):
-        part.write_text(text)
-        with pytest.raises(InputError, match=f"{part.name} is damaged"):
-            open_store(tmp_path, plan).__enter__()
+        store.add(done(0))
+    file = tmp_path / ROWS
+    head, row = file.read_text().splitlines(keepends=True)
+    file.write_text(text.format(head=head, row=row))
+    with pytest.raises(InputError, match=rf"{ROWS} is damaged"):
+        open_store(tmp_path, plan).__enter__()
 
 
 def test_leftovers_of_a_kill_are_removed(tmp_path):
     plan = make_plan(ANGLES)
     with open_store(tmp_path, plan) as store:
-        store.add([done(0)])
-    (tmp_path / "parts" / ".0002.xyz.part.json").write_text("[{")
-    (tmp_path / ".scratch").mkdir()
+        store.add(done(0))
+    (tmp_path / ".sweep.xyz.part.toml").write_text("[{")
+    (tmp_path / ".scratch" / "000001").mkdir(parents=True)
     with open_store(tmp_path, plan) as store:
-        assert store.missing() == [1, 2, 3]
+        assert store.done == {0}
     assert not list(tmp_path.rglob("*.part*"))
     assert not (tmp_path / ".scratch").exists()
 
@@ -446,7 +495,7 @@ def test_leftovers_of_a_kill_are_removed(tmp_path):
 def test_histories_are_whole_folders(tmp_path):
     with open_store(tmp_path, make_plan("histories = true\n" + ANGLES)) as store:
         for content in (b"one", b"two"):
-            store.add([Done(failed(3, "completed", ""), {"history.nc": content})])
+            store.add(Done(failed(3, "completed", ""), {"history.nc": content}))
     assert [p.name for p in (tmp_path / "histories").iterdir()] == ["000003"]
     assert (tmp_path / "histories" / "000003" / "history.nc").read_bytes() == b"two"
 
@@ -552,82 +601,3 @@ def test_every_axis_of_a_picture_has_its_unit():
         assert "<!-- gravity (m/s²) -->" in picture.svg
     for name, its_unit in (("impulse", "N s"), ("first impact", "s"), ("energy final", "J")):
         assert f"<!-- {name} ({its_unit}) -->" in second.svg
-
-
-# --- processes
-
-
-@pytest.fixture
-def pool():
-    plan = make_plan(ANGLES)
-    made = LocalPool(make_job(plan), plan.design, 1)
-    yield made
-    made.close()
-
-
-def test_a_process_that_dies_is_replaced_and_its_run_repeated(pool):
-    found, killed = [], []
-
-    def take(finished):
-        found.extend(finished)
-        if found and not killed:
-            killed.append(pool._crew[0].process.pid)
-            pool._crew[0].process.kill()
-
-    pool.run(range(4), take)
-    assert sorted(row["run"] for row, _ in found) == [0, 1, 2, 3]
-    assert {row["outcome"] for row, _ in found} == {Outcome.COMPLETED.label}
-    assert pool._crew[0].process.pid not in killed
-
-
-@pytest.mark.slow
-def test_a_run_that_takes_its_process_down_twice_is_a_row(pool, monkeypatch):
-    found = []
-    hear = pool._hear
-
-    def deadly(worker, todo):
-        """Kill the process whenever it is at run 1."""
-        if worker.assigned and worker.assigned[0] == 1:
-            worker.process.kill()
-            worker.process.join()
-            while worker.pipe.poll():  # what it may have said is lost
-                try:
-                    worker.pipe.recv()
-                except EOFError:
-                    break
-        return hear(worker, todo)
-
-    monkeypatch.setattr(pool, "_hear", deadly)
-    pool.run(range(3), found.extend)
-    outcomes = {row["run"]: row["outcome"] for row, _ in found}
-    assert outcomes == {0: "completed", 1: CRASHED, 2: "completed"}
-    assert "SIGKILL" in next(row for row, _ in found if row["run"] == 1)["message"]
-
-
-# --- clusters
-
-
-def test_tasks_of_a_cluster_take_about_a_second_and_grow_small_at_the_end():
-    chunks = _Chunks(list(range(100)))
-    assert chunks.next(4) == [0]  # nothing is known yet
-    chunks.learn([done(0, wall_time=0.1)])
-    assert len(chunks.next(4)) == pytest.approx(CHUNK / 0.1, abs=1)
-    sizes = []
-    while chunks.left:
-        sizes.append(len(chunks.next(4)))
-    assert sum(sizes) + 11 == pytest.approx(100, abs=1)
-    assert sizes[-1] == 1
-    assert sizes == sorted(sizes, reverse=True)
-
-
-def test_a_task_that_takes_its_workers_down_is_divided_until_the_run_is_found():
-    distributed = pytest.importorskip("distributed")
-    cluster, chunks = object.__new__(Cluster), _Chunks([])
-    cluster._address = "tcp://h:1"
-    died = distributed.KilledWorker("task", None, 3)
-    assert cluster._failed(died, [4, 5], chunks) == []
-    assert (chunks.next(1), chunks.next(1)) == ([4], [5])
-    ((row, _),) = cluster._failed(died, [5], chunks)
-    assert (row["run"], row["outcome"]) == (5, CRASHED)
-    with pytest.raises(InputError, match=r"a worker cannot run: ModuleNotFoundError"):
-        cluster._failed(ModuleNotFoundError("no module"), [1], chunks)

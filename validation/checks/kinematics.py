@@ -10,12 +10,12 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
 from validation.checks.registry import Measurement, checks_of
-from validation.runs import column, run
+from validation.runs import NEAR, column, run
 
 check = checks_of("kinematics", "Contact kinematics")
 
 Array = NDArray[np.float64]
-_FINE = ("end_time=0.335", "solver.output_interval=1e-5")
+_FINE = (*NEAR, "end_time=0.02", "solver.output_interval=1e-5")
 _METHODS = {"modal": (), "fem": ("discretization.method=fem",)}
 
 

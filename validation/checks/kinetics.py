@@ -22,7 +22,7 @@ def tip_at(history: History, times: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @check(
-    "Mean-axis frame, six modes: first and second macro-collision in first-order and full kinetics.", seconds=4.0
+    "Mean-axis frame, six modes: first and second macro-collision in first-order and full kinetics.", seconds=14.0
 )
 def collisions() -> list[Measurement]:
     """Ends of the first and starts of the second macro-collision."""

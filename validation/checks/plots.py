@@ -13,7 +13,7 @@ from oblique_impact.history.history import History
 from renders.style import GREY, SERIES
 from validation.report.document import Picture
 from validation.report.figures import HALF, new_figure, to_svg
-from validation.runs import column, total_energy
+from validation.runs import column
 
 Array = NDArray[np.float64]
 _MARKERS = "osD^vPX*"
@@ -136,7 +136,7 @@ def energy_figure(history: History) -> Picture:
     with new_figure(HALF, 3.2) as figure:
         axes = figure.subplots()
         time = column(history, "time")
-        axes.plot(time, total_energy(history), color="black", label="total")
+        axes.plot(time, history.total_energy.values, color="black", label="total")
         for kind, colour in zip(("kinetic", "gravity", "elastic"), SERIES, strict=False):
             axes.plot(time, column(history, f"energy_{kind}"), color=colour, label=kind, linewidth=1.1)
         axes.set(xlabel="time (s)", ylabel="energy (J)", xlim=(0.0, float(time[-1])))

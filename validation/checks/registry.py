@@ -24,6 +24,9 @@ from validation.report.document import Picture
 
 ENTRY_POINT_GROUP = "oblique_impact.checks"
 
+#: a check that takes longer (s) is full, not quick: `--quick` and `make test` leave it out
+QUICK_SECONDS = 2.0
+
 #: modules in the order of the report; others follow
 _ORDER = (
     "equations",
@@ -96,13 +99,18 @@ class Group:
 
 @dataclass(frozen=True)
 class Check:
-    """One problem with its measurements; `seconds` is about what it takes, `module` where it stands."""
+    """One problem with its measurements; `seconds` is about what it takes."""
 
     id: str
     group: Group
     problem: str
     seconds: float
     function: Callable[[], Finding]
+
+    @property
+    def mark(self) -> str:
+        """``quick`` or ``full``."""
+        return "quick" if self.seconds <= QUICK_SECONDS else "full"
 
     def evidence(self) -> Evidence:
         """Compute; an exception is a failure with its name, not the end of the others."""

@@ -11,7 +11,7 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from validation.checks.registry import Measurement, checks_of
 from validation.reference_values import VALUES, source
-from validation.runs import column
+from validation.runs import column, run
 
 check = checks_of("rigid-limit", "Rigid limit")
 
@@ -34,7 +34,7 @@ def _stiff(frame: str, scale: float = 1e6) -> History:
     )
 
 
-@check("A very stiff beam falls from 45 degrees and meets the slope as a rigid bar does.", seconds=3.0)
+@check("A very stiff beam falls from 45 degrees and meets the slope as a rigid bar does.", seconds=7.0)
 def first_touch() -> list[Measurement]:
     """Time, angle, speed and place; what vibrates is bounded by twice the static deflection over a million."""
     found, text = [], source("4")
@@ -83,14 +83,14 @@ def vanishing_error() -> Measurement:
     return Measurement("exponent of the error of the first touch", order, 1.0, "1", 0.25, text)
 
 
-@check("The energy at rest is m g L sin(theta_0)/2.", seconds=0.5)
+@check("The energy at rest is m g L sin(theta_0)/2.", seconds=0.1)
 def energy_at_rest() -> list[Measurement]:
     """Gravity energy of the undeformed beam, both frames."""
     exact = 0.5 * 2766.7 * 3.14e-4 * 9.8 * np.sin(np.pi / 4)
     return [
         Measurement(
             f"energy at t = 0, {frame}",
-            float(_stiff(frame).summary["energy"]["initial"]),
+            float(run("paper", f"discretization.frame={frame}", "end_time=1e-3").summary["energy"]["initial"]),
             exact,
             "J",
             1e-13,

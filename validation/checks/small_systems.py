@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import atan, ceil, cos, log, nan, pi, radians, sin, sqrt
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from oblique_impact.contact.friction import Coulomb, Frictionless
@@ -25,8 +26,11 @@ _INCLINE = Particle(above=-_G * cos(_SLOPE), along=-_G * sin(_SLOPE))
 _BAR = PinnedBar(mass=0.86874, length=1.0, gravity=_G, slope=pi / 10, offset=0.3)
 
 
-def _slide(system: Particle, along: float, speed: float, end: float, friction: Coulomb) -> History:
-    return simulate_system(system, np.array([along, 0.0]), np.array([speed, 0.0]), end, friction=friction)
+def _slide(
+    system: Particle, along: float, speed: float, end: float, friction: Coulomb, output_interval: float = 1e-2
+) -> History:
+    start = np.array([along, 0.0]), np.array([speed, 0.0])
+    return simulate_system(system, *start, end, friction=friction, output_interval=output_interval)
 
 
 @check("A particle rests on an incline as long as mu_s >= tan(alpha), and slides with g (sin - mu cos) otherwise.")
@@ -72,13 +76,24 @@ def thrown_up() -> list[Measurement]:
 
 @check("A mass on a spring rides a belt: it sticks and slips in a limit cycle.", seconds=0.5)
 def belt() -> list[Measurement]:
-    """Durations of slip and stick."""
+    """Durations of slip and stick, ends of the way, and the largest speed against the belt."""
     system = Particle(above=-_G, stiffness=100.0, belt_speed=0.05)
-    history = _slide(system, 0.0, 0.05, 3.0, Coulomb(0.4, 0.3))
+    history = _slide(system, 0.0, 0.05, 3.0, Coulomb(0.4, 0.3), output_interval=1e-3)
     sticks = np.array([e.time for e in events_of(history, EventKind.STICK)])
     slips = np.array([e.time for e in events_of(history, EventKind.SLIP)])
     text, exact = source("6c"), VALUES["6c"]
+    time, first = np.unique(history["time"].values, return_index=True)
+    inside = (time >= slips[1]) & (time <= sticks[1])
+    q, qd = history["q"].values[first, 0][inside], history["qd"].values[first, 0][inside]
+    # between samples dt apart the cubic errs by (w dt)⁴/384 of the amplitude, a parabola's top by less
+    place = CubicHermiteSpline(time[inside], q, qd)
+    speed = CubicHermiteSpline(time[inside], qd, 0.3 * _G - 100.0 * q)
+    ends = place(place.derivative().roots(extrapolate=False))
+    slowest = float(speed(speed.derivative().roots(extrapolate=False)).min())
     return [
+        Measurement("smallest displacement", ends.min(), exact["x_min"], "m", 1e-11, text, "x-min"),
+        Measurement("largest displacement", ends.max(), exact["x_max"], "m", 1e-11, text, "x-max"),
+        Measurement("smallest velocity", slowest, exact["v_min"], "m/s", 1e-11, text, "v-min"),
         within("duration of slip", sticks[1] - slips[1], exact["t_slip"], "s", 1e-10, text, "slip"),
         within("duration of stick", slips[2] - sticks[1], exact["t_stick"], "s", 1e-10, text, "stick"),
         within("period", slips[2] - slips[1], exact["period"], "s", 1e-10, text, "period"),
@@ -91,17 +106,19 @@ def bouncing_ball() -> list[Measurement]:
     found, text, gap = [], source("6e"), 1e-18
     for e, key in ((0.5, "e05"), (0.8, "e08")):
         history = simulate_system(
-            Particle(above=-_G),
-            np.array([0.0, 1.0]),
-            np.zeros(2),
-            5.0,
-            impact=NewtonImpact(e),
-            gap_tolerance=gap,
+            Particle(above=-_G), np.array([0.0, 1.0]), np.zeros(2), 5.0, impact=NewtonImpact(e), gap_tolerance=gap
         )
         last = history.events[-1]
         left = 2.0 * sqrt(8.0 * gap / _G) / (1.0 - e) + 1e-11
         bounces = len(history.events) - 1
+        exact, first = VALUES["6e"], history.events[0].time
+        way = 1.0 + 2.0 * sum((e * event.normal_velocity) ** 2 / (2.0 * _G) for event in history.events[:-1])
+        left_way = 8.0 * gap / (1.0 - e**2) + 1e-11
+        force = history["lambda_n"].values[history["time"].values > last.time].min()
         found += [
+            Measurement(f"first bounce, e = {e}", first, exact["first"], "s", 1e-11, text, f"first-{key}"),
+            Measurement(f"way, e = {e}", way, exact[f"dist_{key}"], "m", left_way, text, f"way-{key}"),
+            within(f"least force at rest, e = {e}", force, _G, "N", 1e-12, "closed form: m g", f"rest-{key}"),
             Measurement(f"time to rest, e = {e}", last.time, VALUES["6e"][key], "s", left, text, f"time-{key}"),
             Measurement(
                 f"bounces higher than four tolerances, e = {e}",
@@ -215,6 +232,15 @@ def bar_impact() -> list[Measurement]:
                     1e-11,
                     text,
                     f"{name}-impulse",
+                ),
+                Measurement(
+                    f"tangential impulse, mu = {mu}",
+                    event.tangential_impulse,
+                    VALUES["6i"]["Pt_mu03"] * mu / 0.3,
+                    "N s",
+                    1e-11,
+                    text,
+                    f"{name}-tangential",
                 ),
                 within(
                     f"energy lost, mu = {mu}",

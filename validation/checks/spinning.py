@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 
@@ -96,37 +97,39 @@ def campbell() -> Evidence:
 def free_spin() -> list[Measurement]:
     """Zero eigenvalue and hinged chordwise frequencies in both frames; C - M1 has the rigid rotation as a mode."""
     found = []
-    for frame in ("tangent", "mean-axis"):
-        squares, rounding = _free_squares(frame)
+    for frame, kinetics in product(("tangent", "mean-axis"), ("first-order", "full")):
+        squares, rounding = _free_squares(frame, kinetics)
+        label, where = f"{frame}-{kinetics}", f"{frame} frame, {kinetics}"
         rigid = Measurement(
-            f"square of the lowest frequency, {frame} frame",
+            f"square of the lowest frequency, {where}",
             squares[0],
             0.0,
             "EI/(m L⁴)",
             rounding,
             "exact: a rigid rotation x has C x = M1 x and K x = 0",
-            f"rigid-{frame}",
+            f"rigid-{label}",
         )
         exact = VALUES["2-h-d0-eta5"]["chord"][1:]
         elastic = [
             Measurement(
-                f"frequency {k + 1} in the plane, {frame} frame",
+                f"frequency {k + 1} in the plane, {where}",
                 float(np.sqrt(squares[k + 1])),
                 exact[k],
                 "sqrt(EI/(m L⁴))",
                 3e-5 * exact[k],
-                source("2.free"),
-                f"elastic-{frame}-{k + 1}",
+                source("2-h-d0-eta5"),
+                f"elastic-{label}-{k + 1}",
             )
-            for k in range(2)
+            for k in range(3)
         ]
         found += [rigid, *elastic]
     return found
 
 
-def _free_squares(frame: str, eta: float = 5.0, modes: int = 8, step: float = 1e-4) -> tuple[np.ndarray, float]:
+def _free_squares(frame: str, kinetics: str, eta: float = 5.0, modes: int = 8) -> tuple[np.ndarray, float]:
     """Squares of the frequencies about a steady spin, from differences of the forces, and their rounding."""
-    scenario = unit_beam(method="modal", frame=frame, modes=modes).replace(gravity=0.0)
+    scenario = unit_beam(method="modal", frame=frame, kinetics=kinetics, modes=modes).replace(gravity=0.0)
+    step = 1e-4
     model, size = Beam(scenario, build_operators(scenario)).model, modes + 1
     qd, work, slopes = np.zeros(size), model.new_workspace(), np.zeros((size, size))
     qd[0] = eta

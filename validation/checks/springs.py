@@ -44,13 +44,13 @@ def strike(stiffness: float, end_time: float, *discretization: str) -> History:
     )
 
 
-@check("A hinged beam turns onto a spring of 10⁵ and 10⁶ N/m: the first contact.", seconds=4.0)
+@check("A hinged beam turns onto a spring of 10⁵ and 10⁶ N/m: the first contact.", seconds=2.0)
 def first_contact() -> list[Measurement]:
-    """Peak, end, impulse and rotation after, on both discretizations."""
+    """Peak, end, impulse and rotation after; the stiffer spring on both discretizations."""
     found, text = [], source("5f")
     for key, (peak, end, impulse, rotation) in VALUES["5f"].items():
-        for name, overrides in _METHODS.items():
-            history = strike(float(key), 1.05 * end, *overrides)
+        for name in _METHODS if key == "1e6" else ("modal",):
+            history = strike(float(key), 1.05 * end, *_METHODS[name])
             release = next(e for e in history.events if e.kind.value == "release")
             contact = column(history, "time") <= release.time
             force = column(history, "lambda_n")[contact] / SCALE
@@ -71,7 +71,7 @@ def first_contact() -> list[Measurement]:
     return found
 
 
-@check("The peak of the force before reflections return, on springs of 10⁶ and 10⁷ N/m.", seconds=4.0)
+@check("The peak of the force before reflections return, on springs of 10⁶ and 10⁷ N/m.", seconds=1.5)
 def peak_law() -> list[Measurement]:
     """Mittag-Leffler law of the end of a semi-infinite beam."""
     found = []
@@ -81,9 +81,22 @@ def peak_law() -> list[Measurement]:
         at = VALUES["5e"]["x_peak"] * (Z / stiffness) ** (2 / 3)
         exact = VALUES["5e"]["f_peak"] * SPEED * Z ** (2 / 3) * stiffness ** (1 / 3)
         history = strike(stiffness, 2.0 * at, "discretization.method=modal", "discretization.modes=60")
-        peak = float(column(history, "lambda_n").max()) / SCALE
+        top = int(np.argmax(column(history, "lambda_n")))
+        peak = float(column(history, "lambda_n")[top]) / SCALE
         quantity = f"peak force, k = {stiffness:.0e} N/m, 60 modes"
-        found.append(within(quantity, peak, exact, "N", allowed, source("5e"), f"peak-{stiffness:.0e}"))
+        found += [
+            within(quantity, peak, exact, "N", allowed, source("5e"), f"peak-{stiffness:.0e}"),
+            # the force is flat there
+            within(
+                f"its time, k = {stiffness:.0e} N/m",
+                column(history, "time")[top],
+                at,
+                "s",
+                2e-2,
+                source("5e"),
+                f"time-{stiffness:.0e}",
+            ),
+        ]
     return found
 
 
@@ -101,9 +114,11 @@ def mass_on_spring() -> list[Measurement]:
     )
     impact, release = history.events
     collision = history.summary["macro_collisions"][0]
-    text = "closed form: pi sqrt(m/k), v sqrt(k m), 2 m v"
+    text = "closed form: height/v, v, pi sqrt(m/k), v sqrt(k m), 2 m v"
     duration, peak = np.pi * np.sqrt(mass / stiffness), speed * np.sqrt(stiffness * mass)
     return [
+        Measurement("time of the impact", impact.time, height / speed, "s", 1e-11, text, "time"),
+        Measurement("speed of the release", release.normal_velocity, speed, "m/s", 1e-9, text, "speed"),
         Measurement("duration of contact", release.time - impact.time, duration, "s", 1e-10, text, "duration"),
         within("peak force", collision["peak_force"], peak, "N", 1e-6, text, "peak"),
         within("impulse", collision["normal_impulse"], 2.0 * mass * speed, "N s", 1e-9, text, "impulse"),

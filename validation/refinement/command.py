@@ -1,33 +1,33 @@
-"""Refinement as a call, `refine`, and as the command `oblique-impact refine`: words in, lines out."""
+"""Refinement as a call, `refine`."""
 
 from __future__ import annotations
 
 import math
 import os
+import time
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import replace
-from pathlib import Path
-from typing import Literal, cast
+from typing import Literal
 
 import tomli_w
 
-from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.errors import InputError
+from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, parse_levels
-from validation.refinement.quantities import default_quantities
+from validation.parallel import check_limits
+from validation.quantities import default_quantities
+from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders
 from validation.refinement.report import write_study
 from validation.refinement.shipped import STUDIES, shipped_study
-from validation.refinement.study import LadderResult, StudyResult, run_study
+from validation.refinement.study import LadderResult, StudyResult, judge, measure, plan_ladder
 from validation.report.document import number
-from validation.report.provenance import call_text, command_line
+from validation.report.provenance import call_text
 
 ShippedStudy = Literal["elements", "steps", "remedies", "grading"]
 
-_DEFAULT_SCENARIO, _UNNAMED = "paper", "scenario"
+_UNNAMED = "scenario"
 
 
 def refine(
@@ -42,7 +42,9 @@ def refine(
     changes: Mapping[str, object] | Sequence[str] = (),
     within: float | None = None,
     out: str | os.PathLike[str] | None = None,
+    scheduler: str | None = None,
     workers: int | None = None,
+    timeout: float | None = None,
     name: str = _UNNAMED,
     command: str | None = None,
     on_progress: OnProgress = silent,
@@ -60,7 +62,7 @@ def refine(
     tolerances : sequence of float, optional
         Tolerances of the event scheme, descending.
     quantities : sequence of str
-        Names as in :mod:`validation.refinement.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the usual ones.
+        Names as in :mod:`validation.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the usual ones.
     study : str or Study, optional
         A shipped study by name, or a user-defined one, in place of a scenario and levels.
     changes : mapping or sequence of str
@@ -69,9 +71,14 @@ def refine(
         Relative uncertainty at which a quantity counts as converged, between 0 and 1; default: 1e-3, or the
         study's own.
     out : path, optional
-        Folder for report.html, results.json and results.csv; without it nothing is written.
+        Folder for report.html, results.json and results.csv, where an interrupted study goes on; without it
+        nothing is written.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used.
     workers : int, optional
         Parallel processes; default: the cores.  With one, everything runs in this process.
+    timeout : float, optional
+        Wall time (s) that a run may take; one that takes longer has the outcome "timeout".
     name : str
         What the scenario is called in the report.
     command : str, optional
@@ -98,102 +105,39 @@ def refine(
     >>> result.quantity("theta@end").analysis.verdict
     'converged'
     """
-    given: dict[str, Sequence[float] | None] = {
-        "elements": elements,
-        "modes": modes,
-        "steps": steps,
-        "tolerances": tolerances,
-    }
+    given = {"elements": elements, "modes": modes, "steps": steps, "tolerances": tolerances}
     chosen = {axis: tuple(map(float, levels)) for axis, levels in given.items() if levels is not None}
+    check_limits(scheduler, workers, timeout)
     if within is not None and not (math.isfinite(within) and 0.0 < within < 1.0):
         raise InputError(f"--within {within}: should be between 0 and 1, relative to the value")
     if study is None:
-        described = _own(scenario, name, chosen, quantities)
         if changes:
             raise InputError("changes: are for a shipped study; scenario.replace changes a scenario")
+        described = _own(scenario, name, chosen, quantities)
     else:
         described = _shipped(study, scenario, chosen)
     repeat = command or call_text(
         "refine",
         [] if study else [name if name == _UNNAMED else f"Scenario.load({name!r})"],
         study=described.name if study else None,
-        **{axis: list(map(_plain, levels)) for axis, levels in chosen.items()},
+        **{axis: [int(level) if level.is_integer() else level for level in chosen[axis]] for axis in chosen},
         quantities=list(quantities),
         changes=changes,
         within=within,
         out=None if out is None else os.fspath(out),
+        scheduler=scheduler,
         workers=workers,
+        timeout=timeout,
     )
-    with ExitStack() as stack:
-        result = run_study(
-            described,
-            _words(changes),
-            quantities,
-            within,
-            workers,
-            # everything that can be refused is refused before a folder appears
-            before_running=lambda: None if out is None else stack.enter_context(writing(out)),
-            on_progress=on_progress,
-        )
-        return result if out is None else replace(result, report=write_study(Path(out), result, repeat))
-
-
-def refine_command(
-    scenario: str,
-    elements: str | None,
-    modes: str | None,
-    steps: str | None,
-    quantities: list[str] | None,
-    study: str | None,
-    out: Path,
-    changes: list[str] | None,
-    workers: int | None,
-    tolerances: str | None = None,
-    within: float | None = None,
-) -> list[str]:
-    """Read the command line's words, call `refine`, return the lines to print.  Raises InputError."""
-    given = {"elements": elements, "modes": modes, "steps": steps, "tolerances": tolerances}
-    texts = {axis: text for axis, text in given.items() if text is not None}
-    changes, quantities = changes or [], quantities or []
-    levels = {axis: parse_levels(axis, text) for axis, text in texts.items()}
-    if study is not None and scenario != _DEFAULT_SCENARIO:
-        raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
-    with counting_bar(study or "refine") as show:
-        result = refine(
-            Scenario.load(scenario, changes) if study is None else None,
-            elements=_whole(levels.get("elements")),
-            modes=_whole(levels.get("modes")),
-            steps=levels.get("steps"),
-            tolerances=levels.get("tolerances"),
-            quantities=quantities,
-            study=cast(ShippedStudy | None, study),
-            changes=changes if study is not None else (),
-            within=within,
-            out=out,
-            workers=workers,
-            name=Path(scenario).name,
-            command=command_line(
-                "refine",
-                *([] if study else [scenario]),
-                study=study,
-                **texts,
-                quantity=quantities,
-                set=changes,
-                within=within,
-                out=out,
-                workers=workers,
-            ),
-            on_progress=show,
-        )
-    return [*_lines(result), f"report: {result.report}"]
-
-
-def _plain(level: float) -> float:
-    return int(level) if level.is_integer() else level
-
-
-def _whole(levels: Sequence[float] | None) -> list[int] | None:
-    return None if levels is None else [int(level) for level in levels]
+    started = time.perf_counter()
+    # everything that can be refused is refused before a folder appears
+    plans = [plan_ladder(ladder, _words(changes), quantities) for ladder in described.ladders]
+    tolerance = described.tolerance if within is None else within
+    with nullcontext() if out is None else writing(out) as folder:
+        rows = measure(plans, folder, on_progress, workers, scheduler, timeout)
+        ladders = tuple(judge(*pair, tolerance) for pair in zip(plans, rows, strict=True))
+        result = StudyResult(described, tolerance, ladders, time.perf_counter() - started)
+        return result if folder is None else replace(result, report=write_study(folder, result, repeat))
 
 
 def _words(changes: Mapping[str, object] | Sequence[str]) -> list[str]:
@@ -229,7 +173,7 @@ def _own(
         raise InputError("refine: a scenario is needed besides levels")
     require_scenario(scenario, "refine")
     ((axis, levels),) = chosen.items()
-    check_levels(axis, levels, _levels(levels))
+    check_levels(axis, levels)
     names = tuple(quantities) or default_quantities(scenario)
     title = f"{axis} of {name}"
     declared = declared_orders(axis, AXES[axis].apply(scenario, levels[-1]), names)
@@ -242,21 +186,19 @@ def _own(
     )
 
 
-def _levels(levels: Sequence[float]) -> str:
-    return ",".join(f"{level:g}" for level in levels)
-
-
-def _lines(result: StudyResult) -> list[str]:
+def lines(result: StudyResult) -> list[str]:
+    """Return what a study found in lines, for a terminal."""
     return [line for ladder in result.ladders for line in _ladder_lines(ladder)]
 
 
 def _ladder_lines(result: LadderResult) -> list[str]:
     lines = [f"{result.ladder.name}:"]
     for level, run in zip(result.ladder.levels, result.runs, strict=True):
-        if not run.completed:
-            lines.append(f"  {result.axis.label} {number(level)}: {run.outcome} at t = {run.end_time:.6g} s")
+        if run["outcome"] != Outcome.COMPLETED.label:
+            words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
+            lines.append(f"  {result.axis.label} {number(level)}: {words}")
     for item in result.results:
         unit = item.quantity.unit.removeprefix("1")
         shown = item.gaps[-1] or f"{number(item.values[-1], 9)} {unit}"
         lines.append(f"  {item.quantity.name:24} {shown:28} {item.analysis.words} ({item.analysis.reason})")
-    return lines
+    return [*lines, f"  {result.uneven}"] if result.uneven else lines

@@ -147,35 +147,28 @@ AXES = {
 }
 
 
-def parse_levels(axis: str, text: str) -> tuple[float, ...]:
-    """Read the levels of an axis from the command line: numbers separated by commas, from coarse to fine.
-
-    Raises InputError with one line about the first fault.
-    """
+def parse_levels(axis: str, text: str) -> list[float]:
+    """Read the levels of an axis from the command line: numbers separated by commas; raises InputError."""
     whole = AXES[axis].rising
     try:
-        levels = tuple(float(int(part)) if whole else float(part) for part in text.split(","))
+        return [int(part) if whole else float(part) for part in text.split(",")]
     except ValueError:
-        levels = (math.nan,)
-    check_levels(axis, levels, text)
-    return levels
+        raise InputError(f"--{axis} {text}: should be {_numbers(axis)} separated by commas") from None
 
 
-def check_levels(axis: str, levels: Sequence[float], text: str) -> None:
+def check_levels(axis: str, levels: Sequence[float]) -> None:
     """Raise InputError unless there are enough levels, each finer than the one before."""
-    whole = AXES[axis].rising
-    kind = "whole numbers" if whole else "numbers above 0"
-    if not all(math.isfinite(level) and level >= 0.0 for level in levels) or (not whole and 0.0 in levels):
-        raise InputError(f"--{axis} {text}: should be {kind} separated by commas")
-    if whole and any(level != int(level) for level in levels):
-        raise InputError(f"--{axis} {text}: should be {kind} separated by commas")
-    if 0.0 in levels:
-        raise InputError(f"--{axis} {text}: should be at least 1")
+    rising, text = AXES[axis].rising, ",".join(f"{level:g}" for level in levels)
+    if not all(math.isfinite(v) and (v >= 1.0 and v == int(v) if rising else v > 0.0) for v in levels):
+        raise InputError(f"--{axis} {text}: should be {_numbers(axis)} separated by commas")
     if not FEWEST <= len(levels) <= MOST:
         raise InputError(f"--{axis} {text}: a verdict takes {FEWEST} to {MOST} levels, these are {len(levels)}")
-    rising = AXES[axis].rising
     if not all(b > a if rising else b < a for a, b in pairwise(levels)):
         raise InputError(f"--{axis} {text}: should {'increase' if rising else 'decrease'}, from coarse to fine")
+
+
+def _numbers(axis: str) -> str:
+    return "whole numbers from 1" if AXES[axis].rising else "numbers above 0"
 
 
 def sizes(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tuple[list[float], str]:

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from oblique_impact.errors import Outcome
 from oblique_impact.history.provenance import named_in
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 from validation.refinement.convergence import (
@@ -17,7 +18,6 @@ from validation.refinement.convergence import (
     RULE,
 )
 from validation.refinement.figures import comparison_picture, ladder_picture, relative_errors
-from validation.refinement.ladders import Ladder
 from validation.refinement.study import LadderResult, QuantityResult, StudyResult
 from validation.report.document import (
     Block,
@@ -74,7 +74,10 @@ def study_data(result: StudyResult, command: str) -> dict[str, Any]:
         "rule": list(RULE),
         **provenance_data(_named(result)),
         "ladders": [_ladder_data(ladder) for ladder in result.ladders],
-        "times": {"wall_time": result.seconds, "runs": [[run.seconds for run in r.runs] for r in result.ladders]},
+        "times": {
+            "wall_time": result.seconds,
+            "runs": [[run["wall_time"] for run in r.runs] for r in result.ladders],
+        },
     }
 
 
@@ -91,10 +94,10 @@ def _ladder_data(result: LadderResult) -> dict[str, Any]:
         "runs": [
             {
                 "level": level,
-                "outcome": run.outcome,
-                "end_time": run.end_time,
-                "steps": run.steps,
-                "events": run.events,
+                "outcome": run["outcome"],
+                "end_time": run["stopped_at"],
+                "steps": run["steps"],
+                "events": run["events"],
             }
             for level, run in zip(ladder.levels, result.runs, strict=True)
         ],
@@ -141,7 +144,7 @@ def csv_rows(result: StudyResult) -> Iterable[list[Any]]:
                     ladder.ladder.axis,
                     level,
                     ladder.sizes[i],
-                    ladder.runs[i].outcome,
+                    ladder.runs[i]["outcome"],
                     item.quantity.name,
                     item.quantity.unit,
                     *("" if value != value else value for value in (*numbers, *found)),
@@ -175,7 +178,7 @@ def study_document(result: StudyResult, command: str) -> Document:
             *(
                 Paragraph(f"{ladder.ladder.name}: {remark}.", note=True)
                 for ladder in result.ladders
-                if (remark := _uneven(ladder))
+                if (remark := ladder.uneven)
             ),
             Fold("How a verdict is found", [Paragraph(text) for text in RULE]),
         ],
@@ -263,27 +266,26 @@ def _section(result: LadderResult) -> Section:
     blocks = [
         Paragraph(ladder.text) if ladder.text else None,
         Paragraph(
-            f"Scenario {scenario}; {_changes(ladder)}. Refined: {axis.name} "
+            f"Scenario {scenario}; {_changes(result)}. Refined: {axis.name} "
             f"{', '.join(number(level) for level in ladder.levels)}; h is {axis.size_label}. {result.remark}",
             note=True,
         ),
         ladder_picture(result),
         _runs(result),
-        Paragraph(f"{remark[:1].upper()}{remark[1:]}.", note=True) if (remark := _uneven(result)) else None,
+        Paragraph(f"{remark[:1].upper()}{remark[1:]}.", note=True) if (remark := result.uneven) else None,
         *(_levels(result, item) for item in result.results),
     ]
     return Section(ladder.name, [block for block in blocks if block])
 
 
-def _changes(ladder: Ladder) -> str:
+def _changes(result: LadderResult) -> str:
     """Say what is changed against the scenario of that name, or against the defaults."""
-    if ladder.base is None:
-        return ", ".join(ladder.changes) or "no changes"
-    known = ladder.scenario in builtin_names()
-    original = Scenario.builtin(ladder.scenario) if known else Scenario()
-    given, plain = (_flat(scenario.model_dump(mode="json")) for scenario in (ladder.base, original))
+    name = result.ladder.scenario
+    original = Scenario.builtin(name) if name in builtin_names() else Scenario()
+    given, plain = (_flat(scenario.model_dump(mode="json")) for scenario in (result.base, original))
     changed = [f"{key} = {value}" for key, value in given.items() if repr(value) != repr(plain.get(key))]
-    return ", ".join(changed) + ("" if known else " (against the defaults)") if changed else "no changes"
+    against = "" if name in builtin_names() else " (against the defaults)"
+    return ", ".join(changed) + against if changed else "no changes"
 
 
 def _flat(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -293,30 +295,20 @@ def _flat(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     return found
 
 
-def _uneven(result: LadderResult) -> str:
-    """Say that levels have different numbers of events, if they have."""
-    counts = [run.events for run in result.runs if run.completed]
-    if len(set(counts)) < 2:
-        return ""
-    return (
-        f"the number of events differs from level to level ({', '.join(map(str, counts))}); what comes after the "
-        "first event that some level lacks is not the same motion, whatever its verdict"
-    )
-
-
 def _runs(result: LadderResult) -> Table:
-    rows: list[list[str | Cell]] = [
-        [
-            Cell(number(level), "number"),
-            Cell(number(size, 4), "number"),
-            Cell(run.outcome, "" if run.completed else "fail"),
-            Cell(number(run.end_time), "number"),
-            Cell(str(run.steps), "number"),
-            Cell(str(run.events), "number"),
-            "" if run.completed else run.sentence,
-        ]
-        for level, size, run in zip(result.ladder.levels, result.sizes, result.runs, strict=True)
-    ]
+    rows: list[list[str | Cell]] = []
+    for level, size, run in zip(result.ladder.levels, result.sizes, result.runs, strict=True):
+        completed = run["outcome"] == Outcome.COMPLETED.label
+        numbers = (
+            number(level),
+            number(size, 4),
+            number(run["stopped_at"]),
+            str(run["steps"]),
+            str(run["events"]),
+        )
+        level_cell, size_cell, *others = (Cell(text, "number") for text in numbers)
+        outcome = Cell(run["outcome"], "" if completed else "fail")
+        rows.append([level_cell, size_cell, outcome, *others, run["message"]])
     columns = [result.axis.heading, "h", "outcome", "ended at (s)", "steps", "events", ""]
     return Table(columns, rows, "Runs", wide=[6])
 

@@ -1,58 +1,26 @@
-"""Run a study: every level of every ladder in parallel, then the verdict on each quantity."""
+"""Run a study: every level of every ladder measured, then the verdict on each quantity."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from oblique_impact.errors import Outcome
-from oblique_impact.progress import OnProgress, silent
+from oblique_impact.history.provenance import named_in
+from oblique_impact.progress import OnProgress, Progress
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
-from validation.parallel import map_parallel, told
+from validation.journal import Journal, fingerprint_of
+from validation.measuring import Row, Task, measure_each
+from validation.quantities import Quantity, default_quantities, natural_scale, quantity
 from validation.refinement.convergence import Analysis, analyse
 from validation.refinement.ladders import AXES, Axis, Ladder, Study, sizes
-from validation.refinement.quantities import GapError, Quantity, default_quantities, natural_scale, quantity
 
 #: the run that measures the noise takes this part of the tolerance, within what a scenario allows
 _TIGHTER, _TIGHTEST = 0.1, 1e-13
-
-
-@dataclass(frozen=True)
-class Task:
-    """One run: its scenario and what it is asked for."""
-
-    scenario: Scenario
-    quantities: tuple[str, ...]
-    label: str
-
-
-@dataclass(frozen=True)
-class RunResult:
-    """What a study keeps of a run; `gaps` says why a quantity is missing, `energy` (J) is the run's scale."""
-
-    values: dict[str, float]
-    gaps: dict[str, str]
-    outcome: str
-    sentence: str
-    end_time: float
-    steps: int
-    events: int
-    energy: float
-    seconds: float
-
-    @property
-    def mean_step(self) -> float:
-        """Mean length of the steps (s)."""
-        return self.end_time / max(self.steps, 1)
-
-    @property
-    def completed(self) -> bool:
-        """Whether the run reached its end time."""
-        return self.outcome == Outcome.COMPLETED.label
+#: rows of a study that is not finished, in the folder of its report
+ROWS = "refine-rows.jsonl"
 
 
 @dataclass(frozen=True)
@@ -69,14 +37,15 @@ class QuantityResult:
 
 @dataclass(frozen=True)
 class LadderResult:
-    """A ladder with its runs, coarse to fine."""
+    """A ladder with its runs, coarse to fine; `base` is what is refined, `remark` is about the sizes."""
 
     ladder: Ladder
     axis: Axis
+    base: Scenario
     scenarios: tuple[Scenario, ...]
     sizes: tuple[float, ...]
     remark: str
-    runs: tuple[RunResult, ...]
+    runs: tuple[Row, ...]
     results: tuple[QuantityResult, ...]
 
     def quantity(self, name: str) -> QuantityResult:
@@ -85,6 +54,17 @@ class LadderResult:
             if item.quantity.name == name:
                 return item
         raise KeyError(name)
+
+    @property
+    def uneven(self) -> str:
+        """Say that levels have different numbers of events, "" if they have not."""
+        counts = [run["events"] for run in self.runs if run["outcome"] == Outcome.COMPLETED.label]
+        if len(set(counts)) < 2:
+            return ""
+        return (
+            f"the number of events differs from level to level ({', '.join(map(str, counts))}); what comes after "
+            "the first event that some level lacks is not the same motion, whatever its verdict"
+        )
 
 
 @dataclass(frozen=True)
@@ -100,7 +80,7 @@ class StudyResult:
     ladders : tuple of LadderResult
         With runs and verdicts.
     seconds : float
-        Wall time (s): the only number that changes from run to run.
+        Wall time (s): with those of the runs, the only numbers that change from time to time.
     report : Path or None
         The page, if one was written.
     """
@@ -116,131 +96,109 @@ class StudyResult:
         return self.ladders[ladder].quantity(name)
 
 
-def run_task(task: Task) -> RunResult:
-    """Simulate and measure; runs in a process of its own."""
-    started = time.perf_counter()
-    history = simulate(task.scenario)
-    values, gaps = {}, {}
-    for name in task.quantities:
-        try:
-            values[name] = quantity(name).measure(history)
-        except GapError as gap:
-            values[name], gaps[name] = math.nan, str(gap)
-    summary = history.summary
-    return RunResult(
-        values,
-        gaps,
-        summary["outcome"],
-        summary["message"],
-        float(summary["end_time"]),
-        int(summary["steps"]),
-        int(summary["events"]),
-        max(abs(float(summary["energy"][key])) for key in ("initial", "final")),
-        time.perf_counter() - started,
-    )
-
-
 @dataclass(frozen=True)
-class _Plan:
+class LadderPlan:
+    """A ladder that can run: the scenarios of its levels, and the finest once more to measure its noise."""
+
     ladder: Ladder
     quantities: tuple[Quantity, ...]
+    base: Scenario
     scenarios: tuple[Scenario, ...]
     noisy: Scenario | None
 
+    @property
+    def all(self) -> tuple[Scenario, ...]:
+        """Return everything that is simulated."""
+        return (*self.scenarios, self.noisy) if self.noisy else self.scenarios
 
-def run_study(
-    study: Study,
-    changes: Sequence[str] = (),
-    quantities: Sequence[str] = (),
-    tolerance: float | None = None,
-    workers: int | None = None,
-    before_running: Callable[[], object] = lambda: None,
-    on_progress: OnProgress = silent,
-) -> StudyResult:
-    """Run all levels of all ladders and judge them.
 
-    Parameters
-    ----------
-    study : Study
-        What to refine.
-    changes : sequence of str
-        "section.key=value", for every ladder.
-    quantities : sequence of str
-        In place of the ladders' own.
-    tolerance : float
-        Relative uncertainty at which a quantity counts as converged; default: the study's.
-    workers : int, optional
-        Parallel processes.
-    before_running : callable
-        Called once when nothing is left to refuse.
-    on_progress : callable, optional
-        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
+def plan_ladder(ladder: Ladder, changes: Sequence[str] = (), quantities: Sequence[str] = ()) -> LadderPlan:
+    """Make the scenarios of a ladder, with further changes, "section.key=value", and in place of its quantities.
 
-    Raises
-    ------
-    InputError
-        In one line, before anything runs, if a level or a quantity is not possible.
+    Raises InputError, in one line, if a level or a quantity is not possible.
     """
-    started = time.perf_counter()
-    tolerance = study.tolerance if tolerance is None else tolerance
-    plans = [_plan(ladder, changes, quantities) for ladder in study.ladders]
-    before_running()
-    tasks: list[tuple[int, int, Task]] = []
-    for number, plan in enumerate(plans):
+    base = ladder.base or Scenario.load(ladder.scenario, [*ladder.changes, *changes])
+    names = tuple(dict.fromkeys(quantities or ladder.quantities or default_quantities(base)))
+    chosen = tuple(quantity(name, base.end_time) for name in names)
+    levels = tuple(AXES[ladder.axis].apply(base, level) for level in ladder.levels)
+    noisy, solver = None, levels[-1].solver
+    if ladder.axis != "tolerances" and solver.scheme != "fixed-step":
+        noisy = levels[-1].replace(solver__tolerance=max(_TIGHTER * solver.tolerance, _TIGHTEST))
+    return LadderPlan(ladder, chosen, base, levels, noisy)
+
+
+def measure(
+    plans: Sequence[LadderPlan],
+    folder: Path | None,
+    on_progress: OnProgress,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    timeout: float | None = None,
+) -> Iterator[list[Row]]:
+    """Run everything, but for what an interrupted study has left in `folder`; yields the rows of each ladder."""
+    tasks: list[Task] = []
+    order, labels = [], []
+    for plan in plans:
         names = tuple(q.name for q in plan.quantities)
-        several = [*plan.scenarios, *([plan.noisy] if plan.noisy else [])]
-        for level, scenario in enumerate(several):
-            tasks.append((number, level, Task(scenario, names, plan.ladder.name)))
-    # the finest levels take longest: first the noise runs and the last levels
-    tasks.sort(key=lambda task: len(plans[task[0]].scenarios) - task[1])
-    inner = [task for *_, task in tasks]
-    found = map_parallel(run_task, inner, workers, told(on_progress, [task.label for task in inner]))
-    by_place = {(number, level): result for (number, level, _), result in zip(tasks, found, strict=True)}
-    ladders = []
-    for number, plan in enumerate(plans):
-        runs = tuple(by_place[number, level] for level in range(len(plan.scenarios)))
-        ladders.append(_judge(plan, runs, by_place.get((number, len(runs))), tolerance))
-    return StudyResult(study, tolerance, tuple(ladders), time.perf_counter() - started)
+        for level, scenario in enumerate(plan.all):
+            # the finest levels take longest: first the noise runs and the last levels
+            order.append(len(plan.scenarios) - level)
+            labels.append(plan.ladder.name)
+            tasks.append(Task(len(tasks), scenario, names, timeout=timeout))
+    journal = None if folder is None else _journal(folder, plans, tasks)
+    rows = {row["run"]: row for row in journal.rows()} if journal else {}
+    on_progress(Progress(len(rows), len(tasks)))
+    left = sorted((task for task in tasks if task.number not in rows), key=lambda task: order[task.number])
+    try:
+        for row, _ in measure_each(left, workers, scheduler):
+            rows[row["run"]] = row
+            if journal:
+                journal.add(row)
+            on_progress(Progress(len(rows), len(tasks), labels[row["run"]]))
+    except KeyboardInterrupt:
+        kept = f"{len(rows)} of {len(tasks)} runs are kept; the same command goes on with the others"
+        raise KeyboardInterrupt(*([kept] if journal else [])) from None
+    if journal:
+        journal.remove()
+    first = 0
+    for plan in plans:
+        yield [rows[number] for number in range(first, first + len(plan.all))]
+        first += len(plan.all)
 
 
-def _plan(ladder: Ladder, changes: Sequence[str], quantities: Sequence[str]) -> _Plan:
-    scenario = ladder.base or Scenario.load(ladder.scenario, [*ladder.changes, *changes])
-    names = tuple(dict.fromkeys(quantities or ladder.quantities or default_quantities(scenario)))
-    chosen = tuple(quantity(name, scenario.end_time) for name in names)
-    axis = AXES[ladder.axis]
-    levels = tuple(axis.apply(scenario, level) for level in ladder.levels)
-    noisy = None
-    finest = levels[-1]
-    if ladder.axis != "tolerances" and finest.solver.scheme != "fixed-step":
-        tighter = max(_TIGHTER * finest.solver.tolerance, _TIGHTEST)
-        noisy = finest.replace(solver__tolerance=tighter)
-    return _Plan(ladder, chosen, levels, noisy)
+def _journal(folder: Path, plans: Sequence[LadderPlan], tasks: Sequence[Task]) -> Journal:
+    runs = [[task.base.model_dump(mode="json"), task.quantities] for task in tasks]
+    parts = [pair for plan in plans for pair in named_in(plan.base)]
+    names = {name for task in tasks for name in task.quantities}
+    return Journal(folder / ROWS, fingerprint_of({"runs": runs}, parts), len(tasks), names)
 
 
-def _judge(plan: _Plan, runs: tuple[RunResult, ...], noisy: RunResult | None, tolerance: float) -> LadderResult:
-    ladder = plan.ladder
-    h, remark = sizes(ladder.axis, ladder.levels, [run.mean_step for run in runs])
+def judge(plan: LadderPlan, rows: Sequence[Row], tolerance: float) -> LadderResult:
+    """Judge every quantity of a ladder by its rows."""
+    ladder, runs = plan.ladder, tuple(rows[: len(plan.scenarios)])
+    noisy = rows[-1] if plan.noisy else None
+    h, remark = sizes(ladder.axis, ladder.levels, [run["stopped_at"] / max(run["steps"], 1) for run in runs])
     results = []
     for q in plan.quantities:
-        values = tuple(run.values[q.name] for run in runs)
-        scale = natural_scale(q.unit, plan.scenarios[-1], runs[-1].energy)
-        declared = ladder.declared.get(q.name)
-        analysis = analyse(
-            h,
-            values,
-            tolerance=tolerance,
-            scale=scale,
-            noise=_noise(values[-1], noisy, q.name),
-            declared=declared,
+        values = tuple(run["values"].get(q.name, math.nan) for run in runs)
+        # a run that failed has nothing but its message
+        gaps = tuple(
+            "" if not math.isnan(v) else r["gaps"].get(q.name, r["message"])
+            for v, r in zip(values, runs, strict=True)
         )
-        gaps = tuple(run.gaps.get(q.name, "") for run in runs)
+        scale = natural_scale(q.unit, plan.scenarios[-1], runs[-1]["energy"])
+        declared = ladder.declared.get(q.name)
+        noise = _noise(values[-1], noisy, q.name)
+        analysis = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
         results.append(QuantityResult(q, declared, scale, values, gaps, analysis))
-    return LadderResult(ladder, AXES[ladder.axis], plan.scenarios, tuple(h), remark, runs, tuple(results))
+    return LadderResult(
+        ladder, AXES[ladder.axis], plan.base, plan.scenarios, tuple(h), remark, runs, tuple(results)
+    )
 
 
-def _noise(value: float, noisy: RunResult | None, name: str) -> float:
+def _noise(value: float, noisy: Row | None, name: str) -> float:
     """Change of the finest value under a tighter tolerance; infinite if it gets lost."""
     if noisy is None or math.isnan(value):
         return 0.0
-    other = noisy.values[name]
+    other = noisy["values"].get(name, math.nan)
     return abs(other - value) if math.isfinite(other) else math.inf

@@ -160,12 +160,14 @@ def write_report(folder: Path, document: Document, name: str = "report.html") ->
 
     Raises InputError if it cannot be written.
     """
-    return _write(folder / name, render_html(document))
+    return write_file(folder / name, render_html(document))
 
 
 def write_json(folder: Path, name: str, data: Any) -> Path:
     """Write `data` as JSON, numbers in full precision; NaN and infinity become null."""
-    return _write(folder / name, json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_file(
+        folder / name, json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    )
 
 
 def write_csv(folder: Path, name: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
@@ -174,10 +176,11 @@ def write_csv(folder: Path, name: str, columns: Sequence[str], rows: Iterable[Se
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows([repr(float(v)) if isinstance(v, float) else v for v in row] for row in rows)
-    return _write(folder / name, buffer.getvalue())
+    return write_file(folder / name, buffer.getvalue())
 
 
-def _write(path: Path, text: str) -> Path:
+def write_file(path: Path, text: str) -> Path:
+    """Write a text, whole or not at all; raises InputError if it cannot be written."""
     try:
         write_text(path, text)
     except OSError as error:

@@ -41,6 +41,22 @@ class Claim:
     case: str = "paper"
 
 
+Judge = Callable[[Trio], Finding]
+
+
+class Claims(list[Claim]):
+    """Claims in the order of the paper."""
+
+    def add(self, id: str, place: str, statement: str, rule: str, case: str = "paper") -> Callable[[Judge], Judge]:
+        """Make a function the judge of a claim; the arguments are those of `Claim`."""
+
+        def judged_by(judge: Judge) -> Judge:
+            self.append(Claim(id, place, statement, rule, judge, case))
+            return judge
+
+        return judged_by
+
+
 @dataclass(frozen=True)
 class Judged:
     """A claim with what each scheme found."""

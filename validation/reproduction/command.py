@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, prepare_folder, write_text, writing
+from oblique_impact.files import prepare_folder, writing
 from oblique_impact.progress import OnProgress, silent
 from validation.parallel import map_parallel, told
-from validation.report.document import write_csv, write_json, write_report
-from validation.report.provenance import call_text, command_line
+from validation.report.document import write_csv, write_file, write_json, write_report
+from validation.report.provenance import call_text
 from validation.reproduction.cases import (
     MODELS,
     SCHEMES,
@@ -35,8 +34,8 @@ from validation.reproduction.measures import Trio
 from validation.reproduction.pages import document
 from validation.reproduction.pictures import PLOTS, Plot, draw, summary
 from validation.reproduction.runs import Run, run_case, run_contact
-from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results, sensitivity_rows
-from validation.reproduction.unsaid import Robustness, all_claims, judge_combination, paper_claims, study
+from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
+from validation.reproduction.unsaid import Robustness, all_claims, judge_combination, study
 
 Task = tuple[str, Any]
 
@@ -125,13 +124,14 @@ def reproduce(
         return Reproduction(material, computed, folder / "report.html")
 
 
-def reproduce_command(out: Path, workers: int | None) -> list[str]:
-    """Call `reproduce` with a progress bar; returns the lines to print.  Raises InputError."""
-    with counting_bar("reproduce") as show:
-        result = reproduce(out, workers, show, command_line("reproduce", out=out, workers=workers))
+def lines(result: Reproduction) -> list[str]:
+    """Return the verdicts in lines, for a terminal."""
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
-    lines = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
-    return [*lines, f"{len(result.claims)} claims: {verdicts}; report: {result.report}"]
+    told = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
+    same = (
+        f"{result.material.undiscriminating} of them reproduced by all combinations of what the paper leaves open"
+    )
+    return [*told, f"{len(result.claims)} claims: {verdicts}; {same}; report: {result.report}"]
 
 
 def _prepare_figures(folder: Path) -> None:
@@ -202,19 +202,16 @@ def _threshold(run: Run) -> tuple[float, list[tuple[float, str]]]:
 def make_drawings(material: Material, plots: Sequence[Plot] = PLOTS) -> Drawings:
     """Draw every picture."""
     from validation.reproduction.diagrams import (
-        choice_curves,
         choices_diagram,
         robustness_diagram,
         sticking_diagram,
     )
 
     studied, runs = material.studied, material.runs
-    choices = dict.fromkeys(item.variant.choice for item in studied)
     return Drawings(
         [(plot, draw(plot, material.trios)) for plot in plots],
         choices_diagram(studied),
-        {c: choice_curves([item for item in studied if item.variant.choice == c]) for c in choices},
-        robustness_diagram(paper_claims(), material.grid),
+        robustness_diagram(material),
         {
             name: sticking_diagram(runs[key], _windows(runs[key], name), title)
             for name, key, title in _STICKING_DIAGRAMS
@@ -242,7 +239,7 @@ def _windows(run: Run, name: str) -> list[tuple[float, float]]:
 def write_all(folder: Path, material: Material, drawings: Drawings, times: Sequence[tuple[str, str]]) -> None:
     """Write the page, the tables and the pictures; each file appears whole or not at all."""
     figures = [row for plot, _ in drawings.figures for row in summary(plot, material.trios)]
-    sensitivity = sensitivity_rows(material.studied)
+    sensitivity = [item.flat() for item in material.studied]
     write_report(folder, document(material, drawings, times))
     write_json(folder, "results.json", results(material, figures))
     write_csv(folder, "claims.csv", CLAIM_COLUMNS, claim_rows(material))
@@ -250,18 +247,6 @@ def write_all(folder: Path, material: Material, drawings: Drawings, times: Seque
     write_csv(folder, "figures.csv", list(figures[0]), [list(row.values()) for row in figures])
     pictures = {plot.name: svg for plot, svg in drawings.figures}
     pictures |= {"choices": drawings.choices, "robustness": drawings.robustness}
-    pictures |= {f"choice-{_slug(choice)}": svg for choice, svg in drawings.curves.items()}
     pictures |= {f"sticking-{name}": svg for name, svg in drawings.sticking.items()}
     for name, svg in pictures.items():
-        _write_picture(folder / "figures" / f"{name}.svg", svg)
-
-
-def _slug(text: str) -> str:
-    return "-".join("".join(c if c.isalnum() else " " for c in text).split()).lower()
-
-
-def _write_picture(path: Path, svg: str) -> None:
-    try:
-        write_text(path, svg)
-    except OSError as error:
-        raise cannot_write(path, error) from None
+        write_file(folder / "figures" / f"{name}.svg", svg)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,11 +16,12 @@ from oblique_impact.contact.state import State
 from renders.style import GREY, SERIES, STATE_COLOURS
 from validation.report.figures import new_figure, to_svg
 from validation.reproduction.cases import SCHEMES
-from validation.reproduction.claims import PARTLY, VERDICTS, Claim
+from validation.reproduction.claims import PARTLY, VERDICTS
+from validation.reproduction.material import Material
 from validation.reproduction.motions import REVERSAL, STICK
 from validation.reproduction.pictures import HALF, PAPER_LINE, REVERSAL_MARK, STICK_MARK, WHOLE
 from validation.reproduction.runs import Run
-from validation.reproduction.unsaid import Robustness, Studied, contact_spans
+from validation.reproduction.unsaid import Studied, contact_spans
 
 #: colours of the three verdicts, as in the report
 VERDICT_COLOURS = ("#1b7a3c", "#d8a24a", "#b3261e")
@@ -111,7 +111,7 @@ def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
 
 def _draw_impulses(axes: Axes, place: float, item: Studied) -> None:
     filled = item.scheme != "event" or item.variant.choice == "integrator"
-    for row, marker in ((item.row.first, "o"), (item.row.second, "s")):
+    for row, marker in ((item.first, "o"), (item.second, "s")):
         face = SERIES[0] if filled else "white"
         axes.plot(
             [row.normal_impulse], [place], marker, color=SERIES[0], markerfacecolor=face, markersize=3.6, zorder=3
@@ -126,7 +126,7 @@ def _label_lines(
     for place, item in lines:
         key = f"{item.variant.choice}/{item.variant.label}"
         places.setdefault(key, []).append(place)
-        texts[key] = f"{item.variant.label} *" if item.variant.assumed else item.variant.label
+        texts[key] = item.label
     ticks = [(float(np.mean(places[key])), text) for key, text in texts.items()] + headings
     axes.set_yticks([tick for tick, _ in ticks], [text for _, text in ticks], fontsize=8)
     for label in axes.get_yticklabels()[len(texts) :]:
@@ -149,62 +149,14 @@ def _choice_legend() -> list[Any]:
     ]
 
 
-def choice_curves(studied: Sequence[Studied]) -> str:
-    """Tangential motion since the touch in both macro-collisions for the variants of one choice."""
-    together = studied[0].variant.choice == "integrator"
-    rows = ["all"] if together else [s for s in SCHEMES if any(item.scheme == s for item in studied)]
-    colours = _variant_colours(studied)
-    with new_figure(WHOLE, 1.1 + 1.45 * len(rows)) as figure:
-        axes = figure.subplots(len(rows), 2, sharex="col", squeeze=False)
-        for row, scheme in zip(axes, rows, strict=True):
-            for item in studied:
-                if scheme in ("all", item.scheme):
-                    _draw_slip(row, item, colours[item.variant.label])
-            row[0].set_ylabel("slip since touch (mm)")
-            name = "" if together else f", {SCHEMES[scheme]}"
-            for part, which in zip(row, ("first", "second"), strict=True):
-                part.set_title(f"{which} macro-collision{name}", fontsize=8.5, fontweight="normal")
-            row[0].axvline(1e3 * REVERSAL, **PAPER_LINE)
-        axes[-1, 0].set_xlabel("time (ms)")
-        axes[-1, 1].set_xlabel("time since first touch (ms)")
-        stars = {item.variant.label: item.variant.assumed for item in studied}
-        handles = [
-            Line2D([], [], color=colour, label=f"{label} *" if stars[label] else label)
-            for label, colour in colours.items()
-        ]
-        columns = max(2, min(len(handles), int(90 / max(len(label) + 8 for label in colours))))
-        figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=8)
-        return to_svg(figure)
-
-
-def _variant_colours(studied: Sequence[Studied]) -> dict[str, Any]:
-    """Black for the assumed value of a choice, a ramp for the others."""
-    assumed = {item.variant.label: item.variant.assumed for item in studied}
-    others = [label for label, ours in assumed.items() if not ours]
-    ramp = iter(mpl.colormaps["viridis"](np.linspace(0.15, 0.85, max(len(others), 2))))
-    return {label: "black" if ours else next(ramp) for label, ours in assumed.items()}
-
-
-def _draw_slip(row: Sequence[Axes], item: Studied, colour: Any) -> None:
-    for axes, number in zip(row, (1, 2), strict=True):
-        macro = item.run.macro(number)
-        if macro is None:
-            continue
-        inside = item.run.inside(macro.start, macro.end)
-        times, slip = item.run["time"][inside], item.run["slip"][inside]
-        origin = macro.start if number == 2 else 0.0
-        width = 1.7 if item.variant.assumed else 1.1
-        axes.plot(1e3 * (times - origin), 1e3 * (slip - slip[0]), color=colour, linewidth=width)
-
-
-def robustness_diagram(claims: Sequence[Claim], grid: Sequence[Robustness]) -> str:
+def robustness_diagram(material: Material) -> str:
     """How many combinations of open choices give which verdict, claim by claim."""
+    claims = [judged.claim for judged in material.judged if material.counts(judged.claim.id)]
     with new_figure(WHOLE, 0.23 * len(claims) + 1.0) as figure:
         axes = figure.subplots()
         for place, claim in enumerate(claims):
             left = 0
-            for verdict, colour in zip(VERDICTS, VERDICT_COLOURS, strict=True):
-                count = sum(point.verdicts[claim.id] == verdict for point in grid)
+            for (verdict, count), colour in zip(material.counts(claim.id).items(), VERDICT_COLOURS, strict=True):
                 axes.barh(place, count, 0.72, left, color=colour, linewidth=0)
                 if count:
                     ink = "black" if verdict == PARTLY else "white"
@@ -213,7 +165,9 @@ def robustness_diagram(claims: Sequence[Claim], grid: Sequence[Robustness]) -> s
                     )
                 left += count
         axes.set_yticks(range(len(claims)), [claim.id for claim in claims], fontsize=8)
-        axes.set(xlim=(0, len(grid)), ylim=(len(claims) - 0.4, -0.6), xlabel="combinations of open choices")
+        axes.set(
+            xlim=(0, len(material.grid)), ylim=(len(claims) - 0.4, -0.6), xlabel="combinations of open choices"
+        )
         axes.grid(visible=False)
         axes.tick_params(axis="y", length=0)
         handles = [Patch(color=c, label=v) for v, c in zip(VERDICTS, VERDICT_COLOURS, strict=True)]

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from validation.report.document import number
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Finding, graded, missing, yes
+from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claims, Finding, graded, missing, yes
 from validation.reproduction.measures import Trio, before_contact, between, mean, smallest_share
+
+CLAIMS = Claims()
 
 PARTS = ("kinetic", "gravity", "elastic")
 
@@ -19,8 +21,13 @@ def _moments(trio: Trio) -> dict[str, float]:
     return times
 
 
+@CLAIMS.add(
+    "energy-constant-before",
+    "Sec. 7, Fig. 4",
+    "During the initial collision-free stage the total mechanical energy remains constant.",
+    "largest relative change up to the first touch; reproduced: ≤ 10⁻⁶; partly: ≤ 10⁻³",
+)
 def constant_before(trio: Trio) -> Finding:
-    """Judge the total energy before the first touch."""
     run = trio.hybrid
     energy = run["energy"][run["time"] <= before_contact(trio)]
     drift = float(np.max(np.abs(energy / energy[0] - 1.0)))
@@ -28,8 +35,13 @@ def constant_before(trio: Trio) -> Finding:
     return Finding(graded(drift, 1e-6, 1e-3), {"initial": float(energy[0]), "drift": drift}, text)
 
 
+@CLAIMS.add(
+    "considerable-loss",
+    "Sec. 7, Fig. 4",
+    "The collision can cause considerable loss of energy.",
+    "reproduced: the first macro-collision takes at least 10 % of the total mechanical energy",
+)
 def considerable_loss(trio: Trio) -> Finding:
-    """Judge what the first macro-collision takes."""
     time = between(trio, 1)
     if time is None:
         return missing("no flight after the first collision")
@@ -54,26 +66,47 @@ def _ordering(trio: Trio, hybrid_first: bool) -> Finding:
     return Finding(verdict, numbers, "; ".join(parts))
 
 
+@CLAIMS.add(
+    "hybrid-loses-most",
+    "Sec. 7, Fig. 4",
+    "The energy loss calculated using the hybrid model is the largest.",
+    "total energy of hybrid / frictionless / modified Coulomb in flight after collisions 1 and 2 and at the "
+    "end; reproduced: the hybrid model's is the smallest each time; partly: at least once",
+)
 def hybrid_loses_most(trio: Trio) -> Finding:
-    """Judge whether the hybrid model has the least energy left."""
     return _ordering(trio, hybrid_first=True)
 
 
+@CLAIMS.add(
+    "frictionless-loses-least",
+    "Sec. 7, Fig. 4",
+    "The energy loss calculated using the nontangential friction model is the smallest.",
+    "as above; reproduced: the frictionless model's energy is the largest each time; partly: at least once",
+)
 def frictionless_loses_least(trio: Trio) -> Finding:
-    """Judge whether the frictionless model has the most energy left."""
     return _ordering(trio, hybrid_first=False)
 
 
+@CLAIMS.add(
+    "friction-dissipates",
+    "Sec. 7, Fig. 4",
+    "Tangential friction can cause some energy loss to the system.",
+    "reproduced: the work taken by friction in the hybrid model is positive",
+)
 def friction_dissipates(trio: Trio) -> Finding:
-    """Judge the work of friction."""
     work = trio.hybrid.energy["lost_friction"]
     whole = trio.hybrid.energy["initial"] - trio.hybrid.energy["final"]
     text = f"{number(1e3 * work, 4)} mJ, {number(100.0 * work / whole, 2)} % of what is lost in the run"
     return Finding(yes(work > 0.0), {"friction": work, "lost": whole}, text)
 
 
+@CLAIMS.add(
+    "exchange-before",
+    "Sec. 7, Figs. 5–7",
+    "During the initial stage kinetic and gravitational energy convert mutually; elastic energy is tiny.",
+    "largest elastic energy over the change of gravitational energy; reproduced: ≤ 10⁻³; partly: ≤ 10⁻²",
+)
 def exchange_before(trio: Trio) -> Finding:
-    """Judge the energies before the first touch."""
     run = trio.hybrid
     inside = run["time"] <= before_contact(trio)
     exchanged = float(np.ptp(run["gravity"][inside]))
@@ -83,8 +116,13 @@ def exchange_before(trio: Trio) -> Finding:
     return Finding(graded(ratio, 1e-3, 1e-2), {"exchanged": exchanged, "elastic": elastic}, text)
 
 
+@CLAIMS.add(
+    "elastic-after",
+    "Sec. 7, Figs. 5–7",
+    "After the collision the elastic potential energy is no longer zero.",
+    "reproduced: its largest value in the first macro-collision is at least 100 times that before",
+)
 def elastic_after(trio: Trio) -> Finding:
-    """Judge the elastic energy of the first macro-collision."""
     run = trio.hybrid
     before = float(np.max(run["elastic"][run["time"] <= before_contact(trio)]))
     macro = run.macros[0]
@@ -93,8 +131,15 @@ def elastic_after(trio: Trio) -> Finding:
     return Finding(yes(after >= 100.0 * before), {"before": before, "after": after}, text)
 
 
+@CLAIMS.add(
+    "all-parts-smaller",
+    "Sec. 7, Figs. 5–7",
+    "After the first macro-collision the kinetic, gravitational and elastic energies of the hybrid model are "
+    "all smaller than those of the other two.",
+    "from the end of the first macro-collision to the end of the run; reproduced: each is the smallest for at "
+    "least 95 % of the time; partly: the mean over time of each is the smallest",
+)
 def all_parts_smaller(trio: Trio) -> Finding:
-    """Judge whether each of the three energies of the hybrid model is the smallest after the first collision."""
     start = max(run.macros[0].end for run in trio)
     end = min(run.end_time for run in trio)
     others = [trio.frictionless, trio.modified]
@@ -112,66 +157,3 @@ def all_parts_smaller(trio: Trio) -> Finding:
         texts.append(f"{part} {number(100.0 * share, 2)} % of the time, mean {'smallest' if means[-1] else 'not'}")
     verdict = REPRODUCED if min(shares) >= 0.95 else PARTLY if all(means) else NOT
     return Finding(verdict, numbers, "; ".join(texts))
-
-
-CLAIMS = [
-    Claim(
-        "energy-constant-before",
-        "Sec. 7, Fig. 4",
-        "During the initial collision-free stage the total mechanical energy remains constant.",
-        "largest relative change up to the first touch; reproduced: ≤ 10⁻⁶; partly: ≤ 10⁻³",
-        constant_before,
-    ),
-    Claim(
-        "considerable-loss",
-        "Sec. 7, Fig. 4",
-        "The collision can cause considerable loss of energy.",
-        "reproduced: the first macro-collision takes at least 10 % of the total mechanical energy",
-        considerable_loss,
-    ),
-    Claim(
-        "hybrid-loses-most",
-        "Sec. 7, Fig. 4",
-        "The energy loss calculated using the hybrid model is the largest.",
-        "total energy of hybrid / frictionless / modified Coulomb in flight after collisions 1 and 2 and at the "
-        "end; reproduced: the hybrid model's is the smallest each time; partly: at least once",
-        hybrid_loses_most,
-    ),
-    Claim(
-        "frictionless-loses-least",
-        "Sec. 7, Fig. 4",
-        "The energy loss calculated using the nontangential friction model is the smallest.",
-        "as above; reproduced: the frictionless model's energy is the largest each time; partly: at least once",
-        frictionless_loses_least,
-    ),
-    Claim(
-        "friction-dissipates",
-        "Sec. 7, Fig. 4",
-        "Tangential friction can cause some energy loss to the system.",
-        "reproduced: the work taken by friction in the hybrid model is positive",
-        friction_dissipates,
-    ),
-    Claim(
-        "exchange-before",
-        "Sec. 7, Figs. 5–7",
-        "During the initial stage kinetic and gravitational energy convert mutually; elastic energy is tiny.",
-        "largest elastic energy over the change of gravitational energy; reproduced: ≤ 10⁻³; partly: ≤ 10⁻²",
-        exchange_before,
-    ),
-    Claim(
-        "elastic-after",
-        "Sec. 7, Figs. 5–7",
-        "After the collision the elastic potential energy is no longer zero.",
-        "reproduced: its largest value in the first macro-collision is at least 100 times that before",
-        elastic_after,
-    ),
-    Claim(
-        "all-parts-smaller",
-        "Sec. 7, Figs. 5–7",
-        "After the first macro-collision the kinetic, gravitational and elastic energies of the hybrid model are "
-        "all smaller than those of the other two.",
-        "from the end of the first macro-collision to the end of the run; reproduced: each is the smallest for at "
-        "least 95 % of the time; partly: the mean over time of each is the smallest",
-        all_parts_smaller,
-    ),
-]

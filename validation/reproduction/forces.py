@@ -12,7 +12,7 @@ from validation.reproduction.claims import (
     NOT,
     PARTLY,
     REPRODUCED,
-    Claim,
+    Claims,
     Finding,
     graded,
     milliseconds,
@@ -21,6 +21,8 @@ from validation.reproduction.claims import (
     yes,
 )
 from validation.reproduction.measures import Trio, existing, force_difference, increasing
+
+CLAIMS = Claims()
 
 FIRST = 0.325  # s, first macro-collision and reversal of slip in the paper
 
@@ -35,8 +37,14 @@ def _row(values: list[float], digits: int = 3) -> str:
     return ", ".join(number(value, digits) for value in values)
 
 
+@CLAIMS.add(
+    "first-collision",
+    "Sec. 7, Fig. 2",
+    "The first macro-collision occurs at t ≈ 0.325 s.",
+    "reproduced: 0.325 s lies in the hybrid model's first macro-collision, at most 2 ms from its middle; "
+    "partly: it lies in it",
+)
 def first_collision(trio: Trio) -> Finding:
-    """Judge when the first macro-collision happens."""
     macro = trio.hybrid.macro(1)
     if macro is None:
         return missing("no collision")
@@ -47,20 +55,36 @@ def first_collision(trio: Trio) -> Finding:
     return Finding(graded(abs(macro.middle - FIRST), 2e-3, 1.0), numbers, text)
 
 
+@CLAIMS.add(
+    "friction-coincides",
+    "Sec. 7, Fig. 2",
+    "The friction of the hybrid and of the modified Coulomb model generally coincide during the first collision.",
+    "D₁ = ∫|a − b| dt / ∫(|a| + |b|) dt over the first macro-collision; reproduced: D₁ ≤ 0.1; partly: ≤ 0.3",
+)
 def friction_coincides(trio: Trio) -> Finding:
-    """Judge how far hybrid and modified Coulomb friction differ in the first macro-collision."""
     first = _differences(trio, "lambda_tau")[0]
     return Finding(graded(first, 0.1, 0.3), {"difference": first}, f"difference {number(first, 3)}")
 
 
+@CLAIMS.add(
+    "friction-slight-difference",
+    "Sec. 7, Fig. 2",
+    "Some slight differences still exist between them.",
+    "reproduced: D₁ > 10⁻⁶",
+)
 def friction_differs_slightly(trio: Trio) -> Finding:
-    """Judge whether the two curves are not the same."""
     first = _differences(trio, "lambda_tau")[0]
     return Finding(yes(first > 1e-6), {"difference": first}, f"difference {number(first, 3)}")
 
 
+@CLAIMS.add(
+    "friction-drifts-apart",
+    "Sec. 7, Fig. 2",
+    "The differences increase gradually in subsequent collisions.",
+    "D as above for macro-collisions 1, 2, 3, as far as both runs have them; reproduced: it grows with each; "
+    "partly: D₁ < D₂",
+)
 def friction_drifts_apart(trio: Trio) -> Finding:
-    """Judge whether the difference of friction grows from macro-collision to macro-collision."""
     rows = _differences(trio, "lambda_tau")
     return _growing(rows, f"differences in collisions 1, 2, 3: {_row(rows)}")
 
@@ -75,14 +99,25 @@ def _growing(rows: list[float], text: str) -> Finding:
     return Finding(verdict, _numbers(rows), text)
 
 
+@CLAIMS.add(
+    "normal-coincides",
+    "Sec. 7, Fig. 3",
+    "The normal forces of the three models agree fairly well during the first macro-collision.",
+    "largest D₁ of the three pairs; reproduced: ≤ 0.1; partly: ≤ 0.3",
+)
 def normal_coincides(trio: Trio) -> Finding:
-    """Judge how far the normal forces differ in the first macro-collision."""
     first = _differences(trio, "lambda_n")[0]
     return Finding(graded(first, 0.1, 0.3), {"difference": first}, f"largest difference {number(first, 3)}")
 
 
+@CLAIMS.add(
+    "normal-separates",
+    "Sec. 7, Fig. 3",
+    "The curves of the normal force become separated during subsequent collisions.",
+    "largest D of the three pairs in macro-collisions 2 and 3, as far as all runs have them; reproduced: each "
+    "is at least 0.3 and larger than D₁; partly: one is",
+)
 def normal_separates(trio: Trio) -> Finding:
-    """Judge whether the normal forces differ more in each later macro-collision than in the first."""
     rows = _differences(trio, "lambda_n")
     text = f"differences in collisions 1, 2, 3: {_row(rows)}"
     holds = [value >= 0.3 and value > rows[0] for value in existing(rows)[1:]]
@@ -90,8 +125,14 @@ def normal_separates(trio: Trio) -> Finding:
     return Finding(verdict, _numbers(rows), text)
 
 
+@CLAIMS.add(
+    "impact-times-spread",
+    "Sec. 7, Fig. 3",
+    "The differences between the times of impact are slight at first and become increasingly obvious.",
+    "spread of the three models' first touches in macro-collisions 1, 2, 3, as far as all have them; "
+    "reproduced: it grows with each; partly: from the first to the second",
+)
 def impact_times_spread(trio: Trio) -> Finding:
-    """Judge how the times of impact of the three models move apart."""
     spread = []
     for k in (1, 2, 3):
         macros = [run.macro(k) for run in trio]
@@ -100,8 +141,14 @@ def impact_times_spread(trio: Trio) -> Finding:
     return _growing(spread, f"spread of the first touches 1, 2, 3: {_row([1e3 * s for s in spread])} ms")
 
 
+@CLAIMS.add(
+    "no-motion-across",
+    "Sec. 4.2",
+    "During the collision the displacement, velocity and acceleration of the impact point across the slope "
+    "are always zero.",
+    "largest |Z_n| in contact; reproduced: ≤ 10⁻⁹ m; partly: ≤ 10⁻⁵ m",
+)
 def no_motion_across(trio: Trio) -> Finding:
-    """Judge how exactly the contact constraint holds."""
     run = trio.hybrid
     closed = run["state"] != float(State.FREE)
     if not closed.any():
@@ -112,84 +159,16 @@ def no_motion_across(trio: Trio) -> Finding:
     return Finding(graded(gap, 1e-9, 1e-5), {"gap": gap, "gap_rate": speed}, text)
 
 
+@CLAIMS.add(
+    "friction-matters",
+    "Secs. 7, 8",
+    "The influence of the tangential friction force cannot be ignored.",
+    "reproduced: friction shifts the first touch of the second macro-collision by at least 1 ms",
+)
 def friction_matters(trio: Trio) -> Finding:
-    """Judge how far friction shifts the second macro-collision."""
     with_, without = trio.hybrid.macro(2), trio.frictionless.macro(2)
     if with_ is None or without is None:
         return missing("no second collision")
     shift = with_.start - without.start
     text = f"second touch {milliseconds(abs(shift))} {'earlier' if shift < 0.0 else 'later'} with friction"
     return Finding(yes(abs(shift) >= 1e-3), {"shift": shift}, text)
-
-
-CLAIMS = [
-    Claim(
-        "first-collision",
-        "Sec. 7, Fig. 2",
-        "The first macro-collision occurs at t ≈ 0.325 s.",
-        "reproduced: 0.325 s lies in the hybrid model's first macro-collision, at most 2 ms from its middle; "
-        "partly: it lies in it",
-        first_collision,
-    ),
-    Claim(
-        "friction-coincides",
-        "Sec. 7, Fig. 2",
-        "The friction of the hybrid and of the modified Coulomb model generally coincide during the first "
-        "collision.",
-        "D₁ = ∫|a − b| dt / ∫(|a| + |b|) dt over the first macro-collision; reproduced: D₁ ≤ 0.1; partly: ≤ 0.3",
-        friction_coincides,
-    ),
-    Claim(
-        "friction-slight-difference",
-        "Sec. 7, Fig. 2",
-        "Some slight differences still exist between them.",
-        "reproduced: D₁ > 10⁻⁶",
-        friction_differs_slightly,
-    ),
-    Claim(
-        "friction-drifts-apart",
-        "Sec. 7, Fig. 2",
-        "The differences increase gradually in subsequent collisions.",
-        "D as above for macro-collisions 1, 2, 3, as far as both runs have them; reproduced: it grows with each; "
-        "partly: D₁ < D₂",
-        friction_drifts_apart,
-    ),
-    Claim(
-        "normal-coincides",
-        "Sec. 7, Fig. 3",
-        "The normal forces of the three models agree fairly well during the first macro-collision.",
-        "largest D₁ of the three pairs; reproduced: ≤ 0.1; partly: ≤ 0.3",
-        normal_coincides,
-    ),
-    Claim(
-        "normal-separates",
-        "Sec. 7, Fig. 3",
-        "The curves of the normal force become separated during subsequent collisions.",
-        "largest D of the three pairs in macro-collisions 2 and 3, as far as all runs have them; reproduced: each "
-        "is at least 0.3 and larger than D₁; partly: one is",
-        normal_separates,
-    ),
-    Claim(
-        "impact-times-spread",
-        "Sec. 7, Fig. 3",
-        "The differences between the times of impact are slight at first and become increasingly obvious.",
-        "spread of the three models' first touches in macro-collisions 1, 2, 3, as far as all have them; "
-        "reproduced: it grows with each; partly: from the first to the second",
-        impact_times_spread,
-    ),
-    Claim(
-        "no-motion-across",
-        "Sec. 4.2",
-        "During the collision the displacement, velocity and acceleration of the impact point across the slope "
-        "are always zero.",
-        "largest |Z_n| in contact; reproduced: ≤ 10⁻⁹ m; partly: ≤ 10⁻⁵ m",
-        no_motion_across,
-    ),
-    Claim(
-        "friction-matters",
-        "Secs. 7, 8",
-        "The influence of the tangential friction force cannot be ignored.",
-        "reproduced: friction shifts the first touch of the second macro-collision by at least 1 ms",
-        friction_matters,
-    ),
-]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from validation.reproduction.claims import Judged
+from validation.reproduction.claims import REPRODUCED, VERDICTS, Judged
 from validation.reproduction.measures import Trio
 from validation.reproduction.pictures import Plot
 from validation.reproduction.runs import Run
@@ -23,6 +23,21 @@ class Material:
     grid: Sequence[Robustness]
     threshold: tuple[float, Sequence[tuple[float, str]]]  # ratio, (coefficient, what happened)
 
+    def counts(self, claim: str) -> dict[str, int]:
+        """Return how many combinations of open choices give which verdict; {} for claims not judged on them."""
+        if not self.grid or claim not in self.grid[0].verdicts:
+            return {}
+        return {verdict: sum(point.verdicts[claim] == verdict for point in self.grid) for verdict in VERDICTS}
+
+    def discriminates(self, claim: str) -> bool:
+        """Whether some combination of open choices does not reproduce a claim: else it tells nothing of them."""
+        return self.counts(claim).get(REPRODUCED) != len(self.grid)
+
+    @property
+    def undiscriminating(self) -> int:
+        """Number of claims that every combination of open choices reproduces."""
+        return sum(not self.discriminates(judged.claim.id) for judged in self.judged)
+
 
 @dataclass(frozen=True)
 class Drawings:
@@ -30,6 +45,5 @@ class Drawings:
 
     figures: Sequence[tuple[Plot, str]]
     choices: str
-    curves: dict[str, str]
     robustness: str
     sticking: dict[str, str]

@@ -12,7 +12,7 @@ from validation.reproduction.claims import (
     NOT,
     PARTLY,
     REPRODUCED,
-    Claim,
+    Claims,
     Finding,
     graded,
     milliseconds,
@@ -31,12 +31,19 @@ from validation.reproduction.measures import (
 )
 from validation.reproduction.runs import Macro, Run
 
+CLAIMS = Claims()
+
 REVERSAL, STICK = 0.325, 0.699  # s, in the paper
 _POINT = ("tip_x", "tip_vx", "tip_y", "tip_vy")
 
 
+@CLAIMS.add(
+    "same-before",
+    "Sec. 7, Figs. 8–13",
+    "The curves obtained using the three models are all the same before collision.",
+    "largest difference relative to each curve's largest value; reproduced: ≤ 10⁻⁹; partly: ≤ 10⁻⁶",
+)
 def same_before(trio: Trio) -> Finding:
-    """Judge the three models before the first touch."""
     end = before_contact(trio)
     worst = largest_difference(trio, (*_POINT, "theta", "theta_dot", "slip"), end)
     return Finding(
@@ -44,8 +51,28 @@ def same_before(trio: Trio) -> Finding:
     )
 
 
+@CLAIMS.add(
+    "different-after",
+    "Sec. 7, Figs. 10–13",
+    "After the impact the curves no longer coincide well, owing to friction.",
+    "reproduced: the largest relative difference reaches 1 %",
+)
+def different_after(trio: Trio) -> Finding:
+    end = min(run.end_time for run in trio)
+    before = largest_difference(trio, _POINT, before_contact(trio))
+    after = largest_difference(trio, _POINT, end)
+    text = f"largest relative difference {number(before, 2)} before, {number(after, 2)} after"
+    return Finding(yes(after >= 0.01 and after > before), {"before": before, "after": after}, text)
+
+
+@CLAIMS.add(
+    "similar-after",
+    "Sec. 7, Figs. 10–13",
+    "The varying tendencies of the curves are generally similar.",
+    "smallest correlation coefficient with the hybrid model after the first macro-collision, inertial "
+    "displacements and velocities; reproduced: ≥ 0.9; partly: ≥ 0.5",
+)
 def similar_after(trio: Trio) -> Finding:
-    """Judge how alike the curves stay after the first collision."""
     start, end = max(run.macros[0].end for run in trio), min(run.end_time for run in trio)
     others = (trio.frictionless, trio.modified)
     found = {name: min(correlation(trio.hybrid, o, name, start, end) for o in others) for name in _POINT}
@@ -56,17 +83,14 @@ def similar_after(trio: Trio) -> Finding:
     return Finding(graded(-worst, -0.9, -0.5), {f"correlation {k}": v for k, v in found.items()}, text)
 
 
-def different_after(trio: Trio) -> Finding:
-    """Judge whether the curves part after the first collision."""
-    end = min(run.end_time for run in trio)
-    before = largest_difference(trio, _POINT, before_contact(trio))
-    after = largest_difference(trio, _POINT, end)
-    text = f"largest relative difference {number(before, 2)} before, {number(after, 2)} after"
-    return Finding(yes(after >= 0.01 and after > before), {"before": before, "after": after}, text)
-
-
+@CLAIMS.add(
+    "maximum-before",
+    "Sec. 7, Fig. 14",
+    "The tangential displacement first increases to its maximum and then decreases during the initial "
+    "collision-free stage.",
+    "reproduced: it rises and falls by more than 1 mm before the first touch",
+)
 def maximum_before(trio: Trio) -> Finding:
-    """Judge the tangential displacement during the fall."""
     run = trio.hybrid
     inside = run["time"] <= before_contact(trio)
     slip, times = run["slip"][inside], run["time"][inside]
@@ -80,8 +104,14 @@ def maximum_before(trio: Trio) -> Finding:
     return Finding(yes(rise > 1e-3 and fall > 1e-3), numbers, text)
 
 
+@CLAIMS.add(
+    "changes-shrink",
+    "Sec. 7, Fig. 14",
+    "After collision the change in displacement becomes smaller with the number of collisions.",
+    "largest minus smallest tangential position in each flight; reproduced: it falls from flight to flight; "
+    "partly: it is largest before the first collision",
+)
 def changes_shrink(trio: Trio) -> Finding:
-    """Judge the change of tangential position from flight to flight."""
     ranges = flight_ranges(trio.hybrid, "slip")
     numbers = {f"flight_{k}": value for k, value in enumerate(ranges)}
     text = "change per flight " + ", ".join(number(1e3 * value, 3) for value in ranges) + " mm"
@@ -107,8 +137,13 @@ def _stick_text(run: Run, macros: list[Macro]) -> tuple[dict[str, float], str]:
     return numbers, text
 
 
+@CLAIMS.add(
+    "slip-only-first",
+    "Sec. 7, Figs. 14, 15",
+    "Only slip occurs during the first macro-collision; the impact point keeps sliding.",
+    "time in the state stick over time in contact; reproduced: 0; partly: ≤ 1 %",
+)
 def slip_only_first(trio: Trio) -> Finding:
-    """Judge whether the first macro-collision is without stick."""
     macro = trio.hybrid.macro(1)
     if macro is None:
         return missing("no collision")
@@ -116,8 +151,13 @@ def slip_only_first(trio: Trio) -> Finding:
     return Finding(graded(numbers["share"], 0.0, 0.01), numbers, text)
 
 
+@CLAIMS.add(
+    "direction-changes",
+    "Sec. 7, Fig. 15",
+    "The direction of slip changes at t ≈ 0.325 s.",
+    "the reversal in contact nearest to 0.325 s; reproduced: within 0.5 ms; partly: within 3 ms",
+)
 def direction_changes(trio: Trio) -> Finding:
-    """Judge when the direction of slip changes in the first macro-collision."""
     macro = trio.hybrid.macro(1)
     if macro is None:
         return missing("no collision")
@@ -130,8 +170,14 @@ def direction_changes(trio: Trio) -> Finding:
     return Finding(graded(abs(nearest - REVERSAL), 5e-4, 3e-3), numbers, text)
 
 
+@CLAIMS.add(
+    "sticks-later",
+    "Sec. 7, Fig. 14",
+    "Stick and slip both occur during subsequent collisions.",
+    "time in the state stick over time in contact after the first macro-collision; reproduced: at least 1 %; "
+    "partly: more than 0",
+)
 def sticks_later(trio: Trio) -> Finding:
-    """Judge whether stick and slip both occur after the first macro-collision."""
     later = trio.hybrid.macros[1:]
     if not later:
         return missing("no second collision")
@@ -140,8 +186,13 @@ def sticks_later(trio: Trio) -> Finding:
     return Finding(REPRODUCED if 0.01 <= share < 1.0 else PARTLY if share > 0.0 else NOT, numbers, text)
 
 
+@CLAIMS.add(
+    "slips-at-first",
+    "Sec. 7, Fig. 16",
+    "The impact point remains in the slip state during the initial stage of the second macro-collision.",
+    "reproduced: the first state of contact in it is slip",
+)
 def slips_at_first(trio: Trio) -> Finding:
-    """Judge the state with which the second macro-collision begins."""
     macro = trio.hybrid.macro(2)
     if macro is None:
         return missing("no second collision")
@@ -153,8 +204,13 @@ def slips_at_first(trio: Trio) -> Finding:
     return Finding(yes(closed[0] == State.SLIP), {"start": macro.start, "state": float(closed[0])}, text)
 
 
+@CLAIMS.add(
+    "second-collision",
+    "Sec. 7, Fig. 16",
+    "The second macro-collision is under way at t ≈ 0.699 s.",
+    "reproduced: 0.699 s lies in the hybrid model's second macro-collision; partly: at most 5 ms away",
+)
 def second_contains(trio: Trio) -> Finding:
-    """Judge whether the second macro-collision is under way at 0.699 s."""
     macro = trio.hybrid.macro(2)
     if macro is None:
         return missing("no second collision")
@@ -163,8 +219,14 @@ def second_contains(trio: Trio) -> Finding:
     return Finding(graded(off, 0.0, 5e-3), {"start": macro.start, "end": macro.end, "off": off}, text)
 
 
+@CLAIMS.add(
+    "stick-at-0.699",
+    "Sec. 7, Fig. 16",
+    "It changes to the stick state at t ≈ 0.699 s.",
+    "the longest stay in the state stick of the second macro-collision, if it lasts 0.1 ms; reproduced: it "
+    "begins within 2 ms of 0.699 s; partly: within 5 ms",
+)
 def sticks_at(trio: Trio) -> Finding:
-    """Judge when stick begins in the second macro-collision."""
     macro = trio.hybrid.macro(2)
     if macro is None:
         return missing("no second collision")
@@ -177,8 +239,13 @@ def sticks_at(trio: Trio) -> Finding:
     return Finding(graded(abs(start - STICK), 2e-3, 5e-3) if long_enough else NOT, numbers, text)
 
 
+@CLAIMS.add(
+    "stick-to-the-end",
+    "Sec. 7, Fig. 16",
+    "It remains viscous (sticking) until the second macro-collision ends.",
+    "reproduced: the last release of the second macro-collision is out of the state stick",
+)
 def sticks_to_the_end(trio: Trio) -> Finding:
-    """Judge whether the second macro-collision ends out of stick."""
     macro = trio.hybrid.macro(2)
     if macro is None:
         return missing("no second collision")
@@ -188,8 +255,16 @@ def sticks_to_the_end(trio: Trio) -> Finding:
     return Finding(yes(bool(sticks) and macro.end - last < 1e-6), {"end": macro.end, "last_stick_end": last}, text)
 
 
+@CLAIMS.add(
+    "modified-cannot-stick",
+    "Sec. 7, Fig. 2",
+    "The modified Coulomb model cannot reflect the static stage of friction.",
+    "scenario sticking, second half of the hybrid model's longest stick: the modified Coulomb model's tip "
+    "moves at least 1,000 times as far as the hybrid model's, which moves at most 10⁻⁸ m (reproduced) or "
+    "10⁻⁴ m (partly)",
+    case="sticking",
+)
 def cannot_stick(trio: Trio) -> Finding:
-    """Judge what the modified Coulomb model does while the hybrid one sticks."""
     sticks = trio.hybrid.sticks
     if not sticks:
         return missing("the hybrid model does not stick here")
@@ -203,8 +278,15 @@ def cannot_stick(trio: Trio) -> Finding:
     return Finding(verdict, {"hybrid": held, "modified": crept}, text)
 
 
+@CLAIMS.add(
+    "states-interchange",
+    "Sec. 7, Fig. 2",
+    "Stick and slip can interchange when the hybrid model is used.",
+    "the paper's slope with μ = 12 (three mean-axis modes); reproduced: slip goes over into stick and stick "
+    "into slip, with at least 1 ms of stick",
+    case="rough",
+)
 def states_interchange(trio: Trio) -> Finding:
-    """Judge whether the hybrid model goes from slip to stick and from stick to slip."""
     states = [event.state for event in trio.hybrid.events]
     held = sum(a == State.SLIP and b == State.STICK for a, b in pairwise(states))
     freed = sum(a == State.STICK and b == State.SLIP for a, b in pairwise(states))
@@ -212,115 +294,3 @@ def states_interchange(trio: Trio) -> Finding:
     text = f"{held} times slip to stick, {freed} times stick to slip, {milliseconds(total)} of stick"
     numbers = {"to_stick": float(held), "to_slip": float(freed), "stick_time": total}
     return Finding(yes(held > 0 and freed > 0 and total >= 1e-3), numbers, text)
-
-
-CLAIMS = [
-    Claim(
-        "same-before",
-        "Sec. 7, Figs. 8–13",
-        "The curves obtained using the three models are all the same before collision.",
-        "largest difference relative to each curve's largest value; reproduced: ≤ 10⁻⁹; partly: ≤ 10⁻⁶",
-        same_before,
-    ),
-    Claim(
-        "different-after",
-        "Sec. 7, Figs. 10–13",
-        "After the impact the curves no longer coincide well, owing to friction.",
-        "reproduced: the largest relative difference reaches 1 %",
-        different_after,
-    ),
-    Claim(
-        "similar-after",
-        "Sec. 7, Figs. 10–13",
-        "The varying tendencies of the curves are generally similar.",
-        "smallest correlation coefficient with the hybrid model after the first macro-collision, inertial "
-        "displacements and velocities; reproduced: ≥ 0.9; partly: ≥ 0.5",
-        similar_after,
-    ),
-    Claim(
-        "maximum-before",
-        "Sec. 7, Fig. 14",
-        "The tangential displacement first increases to its maximum and then decreases during the initial "
-        "collision-free stage.",
-        "reproduced: it rises and falls by more than 1 mm before the first touch",
-        maximum_before,
-    ),
-    Claim(
-        "changes-shrink",
-        "Sec. 7, Fig. 14",
-        "After collision the change in displacement becomes smaller with the number of collisions.",
-        "largest minus smallest tangential position in each flight; reproduced: it falls from flight to flight; "
-        "partly: it is largest before the first collision",
-        changes_shrink,
-    ),
-    Claim(
-        "slip-only-first",
-        "Sec. 7, Figs. 14, 15",
-        "Only slip occurs during the first macro-collision; the impact point keeps sliding.",
-        "time in the state stick over time in contact; reproduced: 0; partly: ≤ 1 %",
-        slip_only_first,
-    ),
-    Claim(
-        "direction-changes",
-        "Sec. 7, Fig. 15",
-        "The direction of slip changes at t ≈ 0.325 s.",
-        "the reversal in contact nearest to 0.325 s; reproduced: within 0.5 ms; partly: within 3 ms",
-        direction_changes,
-    ),
-    Claim(
-        "sticks-later",
-        "Sec. 7, Fig. 14",
-        "Stick and slip both occur during subsequent collisions.",
-        "time in the state stick over time in contact after the first macro-collision; reproduced: at least 1 %; "
-        "partly: more than 0",
-        sticks_later,
-    ),
-    Claim(
-        "slips-at-first",
-        "Sec. 7, Fig. 16",
-        "The impact point remains in the slip state during the initial stage of the second macro-collision.",
-        "reproduced: the first state of contact in it is slip",
-        slips_at_first,
-    ),
-    Claim(
-        "second-collision",
-        "Sec. 7, Fig. 16",
-        "The second macro-collision is under way at t ≈ 0.699 s.",
-        "reproduced: 0.699 s lies in the hybrid model's second macro-collision; partly: at most 5 ms away",
-        second_contains,
-    ),
-    Claim(
-        "stick-at-0.699",
-        "Sec. 7, Fig. 16",
-        "It changes to the stick state at t ≈ 0.699 s.",
-        "the longest stay in the state stick of the second macro-collision, if it lasts 0.1 ms; reproduced: it "
-        "begins within 2 ms of 0.699 s; partly: within 5 ms",
-        sticks_at,
-    ),
-    Claim(
-        "stick-to-the-end",
-        "Sec. 7, Fig. 16",
-        "It remains viscous (sticking) until the second macro-collision ends.",
-        "reproduced: the last release of the second macro-collision is out of the state stick",
-        sticks_to_the_end,
-    ),
-    Claim(
-        "modified-cannot-stick",
-        "Sec. 7, Fig. 2",
-        "The modified Coulomb model cannot reflect the static stage of friction.",
-        "scenario sticking, second half of the hybrid model's longest stick: the modified Coulomb model's tip "
-        "moves at least 1,000 times as far as the hybrid model's, which moves at most 10⁻⁸ m (reproduced) or "
-        "10⁻⁴ m (partly)",
-        cannot_stick,
-        case="sticking",
-    ),
-    Claim(
-        "states-interchange",
-        "Sec. 7, Fig. 2",
-        "Stick and slip can interchange when the hybrid model is used.",
-        "the paper's slope with μ = 12 (three mean-axis modes); reproduced: slip goes over into stick and stick "
-        "into slip, with at least 1 ms of stick",
-        states_interchange,
-        case="rough",
-    ),
-]

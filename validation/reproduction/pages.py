@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from validation.report.document import MARKS, Block, Cell, Document, Paragraph, Picture, Section, Table, number
 from validation.report.provenance import provenance
 from validation.reproduction.cases import MODELS, SCHEMES
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, VERDICTS, Finding, Judged, moment
+from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, VERDICTS, moment
 from validation.reproduction.material import Drawings, Material
 from validation.reproduction.motions import STICK
 from validation.reproduction.stick_pages import sticking_blocks
-from validation.reproduction.unsaid import CollisionRow, Robustness, Studied
+from validation.reproduction.unsaid import CollisionRow, Studied
 
 KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
 
@@ -34,7 +34,7 @@ def document(material: Material, drawings: Drawings, times: Sequence[tuple[str, 
         "Only the paper's text was available, not its curves: what it says is compared with what we compute.",
         [*_assumptions(), *provenance()],
         times,
-        _overview(material.judged),
+        _overview(material),
         [
             Section("Claims", _claims(material)),
             Section("Figures 2 to 16", _figures(drawings)),
@@ -61,12 +61,17 @@ def _assumptions() -> list[tuple[str, str]]:
     ]
 
 
-def _overview(judged: Sequence[Judged]) -> list[Block]:
+def _overview(material: Material) -> list[Block]:
+    judged = material.judged
     counts = {verdict: sum(j.verdict == verdict for j in judged) for verdict in VERDICTS}
     text = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
     missed = " ".join(judged_.claim.statement for judged_ in judged if judged_.verdict == NOT) or "none."
     return [
         Paragraph(f"{len(judged)} claims: {text}."),
+        Paragraph(
+            f"{material.undiscriminating} of them, marked =, do not discriminate: they are reproduced by all "
+            f"{len(material.grid)} combinations of what the paper leaves open."
+        ),
         Paragraph(f"Not reproduced: {missed}"),
         Paragraph(
             "Each claim is judged by a rule on numbers, once on the fixed-step runs (the algorithm as printed) "
@@ -82,40 +87,28 @@ def _verdict(verdict: str) -> Cell:
     return Cell(verdict, KINDS[verdict])
 
 
-def _finding(finding: Finding) -> Cell:
-    return Cell(f"{MARKS[KINDS[finding.verdict]]} {finding.text}")
-
-
 def _claims(material: Material) -> list[Block]:
-    rows, rules = [], []
+    rows: list[list[Cell]] = []
     for place, judged in enumerate(material.judged, start=1):
-        claim = judged.claim
+        claim, counts = judged.claim, material.counts(judged.claim.id)
         found = [judged.findings[scheme] for scheme in SCHEMES]
+        shown = "\u00a0/\u00a0".join(map(str, counts.values())) or "–"
         rows.append(
             [
                 Cell(str(place), "number"),
-                Cell(claim.statement),
-                *(_finding(finding) for finding in found),
+                Cell(f"{claim.statement} ({claim.place})"),
+                *(Cell(f"{MARKS[KINDS[finding.verdict]]} {finding.text}") for finding in found),
+                Cell(claim.rule, "dim"),
                 _verdict(judged.verdict),
-                Cell(_counts(claim.id, material.grid), "dim"),
+                Cell(shown if material.discriminates(claim.id) else f"=\u00a0{shown}", "number"),
             ]
         )
-        rules.append([Cell(str(place), "number"), Cell(claim.id, "code"), Cell(claim.place), Cell(claim.rule)])
-    columns = ["", "the paper says", SCHEMES["fixed-step"], SCHEMES["event"], "verdict", "all choices"]
-    return [
-        Table(
-            columns, rows, "What the paper says, what we get; the sign says what each scheme finds", wide=(1, 2, 3)
-        ),
-        Table(["", "claim", "place", "rule"], rules, "The rules", wide=(3,)),
-    ]
-
-
-def _counts(claim: str, grid: Sequence[Robustness]) -> str:
-    if claim not in grid[0].verdicts:
-        return "–"
-    return "\u00a0/\u00a0".join(
-        str(sum(point.verdicts[claim] == verdict for point in grid)) for verdict in VERDICTS
+    columns = ["", "the paper says", SCHEMES["fixed-step"], SCHEMES["event"], "rule", "verdict", "all choices"]
+    caption = (
+        "What the paper says, what we get (the sign says what each scheme finds), and by which rule it is judged; "
+        "= marks claims that do not discriminate"
     )
+    return [Table(columns, rows, caption, wide=(1, 2, 3, 4))]
 
 
 def _figures(drawings: Drawings) -> list[Block]:
@@ -142,9 +135,9 @@ def _choices(material: Material, drawings: Drawings) -> list[Block]:
         ),
         Picture(drawings.choices, "The first and the second macro-collision for every value of every choice."),
     ]
-    for choice, svg in drawings.curves.items():
+    for choice in dict.fromkeys(item.variant.choice for item in material.studied):
         title = f"{choice[:1].upper()}{choice[1:]}"
-        blocks.append(Picture(svg, f"{title}. {_effect(material.studied, choice)}"))
+        blocks.append(Paragraph(f"{title}. {_effect(material.studied, choice)}"))
         blocks.append(_choice_table([item for item in material.studied if item.variant.choice == choice], title))
     return blocks
 
@@ -154,15 +147,14 @@ def _choice_table(studied: Sequence[Studied], title: str) -> Table:
     columns = ["value", "scheme", *(f"{n}: {name}" for n in (1, 2) for name in each)]
     rows = [
         [
-            Cell(f"{row.variant} *" if row.assumed else row.variant),
+            Cell(item.label),
             Cell(item.scheme, "dim"),
-            *_collision_cells(row.first),
-            *_collision_cells(row.second),
+            *(cell for row in (item.first, item.second) for cell in _collision_cells(row)),
         ]
         for item in studied
-        for row in (item.row,)
     ]
-    return Table(columns, rows, f"{title}; {studied[0].row.model} model; 1, 2: macro-collisions")
+    model = studied[0].run.scenario.contact.friction
+    return Table(columns, rows, f"{title}; {model} model; 1, 2: macro-collisions")
 
 
 def _collision_cells(row: CollisionRow) -> list[Cell]:
@@ -176,11 +168,11 @@ def _effect(studied: Sequence[Studied], choice: str) -> str:
     """Say what a choice does to both macro-collisions, in numbers."""
     parts = []
     for scheme in dict.fromkeys(item.scheme for item in studied if item.variant.choice == choice):
-        rows = [item.row for item in studied if item.variant.choice == choice and item.scheme == scheme]
+        rows = [item for item in studied if item.variant.choice == choice and item.scheme == scheme]
         if len(rows) < 2:
             continue
-        impulse = [row.first.normal_impulse for row in rows]
-        second = [row.second.start for row in rows if row.second.contacts]
+        impulse = [item.first.normal_impulse for item in rows]
+        second = [item.second.start for item in rows if item.second.contacts]
         parts.append(
             f"{scheme}: impulse of the first collision {number(min(impulse), 4)} to {number(max(impulse), 4)} N "
             f"s, second collision from {moment(min(second))} to {moment(max(second))}"

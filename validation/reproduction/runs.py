@@ -37,7 +37,6 @@ _VARIABLES = (
     "deflection",
     "shortening",
 )
-_CONTACT_VARIABLES = ("slip", "slip_rate", "lambda_n", "lambda_tau", "energy")
 
 
 class Macro(NamedTuple):
@@ -153,7 +152,7 @@ class Run:
         """Return which samples lie in a window of time."""
         return np.asarray((self["time"] >= start) & (self["time"] <= end))
 
-    def only(self, names: tuple[str, ...]) -> Run:
+    def only(self, *names: str) -> Run:
         """Return the run with some of its arrays."""
         kept = {name: self.arrays[name] for name in ("time", "state", *names)}
         return Run(self.key, self.scenario, self.outcome, kept, self.events, self.macros, self.energy, self.checks)
@@ -172,7 +171,7 @@ def run_case(case: Case) -> Run:
 
 def run_contact(case: Case) -> Run:
     """Simulate a case; only what describes its contact is kept."""
-    return run_case(case).only(_CONTACT_VARIABLES)
+    return run_case(case).only("energy")
 
 
 def read(case: Case, history: History) -> Run:

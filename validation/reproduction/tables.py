@@ -7,9 +7,9 @@ from typing import Any
 
 from validation.report.provenance import provenance_data
 from validation.reproduction.cases import SCHEMES
+from validation.reproduction.claims import VERDICTS
 from validation.reproduction.material import Material
 from validation.reproduction.runs import Run
-from validation.reproduction.unsaid import Studied
 
 CLAIM_COLUMNS = (
     "id",
@@ -21,6 +21,7 @@ CLAIM_COLUMNS = (
     "combinations_reproduced",
     "combinations_partly",
     "combinations_not_reproduced",
+    "discriminates",
 )
 
 
@@ -28,8 +29,8 @@ def results(material: Material, figures: Sequence[dict[str, Any]]) -> dict[str, 
     """Everything the report shows, as plain data in SI units."""
     ratio, outcomes = material.threshold
     return {
-        "claims": [_claim(row) for row in _claims(material)],
-        "sensitivity": sensitivity_rows(material.studied),
+        "claims": _claims(material),
+        "sensitivity": [item.flat() for item in material.studied],
         "combinations": [_combination(point) for point in material.grid],
         "stick": {
             key: [_check(check) for check in run.checks] for key, run in material.runs.items() if run.checks
@@ -51,29 +52,15 @@ def claim_rows(material: Material) -> list[list[Any]]:
         found = [row["schemes"][scheme] for scheme in SCHEMES]
         texts = [value for finding in found for value in (finding["verdict"], finding["ours"])]
         counts = row["combinations"] or {}
-        rows.append(
-            [
-                *(row[key] for key in ("id", "place", "paper", "rule", "verdict")),
-                *texts,
-                *(counts.get(verdict, "") for verdict in ("reproduced", "partly", "not reproduced")),
-            ]
-        )
+        head = (row[key] for key in ("id", "place", "paper", "rule", "verdict"))
+        rows.append([*head, *texts, *(counts.get(verdict, "") for verdict in VERDICTS), row["discriminates"]])
     return rows
-
-
-def sensitivity_rows(studied: Sequence[Studied]) -> list[dict[str, Any]]:
-    """Lines of sensitivity.csv."""
-    return [item.row.flat() for item in studied]
 
 
 def _claims(material: Material) -> list[dict[str, Any]]:
     rows = []
     for judged in material.judged:
-        claim = judged.claim
-        schemes = {
-            scheme: {"verdict": finding.verdict, "ours": finding.text, "numbers": finding.numbers}
-            for scheme, finding in judged.findings.items()
-        }
+        claim, found = judged.claim, judged.findings
         rows.append(
             {
                 "id": claim.id,
@@ -81,27 +68,17 @@ def _claims(material: Material) -> list[dict[str, Any]]:
                 "paper": claim.statement,
                 "rule": claim.rule,
                 "verdict": judged.verdict,
-                "schemes": schemes,
-                "combinations": _counts(claim.id, material),
+                "schemes": {
+                    scheme: {"verdict": finding.verdict, "ours": finding.text, "numbers": finding.numbers}
+                    for scheme, finding in found.items()
+                },
+                "combinations": material.counts(claim.id) or None,
+                "discriminates": material.discriminates(claim.id),
+                "ours": "; ".join(f"{scheme}: {finding.text}" for scheme, finding in found.items()),
+                "number": {scheme: finding.numbers for scheme, finding in found.items()},
             }
         )
     return rows
-
-
-def _claim(row: dict[str, Any]) -> dict[str, Any]:
-    """Put the texts and numbers of both schemes beside the claim, as most readers of the file want them."""
-    found = row["schemes"]
-    ours = "; ".join(f"{scheme}: {finding['ours']}" for scheme, finding in found.items())
-    return {**row, "ours": ours, "number": {scheme: finding["numbers"] for scheme, finding in found.items()}}
-
-
-def _counts(claim: str, material: Material) -> dict[str, int] | None:
-    if claim not in material.grid[0].verdicts:
-        return None
-    counts = {"reproduced": 0, "partly": 0, "not reproduced": 0}
-    for point in material.grid:
-        counts[point.verdicts[claim]] += 1
-    return counts
 
 
 def _combination(point: Any) -> dict[str, Any]:

@@ -6,10 +6,10 @@ from dataclasses import asdict, dataclass
 from typing import NamedTuple
 
 from oblique_impact.contact.state import State
+from validation.reproduction import energies, forces, motions
 from validation.reproduction.cases import MODELS, Case, Combination, Variant, case_key
 from validation.reproduction.claims import Claim
 from validation.reproduction.measures import Trio, longest_stick
-from validation.reproduction.motions import REVERSAL
 from validation.reproduction.runs import Macro, Run, run_case, stays
 
 NAN = float("nan")
@@ -33,42 +33,38 @@ class CollisionRow:
     energy_left: float = NAN
 
 
-@dataclass(frozen=True)
-class Row:
-    """One line of the study: variant, scheme, outcome and both macro-collisions."""
-
-    choice: str
-    variant: str
-    assumed: bool
-    scheme: str
-    model: str
-    outcome: str
-    first: CollisionRow
-    second: CollisionRow
-
-    def flat(self) -> dict[str, str | bool | float]:
-        """Return everything by name, for JSON and CSV."""
-        plain = {k: v for k, v in asdict(self).items() if not isinstance(v, dict)}
-        for name in ("first", "second"):
-            plain |= {f"{name}_{key}": value for key, value in asdict(getattr(self, name)).items()}
-        return plain
-
-
 class Studied(NamedTuple):
-    """A variant with its scheme, its line of the table, and its run."""
+    """One line of the study: a variant with its scheme, its run, and both macro-collisions."""
 
     variant: Variant
     scheme: str
-    row: Row
     run: Run
+    first: CollisionRow
+    second: CollisionRow
+
+    @property
+    def label(self) -> str:
+        """Value of the choice, with * for the one that is assumed elsewhere."""
+        return f"{self.variant.label} *" if self.variant.assumed else self.variant.label
+
+    def flat(self) -> dict[str, str | bool | float]:
+        """Return everything by name, for JSON and CSV."""
+        variant, run = self.variant, self.run
+        return {
+            "choice": variant.choice,
+            "variant": variant.label,
+            "assumed": variant.assumed,
+            "scheme": self.scheme,
+            "model": str(run.scenario.contact.friction),
+            "outcome": run.outcome,
+            **{f"first_{key}": value for key, value in asdict(self.first).items()},
+            **{f"second_{key}": value for key, value in asdict(self.second).items()},
+        }
 
 
 def study(variant: Variant, scheme: str, run: Run) -> Studied:
     """Put a variant's run into a line of the table."""
-    model = str(run.scenario.contact.friction)
-    first, second = (_collision(run, number) for number in (1, 2))
-    row = Row(variant.choice, variant.label, variant.assumed, scheme, model, run.outcome, first, second)
-    return Studied(variant, scheme, row, run)
+    return Studied(variant, scheme, run, _collision(run, 1), _collision(run, 2))
 
 
 def _collision(run: Run, number: int) -> CollisionRow:
@@ -79,7 +75,7 @@ def _collision(run: Run, number: int) -> CollisionRow:
     if not reversals:
         reversal = NAN
     else:
-        reversal = min(reversals, key=lambda t: abs(t - REVERSAL)) if number == 1 else reversals[0]
+        reversal = min(reversals, key=lambda t: abs(t - motions.REVERSAL)) if number == 1 else reversals[0]
     return CollisionRow(
         macro.start,
         macro.end,
@@ -145,6 +141,4 @@ def paper_claims() -> list[Claim]:
 
 def all_claims() -> list[Claim]:
     """Return every claim, in the order of the paper's figures."""
-    from validation.reproduction import energies, forces, motions
-
     return [*forces.CLAIMS, *energies.CLAIMS, *motions.CLAIMS]

@@ -1,44 +1,28 @@
-"""Sweeps as a call, `sweep`, and as the command `oblique-impact sweep`: to a table and its report."""
+"""Sweeps as a call, `sweep`: to a table and its report."""
 
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
-from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
-from validation.parallel import default_workers
-from validation.report.provenance import call_text, command_line
-from validation.sweeps.cluster import Cluster, check_address
-from validation.sweeps.design import Design
+from validation.measuring import measure_each
+from validation.parallel import check_limits
+from validation.report.provenance import call_text
 from validation.sweeps.plan import Plan, SweepFile, load_plan, plan_of
-from validation.sweeps.pool import LocalPool, TakeRows
 from validation.sweeps.store import Store, open_store
-from validation.sweeps.work import Done, Job, make_job
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
     from oblique_impact.history.history import History
-
-
-class Executor(Protocol):
-    """What runs rows: processes of this machine, or a cluster."""
-
-    def run(self, numbers: Sequence[int], take: TakeRows, scratch: str | None = None) -> None:
-        """Do the runs; hand over what is finished."""
-
-    def close(self) -> None:
-        """Leave nothing behind."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +82,7 @@ def sweep(
     base: Scenario | None = None,
     scheduler: str | None = None,
     workers: int | None = None,
+    timeout: float | None = None,
     on_progress: OnProgress = silent,
     command: str | None = None,
 ) -> SweepResult:
@@ -115,6 +100,8 @@ def sweep(
         Address of a Dask scheduler.
     workers : int, optional
         Processes of this machine; default: the cores.
+    timeout : float, optional
+        Wall time (s) that a run may take; one that takes longer is a row with the outcome "timeout".
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first and after runs.
     command : str, optional
@@ -139,36 +126,23 @@ def sweep(
     >>> result = sweep(plan, "out/friction", workers=1)  # doctest: +SKIP
     >>> result.to_dataframe()["impulse"]  # doctest: +SKIP
     """
-    _check_executor(scheduler, workers)
+    check_limits(scheduler, workers, timeout)
     plan = _plan(source, base)
     started = time.monotonic()
     with open_store(out, plan) as store:
         earlier = len(store.done)
         on_progress(Progress(earlier, plan.design.size))
-        if not store.complete:
-            _run(plan, store, scheduler, workers, on_progress)
-        repeat = command or call_text("sweep", [_source_text(source), repr(os.fspath(out))], workers=workers)
+        if earlier < plan.design.size:
+            _run(plan, store, scheduler, workers, timeout, on_progress)
+        repeat = command or call_text(
+            "sweep",
+            [_source_text(source), repr(os.fspath(out))],
+            scheduler=scheduler,
+            workers=workers,
+            timeout=timeout,
+        )
         table = _finish(plan, store, repeat)
     return SweepResult(plan, Path(out), table, earlier, time.monotonic() - started)
-
-
-def sweep_command(source: str, out: Path, scheduler: str | None = None, workers: int | None = None) -> list[str]:
-    """Call `sweep` with a progress bar; returns the lines to print.  Raises InputError."""
-    _check_executor(scheduler, workers)
-    plan = load_plan(source)
-    if plan.impossible:
-        _say(f"{plan.impossible} of {plan.design.size} runs are not possible; the first is {plan.fault}")
-    repeat = command_line("sweep", source, out=out, scheduler=scheduler, workers=workers)
-    with counting_bar("sweep", rate="runs") as show:
-        result = sweep(plan, out, scheduler=scheduler, workers=workers, on_progress=show, command=repeat)
-    return [*_lines(result), f"results: {out}"]
-
-
-def _check_executor(scheduler: str | None, workers: int | None) -> None:
-    if scheduler is not None and workers is not None:
-        raise InputError(f"--workers {workers} together with --scheduler: a cluster has its own workers; give one")
-    if scheduler is not None:
-        check_address(scheduler)
 
 
 def _plan(source: str | os.PathLike[str] | SweepFile | Plan, base: Scenario | None) -> Plan:
@@ -179,35 +153,23 @@ def _plan(source: str | os.PathLike[str] | SweepFile | Plan, base: Scenario | No
     return plan_of(source, base=base) if isinstance(source, SweepFile) else load_plan(source, base)
 
 
-def _run(plan: Plan, store: Store, scheduler: str | None, workers: int | None, on_progress: OnProgress) -> None:
-    missing = store.missing()
-    if not missing:
-        return
-    executor = _executor(scheduler, min(workers or default_workers(), len(missing)), make_job(plan), plan.design)
+def _run(
+    plan: Plan,
+    store: Store,
+    scheduler: str | None,
+    workers: int | None,
+    timeout: float | None,
+    on_progress: OnProgress,
+) -> None:
+    runs, scratch = plan.design.size, None if scheduler else store.scratch
+    tasks = [plan.task(run, timeout, scratch) for run in range(runs) if run not in store.done]
     try:
-        # what is needed at the end is loaded while the others work
-        import validation.sweeps.report  # noqa: F401
-
-        def take(finished: Sequence[Done]) -> None:
-            store.add(finished)
-            if finished:
-                on_progress(Progress(len(store.done), plan.design.size, f"run {finished[-1].row['run']}"))
-
-        try:
-            executor.run(missing, take, store.scratch)
-        except KeyboardInterrupt:
-            store.flush()
-            kept = f"{len(store.done)} of {plan.design.size} runs are kept"
-            raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
-        store.flush()
-    finally:
-        executor.close()
-
-
-def _executor(scheduler: str | None, workers: int, job: Job, design: Design) -> Executor:
-    if scheduler is None:
-        return LocalPool(job, design, workers)
-    return Cluster(scheduler, job, design)
+        for done in measure_each(tasks, workers, scheduler, isolated=True):
+            store.add(done)
+            on_progress(Progress(len(store.done), runs, f"run {done.row['run']}"))
+    except KeyboardInterrupt:
+        kept = f"{len(store.done)} of {runs} runs are kept"
+        raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
 
 
 def _source_text(source: str | os.PathLike[str] | SweepFile | Plan) -> str:
@@ -219,31 +181,26 @@ def _finish(plan: Plan, store: Store, command: str) -> pa.Table:
     from validation.sweeps.report import write_sweep_report
     from validation.sweeps.table import make_table, read_table, write_table
 
-    if not store.complete:
-        store.flush()
-        write_table(store.table, make_table(plan, store.rows()))
-    store.finish()
+    if store.journal is not None:
+        write_table(store.table, make_table(plan, store.journal.rows()))
+        store.journal.remove()
     table = read_table(store.table, plan)
     write_sweep_report(store.folder, plan, table, command)
     return table
 
 
-def _lines(result: SweepResult) -> list[str]:
+def lines(result: SweepResult) -> list[str]:
+    """Return how a sweep went in lines, for a terminal."""
     plan, earlier, seconds = result.plan, result.earlier, result.seconds
     words = ", ".join(f"{count} {name}" for name, count in result.outcomes.items())
     new = plan.design.size - earlier
-    lines = [f"{plan.design.size} runs: {words}"]
+    told = [f"{plan.design.size} runs: {words}"]
     if earlier:
-        lines.append(f"  {earlier} of them were there before")
+        told.append(f"  {earlier} of them were there before")
     if new:
-        lines.append(f"  {new} runs in {seconds:.1f} s, {new / seconds:.1f} runs/s")
+        told.append(f"  {new} runs in {seconds:.1f} s, {new / seconds:.1f} runs/s")
     for row in result.table.select(["run", "outcome", "message"]).to_pylist():
         if row["outcome"] not in (Outcome.COMPLETED.label, ""):
-            lines.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
+            told.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
             break
-    return lines
-
-
-def _say(line: str) -> None:
-    """Write one line to standard error."""
-    print(f"oblique-impact: {line}", file=sys.stderr, flush=True)
+    return told

@@ -1,13 +1,63 @@
-"""Which runs a sweep consists of: blocks of values, all combinations of them, in a fixed order."""
+"""Which runs a sweep consists of: axes, tables and samples, all combinations of them, in a fixed order."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
+
+from oblique_impact.errors import InputError
+from oblique_impact.scenario.messages import short
+from oblique_impact.scenario.section import Section
+from validation.sweeps.keys import check_key, coerce, kind
+
+MAX_RUNS = 100_000
+
+#: two numbers, or texts with a unit
+Range = Annotated[tuple[Any, Any], Field(strict=False)]
+Spacing = Literal["linear", "log"]
+Keys = Annotated[list[str], Field(min_length=1)]
+Values = Annotated[list[Any], Field(min_length=1, max_length=MAX_RUNS)]
+
+
+class AxisSection(Section):
+    """One axis: `key` (or `keys` that take the same value) with `values`, or with `range` and `count`."""
+
+    key: str | None = None
+    keys: Keys | None = None
+    values: Values | None = None
+    range: Range | None = None
+    count: Annotated[int, Field(ge=2, le=MAX_RUNS)] | None = None
+    spacing: Spacing | None = None
+
+
+class SampledSection(Section):
+    """One direction of a sample."""
+
+    key: str | None = None
+    keys: Keys | None = None
+    range: Range
+    spacing: Spacing = "linear"
+
+
+class HypercubeSection(Section):
+    """A sample of `samples` points of a hypercube, the same ones for the same `seed`."""
+
+    samples: Annotated[int, Field(ge=1, le=MAX_RUNS)]
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    axes: Annotated[list[SampledSection], Field(min_length=1)]
+
+
+class TableSection(Section):
+    """Rows of values for `keys`."""
+
+    keys: Keys
+    rows: Annotated[list[Annotated[list[Any], Field(min_length=1)]], Field(min_length=1, max_length=MAX_RUNS)]
 
 
 @dataclass(frozen=True)
@@ -61,6 +111,11 @@ class Design:
         """Directions of all blocks."""
         return tuple(dimension for block in self.blocks for dimension in block.dimensions)
 
+    @property
+    def grid(self) -> bool:
+        """Whether it consists of axes alone."""
+        return all(block.grid for block in self.blocks)
+
     @cached_property
     def size(self) -> int:
         """Number of runs."""
@@ -75,27 +130,113 @@ class Design:
         return tuple(value for part in reversed(parts) for value in part)
 
 
-def spread(start: float, stop: float, count: int, spacing: str) -> list[float]:
-    """Return `count` values from `start` to `stop`, both exactly; equal steps, or equal ratios for "log"."""
-    fractions = [index / (count - 1) for index in range(count)]
-    return [between(start, stop, fraction, spacing) for fraction in fractions]
+def axis_block(axis: AxisSection, where: str) -> Block:
+    """Return the values of an axis; raises InputError that begins with `where`."""
+    keys, spacing = _keys(axis, where), axis.spacing or "linear"
+    if (axis.values is None) == (axis.range is None):
+        both = "not both" if axis.values is not None else "one of them is needed"
+        raise InputError(f"{where}: takes values, or range with count; {both}")
+    if axis.values is not None:
+        for name in ("count", "spacing"):
+            given = getattr(axis, name)
+            if given is not None:
+                raise InputError(f"{where}.{name} = {short(given)}: only with range, not with values")
+        values, where = list(axis.values), f"{where}.values"
+    else:
+        assert axis.range is not None
+        if axis.count is None:
+            raise InputError(f"{where}.count: missing; how many values from {axis.range[0]} to {axis.range[1]}?")
+        spread = np.geomspace if spacing == "log" else np.linspace
+        values = spread(*_ends(keys, axis.range, spacing, where), axis.count).tolist()
+        where = f"{where}.range"
+        if kind(keys[0]) is int:
+            values = [_whole(value, keys[0], where) for value in values]
+    rows = tuple(tuple(coerce(key, value, where) for key in keys) for value in values)
+    return Block((Dimension(keys, spacing),), rows, grid=True)
 
 
-def between(start: float, stop: float, fraction: float, spacing: str) -> float:
-    """Return the value at a fraction of the way from `start` to `stop`; both ends are exact."""
-    if fraction in (0.0, 1.0):
-        return stop if fraction else start
-    if spacing == "log":
-        return float(start * (stop / start) ** fraction)
-    return float(start + fraction * (stop - start))
+def table_block(table: TableSection) -> Block:
+    """Return the rows of a table; raises InputError."""
+    for number, key in enumerate(table.keys):
+        check_key(key, f"table.keys.{number}")
+    rows = []
+    for number, row in enumerate(table.rows):
+        where = f"table.rows.{number}"
+        if len(row) != len(table.keys):
+            raise InputError(f"{where} = {short(row)}: should have one value a key, {len(table.keys)}")
+        rows.append(tuple(coerce(key, value, where) for key, value in zip(table.keys, row, strict=True)))
+    return Block(tuple(Dimension((key,)) for key in table.keys), tuple(rows), grid=False)
 
 
-def latin_hypercube(samples: int, dimensions: int, seed: int) -> list[list[float]]:
-    """Return points of the unit cube, shape (samples, dimensions).
+def sampled_block(cube: HypercubeSection, name: str) -> Block:
+    """Return the points of a sample, "latin_hypercube" or "sobol"; raises InputError.
 
-    Each direction is cut into `samples` slices, and every slice of every direction holds one point:
-    McKay, Beckman and Conover, Technometrics 21(2), 1979, 239-245.
+    Of `n` slices of equal width in each direction every one holds one point of a Latin hypercube, and one of `n` =
+    2^m points of a scrambled Sobol sequence, which fills boxes evenly besides (`scipy.stats.qmc`).
     """
-    generator = np.random.Generator(np.random.PCG64(seed))
-    columns = [generator.permutation(samples) + generator.random(samples) for _ in range(dimensions)]
-    return [[float(column[row]) / samples for column in columns] for row in range(samples)]
+    from scipy.stats import qmc
+
+    generator = np.random.default_rng(cube.seed)
+    if name == "latin_hypercube":
+        points = qmc.LatinHypercube(len(cube.axes), seed=generator).random(cube.samples)
+    elif cube.samples & (cube.samples - 1):
+        raise InputError(f"sobol.samples = {cube.samples}: should be a power of 2")
+    else:
+        points = qmc.Sobol(len(cube.axes), seed=generator).random(cube.samples)
+    dimensions, columns = [], []
+    for number, (axis, parts) in enumerate(zip(cube.axes, points.T, strict=True)):
+        where = f"{name}.axes.{number}"
+        keys = _keys(axis, where)
+        start, stop = _ends(keys, axis.range, axis.spacing, where)
+        if kind(keys[0]) is int:
+            low, high = (_whole(value, keys[0], f"{where}.range") for value in sorted((start, stop)))
+            values = np.minimum(low + (parts * (high - low + 1)).astype(int), high)
+        elif axis.spacing == "log":
+            values = start * (stop / start) ** parts
+        else:
+            values = start + parts * (stop - start)
+        dimensions.append(Dimension(keys, axis.spacing))
+        columns += [[coerce(key, value, f"{where}.range") for value in values.tolist()] for key in keys]
+    return Block(tuple(dimensions), tuple(zip(*columns, strict=True)), grid=False)
+
+
+def _keys(axis: AxisSection | SampledSection, where: str) -> tuple[str, ...]:
+    if (axis.key is None) == (axis.keys is None):
+        raise InputError(f"{where}: takes key, or keys that have the same value; exactly one of them")
+    if axis.key is not None:
+        check_key(axis.key, f"{where}.key")
+        return (axis.key,)
+    for number, key in enumerate(axis.keys or ()):
+        check_key(key, f"{where}.keys.{number}")
+    return tuple(axis.keys or ())
+
+
+def _ends(keys: Sequence[str], given: tuple[Any, Any], spacing: str, where: str) -> tuple[float, float]:
+    """Return the two ends of a range as numbers in SI units."""
+    kinds = {kind(key) for key in keys}
+    if not kinds <= {float, int} or len(kinds) > 1:
+        words = "keys that are all floats or all integers" if len(keys) > 1 else "keys with numbers; use values"
+        raise InputError(f"{where}.range = {short(list(given))}: {', '.join(keys)}: ranges are for {words}")
+    start, stop = (_end(keys, end, f"{where}.range.{number}") for number, end in enumerate(given))
+    if start == stop:
+        raise InputError(f"{where}.range = {short([start, stop])}: the two ends should differ")
+    if spacing == "log" and not (start > 0.0 and stop > 0.0):
+        raise InputError(f"{where}.range = {short([start, stop])}: both should be greater than 0 for log spacing")
+    return start, stop
+
+
+def _end(keys: Sequence[str], given: Any, where: str) -> float:
+    """Return an end of a range, a number or a text with a unit that all keys take."""
+    if isinstance(given, str):
+        first, *_ = [float(coerce(key, given, where)) for key in keys]
+        return first
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not abs(given) <= 1e30:
+        raise InputError(f"{where} = {short(given)}: should be a finite number, or a text with a unit")
+    return float(given)
+
+
+def _whole(value: float, key: str, where: str) -> int:
+    nearest = round(value)
+    if abs(value - nearest) > 1e-9 * max(1.0, abs(value)):
+        raise InputError(f"{where}: {key} = {value:.6g}: should be a whole number; change count, or use values")
+    return nearest

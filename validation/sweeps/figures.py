@@ -17,13 +17,13 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from oblique_impact.errors import Outcome
 from renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
-from validation.refinement.quantities import Quantity
+from validation.measuring import REGIMES
+from validation.quantities import Quantity
 from validation.report.document import Picture, number
 from validation.report.figures import new_figure, to_svg
 from validation.sweeps.design import Dimension
 from validation.sweeps.keys import kind, unit
 from validation.sweeps.plan import Plan
-from validation.sweeps.work import REGIMES
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -1,0 +1,183 @@
+"""Bending moment, shear and axial force along the beam, at rest, falling, spinning and in contact."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from oblique_impact import Scenario, simulate
+from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.section_forces import Fields, Motion, fields_along
+from tests.beam.test_falling_beam import ANGLE, BENDING, CHIMNEY, GRAVITY, MASS, falling, third
+from validation.reference_values import VALUES
+
+HELD = {"kind": "driven", "profile": "hold"}
+SOURCES = [{"method": "modal", "modes": 40}, {"method": "fem", "modes": 32, "elements": 16}]
+
+
+def cantilever(angle: float, shapes: dict[str, Any], stiffening: float = 1.0, **beam: Any) -> Beam:
+    """The beam of item 7a, clamped at an angle to the horizon."""
+    data = {"area": 1.0, "density": MASS, "youngs_modulus": stiffening * BENDING, "second_moment": 1.0, **beam}
+    scenario = Scenario.from_dict(
+        {
+            "gravity": GRAVITY,
+            "beam": data,
+            "root": HELD,
+            "initial": {"angle": angle},
+            "contact": {"enabled": False},
+            "discretization": shapes,
+        }
+    )
+    return Beam(scenario, build_operators(scenario))
+
+
+def at_rest(beam: Beam, angle: float) -> tuple[np.ndarray, Fields]:
+    """Elastic coordinates of the static beam, (K - g sin D) B = -g cos P, and its section forces."""
+    o = beam.operators
+    B = np.linalg.solve(o.K - GRAVITY * np.sin(angle) * o.D, -GRAVITY * np.cos(angle) * o.P)
+    q = np.append(angle, B)[None]
+    rest, zero = np.zeros_like(q), np.zeros(1)
+    return q, fields_along(beam, Motion(zero, q, rest, rest, zero, zero))
+
+
+@pytest.mark.parametrize("shapes", SOURCES, ids=["modal", "fem"])
+def test_a_cantilever_under_its_own_weight(shapes):
+    beam = cantilever(0.0, shapes)
+    _, fields = at_rest(beam, 0.0)
+    x, weight = beam.operators.stations.points, MASS * GRAVITY
+    # the arms shrink by the foreshortening, less than (3/2) (tip slope)^2 = 1e-5
+    np.testing.assert_allclose(fields.moment[0], -0.5 * weight * (1.0 - x) ** 2, rtol=1e-5, atol=1e-14)
+    np.testing.assert_allclose(fields.shear[0], weight * (1.0 - x), rtol=1e-5, atol=1e-14)
+    np.testing.assert_allclose(fields.axial_force[0], 0.0, atol=1e-14)
+    circle = np.sqrt(1.0 / np.pi)  # radius of the section of area 1
+    np.testing.assert_allclose(fields.bending_stress[0], fields.moment[0] * circle, rtol=1e-13, atol=1e-14)
+
+
+@pytest.mark.parametrize("shapes", SOURCES, ids=["modal", "fem"])
+def test_the_weight_of_an_inclined_cantilever_pulls_along_it(shapes):
+    beam = cantilever(-np.pi / 4, shapes)
+    _, fields = at_rest(beam, -np.pi / 4)
+    along = MASS * GRAVITY * np.sin(np.pi / 4) * (1.0 - beam.operators.stations.points)
+    np.testing.assert_allclose(fields.axial_force[0], along, rtol=1e-10, atol=1e-14)
+
+
+def curvature_moment(beam: Beam, q: np.ndarray) -> np.ndarray:
+    """E I u_y'' (N m) of the shapes at the stations: in smooth motion it is that of equilibrium."""
+    stations = beam.operators.stations
+    return beam.operators.sections.bending_stiffness(stations.points) * (q[:, 1:] @ stations.curvatures.T)
+
+
+def differences(sizes: list[dict[str, Any]], angle: float, **beam: Any) -> np.ndarray:
+    """Largest distance between the two moments, over the largest moment."""
+    found = []
+    for shapes in sizes:
+        model = cantilever(angle, shapes, **beam)
+        q, fields = at_rest(model, angle)
+        gap = np.abs(curvature_moment(model, q) - fields.moment)[:, :-1]
+        found.append(gap.max() / np.abs(fields.moment).max())
+    return np.array(found)
+
+
+def test_curvature_approaches_the_moment_of_equilibrium():
+    """Statics at 30 degrees, stiff: elements at order 2, and modes, like the tail of a sum of 1/k^3, too."""
+    elements = differences(
+        [{"method": "fem", "modes": 2 * n, "elements": n} for n in (8, 16, 32)], np.pi / 6, stiffening=1e4
+    )
+    order = np.log2(elements[:-1] / elements[1:])
+    assert np.all((order > 1.9) & (order < 2.1)), order
+    assert elements[-1] < 2e-4  # q h^2/12 over q/2
+    modes = differences([{"method": "modal", "modes": n} for n in (5, 10, 20)], np.pi / 6, stiffening=1e4)
+    order = np.log2(modes[:-1] / modes[1:])
+    assert np.all(order > 1.8), (order, modes)
+    assert modes[-1] < 1e-3
+
+
+def test_curvature_approaches_the_moment_in_tables_with_a_tip_mass():
+    varied = {
+        "area": [[0.0, 1.2], [0.5, 0.7], [1.0, 0.9]],
+        "second_moment": [[0.0, 1.0], [0.25, 0.6], [1.0, 0.4]],
+        "tip_mass": 0.4,
+    }
+    sizes = [{"method": "fem", "modes": 2 * n, "elements": n} for n in (8, 16, 32)]
+    found = differences(sizes, -0.4, stiffening=1e4, **varied)
+    order = np.log2(found[:-1] / found[1:])
+    assert np.all((order > 1.8) & (order < 2.2)), (order, found)
+    assert found[-1] < 2e-3
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+@pytest.mark.parametrize("shapes", [{"method": "modal", "modes": 2}, {"method": "fem", "modes": 2, "elements": 6}])
+def test_equilibrium_gives_the_chimneys_moment_with_two_modes(frame, shapes):
+    """Item 4b at the start of the fall, where two modes' curvature is off by per cents."""
+    scenario = falling(1e6, frame=frame, **shapes)
+    beam = Beam(scenario, build_operators(scenario))
+    o, rigid = beam.operators, -1.5 * GRAVITY * np.cos(ANGLE)
+    B = np.linalg.solve(o.K, -GRAVITY * np.cos(ANGLE) * o.P - o.S * rigid)
+    q, zero = np.append(ANGLE, B)[None], np.zeros(1)
+    qdd = np.append(rigid, np.zeros_like(B))[None]
+    fields = fields_along(beam, Motion(zero, q, np.zeros_like(q), qdd, zero, zero))
+    at = third(o.stations.points)
+    assert fields.moment[0, at] == pytest.approx(CHIMNEY["Mmax"], abs=5e-9)  # the last digit of the table
+    assert abs(curvature_moment(beam, q)[0, at] / CHIMNEY["Mmax"] - 1.0) > 1e-2
+    # M = m g cos x (L - x)^2/(4 L^2) and its slope; no moment at the pin and at the free end
+    x, load = o.stations.points, MASS * GRAVITY * np.cos(ANGLE)
+    np.testing.assert_allclose(fields.moment[0], 0.25 * load * x * (1.0 - x) ** 2, atol=1e-9)
+    np.testing.assert_allclose(fields.shear[0], 0.25 * load * (1.0 - x) * (1.0 - 3.0 * x), atol=1e-8)
+
+
+def test_a_cantilever_comes_to_rest():
+    """End to end: released on a held root, damped, the history settles at the moments of statics."""
+    scenario = cantilever(0.0, {"method": "fem", "modes": 4, "elements": 16}, modal_damping_ratio=0.9).scenario
+    history = simulate(scenario.replace(end_time=0.4))  # exp(-0.9 omega_1 t) = 2e-14
+    x = history["station"].values
+    np.testing.assert_allclose(
+        history["moment"].values[-1], -0.5 * MASS * GRAVITY * (1.0 - x) ** 2, rtol=1e-5, atol=1e-9
+    )
+    assert history["moment"].values[-1, 0] == pytest.approx(-VALUES["7a"]["M0"], rel=1e-5)
+    assert history["deflection"].values[-1] == pytest.approx(-VALUES["7a"]["tip"], rel=1e-4)  # four modes
+    assert {history[name].attrs["units"] for name in ("shear", "bending_stress")} == {"N", "Pa"}
+
+
+AREA = [[0.0, 4e-4], [0.45, 2.5e-4], [1.0, 3e-4]]
+
+
+@pytest.mark.parametrize(("area", "tip_mass"), [(3.14e-4, 0.0), (AREA, 0.2)])
+def test_tension_of_a_spinning_beam(area, tip_mass):
+    """N = Omega^2 (int_x^L m (r + xi) dxi + M_t (r + L)); if uniform m Omega^2 (L^2 - x^2)/2 with r = 0."""
+    spin, radius, density = 20.0, 0.1, 2766.7
+    scenario = Scenario.from_dict(
+        {
+            "gravity": 0.0,
+            "end_time": 0.01,
+            "beam": {"area": area, "tip_mass": tip_mass},
+            "root": {"kind": "driven", "profile": "constant-speed", "spin_rate": spin, "hub_radius": radius},
+            "contact": {"enabled": False},
+            "discretization": {"method": "fem", "elements": 8},
+        }
+    )
+    history = simulate(scenario)
+    x = history["station"].values
+    table = np.array(area if isinstance(area, list) else [[0.0, area], [1.0, area]])
+
+    def outside(start: float) -> float:
+        mass = lambda s: density * np.interp(s, table[:, 0], table[:, 1]) * (radius + s)  # noqa: E731
+        kinks = [k for k in table[1:-1, 0] if k > start]
+        return quad(mass, start, 1.0, points=kinks or None, epsabs=1e-13)[0] + tip_mass * (radius + 1.0)
+
+    expected = spin**2 * np.array([outside(s) for s in x])
+    np.testing.assert_allclose(history["axial_force"].values, np.tile(expected, (101, 1)), rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(history["moment"].values, 0.0, atol=1e-10)
+    if not tip_mass:
+        closed = 0.5 * density * area * spin**2 * ((radius + 1.0) ** 2 - (radius + x) ** 2)
+        np.testing.assert_allclose(expected, closed, rtol=1e-10, atol=1e-12)
+
+
+def test_first_order_kinetics_leave_a_small_moment_at_the_pin(run):
+    """What they drop, third powers of the deflection: here 1e-3 of the largest moment, mean-axis frame."""
+    moment = run("paper", "discretization.frame=mean-axis", "discretization.modes=3")["moment"].values
+    assert np.abs(moment[:, 0]).max() < 2e-3 * np.abs(moment).max()
+    assert np.abs(moment[:, -1]).max() == 0.0

@@ -1,0 +1,55 @@
+"""The command `compare`: a page or numbers, one line for what is wrong."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from oblique_impact.command_line import application as command_line
+from validation import compare
+
+
+@pytest.fixture
+def cli(capsys):
+    def call(*arguments):
+        with pytest.raises(SystemExit) as stopped:
+            command_line.main(["compare", *map(str, arguments)])
+        captured = capsys.readouterr()
+        return stopped.value.code, captured.out, captured.err
+
+    return call
+
+
+def test_two_runs_become_a_page_or_numbers(run, tmp_path, cli):
+    histories = run("paper", "end_time=0.33"), run("paper", "end_time=0.33", "discretization.method=fem")
+    folders = [history.save(tmp_path / name) for name, history in zip("ab", histories, strict=True)]
+    for suffix in ("html", "json"):
+        code, out, err = cli(*folders, "--out", tmp_path / "new" / f"c.{suffix}")
+        assert (code, err) == (0, "")
+        assert out.startswith(f"{folders[0]} and {folders[1]}, 0 to 0.33 s\noutcome: completed\nevents: ")
+        assert out.endswith(f"report: {tmp_path}/new/c.{suffix}\n")
+    found = compare(*histories)
+    data = json.loads((tmp_path / "new" / "c.json").read_text())
+    assert data["largest_shift"] == found.largest_shift
+    assert {v["name"]: v["aligned"]["rms"] for v in data["variables"]} == {
+        name: v.aligned.rms for name, v in found.variables.items()
+    }
+    assert f"oblique-impact compare {folders[0]} {folders[1]}" in (tmp_path / "new" / "c.html").read_text()
+
+
+BAD = {
+    "not a run": ("nowhere", "nowhere", "c.html", "nowhere"),
+    "another kind of file": ("nowhere", "nowhere", "c.pdf", "should end in .html or .json"),
+    "one run": ("nowhere", None, "c.html", "right"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_exit_2(tmp_path, cli, case):
+    left, right, out, part = BAD[case]
+    code, printed, err = cli(*filter(None, (left, right)), "--out", tmp_path / "never" / out)
+    assert (code, printed) == (2, "")
+    assert err.count("\n") == 1
+    assert part in err
+    assert not (tmp_path / "never").exists()

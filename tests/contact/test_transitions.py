@@ -1,0 +1,476 @@
+"""The transition table: hand-made contact problems with known answers, and small systems run through it."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from oblique_impact import Outcome, simulate_system
+from oblique_impact.contact.forces import (
+    NO_STICKING_SOLUTION,
+    can_stick,
+    holding_force,
+    sliding_force,
+    with_forces,
+)
+from oblique_impact.contact.friction import Coulomb, Frictionless, ModifiedCoulomb
+from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
+from oblique_impact.contact.state import (
+    DEFINITE,
+    JUDGED,
+    LOWER,
+    NORMAL,
+    UPPER,
+    Instant,
+    State,
+    Tolerances,
+    rigid_phase,
+)
+from oblique_impact.contact.transitions import Baumgarte, ContactMachine, EventKind, Judgement
+from oblique_impact.errors import PhysicsStop
+from oblique_impact.kernels.system import ContactRows, MechanicalSystem
+from oblique_impact.marching import loop
+from oblique_impact.marching.event import EventScheme
+from tests.systems import Block, incline
+
+TOLERANCES = Tolerances(gap=1e-12, force=1e-9, velocity=1e-11, time=1.0, energy=1.0)
+
+
+class Probe:
+    """A contact problem with a constant Delassus matrix."""
+
+    def __init__(self, **values):
+        rest = {"a_nn": 1.0, "a_nt": 0.0, "a_tt": 1.0, "gap_acceleration": -9.8, "slip_acceleration": 0.0}
+        motion = {"gap": 0.0, "slip": 0.0, "gap_rate": 0.0, "slip_rate": 0.0}
+        self.instant = Instant(**{**motion, **rest, **values})
+
+    def after(self, impulse):
+        i = self.instant
+        return i._replace(
+            gap_rate=i.gap_rate + i.a_nn * impulse.normal + i.a_nt * impulse.tangential,
+            slip_rate=i.slip_rate + i.a_nt * impulse.normal + i.a_tt * impulse.tangential,
+        )
+
+
+def machine(friction=None, impact=None, judgement=None):
+    law = Coulomb(0.3, 0.3) if friction is None else friction
+    return ContactMachine(law, impact or NewtonImpact(), TOLERANCES, Baumgarte(20.0, 1e6), judgement)
+
+
+def slides(phase, direction, mu):
+    return (
+        phase.state == State.SLIP
+        and phase.intercept == -direction * mu
+        and (phase.lower, phase.upper) == ((0.0, math.inf) if direction > 0 else (-math.inf, 0.0))
+    )
+
+
+OPEN = rigid_phase()
+SLIP_UP = OPEN._replace(state=int(State.SLIP), intercept=-0.3, lower=0.0, static=0.3)
+SLIP_DOWN = OPEN._replace(state=int(State.SLIP), intercept=0.3, upper=0.0, static=0.3)
+STICK = OPEN._replace(state=int(State.STICK), static=0.3)
+
+
+# FREE -> ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("slip_rate", [2.0, -2.0])
+def test_plastic_impact_then_slip_in_the_direction_of_motion(slip_rate):
+    probe = Probe(gap_rate=-3.0, slip_rate=slip_rate, a_nn=2.0)
+    transition = machine().after_guard(OPEN, NORMAL, probe)
+    assert transition.kind is EventKind.IMPACT
+    assert transition.impulse == (1.5, 0.0, 0.5 * 1.5 * 3.0)
+    assert slides(transition.phase, np.sign(slip_rate), 0.3)
+    assert (transition.phase.damping, transition.phase.stiffness) == (20.0, 1e6)
+    assert transition.stop is None
+
+
+def test_the_direction_of_slip_is_that_after_the_impact():
+    # a_nt P = -1.5 * 3 turns the slip round
+    probe = Probe(gap_rate=-3.0, slip_rate=2.0, a_nn=2.0, a_nt=-1.0, a_tt=2.0)
+    transition = machine().touch(probe)
+    assert slides(transition.phase, 1, 0.3)
+    probe = Probe(gap_rate=-3.0, slip_rate=1.0, a_nn=2.0, a_nt=-1.0, a_tt=2.0)
+    assert slides(machine().touch(probe).phase, -1, 0.3)
+
+
+def test_rebound_when_the_force_would_pull():
+    probe = Probe(gap_rate=-3.0, slip_rate=1.0, gap_acceleration=5.0)
+    transition = machine().touch(probe)
+    assert (transition.kind, transition.phase.state) == (EventKind.REBOUND, State.FREE)
+    assert transition.impulse.normal == 3.0
+
+
+@pytest.mark.parametrize("gap_acceleration", [-9.8, 9.8])
+def test_restitution_rebounds(gap_acceleration):
+    transition = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-3.0, gap_acceleration=gap_acceleration))
+    assert (transition.kind, transition.phase.state) == (EventKind.REBOUND, State.FREE)
+    assert transition.impulse.normal == 4.5
+
+
+def test_bounces_that_accumulate_close_the_contact():
+    """The last bounce worth a flight rises to four gap tolerances; below, restitution is given up."""
+    lowest = math.sqrt(2.0 * 9.8 * 4.0 * TOLERANCES.gap) / 0.5
+    above = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-1.001 * lowest, slip_rate=1.0))
+    assert above.kind is EventKind.REBOUND
+    below = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-0.999 * lowest, slip_rate=1.0))
+    assert below.kind is EventKind.IMPACT
+    assert below.impulse.normal == pytest.approx(0.999 * lowest, rel=1e-12)
+    assert slides(below.phase, 1, 0.3)
+
+
+def test_slow_bounces_off_an_opening_contact_do_not_close_it():
+    transition = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-1e-7, gap_acceleration=9.8))
+    assert (transition.kind, transition.phase.state) == (EventKind.REBOUND, State.FREE)
+
+
+@pytest.mark.parametrize("rate", [0.0, -5e-12, 5e-12])
+def test_grazing_without_an_impulse(rate):
+    closing = machine().touch(Probe(gap_rate=rate, slip_rate=1.0))
+    assert closing.kind is EventKind.IMPACT
+    assert closing.impulse is None
+    assert slides(closing.phase, 1, 0.3)
+    opening = machine().touch(Probe(gap_rate=rate, slip_rate=1.0, gap_acceleration=1.0))
+    assert (opening.kind, opening.phase.state, opening.impulse) == (None, State.FREE, None)
+
+
+def test_start():
+    start = machine().start
+    for probe in (Probe(gap=1e-3, gap_rate=-1.0), Probe(gap_rate=1.0), Probe(gap_acceleration=1.0)):
+        transition = start(probe)
+        assert transition.phase.state == State.FREE
+        assert transition[1:] == (None, None, None, None)
+    touching = start(Probe(gap_rate=-1.0, slip_rate=1.0))
+    assert (touching.kind, touching.phase.state) == (EventKind.IMPACT, State.SLIP)
+    assert touching.impulse.normal == 1.0
+    resting = start(Probe())
+    assert (resting.kind, resting.phase.state, resting.impulse) == (EventKind.IMPACT, State.STICK, None)
+
+
+def test_frictional_impact_law():
+    probe = Probe(gap_rate=-3.0, slip_rate=2.0)
+    transition = machine(Coulomb(0.4, 0.4), RouthImpact(0.4)).touch(probe)
+    assert transition.impulse[:2] == pytest.approx((3.0, -1.2))
+    assert slides(transition.phase, 1, 0.4)
+    stopped = machine(Coulomb(0.4, 0.4), RouthImpact(0.4)).touch(Probe(gap_rate=-3.0, slip_rate=1.0))
+    assert stopped.impulse[:2] == pytest.approx((3.0, -1.0))
+    assert stopped.phase.state == State.STICK
+
+
+# contact -> -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("phase", [SLIP_UP, SLIP_DOWN, STICK])
+def test_release(phase):
+    transition = machine().after_guard(phase, NORMAL, Probe(gap_acceleration=0.0, slip_rate=1.0))
+    assert transition.phase.state == State.FREE
+    assert transition[1:] == (EventKind.RELEASE, None, None, None)
+
+
+@pytest.mark.parametrize(("phase", "guard"), [(SLIP_UP, LOWER), (SLIP_DOWN, UPPER)])
+@pytest.mark.parametrize(("drive", "direction"), [(0.0, 0), (2.9, 0), (-2.9, 0), (3.0, 1), (-3.0, -1)])
+def test_zero_slip_sticks_inside_the_cone_and_reverses_outside(phase, guard, drive, direction):
+    """mu N = 2.94: what drives the contact must be beyond it to go on."""
+    probe = Probe(slip=0.7, slip_rate=1e-9, slip_acceleration=drive)
+    transition = machine().after_guard(phase, guard, probe)
+    if direction == 0:
+        assert (transition.kind, transition.phase.state) == (EventKind.STICK, State.STICK)
+        assert (transition.phase.slip_reference, transition.phase.static) == (0.7, 0.3)
+    else:
+        assert transition.kind is EventKind.REVERSAL
+        assert slides(transition.phase, direction, 0.3)
+
+
+def test_static_friction_decides_about_sticking_and_kinetic_friction_about_sliding():
+    probe = Probe(slip_acceleration=-4.0)
+    rough = machine(Coulomb(static=0.5, kinetic=0.3)).after_guard(SLIP_UP, LOWER, probe)
+    assert rough.phase.state == State.STICK
+    smooth = machine(Coulomb(static=0.35, kinetic=0.3)).after_guard(SLIP_UP, LOWER, probe)
+    assert slides(smooth.phase, -1, 0.3)
+
+
+def test_the_edge_of_the_cone_sticks():
+    probe = Probe(gap_acceleration=-10.0, slip_acceleration=5.0)
+    assert machine(Coulomb(0.5, 0.5)).closed(probe.instant).state == State.STICK
+
+
+def test_zero_slip_where_the_sticking_force_pulls_is_a_release():
+    """A cone is meaningless at lambda_n <= 0: neither stick nor reversal, the contact opens."""
+    for gap_acceleration in (1e-14, 1.0):
+        for drive in (0.0, 2.0, -2.0):
+            probe = Probe(gap_acceleration=gap_acceleration, slip_acceleration=drive)
+            transition = machine().after_guard(SLIP_UP, LOWER, probe)
+            assert (transition.kind, transition.phase.state) == (EventKind.RELEASE, State.FREE)
+
+
+@pytest.mark.parametrize(("guard", "direction"), [(LOWER, -1), (UPPER, 1)])
+def test_stick_gives_way_against_the_friction_force(guard, direction):
+    # lambda_tau = +mu_s lambda_n (guard LOWER) holds against a drive in the negative direction
+    probe = Probe(slip_acceleration=direction * 4.0, slip_rate=-direction * 1e-15)
+    transition = machine(Coulomb(0.4, 0.3)).after_guard(STICK._replace(static=0.4), guard, probe)
+    assert transition.kind is EventKind.SLIP
+    assert slides(transition.phase, direction, 0.3)
+
+
+def test_modified_coulomb_passes_its_kinks_silently_and_reverses_at_zero():
+    law = ModifiedCoulomb(kinetic=0.3, v0=1e-3, v1=1e-2)
+    table = machine(law)
+    phase = table.closed(Probe(slip_rate=1.0).instant)
+    kinds, lowers = [], []
+    for _ in range(5):
+        kink = phase.lower
+        transition = table.after_guard(phase, LOWER, Probe(slip_rate=kink * (1.0 + 1e-15)))
+        phase = transition.phase
+        assert phase.upper == kink
+        assert phase.state == State.SLIP
+        kinds.append(transition.kind)
+        lowers.append(phase.lower)
+    assert kinds == [None, None, EventKind.REVERSAL, None, None]
+    assert lowers == [1e-3, 0.0, -1e-3, -1e-2, -math.inf]
+
+
+# What has no answer -----------------------------------------------------------------------------------------
+
+PAINLEVE = {"a_nn": 1.0, "a_nt": 4.0, "a_tt": 20.0, "slip_rate": 1.0}  # 1 - 0.3 * 4 < 0
+
+
+def test_painleve_configuration_is_named_and_never_divided_by():
+    with pytest.raises(PhysicsStop) as stop:
+        machine().closed(Probe(**PAINLEVE).instant)
+    assert stop.value.outcome is Outcome.PAINLEVE
+    # sliding the other way there is an answer: 1 + 0.3 * 4 > 0
+    assert slides(machine().closed(Probe(**{**PAINLEVE, "slip_rate": -1.0}).instant), -1, 0.3)
+
+
+def test_exactly_singular_is_painleve_too():
+    edge = Probe(a_nn=1.0, a_nt=2.0, a_tt=20.0, slip_rate=1.0)
+    with pytest.raises(PhysicsStop) as stop:
+        machine(Coulomb(0.5, 0.5)).closed(edge.instant)
+    assert stop.value.outcome is Outcome.PAINLEVE
+
+
+def test_impact_into_a_painleve_configuration_keeps_the_impulse():
+    transition = machine().touch(Probe(**PAINLEVE, gap_rate=-2.0))
+    assert transition.kind is EventKind.IMPACT
+    assert transition.impulse.normal == 2.0
+    assert transition.stop is Outcome.PAINLEVE
+
+
+def test_sliding_into_a_painleve_configuration():
+    with pytest.raises(PhysicsStop) as stop:
+        machine().after_guard(SLIP_UP, DEFINITE, Probe(**PAINLEVE))
+    assert stop.value.outcome is Outcome.PAINLEVE
+
+
+def one_freedom(normal, tangential, force, gap_bias, slip_bias, **motion):
+    """A contact problem of a system with a single coordinate: both rows are parallel."""
+    return Probe(
+        a_nn=normal**2,
+        a_nt=normal * tangential,
+        a_tt=tangential**2,
+        gap_acceleration=normal * force + gap_bias,
+        slip_acceleration=tangential * force + slip_bias,
+        **motion,
+    )
+
+
+@pytest.mark.parametrize("slip_bias", [0.7, -0.7])
+def test_redundant_constraints_turn_as_the_motion_dictates(slip_bias):
+    """One coordinate held by the gap: no friction force can stop the slip acceleration of the biases."""
+    probe = one_freedom(2.0, 0.5, -3.0, 0.4, slip_bias)
+    assert holding_force(OPEN, probe.instant, 0.0).status == NO_STICKING_SOLUTION
+    # q'' = -gap_bias / normal, so the slip accelerates by tangential q'' + slip_bias
+    expected = np.sign(-0.4 / 2.0 * 0.5 + slip_bias)
+    assert slides(machine().closed(probe.instant), expected, 0.3)
+
+
+def test_redundant_constraints_that_open_release():
+    probe = one_freedom(2.0, 0.5, 3.0, 0.0, 0.7)
+    assert machine().closed(probe.instant).state == State.FREE
+
+
+def test_redundant_constraints_at_rest_are_named():
+    with pytest.raises(PhysicsStop) as stop:
+        machine().closed(one_freedom(1.0, 0.0, -3.0, 0.0, 0.0).instant)
+    assert stop.value.outcome is Outcome.REDUNDANT_CONSTRAINTS
+
+
+# Stick and slip judged once per step --------------------------------------------------------------------------
+
+LITERAL = Judgement(math.inf)
+
+
+def test_the_papers_judgement_sticks_at_any_slip_rate():
+    table = machine(judgement=LITERAL)
+    assert table.closed(Probe(slip_rate=0.5).instant).state == State.STICK
+    assert slides(table.closed(Probe(slip_rate=0.5, slip_acceleration=-4.0).instant), 1, 0.3)
+    judged = table.after_guard(SLIP_UP, JUDGED, Probe(slip_rate=0.5))
+    assert (judged.kind, judged.phase.state, judged.arrest) == (EventKind.STICK, State.STICK, None)
+    left = table.after_guard(STICK, JUDGED, Probe(slip_rate=-1e-4, slip_acceleration=4.0))
+    assert left.kind is EventKind.SLIP
+    assert slides(left.phase, -1, 0.3)
+
+
+def test_slip_sticks_that_friction_can_stop_within_a_step():
+    """mu N h = 0.3 * 9.8 * 0.01 s: slip below 0.0294 m/s is stopped, without a change of the gap's rate."""
+    judgement = Judgement(0.01)
+    table = machine(judgement=judgement)
+    for slip_rate, sticks in ((0.0293, True), (0.0295, False), (-0.0293, True)):  # the last has turned already
+        probe = Probe(slip_rate=slip_rate, a_nt=0.0)
+        force = sliding_force(SLIP_UP, probe.instant)
+        sliding = with_forces(probe.instant, force.normal, force.tangential, 0.0)
+        assert can_stick(SLIP_UP, sliding, judgement.stopping_time) == sticks
+        assert slides(table.closed(probe.instant), 1 if slip_rate > 0.0 else -1, 0.3)
+    probe = Probe(slip_rate=0.02, a_nt=0.5)
+    judged = table.after_guard(SLIP_UP, JUDGED, probe)
+    assert (judged.kind, judged.phase.state) == (EventKind.STICK, State.STICK)
+    after = probe.after(judged.arrest)
+    assert after.slip_rate == pytest.approx(0.0, abs=1e-16)
+    assert after.gap_rate == pytest.approx(0.0, abs=1e-16)
+    # 1/2 v^2 times the effective mass a_nn / (a_nn a_tt - a_nt^2)
+    assert judged.arrest.energy_loss == pytest.approx(0.5 * 0.02**2 / 0.75, rel=1e-12)
+
+
+@pytest.mark.parametrize("judgement", [LITERAL, Judgement(0.01)])
+def test_judged_contact_below_the_slope_is_pushed_out(judgement):
+    """Baumgarte's spring counts: -1e-5 m times 1e6 1/s^2 outweighs a pull of 5 m/s^2."""
+    below = Probe(gap=-1e-5, gap_acceleration=5.0, slip_rate=1.0).instant
+    assert slides(machine(judgement=judgement).closed(below), 1, 0.3)
+    assert machine().closed(below).state == State.FREE
+
+
+# Whole runs ---------------------------------------------------------------------------------------------------
+
+
+def log(history):
+    return [(event.kind.value, event.state.name) for event in history.events]
+
+
+@pytest.mark.parametrize(("mu", "then"), [(0.7, "stick"), (0.3, "reversal")])
+def test_block_thrown_up_an_incline(mu, then):
+    angle, speed = 0.5, 2.0
+    history = simulate_system(incline(angle), [0.0, 0.0], [speed, 0.0], 0.6, friction=Coulomb(mu, mu))
+    up = 9.8 * (math.sin(angle) + mu * math.cos(angle))
+    assert log(history) == [("impact", "SLIP"), (then, "STICK" if then == "stick" else "SLIP")]
+    assert history.events[0].time == 0.0
+    stop = speed / up
+    assert history.events[1].time == pytest.approx(stop, abs=1e-12)
+    down = 0.0 if then == "stick" else 9.8 * (math.sin(angle) - mu * math.cos(angle))
+    travelled = 0.5 * speed * stop - 0.5 * down * (0.6 - stop) ** 2
+    assert float(history["slip"][-1]) == pytest.approx(travelled, abs=1e-11)
+    energy = history.summary["energy"]
+    way = 0.5 * speed * stop + 0.5 * down * (0.6 - stop) ** 2
+    assert energy["lost_friction"] == pytest.approx(mu * 9.8 * math.cos(angle) * way, rel=1e-11)
+    assert abs(energy["unaccounted"]) < 1e-11
+
+
+def test_block_pulled_by_a_growing_force_sticks_then_slips_then_lifts_off():
+    """fx = 2 t, fy = t - 9.8: the cone is left at 2 t = 0.5 (9.8 - t), the plane at t = 9.8."""
+    block = Block(lambda t, q, qd: (2.0 * t, t - 9.8))
+    history = simulate_system(
+        block, [0.0, 0.0], [0.0, 0.0], 10.0, friction=Coulomb(static=0.5, kinetic=0.25), output_interval=0.1
+    )
+    assert log(history) == [("impact", "STICK"), ("slip", "SLIP"), ("release", "FREE")]
+    slip = 0.5 * 9.8 / 2.5
+    times = [event.time for event in history.events]
+    assert times == pytest.approx([0.0, slip, 9.8], abs=1e-10)
+    # x'' = 2 t - 0.25 (9.8 - t) = 2.25 t - 2.45 from there to the release
+    speed = 1.125 * (9.8**2 - slip**2) - 2.45 * (9.8 - slip)
+    assert history.events[2].tangential_velocity == pytest.approx(speed, rel=1e-11)
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.8])
+def test_bouncing_ball_comes_to_rest_at_its_accumulation_point(restitution):
+    height, g = 0.3, 9.8
+    history = simulate_system(
+        incline(0.0), [0.0, height], [0.0, 0.0], 2.5, friction=Frictionless(), impact=NewtonImpact(restitution)
+    )
+    kinds = [event.kind.value for event in history.events]
+    assert set(kinds[:-1]) == {"rebound"}
+    assert (kinds[-1], history.events[-1].state) == ("impact", State.SLIP)
+    fall = math.sqrt(2.0 * height / g)
+    bounces = fall * (1.0 + 2.0 * np.cumsum(restitution ** np.arange(1, len(kinds))))
+    assert [event.time for event in history.events[1:]] == pytest.approx(bounces, abs=1e-9)
+    end = fall * (1.0 + 2.0 * restitution / (1.0 - restitution))
+    # what is left when a bounce rises less than 4e-12 m
+    left = 2.0 * math.sqrt(8e-12 * g) / g / (1.0 - restitution)
+    assert 0.0 <= end - history.events[-1].time < left
+    assert history.summary["energy"]["lost_impact"] == pytest.approx(g * height, rel=1e-10)
+    assert float(history["gap"].min()) > -1e-12
+
+
+class Coupled(MechanicalSystem):
+    """Two coordinates (slip, gap) whose mass coupling c(x) can make the sliding contact lose its inertia."""
+
+    size = 2
+
+    def mass_matrix(self, t, q):
+        c = -0.5 - 0.1 * q[0]
+        return np.array([[1.0, c], [c, 1.0]])
+
+    def forces(self, t, q, qd):
+        return np.array([0.0, -9.8])
+
+    def contact(self, t, q, qd):
+        return ContactRows(q[1], q[0], qd[1], qd[0], np.array([0.0, 1.0]), np.array([1.0, 0.0]))
+
+    def energy(self, t, q, qd):
+        return 0.0, 0.0, 0.0
+
+
+@pytest.mark.parametrize("speed", [20.0, 50.0])
+def test_sliding_towards_painleve_may_stop_in_time(speed):
+    """lambda_n = 9.8/(1 + mu c): the braking work up to x is 98 ln(1/(1 - 0.6 x)) for mu = 1.5."""
+    history = simulate_system(Coupled(), [0.0, 0.0], [speed, 0.0], 1.0, friction=Coulomb(1.5, 1.5))
+    assert log(history) == [("impact", "SLIP"), ("stick", "STICK")]
+    stop = -math.expm1(-(speed**2) / 196.0) / 0.6
+    assert float(history["slip"][-1]) == pytest.approx(stop, abs=1e-9)
+
+
+def test_a_run_stops_at_painleve_with_what_was_computed():
+    """At 100 m/s the block reaches x = 10/6, where the effective inverse mass vanishes, still sliding."""
+    history = simulate_system(Coupled(), [0.0, 0.0], [100.0, 0.0], 1.0, friction=Coulomb(1.5, 1.5))
+    assert history.outcome is Outcome.PAINLEVE
+    assert float(history["slip"][-1]) == pytest.approx(1.0 / 0.6, abs=1e-6)
+    assert float(history["slip_rate"][-1]) > 50.0
+    assert np.all(np.diff(history["time"]) >= 0.0)
+
+
+def test_chattering_is_bounded_and_named(monkeypatch):
+    """A drive that always pushes against the slip, beyond the cone: no state persists."""
+    monkeypatch.setattr(loop, "MAX_EVENTS", 300)  # so that a failure takes no minutes
+    block = Block(lambda t, q, qd: (-20.0 if qd[0] >= 0.0 else 20.0, -9.8))
+    history = simulate_system(block, [0.0, 0.0], [1.0, 0.0], 1.0, friction=Coulomb(0.5, 0.5))
+    assert history.outcome is Outcome.CHATTERING
+    # x'' = -20 - 0.5 * 9.8 up to the standstill
+    assert history.summary["end_time"] == pytest.approx(1.0 / 24.9, abs=1e-8)
+    assert len(history.events) < 200
+
+
+@pytest.mark.parametrize("dip", [0.3, 1e-2, 1e-3])
+def test_a_force_that_dips_below_zero_is_a_short_flight(dip):
+    """lambda_n = 1 - dip + cos 2 pi t is negative for a moment around t = 0.5 only."""
+    w = 2.0 * math.pi
+    block = Block(lambda t, q, qd: (0.0, dip - 1.0 - math.cos(w * t)))
+    history = simulate_system(block, [0.0, 0.0], [0.0, 0.0], 1.0, output_interval=0.05)
+    release = math.acos(dip - 1.0) / w
+
+    def height(t):
+        s = t - release
+        falling = math.cos(w * t) - math.cos(w * release) + w * s * math.sin(w * release)
+        return 0.5 * (dip - 1.0) * s**2 + falling / w**2
+
+    landing = brentq(height, 0.5 + 1.01 * (0.5 - release), 1.0, xtol=1e-15)
+    assert log(history) == [("impact", "SLIP"), ("release", "FREE"), ("impact", "SLIP")]
+    times = [event.time for event in history.events]
+    assert times[1] == pytest.approx(release, abs=1e-10)
+    assert times[2] == pytest.approx(landing, abs=1e-8)
+    assert float(history["gap"].min()) > -1e-12
+
+
+def test_event_scheme_is_the_default():
+    history = simulate_system(incline(0.0), [0.0, 1.0], [0.0, 0.0], 0.5)
+    explicit = simulate_system(incline(0.0), [0.0, 1.0], [0.0, 0.0], 0.5, scheme=EventScheme(1e-10))
+    assert history.events == explicit.events
+    assert history.events[0].time == pytest.approx(math.sqrt(2.0 / 9.8), abs=1e-12)

@@ -1,0 +1,378 @@
+"""The documentation: complete references, examples that run, a build without a warning and without network."""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+import runpy
+import subprocess
+import sys
+import tomllib
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from oblique_impact import InputError, Scenario, simulate, simulate_system
+from oblique_impact.scenario import user_defined as plugins
+from validation.checks import registry
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture
+def extension(monkeypatch):
+    """Import an extension of the documentation by name."""
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    return import_module
+
+
+def every_key() -> dict[str, type]:
+    """Keys of the models by "section.key", found without the extension, with the types of their defaults."""
+    found = {}
+    for name, field in Scenario.model_fields.items():
+        if isinstance(field.default, BaseModel):
+            for key, inner in type(field.default).model_fields.items():
+                found[f"{name}.{key}"] = type(inner.default)
+        else:
+            found[name] = type(field.default)
+    return found
+
+
+def test_reference_has_every_key_with_its_meaning_and_unit(extension):
+    keys = {key.path: key for key in extension("scenario_keys").every_key()}
+    assert keys.keys() == every_key().keys()
+    for path, kind in every_key().items():
+        assert keys[path].meaning, path
+        assert keys[path].default, path
+        if not path.startswith("parameters."):  # tables of numbers that the parts know
+            assert bool(keys[path].unit) == (kind in (int, float, tuple)), f"{path}: unit {keys[path].unit!r}"
+
+
+def test_reference_page_names_every_key(extension):
+    page = extension("scenario_keys").reference()
+    for path in every_key():
+        assert f"``{path.rpartition('.')[2]}``" in page, path
+
+
+def test_bounds_in_the_reference_are_those_of_the_models(extension):
+    """What the reference excludes is refused, and the bound itself is what the sign says."""
+    checked = 0
+    for key in extension("scenario_keys").every_key():
+        for sign, text in re.findall(r"([<>≤≥]) (\S+)", key.allowed):
+            bound = float(text)
+            outside = bound + (1.0 if sign in "<≤" else -1.0) * (abs(bound) * 1e-6 + 1e-9)
+            value = bound if sign in "<>" else outside
+            if key.kind == "whole number":
+                value = int(bound) + (1 if sign in "<≤" else -1)
+            given = [value, value] if key.kind == "two numbers" else value
+            with pytest.raises(InputError, match=re.escape(key.path)):
+                Scenario.from_dict({key.section: {key.name: given}} if key.section else {key.name: given})
+            checked += 1
+    assert checked > 30
+
+
+def test_rules_between_keys_are_complete_and_about_known_keys(extension):
+    """Every refusal of the validators stands in the reference."""
+    module = extension("scenario_keys")
+    found = module.rules()
+    assert {path for path, _ in found} <= every_key().keys()
+    source = (ROOT / "oblique_impact" / "scenario" / "rules.py").read_text(encoding="utf-8")
+    assert len(found) >= source.count(" yield ") > 20
+    with pytest.raises(InputError) as refused:
+        Scenario.from_dict({"root": {"torque": 1.0}})
+    (rule,) = (message for path, message in found if path == "root.torque")
+    assert re.search(re.escape(rule).replace("…", ".*"), str(refused.value))
+
+
+def test_comments_behind_and_above_keys_are_meanings(extension, tmp_path, monkeypatch):
+    source = (
+        "from pydantic import BaseModel\n\n\nclass Probe(BaseModel):\n"
+        "    a: float = 0.0  # a length\n"
+        "    #: goes on\n    #: over two lines\n    b: float = 0.0  # and behind\n"
+        '    c: str = ""  # words; with a semicolon\n'
+        "    d: int = 0\n"
+    )
+    (tmp_path / "probe_model.py").write_text(source, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    read = extension("scenario_keys").read_comments(import_module("probe_model").Probe)
+    assert read["a"] == "a length"
+    assert read["b"] == "goes on over two lines and behind"
+    assert read["c"] == "words; with a semicolon"
+    assert read["d"] == ""
+
+
+def test_command_line_reference_has_every_command_and_option(extension):
+    module = extension("command_line")
+    page = module.reference()
+    help_text = subprocess.run(
+        [sys.executable, "-m", "oblique_impact", "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    commands = re.findall(r"^  ([a-z]+)  ", help_text.partition("Commands:")[2], re.MULTILINE)
+    assert {"run", "render", "export"} <= set(commands)
+    for command in commands:
+        _, _, section = page.partition(f".. program:: oblique-impact {command}\n")
+        section = section.partition(".. program::")[0]
+        assert section, command
+        for parameter in module.commands()[command].params:
+            for option in parameter.opts:
+                shown = option if option.startswith("-") else (parameter.metavar or option.upper())
+                assert re.search(rf"^\.\. option:: .*{re.escape(shown)}", section, re.MULTILINE), (command, option)
+            assert " ".join((parameter.help or "").split())[:20].replace("_", r"\_") in section
+
+
+def test_every_displayed_equation_of_the_theory_names_its_code():
+    """Displayed formulas are `equation` directives, which refuse to be without code; none stands outside."""
+    pages = sorted((DOCS / "theory").glob("*.md"))
+    texts = [page.read_text(encoding="utf-8") for page in pages]
+    assert sum(text.count("```{equation}") for text in texts) > 70
+    for page, text in zip(pages, texts, strict=True):
+        assert "$$" not in text, page
+        assert "```{math}" not in text, page
+        assert text.count("```{equation}") == len(re.findall(r"```{equation}\n:label: .+\n:code: .+\n", text)), (
+            page
+        )
+
+
+def test_docstrings_keep_their_formulas(extension):
+    lines = ["Title |x|.", "", "    |a| <= b", "", "Then `|c|` and |d|.", "", "a : int", "    text |e|"]
+    extension("docstrings").prepare(None, "function", "f", None, None, lines)
+    assert lines[:5] == [r"Title \|x\|.", "", "::", "", "    |a| <= b"]
+    assert lines[6] == r"Then `|c|` and \|d\|."
+    assert lines[-1] == r"    text \|e\|"
+
+
+def examples() -> list[Path]:
+    return sorted((ROOT / "examples").glob("plot_*.py"))
+
+
+@pytest.mark.slow  # the build of the documentation runs them too
+@pytest.mark.parametrize("file", examples(), ids=lambda file: file.stem)
+def test_example_runs(file, tmp_path, monkeypatch):
+    """An example is a script: started in a folder it leaves its pictures there, and nothing else."""
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(file), run_name="__main__")
+    written = list(tmp_path.iterdir())
+    assert written
+    for picture in written:
+        assert picture.suffix == ".png"
+        assert picture.stat().st_size > 10_000
+
+
+def test_gallery_takes_every_example_in_the_order_of_reading(extension):
+    """Each has a title and a text; the order names none that is missing and misses none."""
+    for file in examples():
+        docstring = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+        title, rule, _, text, *_ = docstring.split("\n")
+        assert rule == "=" * len(title), file
+        assert len(text) > 40, file
+    pictures = extension("pictures")
+    names = sorted(examples(), key=lambda file: pictures.place(file.name))
+    assert tuple(file.stem.removeprefix("plot_") for file in names) == pictures.ORDER
+
+
+def test_gallery_moves_the_pictures_of_a_block(extension, tmp_path):
+    (tmp_path / "examples").mkdir()
+    (tmp_path / "examples" / "one.png").write_bytes(b"picture")
+    targets = iter([tmp_path / "gallery_001.png"])
+    block_vars = {"src_file": tmp_path / "examples" / "plot_one.py", "image_path_iterator": targets}
+    markup = extension("pictures").scrape(None, block_vars, {"src_dir": str(tmp_path)})
+    assert "gallery_001.png" in markup
+    assert (tmp_path / "gallery_001.png").read_bytes() == b"picture"
+    assert not list((tmp_path / "examples").glob("*.png"))
+
+
+@pytest.mark.slow
+def test_parts_that_an_example_registers_are_not_in_the_reference(extension, monkeypatch):
+    """The gallery runs in the process that builds the pages."""
+    monkeypatch.setattr(plugins, "_REGISTERED", dict(plugins._REGISTERED))
+    module = extension("scenario_keys")
+    before = module.reference()
+    for kind in plugins.KINDS:
+        plugins.register(kind, "example-part")(object)
+    assert "example-part" in plugins.names("friction_laws")
+    assert module.reference() == before
+    assert "example-part" not in before
+    methods = next(key for key in module.every_key() if key.path == "discretization.method")
+    assert methods.allowed == '``"fem"``, ``"modal"``'
+
+
+def test_the_example_that_changes_something_changes_what_the_page_says(run):
+    page = (DOCS / "first-run.md").read_text(encoding="utf-8")
+    (command,) = re.findall(r"^oblique-impact run paper (--set .*) --out", page, re.MULTILINE)
+    changes = re.findall(r"--set (\S+)", command)
+    (python,) = re.findall(r'Scenario\.builtin\("paper", (\[.*?\])\)', page)
+    assert ast.literal_eval(python) == changes
+    plain, changed = (run("paper", *keys).summary["macro_collisions"] for keys in ((), changes))
+    impulses = [collisions[0]["normal_impulse"] for collisions in (changed, plain)]
+    thirds = [collisions[2]["start"] for collisions in (changed, plain)]
+    said = " ".join(page.split())
+    assert "({:.3f} instead of {:.3f} N s)".format(*impulses) in said
+    assert "comes at {:.3f} s instead of {:.3f} s".format(*thirds) in said
+    assert impulses[0] != pytest.approx(impulses[1], rel=5e-4)
+
+
+def blocks(page: str, language: str) -> list[str]:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
+def test_scenarios_of_the_how_to_are_valid():
+    complete, texts, tables, _ = blocks("howto/scenario.md", "toml")
+    assert Scenario.from_toml(complete).contact.point == 0.4
+    units = Scenario.from_toml(texts)
+    assert (units.beam.length, units.beam.density, units.beam.youngs_modulus) == (0.8, 7850.0, 2.1e11)
+    assert (units.slope.origin, units.slope.angle) == ((0.25, 0.0), math.pi / 10)
+    varying = Scenario.from_toml(tables, ["discretization.method=fem"])
+    assert varying.beam.tip_mass == 0.05
+
+
+def test_parts_of_the_how_to_run_and_the_law_sticks_until_the_spring_is_strong_enough(tmp_path, monkeypatch):
+    names: dict = {}
+    contact_law, friction, on_belt, integrator = blocks("howto/own-parts.md", "python")
+    assert "simulate_system" in on_belt
+    for block in (contact_law, friction, integrator):
+        exec(block, names)
+    assert names["history"].summary["energy"]["lost_damping"] > 0.1
+    base = Scenario.builtin("paper").replace(end_time=0.01)
+    exact = float(simulate(base)["theta"][-1])
+    assert float(simulate(base.replace(solver__scheme="heun"))["theta"][-1]) == pytest.approx(exact, abs=1e-5)
+    entry_point, scenario = map(tomllib.loads, blocks("howto/own-parts.md", "toml"))
+    assert "oblique_impact.contact_laws" in entry_point["project"]["entry-points"]
+    assert Scenario.from_dict(scenario).part("normal") == names["Hertz"](1e8, 0.2)
+    law = names["ViscousCoulomb"]()
+    forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
+    assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))
+    assert backwards.intercept - backwards.slope * 0.1 == pytest.approx(0.3 + 0.05 * 0.1)
+    monkeypatch.chdir(tmp_path)
+    belt = SimpleNamespace(**runpy.run_path(str(ROOT / "examples" / "plot_own_system.py")))
+    start = np.zeros(2), np.array([belt.BELT, 0.0])
+    history = simulate_system(belt.MassOnBelt(), *start, end_time=1.0, friction=law)
+    breaks = [event.time for event in history.events if event.kind.value == "slip"]
+    assert breaks[0] == pytest.approx(0.3 * belt.MASS * belt.GRAVITY / belt.SPRING / belt.BELT, abs=1e-9)
+
+
+def test_check_of_the_how_to_passes(monkeypatch):
+    monkeypatch.setattr(registry, "_CHECKS", {})
+    names: dict = {}
+    exec(blocks("howto/check.md", "python")[0], names)
+    assert list(registry._CHECKS) == ["mine.hinged-frequency"]
+    assert names["hinged_frequency"]().verdict == "pass"
+
+
+@pytest.mark.slow  # each call by itself: `tests/command_line/test_library.py`
+def test_the_how_to_of_the_library_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    for block in blocks("howto/library.md", "python"):
+        exec(block, names)
+    assert names["found"].largest_shift < 1e-6
+    assert not names["found"].only_left
+    assert names["both"].summary["joints"] == [0.1]
+    assert names["study"].report == tmp_path.relative_to(tmp_path) / "out/refine/report.html"
+    assert names["result"].outcomes == {"completed": 3}
+    assert all(result.verdict == "pass" for result in names["results"])
+    shown = capsys.readouterr().out
+    assert "modes and elements, 0 to 0.34 s" in shown
+    assert "3 of 3" in shown
+    assert "t = 0.340 s" in shown
+    written = {path.relative_to(tmp_path).as_posix() for path in (tmp_path / "out").iterdir()}
+    pictures = {"out/page.html", "out/impact.png", "out/beam.vtkhdf", "out/film.gif"}
+    assert written == {"out/paper", "out/both", "out/refine", "out/friction", *pictures}
+
+
+def build(folder: Path, source: Path) -> subprocess.CompletedProcess[str]:
+    options = ["-b", "html", "-W", "--keep-going", "-n", "-q"]
+    return subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, str(source), str(folder)], capture_output=True, text=True
+    )
+
+
+def test_equation_with_a_wrong_name_fails_the_build(tmp_path):
+    """The names of functions beside the equations are checked, and so is that there is one."""
+    source = tmp_path / "source"
+    source.mkdir()
+    (source / "conf.py").write_text(
+        f"import sys\nsys.path.insert(0, {str(DOCS / '_ext')!r})\n"
+        'extensions = ["myst_parser", "sphinx.ext.mathjax", "equation"]\n',
+        encoding="utf-8",
+    )
+    page = "# Page\n\n```{equation}\n:label: one\n%sa = b\n```\n"
+    (source / "index.md").write_text(page % ":code: oblique_impact.nowhere.nothing\n", encoding="utf-8")
+    wrong = build(tmp_path / "wrong", source)
+    assert wrong.returncode != 0
+    assert "py:func reference target not found: oblique_impact.nowhere.nothing" in wrong.stderr
+    (source / "index.md").write_text(page % "", encoding="utf-8")
+    without = build(tmp_path / "without", source)
+    assert without.returncode != 0
+    assert "an equation needs :code:" in without.stderr
+
+
+WIDTHS = (360, 768, 1024, 1300, 1360, 1420, 1920)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    built = build(folder, DOCS)
+    assert built.returncode == 0, built.stderr[-3000:]
+    return folder
+
+
+@pytest.mark.slow
+def test_no_page_of_the_site_scrolls_sideways(site, page):
+    found = []
+    for file in sorted(site.rglob("*.html")):
+        page.goto(file.as_uri())
+        for width in WIDTHS:
+            page.set_viewport_size({"width": width, "height": 800})
+            if page.evaluate("document.documentElement.scrollWidth") > width:
+                found.append(f"{file.relative_to(site)} at {width} px")
+    assert found == []
+
+
+@pytest.mark.slow
+def test_all_formulas_are_typeset_without_network(site, page):
+    """By the MathJax of the site; what it does not know would stand there in red."""
+    shown = 0
+    for file in sorted((site / "theory").glob("*.html")):
+        page.goto(file.as_uri())
+        page.wait_for_function("() => window.MathJax?.startup?.promise?.then(() => true)")
+        formulas = page.locator(".math").count()
+        assert page.locator(".math mjx-container").count() == formulas, file
+        assert page.locator("mjx-merror, [data-mjx-error]").count() == 0, file
+        shown += formulas
+    assert shown > 300
+
+
+@pytest.mark.slow
+def test_pictures_of_the_site_lie_on_a_sheet_in_the_dark_theme(site, page):
+    page.emulate_media(color_scheme="dark")
+    page.goto((site / "index.html").as_uri())
+    style = "getComputedStyle(document.querySelector('article img'))"
+    assert page.evaluate(f"{style}.backgroundColor") == "rgb(255, 255, 255)"
+    assert float(page.evaluate(f"{style}.paddingTop").removesuffix("px")) > 5.0
+    assert page.evaluate(f"{style}.filter") == "brightness(0.88)"
+
+
+@pytest.mark.slow
+def test_documentation_builds_without_a_warning_and_needs_no_network(site):
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 40
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        loaded = re.findall(r"<(?:script|img|link|iframe)[^>]*?(?:src|href)=\"(?:https?:)?//[^\"]+", text)
+        assert not loaded, (page, loaded)
+    theory = (site / "theory" / "motion.html").read_text(encoding="utf-8")
+    assert theory.count('class="math') > 30
+    assert 'href="../reference/api/physics.html#oblique_impact.beam.floating_frame._first_order"' in theory
+    keys = (site / "reference" / "scenario.html").read_text(encoding="utf-8")
+    assert all(f">{path.rpartition('.')[2]}<" in keys for path in every_key())

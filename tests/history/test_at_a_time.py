@@ -1,0 +1,98 @@
+"""What a history tells when it is asked: at a time, as tables, in words."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from oblique_impact import InputError
+
+
+@pytest.fixture(scope="module")
+def history(run):
+    return run("paper", "end_time=0.35", "solver.output_interval=1e-3")
+
+
+@pytest.fixture(scope="module")
+def fine(run):
+    return run("paper", "end_time=0.35", "solver.output_interval=1e-4")
+
+
+def test_between_samples(history, fine):
+    """Cubics through samples 1 ms apart meet those of a finer run in flight."""
+    for time in (0.0505, 0.2004):
+        now, then = history.at(time), fine.at(time)
+        assert float(now["theta"]) == pytest.approx(float(then["theta"]), abs=5e-7)  # a line: 2e-6
+        assert float(now["gap"]) == pytest.approx(float(then["gap"]), abs=5e-7)
+        np.testing.assert_allclose(now["uy"], then["uy"], atol=1e-6)
+    assert float(history.at(0.05)["theta"]) == float(history["theta"].sel(time=0.05))
+
+
+def test_the_sides_of_a_jump(history):
+    """An impact ends the approach: before it the gap closes, after it it does not."""
+    impact = history.events[0]
+    before, after = (history.at(impact.time, side) for side in ("left", "right"))
+    assert float(before["gap_rate"]) == pytest.approx(impact.normal_velocity, rel=1e-12)
+    assert abs(float(after["gap_rate"])) < 1e-9
+    assert float(after["slip_rate"]) == pytest.approx(impact.tangential_velocity, rel=1e-12)
+    assert int(before["state"]) == 0
+    assert int(after["state"]) == int(impact.state)
+    just_after = history.at(np.nextafter(impact.time, 1.0))
+    assert float(just_after["gap_rate"]) == float(after["gap_rate"])
+
+
+@pytest.mark.parametrize("time", [-1e-9, 0.36, float("nan")])
+def test_a_time_outside_is_refused(history, time):
+    with pytest.raises(InputError, match="should be from 0 to"):
+        history.at(time)
+
+
+def test_the_deformed_axis(history):
+    """The last point is the contact point, the first the pin; the axis keeps its length."""
+    points, now = history.beam_at(0.32), history.at(0.32)
+    assert points.shape == (history.data.sizes["station"], 2)
+    np.testing.assert_allclose(points[-1], [now["tip_x"], now["tip_y"]], atol=1e-6)
+    np.testing.assert_allclose(points[0], 0.0, atol=1e-15)
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(1.0, abs=1e-4)
+
+
+def test_tables(history):
+    table = history.event_table
+    assert list(table["time"]) == [event.time for event in history.events]
+    assert list(table["kind"]) == [event.kind.value for event in history.events]
+    assert history.contact_table["normal_impulse"].sum() == pytest.approx(
+        sum(m["normal_impulse"] for m in history.macro_collisions), rel=1e-12
+    )
+    energy = history.total_energy
+    assert energy.attrs["units"] == "J"
+    assert float(energy[0]) == pytest.approx(history.summary["energy"]["initial"], rel=1e-14)
+    assert float(energy[-1]) == pytest.approx(history.summary["energy"]["final"], rel=1e-14)
+
+
+def test_it_behaves(history):
+    assert "lambda_n" in history
+    assert "nothing" not in history
+    assert set(history) == {str(name) for name in history.data.variables}
+    assert len(history) == len(list(history))
+    assert history.lambda_n.equals(history["lambda_n"])
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = history.nothing
+    assert "lambda_n" in dir(history)
+    assert pickle.loads(pickle.dumps(history)).theta.equals(history.theta)
+    assert copy.copy(history).summary == history.summary
+
+
+def test_it_says_what_happened(history):
+    lines = repr(history).splitlines()
+    assert 4 <= len(lines) <= 10
+    assert "completed at 0.35 s" in lines[0]
+    first = history.macro_collisions[0]
+    assert f"{first['start']:.6f} to {first['end']:.6f} s" in repr(history)
+    html = history._repr_html_()
+    assert "normal_impulse" in html
+    assert f"{first['normal_impulse']:.6g}" in html
+
+
+def test_it_draws_itself(history):
+    assert len(history.plot().axes) == 6

@@ -1,0 +1,453 @@
+"""Marching schemes: declared orders on closed-form motions, and no event lost inside a step."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
+from scipy.special import ellipj, ellipk, ellipkinc
+
+from oblique_impact import MechanicalSystem, Scenario, simulate, simulate_system
+from oblique_impact.contact.friction import ModifiedCoulomb
+from oblique_impact.contact.impacts import NewtonImpact
+from oblique_impact.contact.state import Tolerances, rigid_phase
+from oblique_impact.kernels.system import ContactRows
+from oblique_impact.marching import dop853
+from oblique_impact.marching.equations import QUADRATURES, take_derivative
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.explicit import ExplicitScheme
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.marching.scheme import Scheme, new_scratch
+from oblique_impact.scenario.sections import SolverSection
+from tests.systems import Block, Oscillator, Prescribed, RungeKutta, incline
+from validation.runs import NEAR
+
+OSCILLATOR = Oscillator()
+Q0, QD0 = np.array([1.0, 0.3]), np.array([0.2, -1.0])
+FLIGHT = rigid_phase()
+
+
+def exact(t):
+    return np.concatenate(OSCILLATOR.exact(t, Q0, QD0))
+
+
+# Orders --------------------------------------------------------------------------------------------------------
+
+
+def free_error(scheme):
+    """Largest error of q and q' in free motion over 2 s."""
+    history = simulate_system(OSCILLATOR, Q0, QD0, 2.0, scheme=scheme, output_interval=0.1)
+    found = np.concatenate([history["q"], history["qd"]], axis=1)
+    return np.abs(found - np.array([exact(t) for t in history["time"].values])).max()
+
+
+def fixed_step_error(h):
+    return free_error(FixedStepScheme(h, h))
+
+
+def alpha_error(rho):
+    return lambda h: free_error(GeneralizedAlphaScheme(h, h, rho))
+
+
+def sliding_error(scheme):
+    """Error of a sliding block, x'' = -9 x - 0.3 * 9.8, before it stops; steps of contact.
+
+    The smoothed law has no stick state, which the paper's judgement would enter at any slip velocity.
+    """
+    block = Block(lambda t, q, qd: (-9.0 * q[0], -9.8))
+    history = simulate_system(block, [0.1, 0.0], [2.0, 0.0], 0.3, friction=ModifiedCoulomb(0.3), scheme=scheme)
+    centre = -0.3 * 9.8 / 9.0
+    end = centre + (0.1 - centre) * math.cos(0.9) + 2.0 / 3.0 * math.sin(0.9)
+    return abs(float(history["slip"][-1]) - end)
+
+
+def taken(t, y, h, scratch):
+    """One step of length h with its dense output; returns the new state."""
+    take_derivative(OSCILLATOR, FLIGHT, t, y, scratch.work, scratch.K[0])
+    for first, last, target in (
+        (1, dop853.STAGES, scratch.y_new),
+        (dop853.STAGES + 1, dop853.DENSE_STAGES - 1, scratch.at),
+    ):
+        status, _, _ = dop853.take_stages(OSCILLATOR, FLIGHT, t, y, h, first, last, scratch, target)
+        assert status == 0
+    dop853.interpolant(y, scratch.y_new, h, scratch.K, scratch.F)
+    return scratch.y_new.copy()
+
+
+def oscillator_scratch():
+    return new_scratch(OSCILLATOR.new_workspace(), 4 + QUADRATURES, np.ones(4), Tolerances.of(1.0, 1.0, 1.0))
+
+
+def event_scheme_error(h):
+    """Largest error over 6 s of equal steps of the event scheme's Runge-Kutta method."""
+    scratch, y = oscillator_scratch(), np.concatenate([exact(0.0), np.zeros(QUADRATURES)])
+    worst = 0.0
+    for i in range(round(6.0 / h)):
+        y = taken(i * h, y, h, scratch)
+        worst = max(worst, np.abs(y[:4] - exact((i + 1) * h)).max())
+    return worst
+
+
+def dense_output_error(h):
+    """Largest error inside single steps from exact states; one order is gained locally."""
+    scratch, at = oscillator_scratch(), np.zeros(4 + QUADRATURES)
+    worst = 0.0
+    for t in np.linspace(0.0, 3.0, 7):
+        y = np.concatenate([exact(t), np.zeros(QUADRATURES)])
+        taken(t, y, h, scratch)
+        for x in np.linspace(0.05, 0.95, 19):
+            dop853.interpolate(scratch.F, y, x, at)
+            worst = max(worst, np.abs(at[:4] - exact(t + x * h)).max())
+    return worst / h
+
+
+ORDERS = {
+    "fixed-step, free": (fixed_step_error, FixedStepScheme.order, 4, [0.04, 0.02, 0.01, 0.005], 2e-8),
+    "fixed-step, contact": (
+        lambda h: sliding_error(FixedStepScheme(1.0, h)),
+        FixedStepScheme.order,
+        4,
+        [0.015, 0.0075, 0.00375, 0.001875],
+        1e-11,
+    ),
+    "explicit and user-defined, contact": (
+        lambda h: sliding_error(RungeKutta(SolverSection(free_step=1.0, contact_step=h))),
+        RungeKutta.order,
+        4,
+        [0.015, 0.0075, 0.00375, 0.001875],
+        1e-11,
+    ),
+    "generalized-alpha, rho 0": (alpha_error(0.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 3e-3),
+    "generalized-alpha, rho 0.8": (alpha_error(0.8), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
+    "generalized-alpha, rho 1": (alpha_error(1.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
+    "generalized-alpha, contact": (
+        lambda h: sliding_error(GeneralizedAlphaScheme(1.0, h, 0.5)),
+        # the first step in a rigid contact is one of backward Euler: locally h^2/2
+        *(GeneralizedAlphaScheme.order, 2, [0.015, 0.0075, 0.00375, 0.001875], 2e-5),
+    ),
+    "event, step": (event_scheme_error, EventScheme.order, 8, [0.3, 6 / 28, 0.15, 6 / 56, 0.075], 2e-10),
+    "event, dense output": (dense_output_error, dop853.DENSE_TERMS, 7, [0.4, 0.3, 0.2, 0.15, 0.1], 2e-8),
+}
+
+
+@pytest.mark.parametrize("name", ORDERS)
+def test_every_scheme_holds_its_declared_order(name):
+    error, declared, order, steps, ceiling = ORDERS[name]
+    assert declared == order
+    errors = np.array([error(h) for h in steps])
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order - 0.2 < slope < order + 0.2
+    assert errors[-1] < ceiling
+
+
+def test_no_scheme_escapes_the_test_of_orders():
+    assert set(Scheme.__subclasses__()) == {
+        FixedStepScheme,
+        EventScheme,
+        GeneralizedAlphaScheme,
+        ExplicitScheme,
+    }
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
+def test_event_scheme_keeps_its_tolerance(tolerance):
+    # sizes for absolute tolerances follow from the gap: that to a stop 1000 m away is none of the motion
+    near = Oscillator(stop=1.0)
+    history = simulate_system(near, Q0, QD0, 3.0, scheme=EventScheme(tolerance), output_interval=0.05)
+    found = np.concatenate([history["q"], history["qd"]], axis=1)
+    error = np.abs(found - np.array([exact(t) for t in history["time"].values])).max()
+    assert error < tolerance
+    assert error > 1e-5 * tolerance  # a tolerance that changed nothing would show here
+    np.testing.assert_array_equal(history["time"], np.minimum(0.05 * np.arange(61), 3.0))
+
+
+def test_samples_are_multiples_of_the_interval_and_the_two_sides_of_events():
+    for scheme in (EventScheme(1e-10), FixedStepScheme(1e-2, 1e-3)):
+        history = simulate_system(incline(0.0), [0.0, 0.3], [1.0, 0.0], 0.5, scheme=scheme, output_interval=0.02)
+        time = history["time"].values
+        assert np.all(np.diff(time) > 0.0)
+        events = np.array([event.time for event in history.events])
+        assert np.isin(events, time).all()
+        assert np.isin(np.nextafter(events, 1.0), time).all()
+        grid = np.setdiff1d(time, [*events, *np.nextafter(events, 1.0)])
+        assert np.allclose(grid, 0.02 * np.arange(26)[np.isin(np.arange(26), np.round(grid / 0.02))], atol=1e-15)
+        assert grid.size >= 25
+
+
+# Located events ------------------------------------------------------------------------------------------------
+
+
+class Pendulum(MechanicalSystem):
+    """theta'' = -sin theta against a stop at angle -stop."""
+
+    size = 1
+
+    def __init__(self, stop):
+        self.stop = stop
+
+    def mass_matrix(self, t, q):
+        return np.eye(1)
+
+    def forces(self, t, q, qd):
+        return -np.sin(q)
+
+    def contact(self, t, q, qd):
+        return ContactRows(q[0] + self.stop, 0.0, qd[0], 0.0, np.ones(1), np.zeros(1))
+
+    def energy(self, t, q, qd):
+        return 0.5 * float(qd[0]) ** 2, 0.0, 1.0 - math.cos(q[0])
+
+
+def test_pendulum_between_bounces():
+    """From rest at 2.5 rad to an elastic stop at -1: quarter periods and elliptic integrals."""
+    k = math.sin(1.25)
+    to_stop = ellipk(k * k) + ellipkinc(math.asin(math.sin(0.5) / k), k * k)
+    history = simulate_system(
+        Pendulum(1.0), [2.5], [0.0], 3.1 * to_stop, impact=NewtonImpact(1.0), scheme=EventScheme(1e-12)
+    )
+    assert [event.time for event in history.events] == pytest.approx([to_stop, 3.0 * to_stop], abs=1e-11)
+    speed = math.sqrt(2.0 * (math.cos(1.0) - math.cos(2.5)))
+    assert [event.normal_velocity for event in history.events] == pytest.approx([-speed] * 2, rel=1e-11)
+    early = history["time"].values < to_stop
+    _, cn, dn, _ = ellipj(history["time"].values[early], k * k)
+    assert np.abs(history["q"].values[early, 0] - 2.0 * np.arcsin(k * cn / dn)).max() < 1e-11
+
+
+def test_dropped_block():
+    for height in (1e-6, 1e-3, 1.0, 50.0):
+        history = simulate_system(incline(0.0), [0.0, height], [0.0, 0.0], 4.0)
+        fall = math.sqrt(2.0 * height / 9.8)
+        assert history.events[0].time == pytest.approx(fall, abs=1e-11)
+        assert history.events[0].normal_velocity == pytest.approx(-9.8 * fall, rel=1e-9)
+        assert history.summary["energy"]["lost_impact"] == pytest.approx(9.8 * height, rel=1e-9)
+
+
+@pytest.mark.parametrize("stop", [0.35, 0.5, 0.8, 0.803])
+def test_oscillator_hits_its_stop(stop):
+    """The second mass rises from below 0.21 to its crest of 0.80312 at 2.62 s."""
+    hit = brentq(lambda t: OSCILLATOR.exact(t, Q0, QD0)[0][1] - stop, 1.0, 2.62, xtol=1e-15)
+    history = simulate_system(Oscillator(stop=stop), Q0, QD0, hit + 0.01, scheme=EventScheme(1e-12))
+    assert history.events[0].time == pytest.approx(hit, abs=1e-11)
+
+
+# Nothing lost inside a step ------------------------------------------------------------------------------------
+
+# A first step is 1/1000 of the output interval and s'' = 0 is integrated without error: one step covers it all.
+END = 1.5
+
+
+def first_event(system):
+    """First event of a slow variable that would run from 0 to END at 1 m/s in a single step."""
+    history = simulate_system(system, [0.0], [1.0], END, impact=NewtonImpact(1.0), output_interval=1e3 * END)
+    if not history.events:
+        assert history.summary["steps"] == 1
+        return None
+    return history.events[0]
+
+
+def polynomial_gap(roots):
+    gap = Polynomial.fromroots(roots)
+    return Prescribed(gap, gap.deriv(), gap.deriv(2))
+
+
+def wiggling_gap(crests, place, depth):
+    """1 - depth - cos: dips of the given depth, `crests` of them per step; the first one is centred at `place`."""
+    w = 2.0 * math.pi * crests / END
+    gap = Prescribed(
+        lambda s: 1.0 - depth - math.cos(w * (s - place)),
+        lambda s: w * math.sin(w * (s - place)),
+        lambda s: w * w * math.cos(w * (s - place)),
+    )
+    return gap, place - math.acos(1.0 - depth) / w
+
+
+@pytest.mark.parametrize("width", [0.1, 1e-2, 1e-4])
+@pytest.mark.parametrize("places", [(0.02, 0.3), (0.1, 0.55), (0.2, 0.76), (0.28, 0.78), (0.51, 0.9)])
+def test_of_two_dips_inside_a_step_the_first_is_found(places, width):
+    roots = END * np.array([places[0], places[0] + width, places[1], places[1] + width])
+    event = first_event(polynomial_gap(np.sort(roots)))
+    # a dip of width d and depth d^2 is crossed at a slope of d: rounding of the gap counts as much as 1e-15/d
+    assert event.time == pytest.approx(roots[0], abs=max(1e-11, 1e-14 / width))
+
+
+@pytest.mark.parametrize("places", [(0.02, 0.12), (0.3, 0.38), (0.55, 0.65)])
+def test_of_two_dips_inside_a_quarter_of_a_step_the_first_is_found(places):
+    roots = END * np.array([places[0], places[0] + 0.03, places[1], places[1] + 0.03])
+    event = first_event(polynomial_gap(roots))
+    assert event.time == pytest.approx(roots[0], abs=1e-11)
+
+
+def first_dips(crests, depth):
+    """Wiggling gaps that start open, with their first crossings, for many places of the first dip in the step."""
+    for place in np.linspace(0.02, 0.9 / max(crests, 1.0), 31):
+        system, first = wiggling_gap(crests, place * END, depth)
+        if system.g(0.0) > 0.0:
+            yield place, first, first_event(system)
+
+
+@pytest.mark.parametrize(
+    ("crests", "depth", "located"),
+    [
+        *((1.0, depth, 1e-11) for depth in (0.3, 1e-2, 1e-4)),
+        *((1.5, depth, 1e-11) for depth in (0.1, 1e-3)),
+        (1.5, 1e-6, 1e-3),
+        *((2.0, depth, 1e-3) for depth in (0.3, 1e-4, 1e-6)),
+    ],
+)
+def test_a_wiggling_gap_is_caught_at_its_first_crossing(crests, depth, located):
+    """Up to two dips per step, wherever they fall in it; where they are deep enough, located to rounding."""
+    for place, first, event in first_dips(crests, depth):
+        assert event is not None, f"the dip at {place} of the step is lost"
+        assert event.time == pytest.approx(first, abs=located)
+
+
+def test_a_shallow_dip_that_does_not_reach_zero_is_no_event():
+    for clearance in (1e-3, 1e-6, 1e-9):
+        for place in np.linspace(0.0, END, 23):
+            parabola = Prescribed(
+                lambda s, p=place, c=clearance: (s - p) ** 2 + c, lambda s, p=place: 2.0 * (s - p), lambda s: 2.0
+            )
+            assert first_event(parabola) is None
+
+
+@pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
+def test_a_shallow_dip_that_reaches_zero_is_an_event(depth):
+    for place in np.linspace(0.12, END, 23):
+        parabola = Prescribed(
+            lambda s, p=place: (s - p) ** 2 - depth, lambda s, p=place: 2.0 * (s - p), lambda s: 2.0
+        )
+        assert first_event(parabola).time == pytest.approx(place - math.sqrt(depth), abs=1e-11)
+
+
+def test_a_dip_of_the_contact_force_is_found():
+    """lambda_n falls below zero for a moment in a sliding contact whose motion alone asks for no short step."""
+    for place in np.linspace(0.3, 1.4, 23):
+        block = Block(lambda t, q, qd, p=place: (0.0, 1e-3 - (t - p) ** 2))
+        history = simulate_system(block, [0.0, 0.0], [1.0, 0.0], 1.5, output_interval=1.0)
+        release = [event.time for event in history.events if event.kind.value == "release"]
+        assert release[0] == pytest.approx(place - math.sqrt(1e-3), abs=1e-11)
+
+
+class Table(MechanicalSystem):
+    """A ball over a table that moves as A sin(w t)."""
+
+    size = 1
+
+    def __init__(self, amplitude, frequency):
+        self.amplitude, self.frequency = amplitude, frequency
+
+    def mass_matrix(self, t, q):
+        return np.eye(1)
+
+    def forces(self, t, q, qd):
+        return np.array([-9.8])
+
+    def contact(self, t, q, qd):
+        a, w = self.amplitude, self.frequency
+        place, speed, bias = a * math.sin(w * t), a * w * math.cos(w * t), a * w * w * math.sin(w * t)
+        return ContactRows(q[0] - place, 0.0, qd[0] - speed, 0.0, np.ones(1), np.zeros(1), bias)
+
+    def energy(self, t, q, qd):
+        return 0.5 * float(qd[0]) ** 2, 0.0, 9.8 * float(q[0])
+
+
+@pytest.mark.parametrize("frequency", [20.0, 200.0, 600.0])
+def test_ball_on_a_vibrating_table(frequency):
+    for height in np.linspace(0.05, 0.5, 10):
+        table = Table(5e-3, frequency)
+
+        def gap(t, start=height):
+            return start - 4.9 * t * t - 5e-3 * math.sin(frequency * t)
+
+        times = np.linspace(0.0, 0.35, 100_001)
+        first = np.flatnonzero(height - 4.9 * times**2 - 5e-3 * np.sin(frequency * times) < 0.0)[0]
+        hit = brentq(gap, times[first - 1], times[first], xtol=1e-15)
+        history = simulate_system(table, [height], [0.0], 1.05 * hit, output_interval=1e-3)
+        assert history.events[0].time == pytest.approx(hit, abs=1e-10)
+        assert float(history["gap"].min()) > -1e-10
+
+
+def test_moving_table_balances_its_energy():
+    """An elastic table moving up at 2 m/s returns a ball that falls at 3 m/s at 7 m/s."""
+    table = Table(2e-3 / math.pi * 1e3, math.pi)  # at t = 0: 2 m/s, no acceleration
+    history = simulate_system(table, [0.0], [-3.0], 0.01, impact=NewtonImpact(1.0), output_interval=1e-3)
+    assert history.events[0].time == 0.0
+    assert float(history["qd"][1, 0]) == pytest.approx(7.0, rel=1e-12)
+    energy = history.summary["energy"]
+    assert energy["lost_impact"] == pytest.approx(0.0, abs=1e-12)
+    assert energy["supplied"] == pytest.approx(0.5 * (49.0 - 9.0), rel=1e-12)
+    assert abs(energy["unaccounted"]) < 1e-11
+
+
+# Starts and flights shorter than a step ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gap", [-1e-18, 0.0, 1e-18])
+def test_a_flight_that_starts_at_rounding_below_zero_and_falls_hits(gap):
+    """y'' = 1e-6 - t lifts the block by 7e-19 m, then it falls: it must not go through the plane."""
+    block = Block(lambda t, q, qd: (0.0, 1e-6 - t))
+    history = simulate_system(block, [0.0, gap], [0.0, 0.0], 1e-2, output_interval=1e-3)
+    assert history.events[0].kind.value == "impact"
+    # the gap tolerance, 1e-12 m, is used up after (6e-12)^(1/3) s
+    assert history.events[0].time <= 1.01 * 6e-12 ** (1 / 3)
+    assert float(history["gap"].min()) >= -1.01e-12
+
+
+@pytest.mark.parametrize("speed", [1e-5, 1e-4, 1e-3])
+def test_short_bounces_inside_a_fraction_of_a_step(speed):
+    """Flights of at most 2e-4 s, each tried with a step of up to 1 s: every landing counts."""
+    height, e = 0.5 * speed**2 / 9.8, 0.5
+    history = simulate_system(
+        incline(0.0),
+        [0.0, height],
+        [1.0, 0.0],
+        1.0,
+        impact=NewtonImpact(e),
+        output_interval=1e3,
+        gap_tolerance=1e-12,
+    )
+    fall = speed / 9.8
+    count = len(history.events)
+    # bounces go on until they rise less than four gap tolerances: speed e^k > sqrt(8 g 1e-12)
+    assert count == 1 + int(math.log(speed / math.sqrt(8.0 * 9.8e-12)) / math.log(1.0 / e))
+    bounces = fall * (1.0 + 2.0 * np.cumsum(e ** np.arange(1, count)))
+    assert [event.time for event in history.events[1:]] == pytest.approx(bounces, abs=1e-11)
+    assert float(history["gap"].min()) > -1e-12
+
+
+def test_a_bounce_that_outlasts_many_others_keeps_every_landing():
+    """Elastic bounces: the n-th landing comes after 2 n - 1 fall times, with one step growing in each flight."""
+    history = simulate_system(
+        incline(0.0), [0.0, 0.2], [0.0, 0.0], 5.0, impact=NewtonImpact(1.0), output_interval=10.0
+    )
+    fall = math.sqrt(0.4 / 9.8)
+    landings = fall * (2.0 * np.arange(1, len(history.events) + 1) - 1.0)
+    assert len(history.events) == int((5.0 / fall + 1.0) / 2.0)
+    assert [event.time for event in history.events] == pytest.approx(landings, abs=1e-11)
+    assert abs(history.summary["energy"]["unaccounted"]) < 1e-11
+
+
+def test_breakpoints():
+    """A force that starts to grow at a breakpoint between two steps: both schemes must stop there."""
+    start = 0.2345
+    block = Block(lambda t, q, qd: (max(t - start, 0.0), 0.0))
+    for scheme in (EventScheme(1e-10), FixedStepScheme(1e-2, 1e-2)):
+        history = simulate_system(
+            block, [0.0, 1.0], [1.0, 0.0], 1.0, scheme=scheme, breakpoints=(start,), output_interval=0.1
+        )
+        time = history["time"].values
+        assert time[-1] == 1.0
+        assert float(history["slip"][-1]) == pytest.approx(1.0 + (1.0 - start) ** 3 / 6.0, abs=1e-12)
+        speed = 1.0 + 0.5 * np.maximum(time - start, 0.0) ** 2
+        assert history["slip_rate"].values == pytest.approx(speed, abs=1e-12)
+
+
+@pytest.mark.parametrize("scheme", ["event", "fixed-step", "generalized-alpha"])
+def test_two_runs_are_the_same_to_the_last_digit(scheme):
+    """Whatever else the machine does meanwhile: no scheme may look at the clock."""
+    scenario = Scenario.builtin("paper", [f"solver.scheme={scheme}", *NEAR, "end_time=0.02"])
+    first, second = simulate(scenario).data, simulate(scenario).data
+    for name in ("time", "q", "qd", "lambda_n", "lambda_tau"):
+        assert first[name].values.tobytes() == second[name].values.tobytes(), name

@@ -1,0 +1,136 @@
+"""The full nodal model at a rigid stop: pointwise force, drift, stick, steps that do not resolve the mesh."""
+
+import numpy as np
+import pytest
+
+from oblique_impact import Outcome, Scenario, simulate
+from oblique_impact.contact.transitions import EventKind
+from validation.checks.rigid_impact import (
+    BENDING,
+    LENGTH,
+    MASS,
+    NODAL,
+    SPEED,
+    WAVE,
+    held_tip,
+)
+from validation.runs import NEAR
+
+
+@pytest.mark.parametrize(("rho", "opens", "closes"), [(0.0, 5, 1.4), (0.5, 8, 1.15), (0.8, 77, 1.07)])
+def test_window_of_the_pointwise_force(rho, opens, closes):
+    """Benchmark 5d: F = (E I)^(1/4) m^(3/4) v0/sqrt(2 pi t) within 5 % from `opens` dt to `closes` L (dt/c)^.5."""
+    step = 0.6 * (LENGTH / 64) ** 2 / WAVE  # at least 0.4 h^2/c
+    times, _, force = held_tip(64, step, rho, 2e-3)
+    window = (times > opens * step) & (times < closes * LENGTH * np.sqrt(step / WAVE))
+    assert window.sum() > 2 or rho == 0.8
+    law = BENDING**0.25 * MASS**0.75 * SPEED / np.sqrt(2.0 * np.pi * times[window])
+    np.testing.assert_allclose(force[window], law, rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("friction", "rho"), [("frictionless", 0.0), ("hybrid", 0.0), ("hybrid", 0.8), ("modified-coulomb", 0.8)]
+)
+def test_rigid_stop_does_not_drift(run, friction, rho):
+    history = run(
+        "paper",
+        *NODAL,
+        "discretization.elements=16",
+        f"contact.friction={friction}",
+        f"solver.rho_infinity={rho}",
+        "solver.free_step=1e-5",
+        "solver.output_interval=1e-6",
+        "end_time=0.016",
+        *NEAR,
+    )
+    assert history.outcome is Outcome.COMPLETED
+    closed = history["state"].values > 0
+    assert closed.sum() > 1000
+    assert np.abs(history["gap"].values[closed]).max() < 1e-9
+    assert history["gap"].values.min() > -1e-9
+    energy = history.summary["energy"]
+    assert abs(energy["unaccounted"]) < 1e-4
+    assert energy["lost_friction"] >= 0.0
+    # a rigid stop has no limit in the number of modes; the impulse of the first collision settles near 1.87 N s
+    assert 1.8 < history.summary["macro_collisions"][0]["normal_impulse"] < 1.95
+
+
+def test_sticking_on_a_rigid_stop_holds_both_constraints(run):
+    """mu = 12: nine sticks in one collision; neither gap nor slip drifts while the tip sticks."""
+    history = run(
+        "paper",
+        *NODAL,
+        "discretization.elements=3",
+        "contact.mu_static=12.0",
+        "contact.mu_kinetic=12.0",
+        "solver.free_step=1e-5",
+        "solver.output_interval=1e-5",
+        "end_time=0.34",
+    )
+    assert history.outcome is Outcome.COMPLETED
+    assert [event.kind for event in history.events].count(EventKind.STICK) >= 8
+    state, slip, gap = (history[name].values for name in ("state", "slip", "gap"))
+    sticks = np.flatnonzero(state == 2)
+    assert sticks.size > 100
+    for stick in np.split(sticks, np.flatnonzero(np.diff(sticks) > 1) + 1):
+        assert np.ptp(slip[stick]) < 1e-9
+        assert np.abs(gap[stick]).max() < 1e-9
+        tangential, normal = (history[name].values[stick] for name in ("lambda_tau", "lambda_n"))
+        assert np.all(np.abs(tangential) <= 12.0 * normal * (1.0 + 1e-6) + 1e-6)
+
+
+def test_both_schemes_stick_alike(run):
+    """The built-in case with a long stick, three modes: the same events, their times within the step's error."""
+    alpha = run("sticking", "solver.scheme=generalized-alpha", "solver.free_step=1e-5")
+    event = run("sticking")
+    assert [e.kind for e in alpha.events] == [e.kind for e in event.events]
+    assert EventKind.STICK in {e.kind for e in alpha.events}
+    np.testing.assert_allclose([e.time for e in alpha.events], [e.time for e in event.events], atol=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("elements", "step", "rho"),
+    [(32, 1e-4, 0.8), (64, 2e-5, 0.8), (128, 2e-5, 0.5), (128, 1e-4, 0.0), (128, 1e-4, 0.5), (128, 1e-4, 0.8)],
+)
+def test_steps_that_do_not_resolve_the_mesh_gain_no_energy(run, elements, step, rho):
+    """Up to 41 h^2/c: accelerations that start anew after every impact must not throw what is not resolved."""
+    history = run(
+        "paper",
+        *NODAL,
+        f"discretization.elements={elements}",
+        "contact.friction=frictionless",
+        f"solver.rho_infinity={rho}",
+        f"solver.free_step={step}",
+        f"solver.contact_step={step}",
+        "end_time=0.34",
+    )
+    assert history.outcome is Outcome.COMPLETED
+    energy = history.summary["energy"]
+    assert 2.2 < energy["final"] < 2.5  # theory Sec. 6: 2.355 to 2.511 J
+    assert energy["lost_scheme"] > 0.0
+    assert abs(energy["unaccounted"]) < 2e-4
+    assert history.summary["macro_collisions"][0]["normal_impulse"] == pytest.approx(1.87, abs=0.12)
+
+
+def test_rigid_stop_of_a_damped_beam_has_five_contacts():
+    """With resolved Kelvin-Voigt damping a rigid stop has a limit that plastic impacts of any mesh approach.
+
+    32 elements with steps of 1e-6 s: five contacts in the first collision, impulse 1.819354 N s, the second one at
+    0.6594683 s (elements to infinity: 1.819369 and 0.659474, which elastic stops and a massless contact point
+    reach as well).  Where a force that only begins is carried on over a step, there are more contacts.
+    """
+    changes = (
+        "discretization.elements=32",
+        "solver.free_step=1e-5",
+        "solver.contact_step=1e-6",
+        "solver.output_interval=1e-3",
+        "beam.kelvin_voigt=1e-5",
+        "contact.friction=frictionless",
+        "end_time=0.66",
+    )
+    scenario = Scenario.builtin("paper", [*NODAL, *changes])
+    first, second = simulate(scenario).summary["macro_collisions"]
+    assert first["contacts"] == 5
+    assert first["end"] == pytest.approx(0.3285092, abs=1e-7)
+    assert first["normal_impulse"] == pytest.approx(1.819354, abs=1e-6)
+    assert second["start"] == pytest.approx(0.6594683, abs=1e-7)

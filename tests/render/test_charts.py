@@ -1,0 +1,168 @@
+"""What is read off charts and figures: each curve under its name, with its unit, and the cursor at its time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import ImageColor, ImageDraw
+
+from renders import campbell, overview
+from renders.charts import Chart, energy_curves, force_curves
+from renders.frame import Composer
+from renders.letters import Letters
+from renders.story import story_of
+from renders.style import LIGHT, Style
+from renders.timeline import make_timeline
+
+KINDS = ("kinetic", "elastic", "gravity")
+
+
+@pytest.fixture(scope="module")
+def story(run):
+    return story_of([run("paper")])
+
+
+def test_each_curve_has_its_name_and_colour(story, run):
+    history = story.histories[0]
+    normal, tangential = force_curves(story)
+    assert [(c.label, c.colour, c.dash) for c in (normal, tangential)] == [
+        ("normal", LIGHT.arrow, "-"),
+        ("tangential", LIGHT.arrow, "--"),
+    ]
+    np.testing.assert_array_equal(normal.values, history["lambda_n"])
+    np.testing.assert_array_equal(tangential.values, history["lambda_tau"])
+    *parts, total = energy_curves(story)
+    for curve, kind, colour in zip(parts, KINDS, LIGHT.energies, strict=True):
+        assert (curve.label, curve.colour) == (kind, colour)
+        np.testing.assert_array_equal(curve.values, history[f"energy_{kind}"])
+    assert (total.label, total.colour) == ("total", LIGHT.ink)
+    np.testing.assert_allclose(total.values, sum(history[f"energy_{kind}"].values for kind in KINDS), rtol=1e-12)
+    two = story_of([history, run("sticking")], names=["a", "b"])
+    energies = [f"energy_{kind}" for kind in KINDS]
+    for curves, variables in ((force_curves(two), ["lambda_n"]), (energy_curves(two), energies)):
+        assert [(c.label, c.colour) for c in curves] == [("a", LIGHT.series[0]), ("b", LIGHT.series[1])]
+        for curve, one in zip(curves, two.histories, strict=True):
+            np.testing.assert_allclose(curve.values, sum(one[name].values for name in variables), rtol=1e-12)
+
+
+def test_the_cursor_is_at_its_time_and_the_past_is_solid(story):
+    """A curve that is its own film time: the cursor crosses it where it says."""
+    timeline = make_timeline(story.time_map, between=(0.3, 0.34))
+    chart = Chart(force_curves(story), "force (N)", (600, 260), timeline, story, Letters(1.0))
+    ink = np.array(ImageColor.getrgb(LIGHT.ink))
+    columns = []
+    for time in (0.3, 0.325, 0.34):
+        picture = np.asarray(chart.at(time)).astype(int)
+        lines = (np.abs(picture - ink).max(axis=2) < 8).sum(axis=0)
+        columns.append(int(lines.argmax()))
+    part = float(timeline.course.film_at(0.325) / timeline.course.duration)
+    assert columns[1] == pytest.approx(columns[0] + part * (columns[2] - columns[0]), abs=1.5)
+    solid = np.abs(np.asarray(chart.at(0.34)).astype(int) - ImageColor.getrgb(LIGHT.arrow)).max(axis=2) < 25
+    faint = np.abs(np.asarray(chart.at(0.3)).astype(int) - ImageColor.getrgb(LIGHT.arrow)).max(axis=2) < 25
+    assert solid[40:].sum() > 5 * faint[40:].sum() + 100
+
+
+def texts(monkeypatch, draw):
+    """What a frame writes, those of its charts too."""
+    found, pillow, matplotlib = [], ImageDraw.ImageDraw.text, Text.draw
+
+    def write(pen, place, text, *args, **options):
+        found.append(text)
+        return pillow(pen, place, text, *args, **options)
+
+    def draw_text(artist, *args, **options):
+        found.append(artist.get_text())
+        return matplotlib(artist, *args, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ImageDraw.ImageDraw, "text", write)
+        patch.setattr(Text, "draw", draw_text)
+        draw()
+    return found
+
+
+def test_a_frame_tells_its_rate_and_the_force_and_gap_of_the_inset(story, monkeypatch):
+    geometry = story.geometries[0]
+    small = replace(story, style=Style(size=(960, 540)))
+    said = texts(
+        monkeypatch, lambda: Composer(small, make_timeline(story.time_map, frames=4)).draw(0.3232, 1 / 384)
+    )
+    k = geometry.index(0.3232)
+    assert {"force (N)", "energy (J)", "1/380 of real time", "t = 0.32320 s", "SLIP"} <= set(said)
+    assert f"{np.hypot(*sum(geometry.contact_forces(k))):.0f} N" in said
+    composer = Composer(small)
+    gap = 1e3 * float(geometry.value("gap", geometry.index(0.31)))
+    said = texts(monkeypatch, lambda: composer.draw(0.31, 2.5))
+    assert {f"gap {gap:.0f} mm", "no contact force", "2.5 times real time", "FREE"} <= set(said)
+    for rate, words in ((1.0, "real time"), (0.002, "1/500 of real time"), (1 / 7, "1/7 of real time")):
+        assert words in texts(monkeypatch, lambda rate=rate: composer.draw(0.31, rate))
+    composer.close()
+
+
+@pytest.fixture
+def panels(run, monkeypatch, tmp_path):
+    """Axes of the overview of two runs, by title."""
+    kept: list[Figure] = []
+    monkeypatch.setattr(overview, "save_figure", lambda figure, *_: kept.append(figure))
+    overview.overview_figure({"a": run("paper"), "b": run("paper", "contact.friction=frictionless")}, tmp_path)
+    return {axes.get_title(loc="left"): axes for axes in kept[0].axes}
+
+
+def line(axes, label):
+    (found,) = (line for line in axes.lines if line.get_label() == label)
+    return found.get_data()
+
+
+def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
+    history, other = run("paper"), run("paper", "contact.friction=frictionless")
+    time = history["time"].values
+    for title, name, xlabel, factors, ylabel in (
+        ("First collision: contact force", "lambda_n", "time (ms)", (1e3, 1.0), "normal force (N)"),
+        ("Distance from the slope (contact shaded)", "gap", "time (s)", (1.0, 1e3), "gap (mm)"),
+    ):
+        axes = panels[title]
+        assert (axes.get_xlabel(), axes.get_ylabel()) == (xlabel, ylabel)
+        for label, run_of in (("a", history), ("b", other)):
+            x, y = line(axes, label)
+            np.testing.assert_allclose(x, factors[0] * run_of["time"].values)
+            np.testing.assert_allclose(y, factors[1] * run_of[name].values)
+    axes = panels["Energy"]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time (s)", "energy (J)")
+    np.testing.assert_allclose(line(axes, "total, a")[1], sum(history[f"energy_{kind}"].values for kind in KINDS))
+    for kind in ("gravity", "elastic"):
+        np.testing.assert_array_equal(line(axes, kind)[1], history[f"energy_{kind}"])
+    start, end = (1e3 * history.summary["macro_collisions"][0][key] for key in ("start", "end"))
+    low, high = panels["First collision: contact force"].get_xlim()
+    assert low < start < end < high < end + 2.0
+    axes = panels["Shapes in the first collision"]
+    assert axes.get_ylabel() == "deflection from the chord (mm)"
+    k = int(np.searchsorted(time, history.events[0].time, side="right"))
+    chord = history["uy"].values[k, -1] * history["station"].values / history["station"].values[-1]
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 1e3 * (history["uy"].values[k] - chord), atol=1e-9)
+    axes = panels["Where the energy went"]
+    assert axes.get_ylabel() == "energy lost (J)"
+    lost = [history.summary["energy"][f"lost_{kind.get_text()}"] for kind in axes.get_xticklabels()]
+    assert [bar.get_height() for bar in axes.containers[0]] == lost
+
+
+def test_a_campbell_diagram_names_flapwise_and_chordwise(monkeypatch, tmp_path):
+    kept: list[Figure] = []
+    monkeypatch.setattr(campbell, "save_figure", lambda figure, *_: kept.append(figure))
+
+    class Spectrum:
+        def flapwise(self, spin_rate, count):
+            return np.array([10.0 + spin_rate])
+
+        def chordwise(self, spin_rate, count):
+            return np.array([20.0 + spin_rate])
+
+    campbell.campbell_diagram(Spectrum(), [0.0, 6.0], 1, tmp_path)
+    axes = kept[0].axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin rate (rad/s)", "natural frequency (rad/s)")
+    for label, start in (("flapwise", 10.0), ("chordwise", 20.0), ("once per revolution", 0.0)):
+        x, y = line(axes, label)
+        np.testing.assert_allclose(y, start + x)

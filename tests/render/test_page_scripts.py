@@ -1,0 +1,236 @@
+"""What the page of a run draws and writes: Node runs its scripts with a canvas that takes notes (`stage.js`)."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from renders import player
+from renders.envelope import drawn
+from renders.player.document import SCRIPTS
+from renders.player.payload import payload, unpacked
+from renders.scene import contact_force
+from renders.slope import drawn_slope
+from renders.story import story_of
+from renders.style import STATE_COLOURS, Style
+from tests.render.test_pictures import check_arrow_outline
+
+NODE = shutil.which("node") or shutil.which("nodejs")
+pytestmark = pytest.mark.skipif(NODE is None, reason="neither node nor nodejs is on the PATH")
+
+PAGE = Path(next(iter(player.__path__))) / "page"
+
+
+class Scripts:
+    """The scripts of the page of a story."""
+
+    def __init__(self, story):
+        content = payload(story, 400)
+        self.arrays, self.facts = {n: unpacked(entry) for n, entry in content.arrays.items()}, content.facts
+        self._content = {"arrays": json.dumps(content.arrays), "facts": json.dumps(content.facts)}
+        files = [Path(__file__).with_name("stage.js"), *(PAGE / f"{name}.js" for name in SCRIPTS[:-1])]
+        own = [file.read_text(encoding="utf-8") for file in files]  # all but the controls, which need a page
+        self._source = "\n".join([*own, "readColours(); setScene(facts.factor);"])
+
+    def value(self, expression, **given):
+        """Value of a JavaScript expression, which may use what the scripts define, and CONTENT.NAME of `given`."""
+        source, content = f"{self._source}\nconsole.log(JSON.stringify({expression}));", self._content | given
+        done = subprocess.run([NODE, "-e", source], input=json.dumps(content), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr[:2000]
+        return json.loads(done.stdout)
+
+    def at(self, place, expression):
+        """Value of an expression in which `moment` is what there is at a place among the frames."""
+        return self.value(f"((moment) => {expression})(momentAt({place}, newMoment()))")
+
+    def drawn(self, place, call):
+        """What a call draws at a place among the frames."""
+        return self.at(place, f"note(() => {call})")
+
+
+@pytest.fixture(scope="module")
+def story(run):
+    return story_of([run("paper")])
+
+
+@pytest.fixture(scope="module")
+def scripts(story):
+    return Scripts(story)
+
+
+def test_numbers_are_written_as_they_are(scripts):
+    """Rounding, signs, units of rates: what a reader takes from the page."""
+    cases = {
+        "rateText(0.1)": "1/10 of real time",
+        "rateText(0.002)": "1/500 of real time",
+        "rateText(1 / 3)": "1/3 of real time",
+        "rateText(1 / 384)": "1/380 of real time",
+        "rateText(1)": "real time",
+        "rateText(2.5)": "2.5× real time",
+        "significant(241.78, 3)": "242",
+        "significant(-0.012345, 3)": "−0.0123",
+        "significant(3.2e8, 3)": "3.20e8",
+        "significant(0, 3)": "0",
+        "significant(NaN, 3)": "–",
+        "fixed(-0.0004, 3)": "0.000",
+        "fixed(-1.2346, 3)": "−1.235",
+        "short(2.50)": "2.5",
+        "ticks(0, 1, 5)": {"values": pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8, 1.0]), "decimals": 1},
+        "ticks(0.3171, 0.3304, 4)": {"values": pytest.approx([0.32, 0.325, 0.33]), "decimals": 3},
+    }
+    assert scripts.value(f"[{', '.join(cases)}]") == list(cases.values())
+
+
+def strongest(scripts):
+    """Frames of the largest friction down and up the slope."""
+    force = scripts.arrays["chart_tangential"][scripts.arrays["frame_point"]]
+    return [int(force.argmax()), int(force.argmin())]
+
+
+@pytest.mark.parametrize("view", ["sceneView(800, 500)", "insetView(moment, 300, 250)"])
+def test_the_arrow_points_along_the_force_and_leaves_the_contact_point_free(scripts, story, view):
+    geometry = story.geometries[0]
+    for frame in strongest(scripts):
+        k = int(scripts.arrays["frame_sample"][frame])
+        force = contact_force(geometry, k)
+        along = force / np.linalg.norm(force) * (1.0, -1.0)  # rows count downward
+        noted = scripts.drawn(frame, f"drawForce(context, {view}, moment, 90)")
+        place = scripts.at(frame, f"touchPlace({view}, moment)")
+        arrow, mark = noted["fills"]
+        rgb = ",".join(str(int(STATE_COLOURS[1][n : n + 2], 16)) for n in (1, 3, 5))
+        assert arrow["tint"] == f"rgb({rgb})"
+        assert mark["arcs"][0][:2] == pytest.approx(place)
+        length = 90.0 * np.sqrt(np.linalg.norm(force) / geometry.peak_force)
+        check_arrow_outline(np.array(arrow["points"]), along, np.array(place), length)
+        with pytest.raises(AssertionError):  # as it would be with the other sign
+            check_arrow_outline(np.array(arrow["points"]), -along, np.array(place), length)
+        label = f"labelForce(context, drawForce(context, {view}, moment, 90), 800, 500, '')"
+        (said,) = scripts.drawn(frame, label)["texts"]
+        assert float(said["text"].removesuffix(" N")) == pytest.approx(np.linalg.norm(force), rel=6e-3)
+
+
+def test_without_contact_there_is_no_arrow(scripts):
+    free = int(np.flatnonzero(scripts.arrays["frame_state"] == 0)[50])
+    assert scripts.drawn(free, "drawForce(context, sceneView(800, 500), moment, 90)")["fills"] == []
+
+
+def test_the_contact_point_is_one_radius_above_the_mark(scripts, story):
+    """In the view at true scale; the beam of the whole scene is drawn thicker, and so is its distance."""
+    geometry, frame = story.geometries[0], strongest(scripts)[0]
+    place, axis, scale = scripts.at(
+        frame,
+        "((view) => [touchPlace(view, moment), [toX(view, moment.x.at(-1)), toY(view, moment.y.at(-1))],"
+        " view.scale])(insetView(moment, 300, 250))",
+    )
+    found = (np.array(place) - axis) / scale
+    assert found == pytest.approx(-geometry.touch_radius * geometry.slope_axes[1] * (1.0, -1.0), rel=1e-5)
+
+
+def test_the_stress_is_drawn_on_its_own_side(scripts):
+    """From the lower fibre, whose stress that of the history is, through zero to the upper one."""
+    frame = int(scripts.arrays["frame_stress"].max(axis=1).argmax())
+    station = int(scripts.arrays["frame_stress"][frame].argmax())
+    colours = scripts.value("[1e99, 0, -1e99].map(stressColour)")
+    assert colours == ["rgb(103,0,31)", "rgb(247,245,245)", "rgb(5,48,97)"]  # red where the fibre is stretched
+    noted = scripts.drawn(frame, "drawTube(context, sceneView(800, 500), magnified(moment, 1), moment.stress)")
+    shades = [fill["tint"] for fill in noted["fills"] if isinstance(fill["tint"], dict)]
+    middle = shades[round((station + 0.5) / 32 * (len(shades) - 2))]
+    assert middle["ends"][1] > middle["ends"][3]  # begins below, as rows count downward
+    value = float(scripts.arrays["frame_stress"][frame, station])
+    assert middle["stops"][3] == [0.5, colours[1]]
+    red, blue = (list(map(int, re.findall(r"\d+", middle["stops"][n][1]))) for n in (0, 6))
+    assert value > 0.5 * scripts.facts["stress_limit"]
+    assert red[0] > red[2] + 60
+    assert blue[2] > blue[0] + 60
+
+
+def test_the_colour_bar_has_the_labels_of_the_other_pictures(scripts, story):
+    noted = scripts.drawn(0, "drawColourBar(context, 800, 500)")
+    scale = story.colours
+    assert [t["text"] for t in noted["texts"]] == [scale.title, *(text for _, text in scale.ticks)]
+    left, _, width, _ = noted["fills"][0]["rect"]
+    places = [(t["x"] - left) / width for t in noted["texts"][1:]]
+    assert places == pytest.approx([0.5 * (part + 1.0) for part, _ in scale.ticks])
+    stops = noted["fills"][0]["tint"]["stops"]
+    assert (stops[0], stops[-1]) == ([0, "#053061"], [1, "#67001f"])
+
+
+def test_the_scale_bar_is_as_long_as_it_says(scripts):
+    for scale in (4000, 700, 90):
+        noted = scripts.value(f"note(() => drawScaleBar(context, {{ scale: {scale} }}, 300, 250))")
+        number, unit = noted["texts"][0]["text"].split(" ")
+        assert float(number) * {"mm": 1e-3, "m": 1.0}[unit] * scale == pytest.approx(noted["fills"][0]["rect"][2])
+
+
+def test_charts_have_their_ticks_units_and_cursor_where_the_values_are(scripts):
+    """A value is read off the vertical axis, a time off the horizontal one."""
+    frame = strongest(scripts)[1]
+    point, time = scripts.arrays["frame_point"][frame], scripts.arrays["frame_time"][frame]
+    names = (("normal", "tangential"), ("kinetic", "elastic", "gravity"))
+    values = [[float(scripts.arrays[f"chart_{name}"][point]) for name in part] for part in names]
+    values[1].append(sum(values[1]))
+    for number, (unit, expected) in enumerate(zip("NJ", values, strict=True)):
+        noted = scripts.drawn(frame, f"drawChart(chartSpecs()[{number}], moment, [0, 1])")
+        words = [text["text"] for text in noted["texts"]]
+        assert words[-1] == unit
+        end = words.index("t (s)")
+        to_time = axis_of(noted["texts"][:end], "x")
+        to_value = axis_of(noted["texts"][end + 1 : -1], "y")
+        assert (to_time[0] > 0.0, to_value[0] < 0.0) == (True, True)  # rows count downward
+        cursor = [fill["arcs"][0] for fill in noted["fills"] if fill.get("arcs")][-len(expected) :]
+        assert np.polyval(to_time, cursor[0][0]) == pytest.approx(time, abs=1e-6)
+        assert [np.polyval(to_value, y) for _, y, *_ in cursor] == pytest.approx(expected, rel=1e-5, abs=1e-6)
+
+
+def axis_of(texts, key):
+    """The line through the numbers at the ticks of an axis, over their pixels."""
+    numbers, at = [float(text["text"].replace("−", "-")) for text in texts], [text[key] for text in texts]
+    line = np.polyfit(at, numbers, 1)
+    np.testing.assert_allclose(np.polyval(line, at), numbers, atol=1e-9 * np.ptp(numbers))
+    return line
+
+
+def test_a_deflection_is_shown_in_millimetres(run):
+    scripts = Scripts(story_of([run("spin-up", "end_time=0.2")]))
+    shown = "[chart.title, chart.unit, Math.max(...chart.series[0].values.map(Math.abs))]"
+    title, unit, largest = scripts.value(f"((chart) => {shown})(chartSpecs()[0])")
+    assert (title, unit) == ("Deflection", "mm")
+    assert largest == pytest.approx(1e3 * float(np.abs(scripts.arrays["chart_deflection"]).max()), rel=1e-6)
+
+
+def test_a_vibration_is_the_same_band_as_in_a_film(scripts):
+    """The page's own reduction of a curve to its pixels against the one of the other pictures."""
+    x = np.linspace(0.0, 300.0, 4001)
+    y = np.where((x > 100.0) & (x < 200.0), 30.0 * np.sin(2.0 * np.pi * x / 3.7), 0.0) + 0.1 * x + 3.0 * (x > 50.0)
+    expected, found = drawn(x, y, 1.0), scripts.value("envelope(...CONTENT.xy, 1)", xy=[x.tolist(), y.tolist()])
+    assert len(found["bands"]) == len(expected.bands) == 1
+    mine, theirs = expected.bands[0], found["bands"][0]
+    for name in ("x", "low", "high"):
+        np.testing.assert_allclose(theirs[name], getattr(mine, name), atol=1e-9)
+    line = np.concatenate([y[found["lines"][0]["from"] : found["lines"][0]["to"]], theirs["mean"]])
+    np.testing.assert_allclose(line, expected.y[: line.size], atol=0.02)  # where the area of a pixel is cut
+
+
+def test_the_interpolated_beam_keeps_its_length(run):
+    """Between the frames of a fast spin the beam turns; it does not cut the corner."""
+    scripts = Scripts(story_of([run("spin-up")]))
+    reach = [scripts.at(p, "Math.hypot(moment.x.at(-1), moment.y.at(-1))") for p in (80.5, 84.5, 88.5)]
+    frames = np.hypot(scripts.arrays["frame_x"][:, -1], scripts.arrays["frame_y"][:, -1])
+    np.testing.assert_allclose(reach, [0.5 * (frames[k] + frames[k + 1]) for k in (80, 84, 88)], rtol=1e-4)
+    turned = np.diff(np.arctan2(scripts.arrays["frame_y"][80:82, -1], scripts.arrays["frame_x"][80:82, -1]))
+    assert abs(turned[0]) > 0.1  # a chord would be shorter by more than that allows
+
+
+@pytest.mark.parametrize("factor", [1.0, 50.0])
+def test_the_page_draws_the_slope_untrimmed(run, factor):
+    """At the place that it has in the other pictures, whatever the deformation factor is."""
+    story = story_of([run("mid-span", "slope.extent=[]")], Style(deformation=factor))
+    outline, scripts = drawn_slope(story.geometries[0]).outline, Scripts(story)
+    found = scripts.drawn(40, "drawWedge(context, { scale: 100, x0: 7, y0: 9, thick: 1 })")["fills"][0]["points"]
+    np.testing.assert_allclose((np.array(found) - (7, 9)) / (100, -100), outline, atol=1e-9)

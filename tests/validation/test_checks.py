@@ -1,0 +1,32 @@
+"""Every check of `validate` is a test: `pytest -k statics.own-weight` runs one, `-k rigid-impact` a group."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from validation.checks.registry import all_checks
+from validation.suite import results_of
+
+MARKS = {"quick": (), "full": pytest.mark.slow}
+
+
+@pytest.mark.parametrize(
+    "check", [pytest.param(check, id=check.id, marks=MARKS[check.mark]) for check in all_checks().values()]
+)
+def test_check(check):
+    rows = results_of([check], {check.id: check.evidence()})
+    assert [f"{r.id}: {r.computed} against {r.reference}" for r in rows if r.verdict == "fail"] == []
+    assert len({row.id for row in rows}) == len(rows) > 0
+    assert check.problem.endswith((".", "?"))
+    assert check.function.__doc__
+    for row in rows:
+        assert row.source
+        assert row.unit
+        assert row.quantity
+        assert not re.search(r"\b(as above|as below|prototype|independent (program|code))\b", row.source), row.id
+        # 1 against 1, exactly, is a truth value
+        assert not (row.computed == row.reference == 1.0 and row.tolerance == 0.0), row.id
+        # zero, doubling or a changed sign of what was computed would be noticed
+        assert row.reference == 0.0 or row.tolerance < abs(row.reference), row.id

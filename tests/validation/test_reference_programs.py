@@ -1,0 +1,104 @@
+"""The table of reference values is what the programs named as its sources compute, without the suite."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from validation.reference_values import TABLE, VALUES
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+PROGRAMS = ("reference_beams", "reference_impact")
+#: relative differences that the entries state, and that of numbers with all digits
+TOLERANCES = {"3-SVQ-amp": 2e-5, "5f": 1e-8, "3-SVQ-min-modes": 2e-6, "3-SVQ-table": 1e-6, "3-SVQ-min": 1e-8}
+FAST = ("1.1", "1.2", "1.4-c4", "1.4-h8", "2-c-d1-eta2", "2-h-d0-eta5", "5c", "5e", "7c", "7c-inclined")
+
+
+def load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, BENCHMARKS / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def beams():
+    module = load("reference_beams")
+    module.spinning_entries()
+    return module
+
+
+def flat(value) -> list[float]:
+    if isinstance(value, dict):
+        return [number for key in sorted(value, key=str) for number in flat(value[key])]
+    if isinstance(value, (list, tuple)):
+        return [number for item in value for number in flat(item)]
+    return [float(value)]
+
+
+def named(program: str) -> list[str]:
+    """Entries whose source is this program."""
+    return [item.id for item in TABLE if f"{program}.py" in item.source]
+
+
+def entries() -> list:
+    slow = pytest.mark.slow
+    return [item if item in FAST else pytest.param(item, marks=slow) for item in named("reference_beams")]
+
+
+@pytest.mark.parametrize("item", entries())
+def test_an_entry_is_what_its_program_computes(beams, item):
+    computed, stated = flat(beams.shown(beams.ENTRIES[item]())), flat(VALUES[item])
+    np.testing.assert_allclose(computed, stated, rtol=TOLERANCES.get(item, 2e-11), atol=1e-15)
+
+
+def test_commands_in_the_sources_are_those_of_their_entries():
+    for item in TABLE:
+        for name in re.findall(r"reference_beams\.py (\S+)$", item.source):
+            assert name == item.id
+
+
+@pytest.mark.parametrize(
+    ("name", "friction"), [("frictionless", 0.0), pytest.param("hybrid", 0.3, marks=pytest.mark.slow)]
+)
+def test_two_modes_of_the_paper_are_what_scipy_computes(name, friction):
+    beam = load("reference_impact").two_modes(friction)
+    np.testing.assert_allclose([time for _, time in beam.events], VALUES[f"two-modes-{name}"], rtol=0, atol=1e-11)
+    assert beam.first == pytest.approx(VALUES["two-modes-impulse"], abs=1e-10)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("modes", sorted(VALUES["rigid-stop-modes"]))
+def test_modes_on_a_rigid_stop_are_what_scipy_computes(modes):
+    assert load("reference_impact").mean_axis(modes) == pytest.approx(VALUES["rigid-stop-modes"][modes], abs=1e-7)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_programs_share_nothing_with_the_suite(program):
+    """They may read the table, as starting points of a search; nothing that computes."""
+    tree = ast.parse((BENCHMARKS / f"{program}.py").read_text(encoding="utf-8"))
+    modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    modules += [name.name for node in ast.walk(tree) if isinstance(node, ast.Import) for name in node.names]
+    ours = ("oblique_impact", "modal", "fem_beam", "validation", "renders")
+    assert {m for m in modules if m.partition(".")[0] in ours} <= {"validation.reference_values"}
+
+
+def test_sources_can_be_found_by_a_reader():
+    """A citation, a closed form or a command; a program that is named is in the repository."""
+    for item in TABLE:
+        assert re.search(r"\b(1[89]|20)\d\d\b|closed form|code_aster|python benchmarks/", item.source), (
+            f"{item.id}: {item.source}"
+        )
+        assert not re.search(r"\bas \d|as above|prototype|item \d", item.source), item.id
+        for program in re.findall(r"benchmarks/(\w+\.py)", item.source):
+            assert (BENCHMARKS / program).is_file(), item.id
