@@ -61,7 +61,7 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
     _take_applied_impulses(a, h)
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, step.rank_one)
     if phase.massless:
-        y_new[2 * d + STABILIZATION_LOSS] += _lost_in_residual(phase, h, before, after)
+        y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] + _lost_in_residual(a, before, after)
     y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a)
     if rigid or phase.state == STICKING:
         y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)
@@ -90,16 +90,17 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
 
 
 @jitable
-def _lost_in_residual(phase: Phase, h: float, before: Kept, after: Kept) -> float:
-    """Work (J) of a step, mean contact force times mean gap rate, that is neither stored nor damped.
+def _lost_in_residual(a: Attempt, before: Kept, after: Kept) -> float:
+    """Work (J) that the applied impulse does against a contact point without inertia, less what its spring stores.
 
-    A contact point without inertia takes its force at once: that of a step is not small beside what it stores.
+    Its force begins with a jump that no step resolves: the trapezoidal sum of its power is no loss.
     """
-    push = before.forces[0] + after.forces[0] - phase.tilt * (before.forces[1] + after.forces[1])
-    work = -0.25 * h * push * (before.memory[GAP_RATE] + after.memory[GAP_RATE])
-    damped = 0.5 * h * (before.rates[STOP_LOSS] + after.rates[STOP_LOSS])
+    y, y_new, d, phase = a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1], a.phase
+    normal = y_new[2 * d + NORMAL_IMPULSE] - y[2 * d + NORMAL_IMPULSE]
+    push = normal - phase.tilt * (y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE])
+    work = -0.5 * push * (before.memory[GAP_RATE] + after.memory[GAP_RATE])
     d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
-    return float(work - damped - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance)
+    return float(work - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance)
 
 
 @jitable

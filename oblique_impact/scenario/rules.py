@@ -121,8 +121,6 @@ def _check_contact(s: ScenarioKeys) -> Refusals:
         yield "contact.restitution", "only with a rigid stop; a spring has contact.damping"
     if contact.normal != "rigid" and contact.impact != "newton":
         yield "contact.impact", 'only with contact.normal = "rigid": others have no impacts'
-    if contact.point_inertia == "none":
-        yield from _check_massless(s)
     if contact.point > length:
         yield "contact.point", f"should be on the beam, at most beam.length = {length}"
     if contact.point < 1e-3 * length:
@@ -142,6 +140,8 @@ def _check_contact(s: ScenarioKeys) -> Refusals:
 def _check_massless(s: ScenarioKeys) -> Refusals:
     """Refuse what does not go with a contact point without inertia."""
     contact, beam, none = s.contact, s.beam, 'contact.point_inertia = "none"'
+    if contact.point_inertia != "none":
+        return
     if beam.tip_mass > 0.0 and contact.point == beam.length:
         yield "contact.point_inertia", 'should be "kept": beam.tip_mass is the inertia of this contact point'
     if contact.restitution > 0.0 or contact.impact != "newton":
@@ -259,6 +259,7 @@ RULES: tuple[Callable[[ScenarioKeys], Refusals], ...] = (
     _check_beam,
     _check_slope,
     _check_contact,
+    _check_massless,
     _check_nodal,
     _check_discretization,
     _check_nodes,
