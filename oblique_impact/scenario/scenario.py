@@ -82,7 +82,7 @@ class Scenario(ScenarioKeys):
             known, inside = builtin_names(), path / "scenario.toml"
             meant = f"; did you mean {inside}?" if os.path.isfile(inside) else did_you_mean(source, known)
             words = f"neither a file nor a built-in scenario ({', '.join(known)}){meant}"
-            raise InputError(f"scenario = {source!r}: {words}")
+            raise InputError(f"scenario = {source!r:.500}: {words}")
         try:
             text = read_text(path, MAX_FILE)
         except (OSError, ValueError) as error:

@@ -31,7 +31,7 @@ def listed(shown: str) -> list[str]:
 
 def test_the_order_of_the_help_page():
     found = [command.name for command in application.application().registered_commands]
-    assert found == ["run", "modes", "validate", "refine", "reproduce", "sweep", "render", "export"]
+    assert found == ["run", "modes", "validate", "refine", "reproduce", "sweep", "compare", "render", "export"]
     assert set(found) == {"run", "modes", *installed("commands")}
 
 

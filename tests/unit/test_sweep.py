@@ -71,7 +71,8 @@ def test_every_key_of_a_scenario_is_known_with_its_kind_and_unit():
     units = {
         "s": "end_time beam.kelvin_voigt root.spin_up_time solver.free_step solver.contact_step "
         "solver.output_interval",
-        "m": "beam.length beam.outer_fibre root.hub_radius slope.origin slope.extent contact.point",
+        "m": "beam.length beam.outer_fibre root.hub_radius slope.origin slope.extent contact.point "
+        "discretization.nodes",
         "rad": "initial.angle slope.angle",
         "rad/s": "root.spin_rate initial.angular_velocity",
         "1/s": "beam.mass_proportional solver.baumgarte",

@@ -9,7 +9,7 @@ import pytest
 
 from oblique_impact import InputError
 from validation.checks.registry import Check, Evidence, Group, Measurement, all_checks, checks_of, within
-from validation.comparison import hausdorff_distance
+from validation.curves import hausdorff_distance
 from validation.suite import select
 
 HOME = Group("a", "A")
