@@ -61,7 +61,7 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
     _take_applied_impulses(a, h)
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, step.rank_one)
     if phase.massless:
-        y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] + _lost_in_residual(a, before, after)
+        _add_residual_losses(a, h, before, after)
     y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a)
     if rigid or phase.state == STICKING:
         y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)
@@ -90,17 +90,20 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
 
 
 @jitable
-def _lost_in_residual(a: Attempt, before: Kept, after: Kept) -> float:
-    """Work (J) that the applied impulse does against a contact point without inertia, less what its spring stores.
+def _add_residual_losses(a: Attempt, h: float, before: Kept, after: Kept) -> None:
+    """Book the work on a contact point without inertia, less what its spring stores, as the loss of its dashpot.
 
-    Its force begins with a jump that no step resolves: the trapezoidal sum of its power is no loss.
+    The force begins with a jump that no step resolves, so that is the work of the applied impulse; by how much the
+    work of the mean force (that of `_dissipation`) differs is the scheme's.
     """
     y, y_new, d, phase = a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1], a.phase
     normal = y_new[2 * d + NORMAL_IMPULSE] - y[2 * d + NORMAL_IMPULSE]
-    push = normal - phase.tilt * (y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE])
-    work = -0.5 * push * (before.memory[GAP_RATE] + after.memory[GAP_RATE])
+    applied = normal - phase.tilt * (y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE])
+    mean = before.forces[0] + after.forces[0] - phase.tilt * (before.forces[1] + after.forces[1])
+    rate = 0.5 * (before.memory[GAP_RATE] + after.memory[GAP_RATE])
     d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
-    return float(work - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance)
+    y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] - applied * rate - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance
+    y_new[2 * d + STABILIZATION_LOSS] += (applied - 0.5 * h * mean) * rate
 
 
 @jitable
