@@ -150,7 +150,14 @@ def beam_fixed_step() -> list[Measurement]:
 
 
 #: contacts with an elastic stop after 0.02, 1.6 and 2.8 ms
-_CONTACTS = (*NEAR, "contact.normal=spring", "contact.friction=frictionless", "end_time=2.95e-3")
+# elements and all their modes are the same system without what both leave out of the beam
+_CONTACTS = (
+    *NEAR,
+    "contact.normal=spring",
+    "contact.residual_flexibility=false",
+    "contact.friction=frictionless",
+    "end_time=2.95e-3",
+)
 _NODAL = ("discretization.frame=mean-axis", "discretization.method=fem", "discretization.elements=2")
 #: model, its keys, those of the event scheme in place of the full mesh (all modes of it), rho_infinity
 _ALPHA: tuple[tuple[str, tuple[str, ...], tuple[str, ...], float], ...] = (
