@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from oblique_impact.beam.beam import Energies
+from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.plausibility import doubts
@@ -65,14 +65,24 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     beam = beam_of(scenario)
     problem = beam_problem(beam)
     record, wall = _march(problem, on_progress)
+    try:
+        return _finished(_beam_history(beam, record, wall))
+    except Interrupted:
+        raise
+    except KeyboardInterrupt:  # of a run that has ended already: what it left is not thrown away
+        raise Interrupted(_beam_history(beam, record, wall)) from None
+
+
+def _beam_history(beam: Beam, record: Record, wall: float) -> History:
+    """Return what a run of a beam left, with the results that follow from it."""
+    scenario = beam.scenario
     samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
-    record.segments.clear()  # the samples have copies
     variables = beam_variables(beam, samples)
     summary = summarize(record, samples, wall, macro_gap(scenario), scenario)
     summary["clearance"] = closest(variables, scenario.beam.length)
     events = [event.time for event in record.events]
     summary["warnings"] = [*doubts(scenario), *warnings_of(beam, variables, events)]
-    return _finished(History(dataset(variables), record.events, summary, scenario.to_toml(), record.contacts))
+    return History(dataset(variables), record.events, summary, scenario.to_toml(), record.contacts)
 
 
 def simulate_system(

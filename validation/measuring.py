@@ -65,7 +65,7 @@ class Row(TypedDict):
     wall_time: float
 
 
-#: the files of a history by name
+# the files of a history by name
 Files = dict[str, bytes]
 
 

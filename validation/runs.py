@@ -34,17 +34,7 @@ def contact_times(history: History) -> Array:
     Whether a last, grazing contact is a rebound or lasts a microsecond depends on the mesh; its times
     converge all the same.
     """
-    times: list[float] = []
-    opened = 0.0
-    for event in history.events:
-        kind = event.kind.value
-        if kind == "impact":
-            opened = event.time
-        elif kind == "release":
-            times += [opened, event.time]
-        elif kind == "rebound":
-            times += [event.time, event.time]
-    return np.array(times)
+    return np.array([time for contact in history.contacts for time in (contact.start, contact.end)])
 
 
 def column(history: History, name: str) -> Array:

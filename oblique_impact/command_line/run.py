@@ -41,6 +41,7 @@ def run(
     for warning in warnings:
         print_note(f"warning: {warning}")
     replaced = (out / "history.nc").exists()
+    interrupted = False
     with ExitStack() as lock:
         lock.enter_context(writing(out))
         try:
@@ -53,13 +54,16 @@ def run(
 
                 history = simulate(chosen, on_progress)
         except Interrupted as stop:
-            history = stop.history
+            history, interrupted = stop.history, True
         folder = _save(history, out)
     print_summary(history, folder, replaced, warnings)
     outcome = history.outcome
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
         raise typer.Exit(outcome.exit_code)
+    if interrupted:
+        print_note("interrupted when the run had ended: its results are complete")
+        raise typer.Exit(Outcome.INTERRUPTED.exit_code)
 
 
 def _save(history: History, out: Path) -> Path:

@@ -31,6 +31,7 @@ from typing import Any, NamedTuple
 from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, Guards, Instant, Phase
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.system import System
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy, dot
 
 #: what a solution of the contact problem can say about itself
@@ -273,7 +274,7 @@ def with_forces(c: Instant, normal: float, tangential: float, supplied: float) -
 
 
 @jitable
-def accelerate(system: Any, phase: Phase, t: float, q: Array, qd: Array, w: Workspace) -> tuple[int, Instant]:
+def accelerate(system: System, phase: Phase, t: float, q: Array, qd: Array, w: Workspace) -> tuple[int, Instant]:
     """Acceleration of `phase` at (t, q, q') into the workspace; returns a status and the contact with its forces.
 
     The status is OK or the reason why there is no solution; then forces are 0 and the acceleration is void.

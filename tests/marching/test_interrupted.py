@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from oblique_impact import History, Interrupted, Scenario, simulate, simulate_system
+from oblique_impact import History, Interrupted, Outcome, Scenario, simulate, simulate_system, simulation
 from tests.systems import Block
 
 NODAL = (
@@ -68,3 +68,20 @@ def test_a_small_system_is_interrupted_alike():
     with pytest.raises(Interrupted) as stopped:
         simulate_system(ball, start, np.zeros(2), 5.0, on_progress=after(2), **options)
     assert 0.0 <= stopped.value.history.summary["end_time"] < 5.0
+
+
+def test_an_interrupt_after_the_last_step_loses_nothing(monkeypatch):
+    """While the results along the beam are computed, which takes seconds for 1e5 samples."""
+    calls, compute = [], simulation.beam_variables
+
+    def interrupted_once(*arguments):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return compute(*arguments)
+
+    monkeypatch.setattr(simulation, "beam_variables", interrupted_once)
+    with pytest.raises(Interrupted) as stopped:
+        simulate(Scenario.builtin("paper").replace(end_time=0.01))
+    assert stopped.value.history.outcome is Outcome.COMPLETED
+    assert float(stopped.value.history["time"][-1]) == 0.01

@@ -23,7 +23,7 @@ from renders.geometry import BETWEEN, SIDES
 from renders.scenery import pin, slope_wedge
 from renders.story import story_of
 from renders.style import Style
-from tests.render.export_readers import read, read_xdmf_by_vtk
+from tests.renders.export_readers import read, read_xdmf_by_vtk
 
 WRITERS = {"pvd": pvd.write, "vtkhdf": vtkhdf.write, "xdmf": xdmf.write}
 PARTS = ["surface", "centreline", "reference", "pin", "contact_point", "slope"]

@@ -19,7 +19,7 @@ from renders.scene import contact_force
 from renders.slope import drawn_slope
 from renders.story import story_of
 from renders.style import STATE_COLOURS, Style
-from tests.render.test_pictures import check_arrow_outline
+from tests.renders.test_pictures import check_arrow_outline
 
 NODE = shutil.which("node") or shutil.which("nodejs")
 pytestmark = pytest.mark.skipif(NODE is None, reason="neither node nor nodejs is on the PATH")

@@ -46,7 +46,7 @@ def test_without_other_packages_the_commands_of_the_core_remain(cli):
 
 
 @pytest.mark.parametrize(
-    "value", ["nowhere.commands:render", "renders.commands:nothing", "tests.cli.broken:render"]
+    "value", ["nowhere.commands:render", "renders.commands:nothing", "tests.command_line.broken:render"]
 )
 def test_a_broken_package_is_one_line_and_the_others_work(cli, value):
     points = {"render": value, "export": "renders.commands:export"}

@@ -17,7 +17,7 @@ import xarray as xr
 
 from oblique_impact.command_line.application import main
 from renders.exports import selection
-from tests.render.export_readers import read
+from tests.renders.export_readers import read
 
 FORMATS = ("vtkhdf", "pvd", "xdmf")
 
