@@ -7,7 +7,7 @@ from typing import Any
 from oblique_impact.contact.forces import with_forces
 from oblique_impact.contact.state import FREE, STICKING, Instant, Phase
 from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
 from oblique_impact.marching.alpha_state import (
     GAP,
@@ -15,6 +15,7 @@ from oblique_impact.marching.alpha_state import (
     LAG,
     SLIP_RATE,
     Attempt,
+    Coefficients,
     Kept,
     is_backward_euler,
     kept_of,
@@ -60,8 +61,6 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
     _take_applied_impulses(a, h)
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, step.rank_one)
-    if phase.massless:
-        _add_residual_losses(a, h, before, after)
     y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a)
     if rigid or phase.state == STICKING:
         y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)
@@ -69,12 +68,14 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
 
 @jitable
 def _take_applied_impulses(a: Attempt, h: float) -> None:
-    """Impulses that the algorithm has applied, so that momentum balances to rounding, and the friction they do.
+    """Impulses that the algorithm has applied, so that momentum balances to rounding, and the work they do.
 
-    The force is singular where a rigid contact of a damped beam begins: the trapezoidal sum of its power is no
-    friction loss.  That is the applied impulse times the mean slip velocity; the difference is the scheme's.
+    The force is singular where a rigid contact of a damped beam begins, and jumps where one without inertia does:
+    the trapezoidal sum of its power is no loss.  Friction takes the applied impulse times the slip velocity of the
+    step.  So does the dashpot of a contact point without inertia with the gap rate, less what its spring stores.
+    By how much the work of the mean forces, that of `_dissipation`, differs is the scheme's.
     """
-    c, y, y_new, d = a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
+    phase, c, y, y_new, d = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
     before, after, scale = kept_of(y, d), kept_of(y_new, d), 1.0 / (1.0 - c.alpha_m)
     for k in range(2):
         mean = (1.0 - c.alpha_f) * after.forces[k] + c.alpha_f * before.forces[k]
@@ -82,28 +83,26 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
         applied = h * ((1.0 - c.gamma) * before.averaged[k] + c.gamma * after.averaged[k])
         place = 2 * d + (NORMAL_IMPULSE if k == 0 else TANGENTIAL_IMPULSE)
         y_new[place] = y[place] + applied
-        if k == 1:
-            summed = y_new[2 * d + FRICTION_LOSS] - y[2 * d + FRICTION_LOSS]
-            done = -applied * 0.5 * (before.memory[SLIP_RATE] + after.memory[SLIP_RATE])
-            y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] + done
-            y_new[2 * d + STABILIZATION_LOSS] += summed - done
-
-
-@jitable
-def _add_residual_losses(a: Attempt, h: float, before: Kept, after: Kept) -> None:
-    """Book the work on a contact point without inertia, less what its spring stores, as the loss of its dashpot.
-
-    The force begins with a jump that no step resolves, so that is the work of the applied impulse; by how much the
-    work of the mean force (that of `_dissipation`) differs is the scheme's.
-    """
-    y, y_new, d, phase = a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1], a.phase
     normal = y_new[2 * d + NORMAL_IMPULSE] - y[2 * d + NORMAL_IMPULSE]
-    applied = normal - phase.tilt * (y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE])
-    mean = before.forces[0] + after.forces[0] - phase.tilt * (before.forces[1] + after.forces[1])
-    rate = 0.5 * (before.memory[GAP_RATE] + after.memory[GAP_RATE])
-    d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
-    y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] - applied * rate - 0.5 * (d1 * d1 - d0 * d0) / phase.compliance
-    y_new[2 * d + STABILIZATION_LOSS] += (applied - 0.5 * h * mean) * rate
+    tangential = y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE]
+    slip_rate, gap_rate = _of_displacement(c, before, after, SLIP_RATE), _of_displacement(c, before, after, GAP_RATE)
+    y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] - tangential * slip_rate
+    excess = tangential - 0.5 * h * (before.forces[1] + after.forces[1])
+    y_new[2 * d + STABILIZATION_LOSS] += excess * slip_rate
+    if phase.massless:
+        applied = normal - phase.tilt * tangential
+        d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
+        stored = 0.5 * (d1 * d1 - d0 * d0) / phase.compliance
+        y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] - applied * gap_rate - stored
+        excess = normal - 0.5 * h * (before.forces[0] + after.forces[0]) - phase.tilt * excess
+        y_new[2 * d + STABILIZATION_LOSS] += excess * gap_rate
+
+
+@inlined
+def _of_displacement(c: Coefficients, before: Kept, after: Kept, which: int) -> float:
+    """Rate (m/s) that is the displacement of a step over its length: the mean one, or of backward Euler the last."""
+    first, last = before.memory[which], after.memory[which]
+    return last if is_backward_euler(c) else 0.5 * (first + last)
 
 
 @jitable

@@ -13,6 +13,8 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 from oblique_impact import History, InputError, Scenario, simulate
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.residual_flexibility import residual_compliance
 from oblique_impact.history.events import EVENT_COLUMNS
 from oblique_impact.history.history import FILES
 from oblique_impact.history.sample_times import first_sample, jumps, last_sample
@@ -111,6 +113,8 @@ def elastic(run):
 def test_each_contact_of_an_elastic_stop_has_its_impulse_peak_and_energy(elastic):
     """Against samples 10 µs apart, which miss a peak by up to some 1e-4 of it."""
     stiffness, time = 1e6, elastic["time"].values
+    left_out = residual_compliance(build_operators(elastic.scenario), clamped=False)
+    assert left_out > 0.2 / stiffness
     assert len(elastic.contacts) >= 3
     for contact in elastic.contacts:
         k = slice(int(last_sample(time, contact.start)), int(first_sample(time, contact.end)) + 1)
@@ -119,7 +123,8 @@ def test_each_contact_of_an_elastic_stop_has_its_impulse_peak_and_energy(elastic
             assert impulse == pytest.approx(trapezoid(force, time[k]), rel=1e-3, abs=1e-4)
         assert contact.peak_force == pytest.approx(normal.max(), rel=5e-4)
         depth = -elastic["gap"].values[k].min()
-        assert contact.peak_energy == pytest.approx(0.5 * stiffness * depth**2, rel=1e-3)
+        # what the modes leave out gives way behind the stop, less by its inclination to the slope: 0.991 and more
+        assert contact.peak_energy == pytest.approx(0.5 * depth**2 / (1.0 / stiffness + left_out), rel=3e-3)
         power = -(normal * elastic["gap_rate"].values[k] + tangential * elastic["slip_rate"].values[k])
         assert contact.energy_loss == pytest.approx(trapezoid(power, time[k]), rel=2e-3, abs=1e-5)
         assert contact.energy_loss > 1e-3
