@@ -117,15 +117,17 @@ def _impact_law(scenario: Scenario) -> ImpactLaw:
 def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[Tolerances, Array]:
     """Return what counts as zero for a system, and the sizes (2 d,) of q and q', from how it starts.
 
-    Gap g, velocity v and acceleration a of the contact give the length max(g, v^2/a) and the velocity
-    max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time` (s).  Coordinates
+    Gap g, velocity v and acceleration a of the contact give the length max(g, v^2/a), at most v times `end_time`,
+    and the velocity max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time` (s).  Coordinates
     have sizes of their own in the same way.
     """
     work = system.new_workspace()
     defined, _, c = contact_problem(system, 0.0, q0, qd0, work)
     speed = max(abs(c.gap_rate), abs(c.slip_rate))
     push = max(abs(c.gap_acceleration), abs(c.slip_acceleration)) if defined else 0.0
-    length = max(abs(c.gap), speed * speed / push if push > 0.0 else speed * end_time)
+    # an acceleration that is rounding changes nothing within the run
+    way = speed * end_time
+    length = max(abs(c.gap), min(way, speed * speed / push) if push > 0.0 else way)
     length = length or push * end_time**2 or 1.0
     speed = max(speed, math.sqrt(push * length)) or length / end_time
     time = length / speed
@@ -133,8 +135,8 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
     pull = np.abs(work.vectors[row.FREE_ACCELERATION]) if defined else np.zeros_like(q0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        way = np.where(pull > 0.0, qd0**2 / pull, np.abs(qd0) * end_time)
-    size = np.maximum(np.abs(q0), way)
+        ways = np.minimum(np.where(pull > 0.0, qd0**2 / pull, np.inf), np.abs(qd0) * end_time)
+    size = np.maximum(np.abs(q0), ways)
     size = np.where(size > 0.0, size, pull * time**2)
     size = np.where(size > 0.0, size, np.max(size) or length)
     rate = np.maximum(np.abs(qd0), np.sqrt(pull * size))

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import Instant
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
+from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
+from oblique_impact.kernels.workspace import Workspace
 from oblique_impact.marching.records import Event
 
 Array = NDArray[np.float64]
@@ -147,6 +149,73 @@ class PinnedBar(MechanicalSystem):
     def energy(self, t: float, q: Array, qd: Array) -> tuple[float, float, float]:
         height = 0.5 * self.length * np.sin(q[0])
         return 0.5 * self.inertia * qd[0] ** 2, 0.0, self.mass * self.gravity * height
+
+
+class ElasticRod(MechanicalSystem):
+    """A straight elastic rod that moves along its axis onto a rigid wall at x = 0, in `elements` linear elements.
+
+    q holds the positions (m) of its nodes from the second on.  The first, which meets the wall, has no inertia: its
+    share of the mass is the second's, and the element behind it is the spring `end_stiffness` (N/m) of an
+    :class:`~oblique_impact.contact.stops.ElasticStop` between the two.  A wave runs through the rod at
+    `wave_speed` (m/s); while the end is held at the speed v, the wall pushes with `impedance` v (N).
+    """
+
+    def __init__(self, elements: int, length: float, axial_stiffness: float, mass_per_length: float) -> None:
+        self.size, self.length = elements, length
+        self.wave_speed = float(np.sqrt(axial_stiffness / mass_per_length))
+        self.impedance = axial_stiffness / self.wave_speed
+        self.mass = mass_per_length * length
+        element = length / elements
+        self.end_stiffness = axial_stiffness / element
+        self.gravity = 0.0
+        self._rest = element * np.arange(1, elements + 1)  # of the nodes, with the end at the wall
+        self._masses = np.full(elements, mass_per_length * element)
+        self._masses[0] += 0.5 * mass_per_length * element
+        self._masses[-1] *= 0.5
+        inside = 2.0 * np.eye(elements) - np.eye(elements, k=1) - np.eye(elements, k=-1)
+        inside[0, 0] = inside[-1, -1] = 1.0
+        self._stiffness = self.end_stiffness * inside
+
+    def at(self, height: float) -> Array:
+        """Coordinates of the undeformed rod with its end at a height (m) above the wall."""
+        return self._rest + height
+
+    def mass_matrix(self, t: float, q: Array) -> Array:
+        return np.diag(self._masses)
+
+    def forces(self, t: float, q: Array, qd: Array) -> Array:
+        return -self._stiffness @ (q - self._rest) - self.gravity * self._masses
+
+    def stiffness_matrix(self, t: float, q: Array) -> Array:
+        return self._stiffness
+
+    def contact(self, t: float, q: Array, qd: Array) -> ContactRows:
+        normal = np.eye(1, self.size)[0]
+        return ContactRows(q[0] - self._rest[0], 0.0, qd[0], 0.0, normal, np.zeros(self.size))
+
+    def energy(self, t: float, q: Array, qd: Array) -> tuple[float, float, float]:
+        u, weight = q - self._rest, self.gravity * float(self._masses @ q)
+        return 0.5 * float(self._masses @ qd**2), 0.5 * float(u @ self._stiffness @ u), weight
+
+    # the mass matrix is diagonal; what follows in place of the interpreted loops of a dense one
+
+    def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
+        v = w.vectors
+        v[row.FREE_ACCELERATION] = v[row.FORCES] / self._masses
+        v[row.NORMAL_RESPONSE], v[row.TANGENTIAL_RESPONSE] = v[row.NORMAL] / self._masses, 0.0
+        return True
+
+    def factor_effective(
+        self, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
+    ) -> bool:
+        if stale:
+            w.effective[slot] = np.linalg.inv(np.diag(self._masses) + position * self._stiffness)
+        return True
+
+    def solve_effective(self, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
+        v, inverse = w.vectors, w.effective[slot]
+        v[row.INCREMENT], v[row.NORMAL_RESPONSE] = inverse @ v[row.RESIDUAL], inverse @ v[row.NORMAL]
+        v[row.TANGENTIAL_RESPONSE] = 0.0
 
 
 def events_of(history: History, kind: EventKind) -> list[Event]:

@@ -54,6 +54,7 @@ class Contact(NamedTuple):
     peak_force: float  # N, the largest finite normal force
     peak_energy: float  # J, the largest that an elastic stop has stored
     energy_loss: float  # J, by impact, friction and the stop's damping
+    compliance: float = 0.0  # m/N along the normal, of what the coordinates leave out, in series with the stop
 
 
 @dataclass
@@ -73,7 +74,7 @@ class OpenContact:
         normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
         stored = stop.energy(-self.depth, self.compliance) if stop else 0.0
         loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
-        finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss)
+        finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss, self.compliance)
         whole = finite._replace(
             normal_impulse=normal + self.impulse.normal,
             tangential_impulse=tangential + self.impulse.tangential,

@@ -98,9 +98,13 @@ def _series(history: History, scenario: Scenario) -> dict[str, Array]:
     values = {short: np.asarray(history[name].values, dtype=float) for name, short in SERIES.items()}
     stop = stop_of(scenario)
     if stop is not None and scenario.contact.enabled:
-        closed = history["state"].values != State.FREE
-        gaps = np.where(closed, values["gap"], 0.0)
-        values["stop"] = np.array([stop.energy(gap) for gap in gaps])
+        values["stop"] = np.zeros(history["time"].size)
+        for contact in history.contacts:
+            span = slice(
+                int(last_sample(history["time"].values, contact.start)),
+                int(first_sample(history["time"].values, contact.end)) + 1,
+            )
+            values["stop"][span] = [stop.energy(gap, contact.compliance) for gap in values["gap"][span]]
     return values
 
 
