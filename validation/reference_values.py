@@ -379,6 +379,32 @@ TABLE = (
         "python benchmarks/exudyn_beam.py --limit (extra bench)",
     ),
     Reference(
+        "damped-stop",
+        {
+            "starts": (0.3171448, 0.6594738, 0.8528885, 0.9769561),
+            "end": 0.3285095,
+            "impulse": 1.819369,
+            "after": 0.335,
+            "energy": 2.32548,
+        },
+        "the paper's beam with 1e-5 s of Kelvin-Voigt damping on a rigid stop without friction, by 32 mean-axis modes "
+        "and a tip without inertia: starts of the macro-collisions (s), end of the first (s), its impulse (N s) and "
+        "energy after it (J); python benchmarks/reference_rigid_stop.py --modes 32",
+    ),
+    Reference(
+        "rod-bouncing-bar",
+        {"tau": 2 / 3, "impulse": 800 / 3, "middle": 400.0, "peak": 500.0, "second": 11 / 3, "period": 16 / 3},
+        "closed form: L = 10, E A = 900, rho A = 1, g = 10, dropped from 5: touch at 1, F = 300 (1 + t') for 2 L/c = "
+        "2/3, second touch at 11/3, undeformed at its first height at 16/3; Doyen, Ern and Piperno, SIAM J. Sci. "
+        "Comput. 33 (2011), pp. 223-249",
+    ),
+    Reference(
+        "rod-truss",
+        {"speed": 1.5, "duration": 7.8994e-4, "force": 1.18491e7, "impulse": 9360.0},
+        "closed form: L = 2, A = 0.2, E = 200e9, rho = 7800: F = A sqrt(E rho) v for 2 L/c, impulse 2 m v; Abaqus "
+        "Benchmarks Guide, dynamic response of a truss impacting a rigid wall",
+    ),
+    Reference(
         "8-SDNL32",
         [
             -0.00266,

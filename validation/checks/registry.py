@@ -39,6 +39,8 @@ _ORDER = (
     "kinematics",
     "springs",
     "rigid_impact",
+    "rods",
+    "damped_stop",
     "balances",
     "discretizations",
     "kinetics",

@@ -1,0 +1,121 @@
+"""A rigid stop under a beam with internal damping: what has a limit, and three ways to it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import gamma, hyp1f1
+
+from oblique_impact.history.history import History
+from oblique_impact.history.summary import MacroCollision
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.simulation import simulate
+from validation.checks.registry import Measurement, checks_of, within
+from validation.checks.rigid_impact import BENDING, MASS, SPEED, TURNING
+from validation.reference_values import VALUES, source
+from validation.runs import run
+
+check = checks_of("damped-stop", "A rigid stop under a damped beam")
+
+LIMIT = VALUES["damped-stop"]
+_MODES = (
+    "beam.kelvin_voigt=1e-5",
+    "contact.friction=frictionless",
+    "discretization.frame=mean-axis",
+    "solver.output_interval=1e-3",
+)
+_MASSLESS = (*_MODES, "contact.point_inertia=none")
+
+
+def collisions(history: History) -> list[MacroCollision]:
+    """Return the macro-collisions of a run."""
+    return [MacroCollision(**entry) for entry in history.summary["macro_collisions"]]
+
+
+def exact_impulse(t: float, viscosity: float) -> float:
+    """Impulse (N s) on the end of a damped beam that a rigid stop holds from t = 0 on at the speed v0.
+
+    lambda(s) = Z v0 s^(-1/2) (1 + eta s)^(1/4) in the Laplace domain, Z = (E I)^(1/4) m^(3/4)/sqrt 2, whose integral
+    is I(t) = Z v0 (eta t)^(1/4)/Gamma(5/4) 1F1(-1/4; 5/4; -t/eta); until waves come back from the pin.
+    """
+    impedance = BENDING**0.25 * MASS**0.75 / np.sqrt(2.0)
+    return float(impedance * SPEED * (viscosity * t) ** 0.25 / gamma(1.25) * hyp1f1(-0.25, 1.25, -t / viscosity))
+
+
+@check("The end of a damped beam meets a rigid stop: its impulse until the first wave is back.", seconds=2.0)
+def short_time_impulse() -> list[Measurement]:
+    """Twenty modes and 64 elements without inertia at the end, eta = 1e-4 s, 1e-5 to 6e-4 s after the touch."""
+    viscosity, found = 1e-4, []
+    text = "closed form, I = Z v0 (eta t)^(1/4)/Gamma(5/4) 1F1(-1/4; 5/4; -t/eta), Z = (EI)^(1/4) m^(3/4)/sqrt 2"
+    nodal = (
+        "discretization.method=fem",
+        "discretization.modes=0",
+        "discretization.elements=64",
+        "solver.free_step=1e-6",
+        "solver.contact_step=2e-7",
+    )
+    for name, model in (("20 modes", ("discretization.modes=20",)), ("64 elements", nodal)):
+        for t, allowed in ((1e-5, 2e-3), (1e-4, 5e-4), (6e-4, 2e-4)):
+            changes = (f"beam.kelvin_voigt={viscosity}", f"end_time={t}")
+            (contact,) = run("paper", *_MASSLESS, *TURNING, *model, *changes).contacts
+            quantity, tail = f"impulse after {1e6 * t:g} us, {name}", f"{name.split()[1]}-{1e6 * t:g}us"
+            exact = exact_impulse(t, viscosity)
+            found.append(within(quantity, contact.normal_impulse, exact, "N s", allowed, text, tail))
+    return found
+
+
+@check("The paper's beam with 1e-5 s of damping on a rigid stop: sixteen modes without inertia.", seconds=2.0)
+def sixteen_modes() -> list[Measurement]:
+    """Five contacts, impulse, end and start of the next collision; no energy is lost in impacts."""
+    history, text = run("paper", *_MASSLESS, "discretization.modes=16", "end_time=0.66"), source("damped-stop")
+    first, second = collisions(history)
+    energy = history.summary["energy"]
+    return [
+        Measurement("contacts of the first collision", first.contacts, 5, "1", 0.0, text, "contacts"),
+        Measurement("end of the first collision", first.end, LIMIT["end"], "s", 1e-5, text, "end"),
+        Measurement("impulse", first.normal_impulse, LIMIT["impulse"], "N s", 2e-5, text, "impulse"),
+        Measurement("start of the second collision", second.start, LIMIT["starts"][1], "s", 5e-6, text, "second"),
+        Measurement("energy lost in impacts", energy["lost_impact"], 0.0, "J", 0.0, "no inertia, no impact"),
+        Measurement("energy not accounted for", energy["unaccounted"], 0.0, "J", 1e-8, "balance", "unaccounted"),
+    ]
+
+
+@check(
+    "Three ways to one limit: plastic impacts on elements, no inertia on modes, a stiff spring on modes.",
+    seconds=40.0,
+)
+def three_ways() -> list[Measurement]:
+    """Each against the limit: impulse and energy of the first collision, starts of the next three."""
+    found, text = [], source("damped-stop")
+    spring = (*_MODES, "contact.normal=spring", "contact.stiffness=1e11", "discretization.modes=24")
+    ways = {
+        "plastic impacts": (Scenario.builtin("damped", ["solver.free_step=2.5e-6"]), 5e-6, (1e-6, 4e-6, 6e-5)),
+        "no inertia": (
+            Scenario.builtin("paper", [*_MASSLESS, "discretization.modes=24", "end_time=1.0"]),
+            5e-6,
+            (1e-6, 4e-6, 6e-5),
+        ),
+        "stiff spring": (Scenario.builtin("paper", [*spring, "end_time=1.0"]), 5e-6, (1e-6, 4e-6, 6e-5)),
+    }
+    for name, (scenario, of_impulse, of_starts) in ways.items():
+        history, tail = simulate(scenario), name.replace(" ", "-")
+        first, *later = collisions(history)
+        found.append(
+            Measurement(
+                f"impulse, {name}", first.normal_impulse, LIMIT["impulse"], "N s", of_impulse, text, f"impulse-{tail}"
+            )
+        )
+        energy = float(history.total_energy.sel(time=LIMIT["after"], method="nearest"))
+        found.append(Measurement(f"energy after, {name}", energy, LIMIT["energy"], "J", 1e-5, text, f"energy-{tail}"))
+        for number, (collision, allowed) in enumerate(zip(later, of_starts, strict=True), start=2):
+            found.append(
+                Measurement(
+                    f"start of collision {number}, {name}",
+                    collision.start,
+                    LIMIT["starts"][number - 1],
+                    "s",
+                    allowed,
+                    text,
+                    f"start-{number}-{tail}",
+                )
+            )
+    return found
