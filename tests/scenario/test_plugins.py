@@ -261,7 +261,7 @@ def test_numbers_of_parts_go_through_files_and_changes():
     assert len({scenario, Scenario.from_toml(scenario.to_toml())}) == 1
     changed = scenario.replace(parameters__normal__exponent=1.25)
     assert changed.part("normal") == Power(3e7, 1.25)
-    assert "parameters" not in Scenario.builtin("paper").to_toml()
+    assert "[parameters" not in Scenario.builtin("paper").to_toml()
 
 
 def test_registered_parts_are_listed_with_the_built_in_ones():
