@@ -329,15 +329,9 @@ BAD = {
     "wrong kind": ({"contact__normal": "bad-kind"}, "is a SpinUp, should be a ContactLaw"),
     "inconsistent": ({"root__kind": "driven", "root__profile": "bad-inconsistent"}, "the acceleration is not the"),
     "not from zero": ({"root__kind": "driven", "root__profile": "bad-start"}, "the angle at t = 0 is 1"),
-    "not driven": ({"root__profile": "test-spin-up"}, "root.profile = 'test-spin-up': only with root.kind"),
-    "spin rate": (
-        {"root__kind": "driven", "root__profile": "test-spin-up", "root__spin_rate": 1.0},
-        "root.spin_rate = 1.0: the numbers of this profile are in parameters.profile",
-    ),
     "pushes": ({"contact__friction": "bad-pushing"}, "pushes along the slip at"),
     "gapes": ({"contact__friction": "bad-gaping"}, "Gaping: no branch begins at"),
     "weak when stuck": ({"contact__friction": "bad-weak"}, "static = 0.2, should be at least the 0.5"),
-    "impact on a spring": ({"contact__normal": "spring", "contact__impact": "routh"}, "contact.impact = 'routh'"),
 }
 for _name, _part in {
     ("contact_laws", "bad-uncompiled"): Uncompiled,
