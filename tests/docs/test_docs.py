@@ -40,6 +40,7 @@ def test_reference_page_has_every_key_and_every_rule(extension):
     for row in [
         ["``density``", "kg/m³", "number, > 0", "``2766.7``", "mass per volume"],
         ["``mu_static``", "1", "number, ≥ 0", "``0.3``", "static coefficient of friction"],
+        ["``modes``", "1", "whole number, ≥ 0, ≤ 100", "``2``"],
         ["``enabled``", "–", "``true``, ``false``", "``true``", "whether the slope is there at all"],
         ["``point``", "m", "number, > 0", "not given"],
         ["``method``", "–", '``"fem"``, ``"modal"``', '``"modal"``'],

@@ -84,6 +84,7 @@ def test_the_schema_takes_the_built_in_cases_and_their_resolved_files(valid, nam
 def test_the_schema_takes_what_is_taken(valid):
     for path, value in [
         ("beam.density", "8 g cm^-3"),
+        ("beam.area", "3 cm^2"),
         ("beam.mass_proportional", "2 1/s"),
         ("slope.angle", "18°"),
         ("slope.origin", ["300 mm", 0]),
