@@ -5,6 +5,7 @@
 `natural_frequencies`  of the spinning beam: returns `Frequencies`
 `History`              labelled samples, event log, summary; `save` and `load`
 `concatenate`          histories of consecutive spans joined to one
+`scenario_schema`      what a scenario file may hold, for editors
 `simulate_system`      run a small user-defined system through the same contact states
 
 Checks, comparisons and studies are in `validation`, pictures and exports in `renders`.
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from oblique_impact.kernels.system import MechanicalSystem
     from oblique_impact.progress import Progress
     from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.scenario.schema import scenario_schema
     from oblique_impact.simulation import simulate, simulate_system
 
 __all__ = [
@@ -37,6 +39,7 @@ __all__ = [
     "Scenario",
     "concatenate",
     "natural_frequencies",
+    "scenario_schema",
     "simulate",
     "simulate_system",
 ]
@@ -51,6 +54,7 @@ __getattr__, __dir__ = on_first_use(
         "kernels.system": "MechanicalSystem",
         "progress": "Progress",
         "scenario.scenario": "Scenario",
+        "scenario.schema": "scenario_schema",
         "simulation": "simulate simulate_system",
     },
 )

@@ -12,25 +12,26 @@ import typer
 
 from oblique_impact.command_line.modes import modes
 from oblique_impact.command_line.run import run
+from oblique_impact.command_line.schema import schema
 from oblique_impact.command_line.words import print_note
 from oblique_impact.errors import InputError, Interrupted, Outcome
 from oblique_impact.installed import installed, load
 
 #: order of the commands on the help page; those of other packages follow by their names
-ORDER = ("run", "modes", "validate", "refine", "reproduce", "sweep", "compare", "render", "export")
+ORDER = ("run", "modes", "validate", "refine", "reproduce", "sweep", "compare", "render", "export", "schema")
 #: what every command line of this program is made with
 OPTIONS: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False}
 
 
 def application() -> typer.Typer:
-    """Return the application with all commands: `run`, `modes`, those of the group ``oblique_impact.commands``.
+    """Return the application: `run`, `modes`, `schema`, and the commands of the group ``oblique_impact.commands``.
 
     A command whose package cannot be imported says so when it is called; the others still work.
     """
     about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
     app = typer.Typer(name="oblique-impact", help=about, **OPTIONS)
     commands = {name: _load(point) for name, point in installed("commands").items()}
-    commands |= {"run": run, "modes": modes}
+    commands |= {"run": run, "modes": modes, "schema": schema}
     for name in sorted(commands, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name)):
         # the arguments of a broken command are not known: it takes any
         unchecked = getattr(commands[name], "broken", False)

@@ -85,7 +85,10 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
         y_new[place] = y[place] + applied
     normal = y_new[2 * d + NORMAL_IMPULSE] - y[2 * d + NORMAL_IMPULSE]
     tangential = y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE]
-    slip_rate, gap_rate = _of_displacement(c, before, after, SLIP_RATE), _of_displacement(c, before, after, GAP_RATE)
+    slip_rate, gap_rate = (
+        _of_displacement(c, before, after, SLIP_RATE),
+        _of_displacement(c, before, after, GAP_RATE),
+    )
     y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] - tangential * slip_rate
     excess = tangential - 0.5 * h * (before.forces[1] + after.forces[1])
     y_new[2 * d + STABILIZATION_LOSS] += excess * slip_rate

@@ -1,14 +1,11 @@
-"""Rules between keys of a scenario: which follow others, which exclude each other, what has to fit together.
-
-Each rule yields the keys that it refuses and what is allowed; the reference of the documentation is
-made from them.
-"""
+"""Rules between keys of a scenario: which follow others, which exclude each other, what has to fit together."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import short
@@ -30,7 +27,6 @@ DERIVED: dict[str, Callable[[ScenarioKeys], Any]] = {
     "discretization.frame": lambda s: "mean-axis" if s.is_nodal else "tangent",
     "solver.scheme": lambda s: "generalized-alpha" if s.is_nodal else "event",
 }
-Refusals = Iterator[tuple[str, str]]
 
 
 def derived_values(scenario: ScenarioKeys) -> dict[str, Any]:
@@ -67,169 +63,29 @@ def drop_derived_values(data: dict[str, Any]) -> None:
             del inner[key]
 
 
+class Rule(NamedTuple):
+    """Keys that are refused, each by itself, where they do not fit the others.
+
+    `keys` are separated by spaces.  `allowed` is the text of the error and of the documentation: `{s.section.key}`
+    in it is a value of the scenario, `{found}` what `found` returns.  The functions get the scenario and the value
+    of the key.
+    """
+
+    keys: str
+    allowed: str
+    refuses: Callable[[ScenarioKeys, Any], bool]
+    found: Callable[[ScenarioKeys, Any], Any] = lambda s, value: None
+
+
 def check(scenario: ScenarioKeys) -> None:
     """Raise ValueError, in one line, for the first key that a rule refuses."""
     _build_parts(scenario)
     for rule in RULES:
-        for name, allowed in rule(scenario):
-            section, key = name.split(".")
-            raise ValueError(f"{name} = {short(getattr(getattr(scenario, section), key))}: {allowed}")
-
-
-def _check_root(s: ScenarioKeys) -> Refusals:
-    root, kind = s.root, s.root.kind
-    only = {"inertia": "hub", "torque": "hub", "spin_rate": "driven", "spin_up_time": "driven"}
-    for key, needed in only.items():
-        if getattr(root, key) != 0.0 and kind != needed:
-            yield f"root.{key}", f'only with root.kind = "{needed}" (it is "{kind}")'
-    if root.profile != "hold" and kind != "driven":
-        yield "root.profile", f'only with root.kind = "driven" (it is "{kind}")'
-    if root.hub_radius > 0.0 and kind == "pin":
-        yield "root.hub_radius", 'a pin has radius 0; use root.kind = "hub" or "driven"'
-    if root.profile == "spin-up" and not root.spin_up_time > 0.0:
-        yield "root.spin_up_time", "should be greater than 0 for a spin-up"
-    if s.part("profile") is not None:
-        for key in ("spin_rate", "spin_up_time"):
-            if getattr(root, key) != 0.0:
-                yield f"root.{key}", "the numbers of this profile are in parameters.profile"
-    speed = s.initial.angular_velocity
-    if kind == "driven" and speed not in (0.0, s.initial_angular_velocity):
-        yield "initial.angular_velocity", "a driven root prescribes its own speed; leave it 0"
-
-
-def _check_beam(s: ScenarioKeys) -> Refusals:
-    beam, modal = s.beam, s.discretization.method == "modal"
-    uniform = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
-    for key in ("area", "second_moment"):
-        table = getattr(beam, key)
-        if not isinstance(table, tuple):
-            continue
-        if table[-1][0] != beam.length:
-            end = f"{beam.length}, not at {table[-1][0]}"
-            yield f"beam.{key}", f"should end at x = beam.length = {end}; a new length needs new tables"
-        if modal:
-            yield f"beam.{key}", f"{uniform} tables"
-    if modal and beam.tip_mass > 0.0:
-        yield "beam.tip_mass", f"{uniform} a tip mass"
-    if modal and s.discretization.grading != 1.0:
-        yield "discretization.grading", 'the modal method has no mesh; use 1.0, or discretization.method = "fem"'
-
-
-def _check_contact(s: ScenarioKeys) -> Refusals:
-    contact, length = s.contact, s.beam.length
-    if contact.normal != "rigid" and contact.restitution > 0.0:
-        yield "contact.restitution", "only with a rigid stop; a spring has contact.damping"
-    if contact.normal != "rigid" and contact.impact != "newton":
-        yield "contact.impact", 'only with contact.normal = "rigid": others have no impacts'
-    if contact.point > length:
-        yield "contact.point", f"should be on the beam, at most beam.length = {length}"
-    if contact.point < 1e-3 * length:
-        yield "contact.point", f"should be at least 0.001 beam.length = {1e-3 * length}"
-    if contact.mu_static < contact.mu_kinetic:
-        yield "contact.mu_static", f"should be at least contact.mu_kinetic = {contact.mu_kinetic}"
-    v0, v1 = contact.regularization
-    if not v0 < v1:
-        yield "contact.regularization", "should be [v0, v1] in m/s with v0 less than v1"
-    if contact.enabled and s.initial_gap < -TOUCHING * length:
-        yield (
-            "initial.angle",
-            f"the contact point starts {-s.initial_gap:.6g} m below the slope; the gap should be at least 0",
-        )
-
-
-def _check_massless(s: ScenarioKeys) -> Refusals:
-    """Refuse what does not go with a contact point without inertia."""
-    contact, beam, none = s.contact, s.beam, 'contact.point_inertia = "none"'
-    if contact.point_inertia != "none":
-        return
-    if beam.tip_mass > 0.0 and contact.point == beam.length:
-        yield "contact.point_inertia", 'should be "kept": beam.tip_mass is the inertia of this contact point'
-    if contact.restitution > 0.0 or contact.impact != "newton":
-        yield (
-            "contact.point_inertia",
-            'should be "kept" with contact.restitution or contact.impact: "none" has no impacts',
-        )
-    if s.solver.scheme == "fixed-step":
-        yield "solver.scheme", f'should be "event" or "generalized-alpha" with {none}'
-    if s.is_nodal and contact.point != beam.length:
-        yield "contact.point", f"should be beam.length in the full nodal model with {none}"
-
-
-def _check_slope(s: ScenarioKeys) -> Refusals:
-    extent = s.slope.extent
-    if extent and not (len(extent) == 2 and extent[0] < extent[1]):
-        yield "slope.extent", "should be [first, last] in m with first less than last, or [] without ends"
-
-
-def _check_discretization(s: ScenarioKeys) -> Refusals:
-    d, root = s.discretization, s.root
-    if d.frame == "mean-axis" and (root.kind == "driven" or root.hub_radius > 0.0):
-        yield (
-            "discretization.frame",
-            'the mean-axis frame is for a pin or a hub of radius 0; use "tangent" for this root',
-        )
-    if d.method == "modal" and d.modes < 1:
-        yield "discretization.modes", f"should be 1 to {MAX_MODES} for the modal method"
-    if d.method == "fem":
-        if s.contact.point < s.beam.length and d.elements < 2:
-            yield "discretization.elements", "should be at least 2 with a contact point inside the span"
-        if d.modes > 2 * d.elements:
-            yield "discretization.modes", f"should be at most the {2 * d.elements} modes of the mesh"
-
-
-def _check_nodes(s: ScenarioKeys) -> Refusals:
-    d, length, point = s.discretization, s.beam.length, s.contact.point
-    if d.mesh:
-        yield "discretization.mesh", "is read with a scenario file or by --set; give discretization.nodes"
-    if not d.nodes:
-        return
-    if d.method != "fem":
-        yield "discretization.nodes", 'only with discretization.method = "fem"'
-    if d.elements != len(d.nodes) - 1:
-        yield "discretization.elements", f"the mesh has {len(d.nodes) - 1} elements; leave this key out"
-    if d.grading != 1.0:
-        yield "discretization.grading", "the mesh is graded as it is; leave this key out"
-    if d.nodes[0] != 0.0 or abs(d.nodes[-1] - length) > ON_NODE * length:
-        yield "discretization.nodes", f"should go from 0 to beam.length = {length}, not to {d.nodes[-1]}"
-    if any(b <= a for a, b in pairwise(d.nodes)):
-        yield "discretization.nodes", "should ascend"
-    if min(abs(x - point) for x in d.nodes) > ON_NODE * length:
-        yield "discretization.nodes", f"none of them is at contact.point = {point}; the contact needs one there"
-
-
-def _check_nodal(s: ScenarioKeys) -> Refusals:
-    """Refuse what the full nodal model, which generalized-alpha marches in the mean-axis frame, does not take."""
-    if not s.is_nodal:
-        return
-    d, root = s.discretization, s.root
-    full, instead = "the full nodal model (discretization.modes = 0)", "or keep modes: discretization.modes >= 1"
-    if root.kind == "driven" or root.hub_radius > 0.0:
-        yield "discretization.modes", "the full nodal model is for a pin or a hub of radius 0; keep modes"
-    if s.solver.scheme != "generalized-alpha":
-        yield "solver.scheme", f'{full} is marched by "generalized-alpha" only; leave this key out, {instead}'
-    if d.frame != "mean-axis":
-        yield (
-            "discretization.frame",
-            f'{full} is marched in the "mean-axis" frame only; leave this key out, {instead}',
-        )
-    if d.kinetics != "first-order":
-        yield "discretization.kinetics", f'the full nodal model is "first-order"; {instead}'
-    if s.beam.modal_damping_ratio > 0.0:
-        yield (
-            "beam.modal_damping_ratio",
-            f"the full nodal model has no modes to damp; use beam.kelvin_voigt, {instead}",
-        )
-
-
-def _check_solver(s: ScenarioKeys) -> Refusals:
-    v = s.solver
-    if s.end_time / v.output_interval * _values_per_sample(s) > MAX_VALUES:
-        many = f"{s.end_time / v.output_interval:.3g} samples of {_values_per_sample(s)} values"
-        yield "solver.output_interval", f"gives {many}; at most {MAX_VALUES} values fit into a history"
-    if v.scheme != "event":
-        for key in ("free_step", "contact_step"):
-            if s.end_time / getattr(v, key) > MAX_STEPS:
-                yield f"solver.{key}", f"gives more than {MAX_STEPS} steps"
+        for key in rule.keys.split():
+            value = attrgetter(key)(scenario)
+            if rule.refuses(scenario, value):
+                allowed = rule.allowed.format(s=scenario, found=rule.found(scenario, value))
+                raise ValueError(f"{key} = {short(value)}: {allowed}")
 
 
 def _values_per_sample(s: ScenarioKeys) -> int:
@@ -254,14 +110,244 @@ def _build_parts(s: ScenarioKeys) -> None:
             raise ValueError(f"parameters.{key} = {short(numbers)}: {words}")
 
 
-RULES: tuple[Callable[[ScenarioKeys], Refusals], ...] = (
-    _check_root,
-    _check_beam,
-    _check_slope,
-    _check_contact,
-    _check_massless,
-    _check_nodal,
-    _check_discretization,
-    _check_nodes,
-    _check_solver,
+def _is_modal(s: ScenarioKeys) -> bool:
+    return s.discretization.method == "modal"
+
+
+def _root_is_moved(s: ScenarioKeys) -> bool:
+    """Whether the root turns as prescribed, or stands off the axis."""
+    return s.root.kind == "driven" or s.root.hub_radius > 0.0
+
+
+_ROOT = (
+    Rule(
+        "root.inertia root.torque",
+        'only with root.kind = "hub" (it is "{s.root.kind}")',
+        lambda s, value: value != 0.0 and s.root.kind != "hub",
+    ),
+    Rule(
+        "root.spin_rate root.spin_up_time root.profile",
+        'only with root.kind = "driven" (it is "{s.root.kind}")',
+        lambda s, value: value not in (0.0, "hold") and s.root.kind != "driven",
+    ),
+    Rule(
+        "root.hub_radius",
+        'a pin has radius 0; use root.kind = "hub" or "driven"',
+        lambda s, radius: radius > 0.0 and s.root.kind == "pin",
+    ),
+    Rule(
+        "root.spin_up_time",
+        "should be greater than 0 for a spin-up",
+        lambda s, time: s.root.profile == "spin-up" and not time > 0.0,
+    ),
+    Rule(
+        "root.spin_rate root.spin_up_time",
+        "the numbers of this profile are in parameters.profile",
+        lambda s, value: value != 0.0 and s.part("profile") is not None,
+    ),
+    Rule(
+        "initial.angular_velocity",
+        "a driven root prescribes its own speed; leave it 0",
+        lambda s, speed: s.root.kind == "driven" and speed not in (0.0, s.initial_angular_velocity),
+    ),
 )
+
+_UNIFORM = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
+_BEAM = (
+    Rule(
+        "beam.area beam.second_moment",
+        "should end at x = beam.length = {s.beam.length}, not at {found}; a new length needs new tables",
+        lambda s, table: isinstance(table, tuple) and table[-1][0] != s.beam.length,
+        lambda s, table: table[-1][0],
+    ),
+    Rule(
+        "beam.area beam.second_moment",
+        f"{_UNIFORM} tables",
+        lambda s, table: isinstance(table, tuple) and _is_modal(s),
+    ),
+    Rule("beam.tip_mass", f"{_UNIFORM} a tip mass", lambda s, mass: mass > 0.0 and _is_modal(s)),
+)
+
+_SLOPE = (
+    Rule(
+        "slope.extent",
+        "should be [first, last] in m with first less than last, or [] without ends",
+        lambda s, extent: bool(extent) and not (len(extent) == 2 and extent[0] < extent[1]),
+    ),
+)
+
+_CONTACT = (
+    Rule(
+        "contact.restitution",
+        "only with a rigid stop; a spring has contact.damping",
+        lambda s, restitution: restitution > 0.0 and s.contact.normal != "rigid",
+    ),
+    Rule(
+        "contact.impact",
+        'only with contact.normal = "rigid": others have no impacts',
+        lambda s, law: law != "newton" and s.contact.normal != "rigid",
+    ),
+    Rule(
+        "contact.point",
+        "should be on the beam, at most beam.length = {s.beam.length}",
+        lambda s, point: point > s.beam.length,
+    ),
+    Rule(
+        "contact.point",
+        "should be at least 0.001 beam.length = {found}",
+        lambda s, point: point < 1e-3 * s.beam.length,
+        lambda s, point: 1e-3 * s.beam.length,
+    ),
+    Rule(
+        "contact.mu_static",
+        "should be at least contact.mu_kinetic = {s.contact.mu_kinetic}",
+        lambda s, mu: mu < s.contact.mu_kinetic,
+    ),
+    Rule(
+        "contact.regularization",
+        "should be [v0, v1] in m/s with v0 less than v1",
+        lambda s, speeds: not speeds[0] < speeds[1],
+    ),
+    Rule(
+        "initial.angle",
+        "the contact point starts {found:.6g} m below the slope; the gap should be at least 0",
+        lambda s, angle: s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length,
+        lambda s, angle: -s.initial_gap,
+    ),
+)
+
+#: what does not go with a contact point without inertia
+_WITHOUT = 'contact.point_inertia = "none"'
+_MASSLESS = (
+    Rule(
+        "contact.point_inertia",
+        'should be "kept": beam.tip_mass is the inertia of this contact point',
+        lambda s, inertia: inertia == "none" and s.beam.tip_mass > 0.0 and s.contact.point == s.beam.length,
+    ),
+    Rule(
+        "contact.point_inertia",
+        'should be "kept" with contact.restitution or contact.impact: "none" has no impacts',
+        lambda s, inertia: inertia == "none" and (s.contact.restitution > 0.0 or s.contact.impact != "newton"),
+    ),
+    Rule(
+        "solver.scheme",
+        f'should be "event" or "generalized-alpha" with {_WITHOUT}',
+        lambda s, scheme: s.contact.point_inertia == "none" and scheme == "fixed-step",
+    ),
+    Rule(
+        "contact.point",
+        f"should be beam.length in the full nodal model with {_WITHOUT}",
+        lambda s, point: s.contact.point_inertia == "none" and s.is_nodal and point != s.beam.length,
+    ),
+)
+
+#: what the full nodal model, which generalized-alpha marches in the mean-axis frame, does not take
+_FULL, _INSTEAD = "the full nodal model", "or keep modes: discretization.modes >= 1"
+_NODAL = (
+    Rule(
+        "discretization.modes",
+        f"{_FULL} is for a pin or a hub of radius 0; keep modes",
+        lambda s, modes: s.is_nodal and _root_is_moved(s),
+    ),
+    Rule(
+        "solver.scheme",
+        f"{_FULL} (discretization.modes = 0) is marched by "
+        f'"generalized-alpha" only; leave this key out, {_INSTEAD}',
+        lambda s, scheme: s.is_nodal and scheme != "generalized-alpha",
+    ),
+    Rule(
+        "discretization.frame",
+        f"{_FULL} (discretization.modes = 0) is marched in the "
+        f'"mean-axis" frame only; leave this key out, {_INSTEAD}',
+        lambda s, frame: s.is_nodal and frame != "mean-axis",
+    ),
+    Rule(
+        "discretization.kinetics",
+        f'{_FULL} is "first-order"; {_INSTEAD}',
+        lambda s, kinetics: s.is_nodal and kinetics != "first-order",
+    ),
+    Rule(
+        "beam.modal_damping_ratio",
+        f"{_FULL} has no modes to damp; use beam.kelvin_voigt, {_INSTEAD}",
+        lambda s, ratio: s.is_nodal and ratio > 0.0,
+    ),
+)
+
+_DISCRETIZATION = (
+    Rule(
+        "discretization.grading",
+        'the modal method has no mesh; use 1.0, or discretization.method = "fem"',
+        lambda s, grading: grading != 1.0 and _is_modal(s),
+    ),
+    Rule(
+        "discretization.frame",
+        'the mean-axis frame is for a pin or a hub of radius 0; use "tangent" for this root',
+        lambda s, frame: frame == "mean-axis" and _root_is_moved(s),
+    ),
+    Rule(
+        "discretization.modes",
+        f"should be 1 to {MAX_MODES} for the modal method",
+        lambda s, modes: modes < 1 and _is_modal(s),
+    ),
+    Rule(
+        "discretization.elements",
+        "should be at least 2 with a contact point inside the span",
+        lambda s, elements: s.discretization.method == "fem" and elements < 2 and s.contact.point < s.beam.length,
+    ),
+    Rule(
+        "discretization.modes",
+        "should be at most the {found} modes of the mesh",
+        lambda s, modes: s.discretization.method == "fem" and modes > 2 * s.discretization.elements,
+        lambda s, modes: 2 * s.discretization.elements,
+    ),
+    Rule(
+        "discretization.mesh",
+        "is read with a scenario file or by --set; give discretization.nodes",
+        lambda s, mesh: bool(mesh),
+    ),
+    Rule(
+        "discretization.nodes",
+        'only with discretization.method = "fem"',
+        lambda s, nodes: bool(nodes) and s.discretization.method != "fem",
+    ),
+    Rule(
+        "discretization.elements",
+        "the mesh has {found} elements; leave this key out",
+        lambda s, elements: bool(s.discretization.nodes) and elements != len(s.discretization.nodes) - 1,
+        lambda s, elements: len(s.discretization.nodes) - 1,
+    ),
+    Rule(
+        "discretization.grading",
+        "the mesh is graded as it is; leave this key out",
+        lambda s, grading: bool(s.discretization.nodes) and grading != 1.0,
+    ),
+    Rule(
+        "discretization.nodes",
+        "should go from 0 to beam.length = {s.beam.length}, not to {found}",
+        lambda s, x: bool(x) and (x[0] != 0.0 or abs(x[-1] - s.beam.length) > ON_NODE * s.beam.length),
+        lambda s, x: x[-1],
+    ),
+    Rule("discretization.nodes", "should ascend", lambda s, x: any(b <= a for a, b in pairwise(x))),
+    Rule(
+        "discretization.nodes",
+        "none of them is at contact.point = {s.contact.point}; the contact needs one there",
+        lambda s, nodes: bool(nodes) and min(abs(x - s.contact.point) for x in nodes) > ON_NODE * s.beam.length,
+    ),
+)
+
+_SOLVER = (
+    Rule(
+        "solver.output_interval",
+        f"gives {{found[0]:.3g}} samples of {{found[1]}} values; at most {MAX_VALUES} values fit into a history",
+        lambda s, interval: s.end_time / interval * _values_per_sample(s) > MAX_VALUES,
+        lambda s, interval: (s.end_time / interval, _values_per_sample(s)),
+    ),
+    Rule(
+        "solver.free_step solver.contact_step",
+        f"gives more than {MAX_STEPS} steps",
+        lambda s, step: s.solver.scheme != "event" and s.end_time / step > MAX_STEPS,
+    ),
+)
+
+#: in the order in which they are asked: each may rely on those before it
+RULES: tuple[Rule, ...] = (*_ROOT, *_BEAM, *_SLOPE, *_CONTACT, *_MASSLESS, *_NODAL, *_DISCRETIZATION, *_SOLVER)

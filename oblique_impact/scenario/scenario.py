@@ -15,6 +15,7 @@ from oblique_impact.files import read_text
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.rules import TABLE, check, derive, derived_values, drop_derived_values
+from oblique_impact.scenario.schema import commented
 from oblique_impact.scenario.sections import ScenarioKeys
 from oblique_impact.scenario.toml import apply_change, parse_toml, set_key, with_line
 
@@ -101,12 +102,15 @@ class Scenario(ScenarioKeys):
         return Scenario.from_dict(data)
 
     def to_toml(self) -> str:
-        """Return the fully resolved scenario file; its table `derived` lists the values that follow other keys."""
+        """Return the fully resolved scenario file, a comment above each key with its meaning, unit and range.
+
+        Its table `derived` lists the values that follow other keys.
+        """
         data = self._with_derived()
-        given = {key: numbers for key, numbers in data.pop("parameters").items() if numbers}
-        followers = {TABLE: data.pop(TABLE)}
-        text = tomli_w.dumps(data | ({"parameters": given} if given else {}))
-        return f"{text}\n# not given: these values follow other keys\n{tomli_w.dumps(followers)}"
+        given = {part: numbers for part, numbers in data["parameters"].items() if numbers}
+        parameters = f"\n{tomli_w.dumps({'parameters': given})}" if given else ""
+        followers = tomli_w.dumps({TABLE: data[TABLE]})
+        return f"{commented(data)}{parameters}\n# not given: these values follow other keys\n{followers}"
 
     def _with_derived(self) -> dict[str, Any]:
         """Return the data of a resolved file."""

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Self, get_args
+from typing import TYPE_CHECKING, Any, Self, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.units import Unit, unit_of
 
+T = TypeVar("T")
+
+
+def key(default: T, meaning: str) -> T:
+    """Return the default of a key together with its meaning, which every text about the key is made from."""
+    return Field(default=default, description=meaning)
+
 
 class Section(BaseModel):
     """Base of all sections: frozen, strict, no unknown keys, no NaN or infinity.
 
-    Numbers with a dimension declare their unit, ``Annotated[float, Unit("m")]``; those without one have none.  The
-    documentation reads their meaning from the comments: behind a key, or "#: meaning" above it.
+    Numbers with a dimension declare their unit, ``Annotated[float, Unit("m")]``; those without one have none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import PlainSerializer, PlainValidator
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 
 from oblique_impact.scenario.messages import not_allowed, short
 
 MAX_ROWS = 1000
 MAX_PARAMETERS = 100
-_LARGEST = 1e30
+LARGEST = 1e30  # a bound that only keeps infinity out
 
 Table = tuple[tuple[float, float], ...]
 #: kept as pairs sorted by name, so that a scenario stays hashable; a table in files and in Python
@@ -37,15 +37,15 @@ def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
             raise not_allowed(f"a table of pairs [x, value] of numbers{where}")
         if not table and row[0] != 0.0:
             raise not_allowed(f"a table that begins at x = 0, not at {row[0]}")
-        if table and not table[-1][0] < row[0] <= _LARGEST:
+        if table and not table[-1][0] < row[0] <= LARGEST:
             raise not_allowed(f"a table with finite, strictly ascending x{where}")
         table.append((float(row[0]), _positive(row[1], where)))
     return tuple(table)
 
 
 def _positive(value: Any, where: str) -> float:
-    if not 0.0 < value <= _LARGEST:
-        raise not_allowed(f"a finite number greater than 0, less than or equal to {_LARGEST:g}{where}")
+    if not 0.0 < value <= LARGEST:
+        raise not_allowed(f"a finite number greater than 0, less than or equal to {LARGEST:g}{where}")
     return float(value)
 
 
@@ -63,14 +63,27 @@ def _parameters(value: Any) -> Pairs:
         if not (isinstance(name, str) and name.isidentifier()):
             words = "a table whose names are made of letters, digits and underscores"
             raise not_allowed(f"{words}, not {short(name)}")
-        if not (_is_number(number) and abs(number) <= _LARGEST):
+        if not (_is_number(number) and abs(number) <= LARGEST):
             raise not_allowed(f"a table of finite numbers; {name} is {short(number)}")
     return tuple(sorted((name, float(number)) for name, number in value.items()))
 
 
+_POSITIVE = {"type": "number", "exclusiveMinimum": 0.0, "maximum": LARGEST}
+_NUMBER = {"type": "number", "minimum": -LARGEST, "maximum": LARGEST}
+_PAIR = {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number", "minimum": 0.0}}
+_PAIRS = {"type": "array", "minItems": 2, "maxItems": MAX_ROWS, "items": _PAIR}
+
 #: a positive number, or a table of it over x from 0 to beam.length
 Tabulated = Annotated[
-    float | Table, PlainValidator(_number_or_table), PlainSerializer(lambda value: value, return_type=Any)
+    float | Table,
+    PlainValidator(_number_or_table),
+    PlainSerializer(lambda value: value, return_type=Any),
+    WithJsonSchema({"anyOf": [_POSITIVE, _PAIRS]}),
 ]
 #: the numbers of a user-defined part
-Parameters = Annotated[Pairs, PlainValidator(_parameters), PlainSerializer(dict, return_type=dict[str, float])]
+Parameters = Annotated[
+    Pairs,
+    PlainValidator(_parameters),
+    PlainSerializer(dict, return_type=dict[str, float]),
+    WithJsonSchema({"type": "object", "maxProperties": MAX_PARAMETERS, "additionalProperties": _NUMBER}),
+]

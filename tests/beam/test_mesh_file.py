@@ -89,24 +89,3 @@ def test_what_does_not_fit_is_one_line(tmp_path, monkeypatch, case):
         Scenario.load("paper", [*FEM, "discretization.mesh=beam.vtk"])
     assert str(refused.value).startswith("discretization.")
     assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("key", "words"),
-    [
-        ("discretization.elements=5", "discretization.elements = 5: the mesh has 2 elements"),
-        ("discretization.grading=2", "discretization.grading = 2"),
-        ("discretization.method=modal", "discretization.nodes"),
-        ("discretization.nodes=[0.0, 0.7, 0.6, 1.0]", "discretization.nodes"),
-    ],
-)
-def test_keys_that_a_mesh_replaces_are_refused(key, words):
-    with pytest.raises(InputError, match=words):
-        Scenario.builtin("paper", [*FEM, "discretization.nodes=[0.0, 0.7, 1.0]", key])
-
-
-def test_a_text_alone_reads_no_file(tmp_path):
-    """As that of a history: `nodes` stand in it."""
-    path = write(tmp_path / "beam.vtk", NODES)
-    with pytest.raises(InputError, match=r"discretization\.mesh .*: is read with a scenario file"):
-        Scenario.from_toml(f'[discretization]\nmethod = "fem"\nmesh = "{path}"\n')

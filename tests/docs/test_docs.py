@@ -15,10 +15,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pydantic import BaseModel
 
-from oblique_impact import InputError, Scenario, simulate, simulate_system
-from oblique_impact.scenario import user_defined as plugins
+from oblique_impact import Scenario, simulate, simulate_system
+from oblique_impact.scenario.rules import RULES
+from oblique_impact.scenario.schema import key_schemas
 from validation.checks import registry
 
 ROOT = Path(__file__).parents[2]
@@ -32,79 +32,23 @@ def extension(monkeypatch):
     return import_module
 
 
-def every_key() -> dict[str, type]:
-    """Keys of the models by "section.key", found without the extension, with the types of their defaults."""
-    found = {}
-    for name, field in Scenario.model_fields.items():
-        if isinstance(field.default, BaseModel):
-            for key, inner in type(field.default).model_fields.items():
-                found[f"{name}.{key}"] = type(inner.default)
-        else:
-            found[name] = type(field.default)
-    return found
-
-
-def test_reference_has_every_key_with_its_meaning_and_unit(extension):
-    keys = {key.path: key for key in extension("scenario_keys").every_key()}
-    assert keys.keys() == every_key().keys()
-    for path, kind in every_key().items():
-        assert keys[path].meaning, path
-        assert keys[path].default, path
-        if not path.startswith("parameters."):  # tables of numbers that the parts know
-            assert bool(keys[path].unit) == (kind in (int, float, tuple)), f"{path}: unit {keys[path].unit!r}"
-
-
-def test_reference_page_names_every_key(extension):
+def test_reference_page_has_every_key_and_every_rule(extension):
     page = extension("scenario_keys").reference()
-    for path in every_key():
-        assert f"``{path.rpartition('.')[2]}``" in page, path
-
-
-def test_bounds_in_the_reference_are_those_of_the_models(extension):
-    """What the reference excludes is refused, and the bound itself is what the sign says."""
-    checked = 0
-    for key in extension("scenario_keys").every_key():
-        for sign, text in re.findall(r"([<>≤≥]) (\S+)", key.allowed):
-            bound = float(text)
-            outside = bound + (1.0 if sign in "<≤" else -1.0) * (abs(bound) * 1e-6 + 1e-9)
-            value = bound if sign in "<>" else outside
-            if key.kind == "whole number":
-                value = int(bound) + (1 if sign in "<≤" else -1)
-            given = [value, value] if key.kind == "two numbers" else value
-            with pytest.raises(InputError, match=re.escape(key.path)):
-                Scenario.from_dict({key.section: {key.name: given}} if key.section else {key.name: given})
-            checked += 1
-    assert checked > 30
-
-
-def test_rules_between_keys_are_complete_and_about_known_keys(extension):
-    """Every refusal of the validators stands in the reference."""
-    module = extension("scenario_keys")
-    found = module.rules()
-    assert {path for path, _ in found} <= every_key().keys()
-    source = (ROOT / "oblique_impact" / "scenario" / "rules.py").read_text(encoding="utf-8")
-    assert len(found) >= source.count(" yield ") > 20
-    with pytest.raises(InputError) as refused:
-        Scenario.from_dict({"root": {"torque": 1.0}})
-    (rule,) = (message for path, message in found if path == "root.torque")
-    assert re.search(re.escape(rule).replace("…", ".*"), str(refused.value))
-
-
-def test_comments_behind_and_above_keys_are_meanings(extension, tmp_path, monkeypatch):
-    source = (
-        "from pydantic import BaseModel\n\n\nclass Probe(BaseModel):\n"
-        "    a: float = 0.0  # a length\n"
-        "    #: goes on\n    #: over two lines\n    b: float = 0.0  # and behind\n"
-        '    c: str = ""  # words; with a semicolon\n'
-        "    d: int = 0\n"
-    )
-    (tmp_path / "probe_model.py").write_text(source, encoding="utf-8")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    read = extension("scenario_keys").read_comments(import_module("probe_model").Probe)
-    assert read["a"] == "a length"
-    assert read["b"] == "goes on over two lines and behind"
-    assert read["c"] == "words; with a semicolon"
-    assert read["d"] == ""
+    for name, section in Scenario().model_dump().items():
+        for key in section if isinstance(section, dict) else [name]:
+            assert f"``{key}``" in page, key
+    for row in [
+        ["``density``", "kg/m³", "number, > 0", "``2766.7``", "mass per volume"],
+        ["``mu_static``", "1", "number, ≥ 0", "``0.3``", "static coefficient of friction"],
+        ["``modes``", "1", "whole number, ≥ 0, ≤ 100", "``2``"],
+        ["``enabled``", "–", "``true``, ``false``", "``true``", "whether the slope is there at all"],
+        ["``point``", "m", "number, > 0", "not given"],
+        ["``method``", "–", '``"fem"``, ``"modal"``', '``"modal"``'],
+        ["``root.inertia``, ``root.torque``", 'only with root.kind = "hub" (it is "…")'],
+        ["``beam.modal_damping_ratio``", r"the full nodal model has no modes to damp; use beam.kelvin\_voigt"],
+    ]:
+        assert "   * - " + "\n     - ".join(row) in page, row
+    assert page.count("   * - ") == page.count(":header-rows: 1") + len(key_schemas()) + len(RULES)
 
 
 def test_command_line_reference_has_every_command_and_option(extension):
@@ -188,21 +132,6 @@ def test_gallery_moves_the_pictures_of_a_block(extension, tmp_path):
     assert "gallery_001.png" in markup
     assert (tmp_path / "gallery_001.png").read_bytes() == b"picture"
     assert not list((tmp_path / "examples").glob("*.png"))
-
-
-@pytest.mark.slow
-def test_parts_that_an_example_registers_are_not_in_the_reference(extension, monkeypatch):
-    """The gallery runs in the process that builds the pages."""
-    monkeypatch.setattr(plugins, "_REGISTERED", dict(plugins._REGISTERED))
-    module = extension("scenario_keys")
-    before = module.reference()
-    for kind in plugins.KINDS:
-        plugins.register(kind, "example-part")(object)
-    assert "example-part" in plugins.names("friction_laws")
-    assert module.reference() == before
-    assert "example-part" not in before
-    methods = next(key for key in module.every_key() if key.path == "discretization.method")
-    assert methods.allowed == '``"fem"``, ``"modal"``'
 
 
 def test_the_example_that_changes_something_changes_what_the_page_says(run):
@@ -375,4 +304,4 @@ def test_documentation_builds_without_a_warning_and_needs_no_network(site):
     assert theory.count('class="math') > 30
     assert 'href="../reference/api/physics.html#oblique_impact.beam.floating_frame._first_order"' in theory
     keys = (site / "reference" / "scenario.html").read_text(encoding="utf-8")
-    assert all(f">{path.rpartition('.')[2]}<" in keys for path in every_key())
+    assert all(f">{path.rpartition('.')[2]}<" in keys for path in key_schemas())

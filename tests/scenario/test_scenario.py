@@ -129,20 +129,10 @@ BAD = {
     "negative length": ("[beam]\nlength = -1.0", ["beam.length", "-1.0", "greater than 0"]),
     "zero length": ("[beam]\nlength = 0", ["beam.length", "0", "greater than 0"]),
     "negative gravity": ("gravity = -9.8", ["gravity", "-9.8", "greater than or equal to 0"]),
-    "static below kinetic": (
-        "[contact]\nmu_static = 0.1\nmu_kinetic = 0.2",
-        ["contact.mu_static", "0.1", "at least", "contact.mu_kinetic = 0.2"],
-    ),
-    "regularization of no width": (
-        "[contact]\nregularization = [0.01, 0.01]",
-        ["contact.regularization", "(0.01, 0.01)", "v0 less than v1"],
-    ),
     "negative regularization": (
         "[contact]\nregularization = [-0.01, 0.01]",
         ["contact.regularization.0", "-0.01", "greater than or equal to 0"],
     ),
-    "point off the beam": ("[contact]\npoint = 1.5", ["contact.point", "1.5", "at most", "beam.length = 1.0"]),
-    "point on the root": ("[contact]\npoint = 1e-6", ["contact.point", "1e-06", "at least"]),
     "restitution above one": (
         "[contact]\nrestitution = 1.01",
         ["contact.restitution", "1.01", "less than or equal to 1"],
@@ -151,7 +141,6 @@ BAD = {
         "[contact]\nrestitution = -0.1",
         ["contact.restitution", "-0.1", "greater than or equal to 0"],
     ),
-    "start below the slope": ("[initial]\nangle = 0.2", ["initial.angle", "0.2", "below the slope", "at least 0"]),
     "too many modes": (
         f"[discretization]\nmodes = {MAX_MODES + 1}",
         ["discretization.modes", str(MAX_MODES + 1), str(MAX_MODES)],
@@ -159,74 +148,6 @@ BAD = {
     "too many elements": (
         f'[discretization]\nmethod = "fem"\nelements = {MAX_ELEMENTS + 1}',
         ["discretization.elements", str(MAX_ELEMENTS + 1), str(MAX_ELEMENTS)],
-    ),
-    "more modes than the mesh has": (
-        '[discretization]\nmethod = "fem"\nelements = 2\nmodes = 5',
-        ["discretization.modes", "5", "at most the 4 modes"],
-    ),
-    "no modes": ("[discretization]\nmodes = 0", ["discretization.modes", "0", "1 to 100"]),
-    "one element, inner contact": (
-        '[contact]\npoint = 0.5\n[discretization]\nmethod = "fem"\nelements = 1\nmodes = 1',
-        ["discretization.elements", "1", "at least 2"],
-    ),
-    "nodal model, explicit scheme": (
-        '[discretization]\nmethod = "fem"\nmodes = 0\n[solver]\nscheme = "event"',
-        ["solver.scheme", "'event'", '"generalized-alpha"', "leave this key out", "discretization.modes >= 1"],
-    ),
-    "nodal model, tangent frame": (
-        '[discretization]\nmethod = "fem"\nmodes = 0\nframe = "tangent"',
-        ["discretization.frame", "'tangent'", '"mean-axis"', "leave this key out", "discretization.modes >= 1"],
-    ),
-    "nodal model on a driven root": (
-        '[discretization]\nmethod = "fem"\nmodes = 0\n[root]\nkind = "driven"',
-        ["discretization.modes = 0", "a pin or a hub of radius 0", "keep modes"],
-    ),
-    "nodal model on a hub with a radius": (
-        '[discretization]\nmethod = "fem"\nmodes = 0\n[root]\nkind = "hub"\nhub_radius = 0.1',
-        ["discretization.modes = 0", "a pin or a hub of radius 0", "keep modes"],
-    ),
-    "length without its tables": (
-        '[beam]\nlength = 2.0\narea = [[0.0, 1e-4], [1.0, 2e-4]]\n[discretization]\nmethod = "fem"',
-        ["beam.area", "beam.length = 2.0", "not at 1.0", "a new length needs new tables"],
-    ),
-    "mean-axis, driven": (
-        '[root]\nkind = "driven"\n[discretization]\nframe = "mean-axis"',
-        ["discretization.frame", "mean-axis", "tangent"],
-    ),
-    "mean-axis, hub radius": (
-        '[root]\nkind = "hub"\nhub_radius = 0.1\n[discretization]\nframe = "mean-axis"',
-        ["discretization.frame", "mean-axis", "tangent"],
-    ),
-    "pin with a radius": ("[root]\nhub_radius = 0.1", ["root.hub_radius", "0.1", "hub", "driven"]),
-    "spin-up without time": (
-        '[root]\nkind = "driven"\nprofile = "spin-up"\nspin_rate = 6.0',
-        ["root.spin_up_time", "0", "greater than 0"],
-    ),
-    "inertia on a pin": ("[root]\ninertia = 1.0", ["root.inertia", "1.0", '"hub"', '"pin"']),
-    "torque on a pin": ("[root]\ntorque = 2.0", ["root.torque", "2.0", '"hub"', '"pin"']),
-    "inertia on a driven root": (
-        '[root]\nkind = "driven"\ninertia = 1.0',
-        ["root.inertia", "1.0", '"hub"', '"driven"'],
-    ),
-    "profile on a pin": (
-        '[root]\nprofile = "constant-speed"',
-        ["root.profile", "constant-speed", '"driven"', '"pin"'],
-    ),
-    "spin rate on a hub": (
-        '[root]\nkind = "hub"\nspin_rate = 1.0',
-        ["root.spin_rate", "1.0", '"driven"', '"hub"'],
-    ),
-    "own speed of a driven root": (
-        '[root]\nkind = "driven"\n[initial]\nangular_velocity = 1.0',
-        ["initial.angular_velocity", "1.0", "leave it 0"],
-    ),
-    "too many samples": (
-        "[solver]\noutput_interval = 1e-9",
-        ["solver.output_interval", "1e-09", "1e+09 samples", "at most 500000000 values"],
-    ),
-    "too many steps": (
-        '[solver]\nscheme = "fixed-step"\ncontact_step = 1e-12',
-        ["solver.contact_step", "1e-12", "1000000000 steps"],
     ),
     "not TOML": ("end_time = = 1", ["scenario file", "not valid TOML", "line 1"]),
     "nested too deeply": ("end_time = " + "[" * 10_000, ["scenario file", "nested too deeply"]),

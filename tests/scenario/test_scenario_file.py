@@ -116,24 +116,6 @@ def test_the_full_nodal_model_takes_the_scheme_and_frame_that_march_it():
     assert (kept.solver.scheme, kept.discretization.frame) == ("generalized-alpha", "mean-axis")
 
 
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ("solver.scheme=event", "solver.scheme = 'event'"),
-        ("solver.scheme=fixed-step", "solver.scheme = 'fixed-step'"),
-        ("discretization.frame=tangent", "discretization.frame = 'tangent'"),
-    ],
-)
-@pytest.mark.parametrize("elements", [2, 64])
-def test_what_cannot_march_the_full_nodal_model_is_refused_with_both_ways_out(change, key, elements):
-    with pytest.raises(InputError) as error:
-        Scenario.builtin("paper", [*NODAL, f"discretization.elements={elements}", change])
-    message = str(error.value)
-    assert message.startswith(key)
-    assert "leave this key out" in message
-    assert "or keep modes: discretization.modes >= 1" in message
-
-
 # The line of a fault ----------------------------------------------------------------------------------------
 
 FILE = """\

@@ -36,7 +36,9 @@ def test_force_impulse_and_duration_of_a_bar(scheme):
 
 def test_the_mesh_is_what_is_left_of_the_error():
     """The schemes agree with each other far better than with the exact impulse."""
-    impulses = [strike(bouncing_bar(10), 10.0, 0.8, scheme).contacts[0].normal_impulse for scheme in SCHEMES.values()]
+    impulses = [
+        strike(bouncing_bar(10), 10.0, 0.8, scheme).contacts[0].normal_impulse for scheme in SCHEMES.values()
+    ]
     assert np.ptp(impulses) < 0.1 * abs(np.mean(impulses) - BAR["impulse"])
 
 

@@ -28,6 +28,7 @@ RESULTS = {
     "compare": r"report: [\w/]+\.html",
     "render": "(picture|written): ",
     "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd)\s+read by ParaView",
+    "schema": r"schema: oblique-impact\.json",
 }
 
 

@@ -101,11 +101,19 @@ def three_ways() -> list[Measurement]:
         first, *later = collisions(history)
         found.append(
             Measurement(
-                f"impulse, {name}", first.normal_impulse, LIMIT["impulse"], "N s", of_impulse, text, f"impulse-{tail}"
+                f"impulse, {name}",
+                first.normal_impulse,
+                LIMIT["impulse"],
+                "N s",
+                of_impulse,
+                text,
+                f"impulse-{tail}",
             )
         )
         energy = float(history.total_energy.sel(time=LIMIT["after"], method="nearest"))
-        found.append(Measurement(f"energy after, {name}", energy, LIMIT["energy"], "J", 1e-5, text, f"energy-{tail}"))
+        found.append(
+            Measurement(f"energy after, {name}", energy, LIMIT["energy"], "J", 1e-5, text, f"energy-{tail}")
+        )
         for number, (collision, allowed) in enumerate(zip(later, of_starts, strict=True), start=2):
             found.append(
                 Measurement(

@@ -4,46 +4,21 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Annotated, Any
-
-from pydantic import create_model
-from pydantic.fields import FieldInfo
+from typing import Any
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.sections import ParametersSection
-from oblique_impact.scenario.units import unit_of
+from oblique_impact.scenario.schema import key_schemas
+from oblique_impact.scenario.sections import ParametersSection, ScenarioKeys
+from oblique_impact.scenario.units import Unit
 
-_WITHOUT_SECTION = ""
-
-
-@cache
-def _sections() -> dict[str, type[Section]]:
-    """Models of the sections by name; the keys that belong to none are a section without a name."""
-    sections: dict[str, type[Section]] = {}
-    single: dict[str, Any] = {}
-    for name, field in Scenario.model_fields.items():
-        annotation = field.annotation
-        if annotation is ParametersSection:
-            continue  # its keys are those of the parts
-        if isinstance(annotation, type) and issubclass(annotation, Section):
-            sections[name] = annotation
-        else:
-            single[name] = (Annotated[annotation, *field.metadata], field.default)
-    sections[_WITHOUT_SECTION] = create_model("Single", __base__=Section, **single)
-    return sections
+_KINDS = {"number": float, "integer": int, "boolean": bool, "string": str, "array": tuple}
 
 
 @cache
 def known_keys() -> tuple[str, ...]:
     """Return all keys of a scenario, "section.key" or "key", in the order of the scenario file."""
-    return tuple(
-        f"{section}.{key}" if section else key
-        for section, model in sorted(_sections().items(), key=lambda item: item[0] != _WITHOUT_SECTION)
-        for key in model.model_fields
-    )
+    return tuple(key for key in key_schemas() if not key.startswith("parameters."))
 
 
 def _of_own_part(key: str) -> bool:
@@ -63,7 +38,7 @@ def check_key(key: str, where: str) -> None:
         return
     section, dot, _ = key.rpartition(".")
     inside = [k for k in known_keys() if dot and k.startswith(f"{section}.")]
-    sections = ", ".join(name for name in _sections() if name)
+    sections = ", ".join(dict.fromkeys(k.partition(".")[0] for k in known_keys() if "." in k))
     words = ", ".join(inside) or f"{', '.join(k for k in known_keys() if '.' not in k)}, SECTION.KEY of {sections}"
     meant = did_you_mean(key, known_keys())
     raise InputError(f"{where} = {short(key)}: not a key of a scenario; known here: {words}{meant}")
@@ -82,36 +57,23 @@ def coerce(key: str, value: Any, where: str) -> Any:
             raise InputError(f"{where}: {key} = {short(value)}: should be a finite number")
         return float(value)
     section, _, name = key.rpartition(".")
-    model = _sections()[section]
     try:
-        found = getattr(model.model_validate({name: value}), name)
+        found = ScenarioKeys.model_validate({section: {name: value}} if section else {name: value})
     except InputError as error:
-        raise InputError(f"{where}: {f'{section}.{error}' if section else error}") from None
-    return found
+        raise InputError(f"{where}: {error}") from None
+    return getattr(getattr(found, section) if section else found, name)
 
 
 def kind(key: str) -> type:
     """Return the type of a key's values: float, int, bool or str; tuple if it takes nothing but lists."""
     if _of_own_part(key):
         return float
-    annotation = _field(key).annotation
-    if annotation in (int, bool, float):
-        return annotation  # type: ignore[return-value]
-    if annotation is None or str(annotation).startswith("tuple"):
-        return tuple
-    return float if "float" in str(annotation) else str
+    schema = key_schemas()[key]
+    return _KINDS[schema.get("anyOf", [schema])[0]["type"]]
 
 
 def unit(key: str) -> str:
     """Return the SI unit of a key, "1" for numbers without one, "" for words and switches."""
     if _of_own_part(key):
         return ""  # the part knows
-    declared = unit_of(_field(key))
-    if declared is not None:
-        return declared.shown
-    return "1" if kind(key) in (int, float) else ""
-
-
-def _field(key: str) -> FieldInfo:
-    section, _, name = key.rpartition(".")
-    return _sections()[section].model_fields[name]
+    return Unit(key_schemas()[key].get("unit", "")).shown

@@ -1,0 +1,192 @@
+"""Rules between keys: each refuses what it should, in its own words."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from oblique_impact import InputError, Scenario
+from oblique_impact.scenario.rules import RULES
+from tests.scenario import test_plugins  # noqa: F401  registers the base motion "test-spin-up"
+
+FEM = "discretization.method=fem"
+NODAL = f"{FEM} discretization.modes=0"
+MESH = f"{FEM} discretization.nodes=[0,0.5,1]"
+DRIVEN = "root.kind=driven"
+OWN = f"{DRIVEN} root.profile=test-spin-up"
+ON_HUB = 'only with root.kind = "hub" (it is "pin")'
+ON_DRIVEN = 'only with root.kind = "driven" (it is "pin")'
+OWN_NUMBERS = "the numbers of this profile are in parameters.profile"
+UNIFORM = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
+NEW_TABLES = "should end at x = beam.length = 2.0, not at 1.0; a new length needs new tables"
+NODAL_ROOT = "the full nodal model is for a pin or a hub of radius 0; keep modes"
+MEAN_AXIS = 'the mean-axis frame is for a pin or a hub of radius 0; use "tangent" for this root'
+MASSLESS = "contact.point_inertia=none"
+NO_IMPACTS = 'should be "kept" with contact.restitution or contact.impact: "none" has no impacts'
+INSTEAD = "or keep modes: discretization.modes >= 1"
+MARCHED = "the full nodal model (discretization.modes = 0) is marched"
+
+#: key that is refused, changes of the paper's case, what is allowed
+REFUSED = [
+    ("root.inertia", "root.inertia=1", ON_HUB),
+    ("root.inertia", f"{DRIVEN} root.inertia=1", 'only with root.kind = "hub" (it is "driven")'),
+    ("root.torque", "root.torque=2", ON_HUB),
+    ("root.spin_rate", "root.spin_rate=1", ON_DRIVEN),
+    ("root.spin_rate", "root.kind=hub root.spin_rate=1", 'only with root.kind = "driven" (it is "hub")'),
+    ("root.spin_up_time", "root.spin_up_time=1", ON_DRIVEN),
+    ("root.profile", "root.profile=constant-speed", ON_DRIVEN),
+    ("root.hub_radius", "root.hub_radius=0.1", 'a pin has radius 0; use root.kind = "hub" or "driven"'),
+    ("root.spin_up_time", f"{DRIVEN} root.profile=spin-up", "should be greater than 0 for a spin-up"),
+    ("root.spin_rate", f"{OWN} root.spin_rate=1", OWN_NUMBERS),
+    ("root.spin_up_time", f"{OWN} root.spin_up_time=1", OWN_NUMBERS),
+    (
+        "initial.angular_velocity",
+        f"{DRIVEN} initial.angular_velocity=1",
+        "a driven root prescribes its own speed; leave it 0",
+    ),
+    ("beam.area", f"{FEM} beam.length=2 beam.area=[[0,1e-4],[1,2e-4]]", NEW_TABLES),
+    ("beam.second_moment", f"{FEM} beam.length=2 beam.second_moment=[[0,1e-8],[1,2e-8]]", NEW_TABLES),
+    ("beam.area", "beam.area=[[0,1e-4],[1,2e-4]]", f"{UNIFORM} tables"),
+    ("beam.second_moment", "beam.second_moment=[[0,1e-8],[1,2e-8]]", f"{UNIFORM} tables"),
+    ("beam.tip_mass", "beam.tip_mass=0.1", f"{UNIFORM} a tip mass"),
+    (
+        "slope.extent",
+        "slope.extent=[1,0]",
+        "should be [first, last] in m with first less than last, or [] without ends",
+    ),
+    (
+        "contact.restitution",
+        "contact.normal=spring contact.restitution=0.5",
+        "only with a rigid stop; a spring has contact.damping",
+    ),
+    (
+        "contact.impact",
+        "contact.normal=spring contact.impact=routh",
+        'only with contact.normal = "rigid": others have no impacts',
+    ),
+    ("contact.point", "contact.point=1.5", "should be on the beam, at most beam.length = 1.0"),
+    ("contact.point", "contact.point=1e-6", "should be at least 0.001 beam.length = 0.001"),
+    ("contact.mu_static", "contact.mu_static=0.2", "should be at least contact.mu_kinetic = 0.3"),
+    (
+        "contact.regularization",
+        "contact.regularization=[0.01,0.01]",
+        "should be [v0, v1] in m/s with v0 less than v1",
+    ),
+    (
+        "initial.angle",
+        "initial.angle=0.2",
+        "the contact point starts 0.0212064 m below the slope; the gap should be at least 0",
+    ),
+    (
+        "contact.point_inertia",
+        f"{FEM} {MASSLESS} beam.tip_mass=0.1",
+        'should be "kept": beam.tip_mass is the inertia of this contact point',
+    ),
+    ("contact.point_inertia", f"{MASSLESS} contact.restitution=0.5", NO_IMPACTS),
+    ("contact.point_inertia", f"{MASSLESS} contact.impact=routh", NO_IMPACTS),
+    (
+        "solver.scheme",
+        f"{MASSLESS} solver.scheme=fixed-step",
+        'should be "event" or "generalized-alpha" with contact.point_inertia = "none"',
+    ),
+    (
+        "contact.point",
+        f"{NODAL} {MASSLESS} contact.point=0.5",
+        'should be beam.length in the full nodal model with contact.point_inertia = "none"',
+    ),
+    ("discretization.modes", f"{NODAL} {DRIVEN}", NODAL_ROOT),
+    ("discretization.modes", f"{NODAL} root.kind=hub root.hub_radius=0.1", NODAL_ROOT),
+    (
+        "solver.scheme",
+        f"{NODAL} solver.scheme=event",
+        f'{MARCHED} by "generalized-alpha" only; leave this key out, {INSTEAD}',
+    ),
+    (
+        "discretization.frame",
+        f"{NODAL} discretization.frame=tangent",
+        f'{MARCHED} in the "mean-axis" frame only; leave this key out, {INSTEAD}',
+    ),
+    (
+        "discretization.kinetics",
+        f"{NODAL} discretization.kinetics=full",
+        f'the full nodal model is "first-order"; {INSTEAD}',
+    ),
+    (
+        "beam.modal_damping_ratio",
+        f"{NODAL} beam.modal_damping_ratio=0.1",
+        f"the full nodal model has no modes to damp; use beam.kelvin_voigt, {INSTEAD}",
+    ),
+    (
+        "discretization.grading",
+        "discretization.grading=2",
+        'the modal method has no mesh; use 1.0, or discretization.method = "fem"',
+    ),
+    ("discretization.frame", f"{DRIVEN} discretization.frame=mean-axis", MEAN_AXIS),
+    ("discretization.frame", "root.kind=hub root.hub_radius=0.1 discretization.frame=mean-axis", MEAN_AXIS),
+    ("discretization.modes", "discretization.modes=0", "should be 1 to 100 for the modal method"),
+    (
+        "discretization.elements",
+        f"{FEM} discretization.modes=1 discretization.elements=1 contact.point=0.5",
+        "should be at least 2 with a contact point inside the span",
+    ),
+    (
+        "discretization.modes",
+        f"{FEM} discretization.modes=5 discretization.elements=2",
+        "should be at most the 4 modes of the mesh",
+    ),
+    (
+        "discretization.mesh",
+        "discretization.mesh=beam.msh",
+        "is read with a scenario file or by --set; give discretization.nodes",
+    ),
+    ("discretization.nodes", "discretization.nodes=[0,0.5,1]", 'only with discretization.method = "fem"'),
+    (
+        "discretization.elements",
+        f"{MESH} discretization.elements=3",
+        "the mesh has 2 elements; leave this key out",
+    ),
+    (
+        "discretization.grading",
+        f"{MESH} discretization.grading=2",
+        "the mesh is graded as it is; leave this key out",
+    ),
+    (
+        "discretization.nodes",
+        f"{MESH} beam.length=2 contact.point=1",
+        "should go from 0 to beam.length = 2.0, not to 1.0",
+    ),
+    ("discretization.nodes", f"{FEM} discretization.nodes=[0,0.5,0.5,1]", "should ascend"),
+    (
+        "discretization.nodes",
+        f"{MESH} contact.point=0.7",
+        "none of them is at contact.point = 0.7; the contact needs one there",
+    ),
+    (
+        "solver.output_interval",
+        "solver.output_interval=1e-9",
+        "gives 1e+09 samples of 333 values; at most 500000000 values fit into a history",
+    ),
+    ("solver.free_step", "solver.scheme=fixed-step solver.free_step=1e-10", "gives more than 1000000000 steps"),
+    (
+        "solver.contact_step",
+        "solver.scheme=generalized-alpha solver.contact_step=1e-12",
+        "gives more than 1000000000 steps",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("key", "changes", "allowed"), REFUSED, ids=[f"{number}-{row[0]}" for number, row in enumerate(REFUSED)]
+)
+def test_a_rule_names_the_key_its_value_and_what_is_allowed(key, changes, allowed):
+    with pytest.raises(InputError) as error:
+        Scenario.from_toml("", changes.split())
+    assert re.fullmatch(rf"{re.escape(key)} = [^\n]+: {re.escape(allowed)}", str(error.value)), error.value
+
+
+def test_every_rule_is_among_them():
+    for rule in RULES:
+        words = ".*".join(re.escape(part) for part in re.split(r"\{.*?\}", rule.allowed))
+        for key in rule.keys.split():
+            assert any(key == name and re.fullmatch(words, allowed) for name, _, allowed in REFUSED), (key, words)
