@@ -92,6 +92,9 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     if at and variable in VARIABLES:
         return _sampled(name, variable, moment, end_time)
     extreme, colon, variable = name.partition(":")
+    if colon and extreme in _NUMBERED and variable.isdecimal() and 1 <= int(variable) <= _LAST:
+        unit, meaning, measure = _NUMBERED[extreme]
+        return Quantity(name, unit, meaning.format(variable), lambda history: measure(history, int(variable) - 1))
     known = {**VARIABLES, **FIELDS}
     if colon and extreme in ("max", "min") and variable in known:
         unit, meaning = known[variable]
@@ -100,7 +103,8 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
     raise InputError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
-        f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}"
+        f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}; "
+        f"{', '.join(f'{kind}:N' for kind in _NUMBERED)} with N from 1 to {_LAST}"
         f"{did_you_mean(name, known_names)}"
     )
 
@@ -245,6 +249,30 @@ def _ledger(key: str) -> Callable[[History], float]:
         return float(history.summary["energy"][key])
 
     return measure
+
+
+def _event_time(history: History, number: int) -> float:
+    if len(history.events) <= number:
+        raise GapError(f"has {len(history.events)} events")
+    return float(history.events[number].time)
+
+
+#: of the N-th macro-collision or event: unit, meaning, measure with the number from 0
+_NUMBERED: dict[str, tuple[str, str, Callable[[History, int], float]]] = {
+    "start": ("s", "start of macro-collision {}", lambda history, k: float(_begun(history, k)["start"])),
+    "collision_impulse": (
+        "N s",
+        "normal impulse of macro-collision {}",
+        lambda history, k: float(_collision(history, k)["normal_impulse"]),
+    ),
+    "collision_contacts": (
+        "1",
+        "contacts of macro-collision {}",
+        lambda history, k: float(_collision(history, k)["contacts"]),
+    ),
+    "event": ("s", "time of event {}", _event_time),
+}
+_LAST = 9999
 
 
 _NAMED = {

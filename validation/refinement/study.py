@@ -145,7 +145,8 @@ def measure(
             order.append(len(plan.scenarios) - level)
             labels.append(plan.ladder.name)
             tasks.append(Task(len(tasks), scenario, names, timeout=timeout))
-    journal = None if folder is None else _journal(folder, plans, tasks)
+    parts = [pair for plan in plans for pair in named_in(plan.base)]
+    journal = None if folder is None else open_journal(folder, tasks, parts)
     rows = {row["run"]: row for row in journal.rows()} if journal else {}
     on_progress(Progress(len(rows), len(tasks)))
     left = sorted((task for task in tasks if task.number not in rows), key=lambda task: order[task.number])
@@ -166,11 +167,11 @@ def measure(
         first += len(plan.all)
 
 
-def _journal(folder: Path, plans: Sequence[LadderPlan], tasks: Sequence[Task]) -> Journal:
+def open_journal(folder: Path, tasks: Sequence[Task], parts: Sequence[tuple[str, str]]) -> Journal:
+    """Open the rows that an interrupted study of these runs may have left; `parts` are user-defined (key, name)."""
     runs = [[task.base.model_dump(mode="json"), task.quantities] for task in tasks]
-    parts = [pair for plan in plans for pair in named_in(plan.base)]
     names = {name for task in tasks for name in task.quantities}
-    return Journal(folder / ROWS, fingerprint_of({"runs": runs}, parts), len(tasks), names)
+    return Journal(folder / ROWS, fingerprint_of({"runs": runs}, list(parts)), len(tasks), names)
 
 
 def judge(plan: LadderPlan, rows: Sequence[Row], tolerance: float) -> LadderResult:
