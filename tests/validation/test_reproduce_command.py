@@ -13,7 +13,7 @@ import pytest
 from oblique_impact.command_line.application import main
 from validation.reproduction import command
 from validation.reproduction.cases import combinations, main_cases, sticking_cases, variant_cases
-from validation.reproduction.unsaid import all_claims
+from validation.reproduction.unsaid import ALL_CLAIMS
 
 FILES = ["claims.csv", "figures", "figures.csv", "report.html", "results.json", "sensitivity.csv"]
 
@@ -34,17 +34,17 @@ def check(folder):
     assert "<script src" not in page
     assert re.findall(r'(?:src|href)="(?!#)([^"]*)"|url\((?!#)([^)]*)\)', page) == []
     data = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    assert [claim["id"] for claim in data["claims"]] == [claim.id for claim in all_claims()]
+    assert [claim["id"] for claim in data["claims"]] == [claim.id for claim in ALL_CLAIMS]
     assert {claim["verdict"] for claim in data["claims"]} <= {"reproduced", "partly", "not reproduced"}
     assert all(claim["paper"] and claim["ours"] and "number" in claim for claim in data["claims"])
     same = sum(not claim["discriminates"] for claim in data["claims"])
     assert f"{same} of them, marked =, do not discriminate" in page
     assert page.count(">=\u00a0") == same
-    assert all(claim.rule in html.unescape(page) for claim in all_claims())
+    assert all(claim.rule in html.unescape(page) for claim in ALL_CLAIMS)
     with (folder / "claims.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [row["verdict"] for row in rows] == [claim["verdict"] for claim in data["claims"]]
-    assert all(claim.statement in page.replace("&#39;", "'") for claim in all_claims())
+    assert all(claim.statement in page.replace("&#39;", "'") for claim in ALL_CLAIMS)
     drawn = list((folder / "figures").iterdir())
     assert page.count("<svg") == len(drawn)
     for path in drawn:

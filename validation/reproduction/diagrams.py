@@ -21,7 +21,7 @@ from validation.reproduction.material import Material
 from validation.reproduction.motions import REVERSAL, STICK
 from validation.reproduction.pictures import HALF, PAPER_LINE, REVERSAL_MARK, STICK_MARK, WHOLE
 from validation.reproduction.runs import Run
-from validation.reproduction.unsaid import Studied, contact_spans
+from validation.reproduction.unsaid import Studied
 
 #: colours of the three verdicts, as in the report
 VERDICT_COLOURS = ("#1b7a3c", "#d8a24a", "#b3261e")
@@ -84,9 +84,9 @@ def _order(studied: Sequence[Studied], item: Studied) -> tuple[int, int, int]:
 
 
 def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
-    macro = item.run.macro(number)
-    if macro is None:
+    if len(item.run.macros) < number:
         return
+    macro = item.run.macro(number)
     left = axes.get_xlim()[0]
     if macro.end < left:
         # outside of the window: say where
@@ -95,7 +95,7 @@ def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
         return
     fill = 1.0 if item.scheme != "event" or item.variant.choice == "integrator" else 0.55
     axes.plot([macro.start, macro.end], [place, place], color=GREY, linewidth=0.6, zorder=1)
-    for start, end, state in contact_spans(item.run, macro):
+    for start, end, state, _ in item.run.stays_in(macro):
         if end == start:
             axes.plot([start], [place], "|", color=STATE_COLOURS[State.SLIP], markersize=4, zorder=2)
         elif state == State.SLIP:
@@ -111,7 +111,7 @@ def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
 
 def _draw_impulses(axes: Axes, place: float, item: Studied) -> None:
     filled = item.scheme != "event" or item.variant.choice == "integrator"
-    for row, marker in ((item.first, "o"), (item.second, "s")):
+    for row, marker in zip(item.collisions, "os", strict=True):
         face = SERIES[0] if filled else "white"
         axes.plot(
             [row.normal_impulse], [place], marker, color=SERIES[0], markerfacecolor=face, markersize=3.6, zorder=3
@@ -200,7 +200,13 @@ def _draw_speed(axes: Axes, run: Run, start: float, end: float) -> None:
         shown = np.where(states == state, speed, np.nan)
         axes.plot(times, shown, color=STATE_COLOURS[state], linewidth=1.5)
     axes.axhline(0.0, color="black", linewidth=0.6)
-    _mark(axes, run, start, end, lambda times: run.at("slip_rate", times))
+    for mark, events in (
+        (REVERSAL_MARK, [check.time for check in run.checks if check.kind == "reversal"]),
+        (STICK_MARK, [stick.start for stick in run.sticks]),
+    ):
+        marked = [time for time in events if start <= time <= end]
+        if marked:
+            axes.plot(1e3 * np.array(marked), [run.at("slip_rate", time) for time in marked], **mark)
 
 
 def _draw_ratio(axes: Axes, run: Run, start: float, end: float) -> None:
@@ -213,17 +219,6 @@ def _draw_ratio(axes: Axes, run: Run, start: float, end: float) -> None:
     axes.axhspan(1e-3, mu, color=STATE_COLOURS[State.STICK], alpha=0.15, linewidth=0)
     axes.axhline(mu, color=STATE_COLOURS[State.STICK], linewidth=0.9)
     axes.set_ylim(1e-2, 1e3)
-
-
-def _mark(axes: Axes, run: Run, start: float, end: float, values: Any) -> None:
-    marks = (
-        (REVERSAL_MARK, [c.time for c in run.checks if c.kind == "reversal"]),
-        (STICK_MARK, [stick.start for stick in run.sticks]),
-    )
-    for mark, all_times in marks:
-        times = np.array([t for t in all_times if start <= t <= end])
-        if times.size:
-            axes.plot(1e3 * times, values(times), **mark)
 
 
 def _sticking_head(figure: Figure, run: Run, title: str) -> None:

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from validation.report.document import Block, Cell, Paragraph, Picture, Table, number
-from validation.reproduction.material import Drawings, Material
+from collections.abc import Mapping
+
+from validation.report.document import Block, Cell, Paragraph, Picture, Table, number, number_cells
+from validation.reproduction.material import Material
 from validation.reproduction.runs import Run
 from validation.reproduction.sticking import StickCheck
 
 
-def sticking_blocks(material: Material, drawings: Drawings) -> list[Block]:
+def sticking_blocks(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     """Return explanation, test, pictures and tables."""
-    pictures: list[Block] = [
-        Picture(drawings.sticking["event"], "Event-located: reversals need a ratio of about 10; no stick."),
-        Picture(drawings.sticking["fixed-step"], "As printed: what is judged stick is short, and the tip moves."),
-        Picture(drawings.sticking["no-shortening"], "As printed, the contact point's shortening left out."),
+    drawn = [
+        Picture(pictures[f"sticking-{name}"], caption, half=name in ("sticking", "rough"))
+        for name, caption in _CAPTIONS.items()
     ]
-    for key, caption in (
-        ("sticking", "Built-in scenario sticking: steeper and rough, the tip jams and stays."),
-        ("rough", "The paper's slope with μ = 12 and three mean-axis modes: stick and slip alternate."),
-    ):
-        pictures.append(Picture(drawings.sticking[key], caption, half=True))
     tables = [_check_table(material.runs[key], title) for key, title in _CHECKED]
-    return [*_explanation(material), *pictures, *tables]
+    return [*_explanation(material), *drawn, *tables]
 
 
 def _explanation(material: Material) -> list[Block]:
@@ -60,6 +56,13 @@ def _explanation(material: Material) -> list[Block]:
     ]
 
 
+_CAPTIONS = {
+    "event": "Event-located: reversals need a ratio of about 10; no stick.",
+    "fixed-step": "As printed: what is judged stick is short, and the tip moves.",
+    "no-shortening": "As printed, the contact point's shortening left out.",
+    "sticking": "Built-in scenario sticking: steeper and rough, the tip jams and stays.",
+    "rough": "The paper's slope with μ = 12 and three mean-axis modes: stick and slip alternate.",
+}
 _CHECKED = (
     ("paper/event/hybrid", "The paper's case, event-located"),
     ("paper/fixed-step/hybrid", "The paper's case, as printed"),
@@ -101,13 +104,9 @@ def _check_row(check: StickCheck, run: Run, stepwise: bool, durations: dict[floa
     lasts = durations.get(check.time)
     values = (1e3 * check.slip_rate, normal, tangential, ratio, check.cotangent, mu)
     shown = ["pulls" if value == float("inf") else number(value, 4) for value in values]
-    return [
-        Cell(f"{check.time:.6f}", "number"),
-        Cell(check.kind),
-        *(Cell(text, "number") for text in shown),
-        Cell(number(1e6 * lasts, 4) if lasts is not None else "–", "number"),
-        Cell(why(check, ratio, mu)),
-    ]
+    lasting = number(None if lasts is None else 1e6 * lasts, 4)
+    time, *cells = number_cells(f"{check.time:.6f}", *shown, lasting)
+    return [time, Cell(check.kind), *cells, Cell(why(check, ratio, mu))]
 
 
 def why(check: StickCheck, ratio: float, mu: float) -> str:
