@@ -76,16 +76,6 @@ def largest_difference(pairs: Sequence[EventPair]) -> float:
     return max((float("inf") if d is None else abs(d) for d in differences), default=0.0)
 
 
-def markdown_table(pairs: Sequence[EventPair], left_name: str, right_name: str) -> str:
-    """Event table as Markdown."""
-    header = (
-        f"| # | event | {left_name} t (s) | {right_name} t (s) | difference (s) | "
-        f"{left_name} impulse (N s) | {right_name} impulse (N s) |"
-    )
-    lines = [header, "| --: | --- | --: | --: | --: | --: | --: |"]
-    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in table_rows(pairs))]) + "\n"
-
-
 def table_rows(pairs: Sequence[EventPair]) -> list[list[str]]:
     """Cells of the event table: number, event, both times, their difference, both impulses."""
     return [[str(number), *pair.cells()] for number, pair in enumerate(pairs, start=1)]

@@ -13,7 +13,6 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
-from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
 
 
 @dataclass
@@ -102,25 +101,18 @@ def read_xdmf(path: Path) -> list[Frame]:
 CELLS = ("vertex", "line", "quad", "triangle")
 
 
-def read_xdmf_by_vtk(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
+def read_xdmf_by_pyvista(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
     """Per time the meshes by collection: two right at a jump, whose sides this reader cannot tell apart."""
-    reader = vtkXdmfReader()
-    reader.SetFileName(str(path))
+    reader = pv.XdmfReader(str(path))
     found = []
-    for stamp in _times(reader):
-        reader.UpdateTimeStep(stamp)
-        output = reader.GetOutputDataObject(0)
-        blocks: dict[str, list[Any]] = {}
-        for k in range(output.GetNumberOfBlocks()):
-            name = output.GetMetaData(k).Get(output.NAME())
-            block = output.GetBlock(k)
-            inner = [block.GetBlock(i) for i in range(block.GetNumberOfBlocks())] if block.IsA(MULTI) else [block]
-            blocks[name] = [pv.wrap(mesh) for mesh in inner]
-        found.append((stamp, blocks))
+    for stamp in reader.time_values:
+        reader.set_active_time_value(stamp)
+        blocks = reader.read()
+        meshes = {name: blocks[name] for name in blocks.keys()}  # noqa: SIM118  a MultiBlock is no mapping
+        found.append(
+            (stamp, {n: list(m) if isinstance(m, pv.MultiBlock) else [m] for n, m in meshes.items()}),
+        )
     return found
-
-
-MULTI = "vtkMultiBlockDataSet"
 
 
 def _times(reader: Any) -> list[float]:

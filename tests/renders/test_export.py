@@ -23,7 +23,7 @@ from renders.geometry import BETWEEN, SIDES
 from renders.scenery import pin, slope_wedge
 from renders.story import story_of
 from renders.style import Style
-from tests.renders.export_readers import read, read_xdmf_by_vtk
+from tests.renders.export_readers import read, read_xdmf_by_pyvista
 
 WRITERS = {"pvd": pvd.write, "vtkhdf": vtkhdf.write, "xdmf": xdmf.write}
 PARTS = ["surface", "centreline", "reference", "pin", "contact_point", "slope"]
@@ -118,40 +118,17 @@ def test_every_result_says_its_unit(frames):
     assert units["state"] == "0 free, 1 slip, 2 stick"
 
 
-def test_pyvista_reads_the_shape_and_the_force_at_a_time(exported, scene):
-    """As a user calls it; of the three, its reader of VTKHDF alone has no times: VTK's steps take their place."""
-    n = int(np.argmax(scene.geometry.history["lambda_n"].values[scene.frames.sample]))
-    reader = pv.get_reader(str(exported))
-    if exported.suffix == ".vtkhdf":
-        assert reader.reader.GetNumberOfSteps() == scene.frames.time.size
-        reader.reader.SetStep(n)
-        mesh = reader.read()
-        assert mesh.field_data["time"][0] == scene.frames.time[n]
-        blocks = [mesh.extract_cells(mesh["part"] == number) for number in range(len(scene.parts))]
-    else:
-        np.testing.assert_array_equal(reader.time_values, scene.frames.time)
-        reader.set_active_time_value(reader.time_values[n])
-        blocks = list(reader.read())
-        if exported.suffix == ".xdmf":  # from last to first; at a jump both sides
-            blocks = [block[-1] if isinstance(block, pv.MultiBlock) else block for block in reversed(blocks)]
-    for number, (block, part) in enumerate(zip(blocks, scene.parts, strict=True)):
-        expected = part.shape(int(scene.frames.sample[n]))
-        assert set(block["part"]) == {number}
-        np.testing.assert_array_equal(block.points, expected.points)
-        for name, values in expected.arrays.items():
-            np.testing.assert_array_equal(block.point_data[name], values)
-
-
-def test_xdmf_through_vtk(scene, tmp_path, capfd):
-    """VTK's reader takes times less than 1e-7 s apart for one: it returns both sides of a jump, and no warning."""
-    found = read_xdmf_by_vtk(write(scene, tmp_path / "beam.xdmf"))
+def test_xdmf_through_pyvista(scene, tmp_path, capfd):
+    """Its reader takes times less than 1e-7 s apart for one: it returns both sides of a jump, and no warning."""
+    found = read_xdmf_by_pyvista(write(scene, tmp_path / "beam.xdmf"))
     np.testing.assert_array_equal([stamp for stamp, _ in found], scene.frames.time)
     for stamp, blocks in found:
         near = scene.frames.sample[np.abs(scene.frames.time - stamp) <= 1e-7]
         for mesh, sample in zip(blocks["surface"], near, strict=True):
             surface = scene.geometry.surface(sample)
             np.testing.assert_array_equal(mesh.points, surface.points)
-            np.testing.assert_array_equal(mesh.point_data["bending_stress"], surface.arrays["bending_stress"])
+            for name, values in surface.arrays.items():
+                np.testing.assert_array_equal(mesh.point_data[name], values)
     assert capfd.readouterr().err == ""
 
 

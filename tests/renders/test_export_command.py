@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import resource
-import signal
 import stat
 import subprocess
 import sys
@@ -203,15 +202,3 @@ def wait_until_under_way(process, folder):
     while len(list(folder.glob("*.part/*"))) < 40:
         assert process.poll() is None
         time.sleep(0.01)
-
-
-def test_interrupted_by_hand_is_130_and_leaves_nothing(folder, tmp_path):
-    process = subprocess.Popen(
-        command(folder, "--out", tmp_path / "beam.pvd"), stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
-    wait_until_under_way(process, tmp_path)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "Traceback" not in err
-    assert list(tmp_path.iterdir()) == []

@@ -156,14 +156,6 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, cli, case):
     assert not (tmp_path / "never").exists()
 
 
-def test_a_folder_that_cannot_be_written_is_refused_before_the_runs(tmp_path, cli):
-    blocked = tmp_path / "file"
-    blocked.write_text("in the way")
-    code, _, err = cli("refine", "--modes", "1,2,3", "--out", str(blocked))
-    assert code == 2
-    assert "--out" in err
-
-
 @pytest.mark.slow
 def test_remedies_converge_where_the_rigid_stop_does_not(tmp_path, cli):
     """Theory Sec. 6 and 7a: the numbers of the elastic stop are those of a geometrically exact code."""

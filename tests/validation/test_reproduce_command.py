@@ -75,15 +75,6 @@ def test_report_of_a_few_cases(tmp_path, monkeypatch, capsys):
     assert [tried["happened"].split()[0] for tried in threshold["tried"]] == ["reversal", "stick"]
 
 
-def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, capsys):
-    file = tmp_path / "file"
-    file.write_text("")
-    assert call("reproduce", "--out", str(file)) == 2
-    error = capsys.readouterr().err
-    assert str(file) in error
-    assert len(error.splitlines()) == 1
-
-
 @pytest.mark.slow
 def test_two_runs_are_the_same_except_for_times(tmp_path):
     one, two = tmp_path / "one", tmp_path / "two"

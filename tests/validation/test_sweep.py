@@ -444,14 +444,6 @@ def test_rows_of_another_study_are_replaced(tmp_path):
     assert Journal(file, "b", 3, ()).missing() == [0, 1, 2]
 
 
-def test_a_folder_has_one_writer(tmp_path):
-    plan = make_plan(ANGLES)
-    with open_store(tmp_path, plan), pytest.raises(InputError, match="another process is writing"):
-        open_store(tmp_path, plan).__enter__()
-    with open_store(tmp_path, plan):
-        pass
-
-
 def test_another_sweep_is_not_mixed_in(tmp_path):
     with open_store(tmp_path, make_plan(ANGLES)) as store:
         store.add(done(0))

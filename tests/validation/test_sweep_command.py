@@ -122,16 +122,6 @@ def test_a_sweep_on_one_process_and_on_two_is_the_same_as_plain_runs(tmp_path, c
     assert page.count("<svg") == 1
 
 
-def test_a_finished_sweep_is_not_run_again(tmp_path, cli, write):
-    file = write(SMALL)
-    assert cli(file, "--workers", 1, "--out", tmp_path / "a")[0] == 0
-    before = (tmp_path / "a" / "results.parquet").read_bytes()
-    code, out, _ = cli(tmp_path / "a" / "sweep.toml", "--out", tmp_path / "a")
-    assert code == 0
-    assert "12 of them were there before" in out
-    assert (tmp_path / "a" / "results.parquet").read_bytes() == before
-
-
 def test_finished_runs_are_not_repeated(tmp_path, cli, write):
     """A row on disk is taken as it is: a mark put into it comes out."""
     file = write(SMALL)
@@ -146,19 +136,6 @@ def test_finished_runs_are_not_repeated(tmp_path, cli, write):
     assert "3 of them were there before" in out
     times = pq.read_table(tmp_path / "a" / "results.parquet")["wall_time"].to_pylist()
     assert [number for number, seconds in enumerate(times) if seconds >= 1000.0] == [1, 5, 7]
-
-
-def test_histories_are_kept_if_asked_for(tmp_path, cli, write):
-    file = write(f"histories = true\n{SMALL}".replace("[0.2, 0.3, 0.4, 0.5]", "[0.3]"))
-    assert cli(file, "--workers", 1, "--out", tmp_path / "a")[0] == 0
-    histories = sorted((tmp_path / "a" / "histories").iterdir())
-    assert [folder.name for folder in histories] == ["000000", "000001", "000002"]
-    table = pq.read_table(tmp_path / "a" / "results.parquet").to_pylist()
-    for folder, row in zip(histories, table, strict=True):
-        history = History.load(folder)
-        assert history.summary["macro_collisions"][0]["start"] == row["first_impact"]
-        assert f"modes = {row['discretization.modes']}" in history.scenario_toml
-    assert not list((tmp_path / "a").rglob("*.part*"))
 
 
 BAD = {
@@ -182,14 +159,6 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, cli, write, case):
     assert not (tmp_path / "never").exists()
 
 
-def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, cli):
-    (tmp_path / "file").write_text("in the way")
-    code, _, err = cli("friction", "--out", tmp_path / "file")
-    assert code == 2
-    assert err.count("\n") == 1
-    assert "--out" in err
-
-
 def test_a_missing_dask_is_one_line(tmp_path, cli, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     code, _, err = cli("friction", "--scheduler", "tcp://127.0.0.1:8786", "--out", tmp_path / "a")
@@ -207,25 +176,6 @@ def test_interrupts_keep_what_is_done(tmp_path, cli, write):
     assert "Traceback" not in err
     assert f"oblique-impact: interrupted: {len(rows(out))} of 400 runs are kept" in err
     assert not (out / ".scratch").exists()
-
-
-def test_a_second_sweep_in_the_folder_is_refused_until_the_first_is_gone(tmp_path, cli, write):
-    file, out = write(long_sweep(400)), tmp_path / "a"
-    with started("sweep", file, "--out", out, "--workers", 1) as process:
-        wait_for(lambda: rows(out))
-        code, _, err = cli(file, "--out", out)
-        assert code == 2
-        assert err.count("\n") == 1
-        assert "another process is writing here" in err
-        process.kill()  # the process alone: its workers have to notice
-        process.wait()
-        with open_store(out, load_plan(str(file))) as store:
-            assert 0 < len(store.done) < 400
-    changed = write(long_sweep(401))
-    code, _, err = cli(changed, "--out", out)
-    assert code == 2
-    assert err.count("\n") == 1
-    assert "holds another sweep" in err
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="reads /proc")
