@@ -19,9 +19,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 class Mesh:
     points: np.ndarray
     arrays: dict[str, np.ndarray]
-    lines: list[list[int]]
-    polygons: list[list[int]]
-    vertices: list[list[int]] = field(default_factory=list)
+    cells: dict[str, list[list[int]]]
 
 
 @dataclass
@@ -88,9 +86,11 @@ def read_xdmf(path: Path) -> list[Frame]:
                 assert len(np.unique(np.concatenate(owners["part"]))) == 1
                 if k == 0:
                     np.testing.assert_array_equal(points, place)
-                blocks = {c: [list(map(int, p)) for b in cells if b.type == c for p in b.data] for c in CELLS}
-                polygons = blocks["quad"] + blocks["triangle"]
-                frame.parts[name] = Mesh(place, arrays, blocks["line"], polygons, blocks["vertex"])
+                found = {
+                    kind: [list(map(int, p)) for type in types for b in cells if b.type == type for p in b.data]
+                    for kind, types in CELLS.items()
+                }
+                frame.parts[name] = Mesh(place, arrays, found)
                 frame.fields = fields | {
                     entry.get("Name"): float(entry.get("Value"))
                     for entry in reader.collection[k].findall("Information")
@@ -98,7 +98,7 @@ def read_xdmf(path: Path) -> list[Frame]:
     return frames
 
 
-CELLS = ("vertex", "line", "quad", "triangle")
+CELLS = {"verts": ("vertex",), "lines": ("line",), "faces": ("quad", "triangle")}
 
 
 def read_xdmf_by_pyvista(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
@@ -139,8 +139,7 @@ def _mesh(mesh: Any, part: int | None = None) -> Mesh:
     """The mesh, or the cells of one part of it with the points they use, numbered from 0."""
     if part is None:
         arrays = {name: np.array(mesh.point_data[name]) for name in mesh.point_data}
-        kinds = _unpack(mesh.lines), _unpack(mesh.faces), _unpack(mesh.verts)
-        return Mesh(np.array(mesh.points), arrays, *kinds)
+        return Mesh(np.array(mesh.points), arrays, {kind: _unpack(getattr(mesh, kind)) for kind in CELLS})
     chosen = np.flatnonzero(np.array(mesh.cell_data["part"]) == part)
     corners, types = mesh.cell_connectivity, mesh.celltypes
     ends = vtk_to_numpy(mesh.GetCells().GetOffsetsArray())
@@ -154,9 +153,11 @@ def _mesh(mesh: Any, part: int | None = None) -> Mesh:
     return Mesh(
         np.array(mesh.points)[used],
         {name: np.array(mesh.point_data[name])[used] for name in mesh.point_data},
-        of(pv.CellType.POLY_LINE),
-        of(pv.CellType.TRIANGLE, pv.CellType.QUAD),
-        of(pv.CellType.VERTEX),
+        {
+            "verts": of(pv.CellType.VERTEX),
+            "lines": of(pv.CellType.POLY_LINE),
+            "faces": of(pv.CellType.TRIANGLE, pv.CellType.QUAD),
+        },
     )
 
 

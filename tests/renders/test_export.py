@@ -75,11 +75,13 @@ def test_nothing_is_lost_on_the_way(frames, scene, exported):
                 assert values.dtype == np.float64
                 np.testing.assert_array_equal(values, expected.arrays.get(name, np.zeros_like(values)))
                 assert name in expected.arrays or exported.suffix == ".vtkhdf"
-            for cells, kind in ((found.vertices, part.vertices), (found.polygons, part.polygons)):
-                assert [value for cell in cells for value in (len(cell), *cell)] == kind.tolist()
+            if part.kind != "lines":
+                assert [
+                    value for cell in found.cells[part.kind] for value in (len(cell), *cell)
+                ] == part.cells.tolist()
     rings = scene.geometry.places.size
     chain = [[i, i + 1] for i in range(rings - 1)] if exported.suffix == ".xdmf" else [list(range(rings))]
-    assert frames[0].parts["centreline"].lines == chain
+    assert frames[0].parts["centreline"].cells["lines"] == chain
 
 
 def test_field_data_say_what_it_is(frames, scene):
@@ -387,7 +389,7 @@ def test_what_holds_for_all_frames_is_written_once(scene, run, tmp_path, format)
         root = file["VTKHDF"]
         assert root["Steps/Values"].dtype == np.float64
         cells, size = root["NumberOfCells"][0], root["NumberOfPoints"][0]
-        packed = sum(part.polygons.size + part.lines.size + part.vertices.size for part in scene.parts)
+        packed = sum(part.cells.size for part in scene.parts)
         assert root["Connectivity"].size + cells == packed
         assert not np.any(root["Steps/CellOffsets"])
         assert root["Points"].shape == (count * size, 3)

@@ -178,6 +178,15 @@ def test_the_page_holds_the_payload_and_needs_nothing_besides_itself(run, files)
     assert "default-src 'none'" in source
 
 
+def test_words_of_a_history_are_only_words(run, tmp_path):
+    history = run("paper", "end_time=0.05")
+    made = {"provenance": {"version": '</script><script>alert("x")</script>', "numeric_source": "feed"}}
+    theirs = replace(history, summary=history.summary | made)
+    text = write_player(story_of([theirs]), tmp_path / "words.html").read_text(encoding="utf-8")
+    assert "alert(" in text
+    assert "<script>alert" not in text
+
+
 def test_the_same_history_gives_the_same_file(run, tmp_path):
     story = story_of([run("paper", "end_time=0.05")])
     first, second = (write_player(story, tmp_path / name).read_bytes() for name in ("a.html", "b.html"))

@@ -22,7 +22,7 @@ from validation import compare
 from validation.comparison import compare_events
 from validation.comparison_report import DRAWN, comparison_document, save_comparison
 from validation.curves import graph_distance, hausdorff_distance
-from validation.event_pairs import align, table_rows
+from validation.event_pairs import align
 from validation.report.document import render_html
 
 END = 2.0
@@ -297,9 +297,12 @@ def test_tables_say_what_the_numbers_say(run):
     assert frame.loc["gap_rate", "plain_largest"] == found["gap_rate"].plain.largest
     assert frame.loc["gap_rate", "unit"] == "m/s"
     assert math.isnan(frame.loc["theta", "hausdorff"])
-    first = table_rows(found.events)[0]
-    assert first[:2] == ["1", "impact -> slip"]
-    assert float(first[4]) == pytest.approx(found.events[0].time_difference, rel=0.1)
+    first = found.events[0]
+    assert first.kind == "impact -> slip"
+    times, impulses = first.cells()[:2], first.cells()[3:]
+    assert [float(text) for text in times] == pytest.approx([first.left.time, first.right.time], abs=1e-9)
+    assert float(first.cells()[2]) == pytest.approx(first.time_difference, rel=0.1)
+    assert [float(text) for text in impulses] == pytest.approx([first.left.normal_impulse] * 2, abs=1e-6)
     text = str(found)
     assert text.startswith("modal and fem, 0 to 0.33 s\noutcome: completed\nevents: ")
     assert f"\n{'theta':20}  {found['theta'].scale:>10.4g} rad " in text

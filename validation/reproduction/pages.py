@@ -120,8 +120,8 @@ def _figures(pictures: Mapping[str, str]) -> list[Block]:
     blocks: list[Block] = [
         Paragraph(
             "The same scales for both schemes (except friction); a thick line for the hybrid model, so that the "
-            "others show on top of it. What vibrates fast is drawn over the whole second as the range of its "
-            "values in each sixtieth of it. Figures with a letter are additions: enlargements (a) and floating "
+            "others show on top of it. What vibrates faster than a picture can show is drawn as the range of its "
+            "values with their mean in it. Figures with a letter are additions: enlargements (a) and floating "
             "axes (f)."
         )
     ]

@@ -51,8 +51,8 @@ STICK_MARK: dict[str, Any] = {
 
 #: s, windows of enlargements: about the second macro-collision, and all that follows the first
 LATER, AFTER = (0.64, 0.76), (0.3, 1.0)
-#: points of a picture's width and height that the axes take: of what is drawn as a band
-_POINTS = 200.0, 100.0
+#: pixels that are told apart along the axes: what swings faster than they show is drawn as a band
+_PIXELS = 450.0, 200.0
 
 
 @dataclass(frozen=True)
@@ -161,12 +161,14 @@ def _draw_models(axes: Axes, plot: Plot, trio: Trio, start: float, end: float) -
     for run, line in zip(trio, MODEL_LINES, strict=True):
         inside = run.inside(start, end)
         times, values = run["time"][inside], plot.scale * run[plot.variable][inside]
-        per_point = (end - start) / _POINTS[0]
-        shown = drawn((times - start) / per_point, values, float(np.ptp(values)) / _POINTS[1])
+        per_pixel = (end - start) / _PIXELS[0]
+        shown = drawn((times - start) / per_pixel, values, float(np.ptp(values)) / _PIXELS[1])
         for band in shown.bands:
-            x = factor * (start + per_point * band.x)
-            axes.fill_between(x, band.low, band.high, alpha=0.2, color=line["color"], linewidth=0.0)
-        axes.plot(factor * (start + per_point * shown.x), shown.y, **line)
+            x = factor * (start + per_pixel * band.x)
+            axes.fill_between(x, band.low, band.high, alpha=0.12, color=line["color"], linewidth=0.0)
+            for bound in (band.low, band.high):
+                axes.plot(x, bound, **{**line, "linewidth": 0.5 * line["linewidth"]})
+        axes.plot(factor * (start + per_pixel * shown.x), shown.y, **line)
     for mark in plot.marks:
         axes.axvline(factor * mark, **PAPER_LINE)
     if plot.marks:
