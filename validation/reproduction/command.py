@@ -33,6 +33,7 @@ from validation.reproduction.measures import Trio
 from validation.reproduction.pages import document
 from validation.reproduction.pictures import PLOTS, draw, summary
 from validation.reproduction.runs import Run, run_case
+from validation.reproduction.stick_pages import STICKING
 from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
 from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, judge_combination
 
@@ -179,19 +180,10 @@ def draw_all(material: Material) -> dict[str, str]:
     """Draw every picture; SVG texts by the name of the file."""
     pictures = {plot.name: draw(plot, material.trios) for plot in PLOTS}
     pictures |= {"choices": choices_diagram(material.studied), "robustness": robustness_diagram(material)}
-    for name, key, title in _STICKING_DIAGRAMS:
+    for name, (key, title, _) in STICKING.items():
         run = material.runs[key]
         pictures[f"sticking-{name}"] = sticking_diagram(run, _windows(run, name), title)
     return pictures
-
-
-_STICKING_DIAGRAMS = (
-    ("event", "paper/event/hybrid", "The paper's case, event-located"),
-    ("fixed-step", "paper/fixed-step/hybrid", "The paper's case, fixed-step as printed"),
-    ("no-shortening", "no-shortening/fixed-step/hybrid", "Fixed-step, shortening of the contact point left out"),
-    ("sticking", "sticking/event/hybrid", "Scenario sticking"),
-    ("rough", "rough/event/hybrid", "The paper's slope, μ = 12"),
-)
 
 
 def _windows(run: Run, name: str) -> list[tuple[float, float]]:

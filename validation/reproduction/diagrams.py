@@ -15,7 +15,6 @@ from matplotlib.ticker import MaxNLocator
 from oblique_impact.contact.state import State
 from renders.style import GREY, SERIES, STATE_COLOURS
 from validation.report.figures import new_figure, to_svg
-from validation.reproduction.cases import SCHEMES
 from validation.reproduction.claims import PARTLY, VERDICTS
 from validation.reproduction.material import Material
 from validation.reproduction.motions import REVERSAL, STICK
@@ -56,12 +55,12 @@ def choices_diagram(studied: Sequence[Studied]) -> str:
 
 
 def _lines(studied: Sequence[Studied]) -> tuple[list[tuple[float, Studied]], list[tuple[float, str]]]:
-    """Heights of the lines and of the headings of the choices."""
+    """Heights of the lines, in the order of the study, and of the headings of the choices."""
     lines: list[tuple[float, Studied]] = []
     headings: list[tuple[float, str]] = []
     place, seen = 0.0, ("", "")
-    for item in sorted(studied, key=lambda s: _order(studied, s)):
-        choice, label = item.variant.choice, item.variant.label
+    for item in studied:
+        choice, label, _ = item.variant
         if choice != seen[0]:
             place += 1.25
             headings.append((place, choice))
@@ -71,16 +70,6 @@ def _lines(studied: Sequence[Studied]) -> tuple[list[tuple[float, Studied]], lis
         offset = 0.0 if choice == "integrator" else (-0.2 if item.scheme == "fixed-step" else 0.2)
         lines.append((place + offset, item))
     return lines, headings
-
-
-def _order(studied: Sequence[Studied], item: Studied) -> tuple[int, int, int]:
-    choices = [s.variant.choice for s in studied]
-    labels = [(s.variant.choice, s.variant.label) for s in studied]
-    return (
-        choices.index(item.variant.choice),
-        labels.index((item.variant.choice, item.variant.label)),
-        list(SCHEMES).index(item.scheme) if item.scheme in SCHEMES else 2,
-    )
 
 
 def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
