@@ -96,7 +96,9 @@ def comparison_document(found: Comparison, command: str) -> Document:
         [m.name, m.unit, *number_cells(m.left, m.right, m.difference, digits=9)] for m in found.measures
     ]
     measured = Table(["", "unit", *found.names, "difference"], measures)
-    rows = [[*number_cells(n), pair.kind, *number_cells(*pair.cells())] for n, pair in enumerate(found.events, 1)]
+    rows: list[list[str | Cell]] = [
+        [*number_cells(n), pair.kind, *number_cells(*pair.cells())] for n, pair in enumerate(found.events, 1)
+    ]
     skipped = "; ".join(f"{name}: {why}" for name, why in found.skipped.items())
     return Document(
         f"{left} and {right}",

@@ -17,13 +17,8 @@ from renders.player.payload import SERIES, payload, unpacked
 from renders.player.selection import MAX_EVENTS
 from renders.story import story_of
 from renders.style import STATE_COLOURS, Style
+from tests.renders import FAMILIES
 
-FAMILIES = {
-    "paper": ("paper",),
-    "mid-span": ("mid-span",),
-    "hub": ("paper", "root.kind=hub", "root.inertia=0.1", "root.hub_radius=0.1", "contact.enabled=false"),
-    "tapered": ("tapered", "end_time=0.34"),
-}
 ROUNDING = 2.0**-24  # of float32, relative
 
 
