@@ -75,7 +75,7 @@ def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(
         "strip": lambda: render(history, tmp_path / "a.png", strip=True, times=[0.1, 0.3]),
     }
     for kind, draw in kinds.items():
-        written = texts(monkeypatch, draw)
+        written = texts(monkeypatch, draw, charts=False)
         assert [w for w in written if w in ends][: len(ends)] == ends, kind
         assert any(factor in w for w in written), kind
         assert facts["stress_title"] in written or facts["stress_title"].split(",")[0] in written, kind
@@ -98,7 +98,7 @@ def test_two_histories_have_one_scale_and_one_factor(run, monkeypatch):
     assert both.colours.limit == max(s.colours.limit for s in alone)
     assert [g.factor for g in both.geometries] == [min(s.factor for s in alone)] * 2
     composer = Composer(both)
-    written = texts(monkeypatch, lambda: composer.draw(0.1))
+    written = texts(monkeypatch, lambda: composer.draw(0.1), charts=False)
     composer.close()
     ticks = [text for _, text in both.colours.ticks]
     assert [w for w in written if w in ticks] == 2 * ticks

@@ -44,5 +44,6 @@ def written(monkeypatch, draw) -> list[Written]:
     return found
 
 
-def texts(monkeypatch, draw) -> list[str]:
-    return [item.text for item in written(monkeypatch, draw)]
+def texts(monkeypatch, draw, charts=True) -> list[str]:
+    """The texts alone, with or without those of the charts."""
+    return [item.text for item in written(monkeypatch, draw) if charts or item.picture == "frame"]

@@ -26,7 +26,7 @@ from validation.reproduction.measures import (
     increasing,
     stick_share,
 )
-from validation.reproduction.pictures import PLOTS
+from validation.reproduction.pictures import PLOTS, draw, summary
 from validation.reproduction.runs import Run, run_case
 from validation.reproduction.stick_pages import why
 from validation.reproduction.sticking import StickCheck, friction_ratio
@@ -226,6 +226,19 @@ def test_time_in_contact_and_share_of_stick():
 def test_all_figures_of_the_paper_are_there():
     assert {plot.number for plot in PLOTS} >= {str(n) for n in range(2, 17)}
     assert len({plot.name for plot in PLOTS}) == len(PLOTS)
+
+
+def test_a_figure_has_its_unit_and_its_numbers_are_in_si():
+    """Figure 14a: the position along the slope is drawn in mm, and told in m."""
+    plot = next(plot for plot in PLOTS if plot.number == "14a")
+    runs = {"fixed-step": three(slip=(np.square, np.sin, np.cos)), "event": hybrid(slip=np.sin)}
+    first = summary(plot, runs)[0]
+    assert (first["unit"], first["model"], first["scheme"]) == ("m", "hybrid", "fixed-step")
+    assert (first["minimum"], first["maximum"], first["maximum_time"]) == (pytest.approx(0.09), 1.0, 1.0)
+    assert first["mean"] == pytest.approx((1.0 - 0.3**3) / 3.0 / 0.7, rel=1e-5)
+    svg = draw(plot, runs)
+    assert "(mm)" in svg
+    assert "<!-- time (s) -->" in svg
 
 
 # --- cases ------------------------------------------------------------------------------------------------
