@@ -101,7 +101,7 @@ def read_xdmf(path: Path) -> list[Frame]:
 CELLS = {"verts": ("vertex",), "lines": ("line",), "faces": ("quad", "triangle")}
 
 
-def read_xdmf_by_pyvista(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
+def read_xdmf_by_vtk(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
     """Per time the meshes by collection: two right at a jump, whose sides this reader cannot tell apart."""
     reader = pv.XdmfReader(str(path))
     found = []

@@ -23,7 +23,7 @@ from renders.geometry import BETWEEN, SIDES
 from renders.scenery import pin, slope_wedge
 from renders.story import story_of
 from renders.style import Style
-from tests.renders.export_readers import read, read_xdmf_by_pyvista
+from tests.renders.export_readers import read, read_xdmf_by_vtk
 
 WRITERS = {"pvd": pvd.write, "vtkhdf": vtkhdf.write, "xdmf": xdmf.write}
 PARTS = ["surface", "centreline", "reference", "pin", "contact_point", "slope"]
@@ -120,9 +120,9 @@ def test_every_result_says_its_unit(frames):
     assert units["state"] == "0 free, 1 slip, 2 stick"
 
 
-def test_xdmf_through_pyvista(scene, tmp_path, capfd):
-    """Its reader takes times less than 1e-7 s apart for one: it returns both sides of a jump, and no warning."""
-    found = read_xdmf_by_pyvista(write(scene, tmp_path / "beam.xdmf"))
+def test_xdmf_through_vtk(scene, tmp_path, capfd):
+    """VTK's reader takes times less than 1e-7 s apart for one: it returns both sides of a jump, and no warning."""
+    found = read_xdmf_by_vtk(write(scene, tmp_path / "beam.xdmf"))
     np.testing.assert_array_equal([stamp for stamp, _ in found], scene.frames.time)
     for stamp, blocks in found:
         near = scene.frames.sample[np.abs(scene.frames.time - stamp) <= 1e-7]
