@@ -69,15 +69,6 @@ FIELDS = {
     "axial_force": ("N", "axial force"),
     "bending_stress": ("Pa", "bending stress"),
 }
-#: what a variable changes by: interpolation between samples takes it
-_ENERGIES = {
-    "energy_final": ("final", "energy at the end"),
-    "lost_impact": ("lost_impact", "energy lost in impacts"),
-    "lost_friction": ("lost_friction", "energy lost in friction"),
-    "lost_damping": ("lost_damping", "energy lost in damping"),
-    "lost_scheme": ("lost_scheme", "energy the scheme takes"),
-    "unaccounted": ("unaccounted", "energy the ledger cannot explain"),
-}
 _SAME_TIME = 1e-12  # s; a multiple of the output interval in floating point
 
 
@@ -193,10 +184,6 @@ def _energy_after(history: History) -> float:
     return _at(history, "energy", float(_collision(history)["end"]))
 
 
-def _of_collision(name: str, unit: str, meaning: str, key: str, number: int = 0) -> Quantity:
-    return Quantity(name, unit, meaning, lambda history: float(_collision(history, number)[key]))
-
-
 def _duration(history: History) -> float:
     collision = _collision(history)
     return float(collision["end"] - collision["start"])
@@ -247,36 +234,44 @@ def _ledger(key: str) -> Callable[[History], float]:
     return measure
 
 
+def _start_of(number: int) -> Callable[[History], float]:
+    return lambda history: float(_begun(history, number)["start"])
+
+
+def _of_collision(key: str, number: int = 0) -> Callable[[History], float]:
+    return lambda history: float(_collision(history, number)[key])
+
+
+_BOUNCE = "effective restitution of the first macro-collision: minus the mean spin after it over that before it"
 _NAMED = {
-    q.name: q
-    for q in (
-        Quantity("first_impact", "s", "first touch-down", lambda history: float(_begun(history)["start"])),
-        _of_collision("collision_end", "s", "end of the first macro-collision", "end"),
-        Quantity("collision_duration", "s", "length of the first macro-collision", _duration),
-        _of_collision("impulse", "N s", "normal impulse of the first macro-collision", "normal_impulse"),
-        _of_collision(
-            "tangential_impulse", "N s", "tangential impulse of the first macro-collision", "tangential_impulse"
+    name: Quantity(name, unit, meaning, measure)
+    for name, unit, meaning, measure in (
+        ("first_impact", "s", "first touch-down", _start_of(0)),
+        ("collision_end", "s", "end of the first macro-collision", _of_collision("end")),
+        ("collision_duration", "s", "length of the first macro-collision", _duration),
+        ("impulse", "N s", "normal impulse of the first macro-collision", _of_collision("normal_impulse")),
+        (
+            *("tangential_impulse", "N s", "tangential impulse of the first macro-collision"),
+            _of_collision("tangential_impulse"),
         ),
-        _of_collision("peak_force", "N", "largest normal force of the first macro-collision", "peak_force"),
-        _of_collision("contacts", "1", "contacts of the first macro-collision", "contacts"),
-        Quantity("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
-        Quantity(
-            "restitution",
-            "1",
-            "effective restitution of the first macro-collision: minus the mean spin after it over that before it",
-            _restitution,
+        ("peak_force", "N", "largest normal force of the first macro-collision", _of_collision("peak_force")),
+        ("contacts", "1", "contacts of the first macro-collision", _of_collision("contacts")),
+        ("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
+        ("restitution", "1", _BOUNCE, _restitution),
+        ("second_impact", "s", "start of the second macro-collision", _start_of(1)),
+        (
+            "second_impulse",
+            "N s",
+            "normal impulse of the second macro-collision",
+            _of_collision("normal_impulse", 1),
         ),
-        Quantity(
-            "second_impact",
-            "s",
-            "start of the second macro-collision",
-            lambda history: float(_begun(history, 1)["start"]),
-        ),
-        _of_collision(
-            "second_impulse", "N s", "normal impulse of the second macro-collision", "normal_impulse", 1
-        ),
-        *(Quantity(name, "J", meaning, _ledger(key)) for name, (key, meaning) in _ENERGIES.items()),
-        Quantity("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
-        Quantity("events", "1", "transitions of the whole run", lambda history: float(history.summary["events"])),
+        ("energy_final", "J", "energy at the end", _ledger("final")),
+        ("lost_impact", "J", "energy lost in impacts", _ledger("lost_impact")),
+        ("lost_friction", "J", "energy lost in friction", _ledger("lost_friction")),
+        ("lost_damping", "J", "energy lost in damping", _ledger("lost_damping")),
+        ("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
+        ("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
+        ("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
+        ("events", "1", "transitions of the whole run", lambda history: float(history.summary["events"])),
     )
 }
