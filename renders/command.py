@@ -21,6 +21,8 @@ from renders.story import Story, story_of
 from renders.style import Style
 from renders.timeline import FPS, Timeline, make_timeline
 
+#: a run, or where it lies
+Source = History | str | os.PathLike[str]
 #: of one row of a strip
 STRIP_STYLE = Style(size=(1000, 250))
 #: what of a style belongs to which option
@@ -44,7 +46,7 @@ class Rendered:
 
 
 def render(
-    histories: History | Sequence[History],
+    histories: Source | Sequence[Source],
     out: str | os.PathLike[str],
     style: Style | None = None,
     *,
@@ -64,8 +66,8 @@ def render(
 
     Parameters
     ----------
-    histories : History or sequence of History
-        One to three, of beams.
+    histories : History, path, or sequence of them
+        One to three, of beams; a path is that of a run folder or the history.nc in it.
     out : path
         The suffix decides: .png a still or a strip; .mp4, .gif or .webp a film; .html a page (of one history).
     style : Style, optional
@@ -127,10 +129,11 @@ def render(
         "--magnify-difference": magnify_difference,
     }
     check_options(file, kind, _given(options, style or default, default))
-    several = list(histories) if isinstance(histories, Sequence) else [histories]
+    sources = [histories] if isinstance(histories, History | str | os.PathLike) else list(histories)
+    called = list(names) or [_name(source, number) for number, source in enumerate(sources, start=1)]
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
-        several, called = _checked(several, names, kind, magnify_difference)
+        several = _checked(sources, called, kind, magnify_difference)
         story = story_of(several, style or default, called, speed, contact_speed)
         if kind == FILM:
             timeline = make_timeline(story.time_map, FPS if fps is None else fps, between, frames)
@@ -153,10 +156,17 @@ def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
     return [*(name for name, value in options.items() if value not in (None, [])), *changed]
 
 
-def _checked(
-    histories: list[History], names: Sequence[str], kind: str, magnify: float | None
-) -> tuple[list[History], list[str]]:
-    """Return what is drawn and what it is called; raises InputError for what does not fit together."""
+def _name(source: Source, number: int) -> str:
+    """Return what a run is called: as its folder."""
+    if isinstance(source, History):
+        return f"history {number}"
+    path = Path(source)
+    return (path if path.is_dir() else path.parent).resolve().name
+
+
+def _checked(sources: list[Source], called: list[str], kind: str, magnify: float | None) -> list[History]:
+    """Return what is drawn; raises InputError for what does not fit together."""
+    histories = [History.load(source) if isinstance(source, str | os.PathLike) else source for source in sources]
     if not histories:
         raise InputError("HISTORY: none given: should be one, two or three")
     for history in histories:
@@ -164,15 +174,14 @@ def _checked(
     count = len(histories)
     if kind == PAGE and count > 1:
         raise InputError(f"HISTORY: {count} given: a page shows one")
-    if names and len(names) != count:
-        raise InputError(f"--name: {len(names)} given for {count} histories")
-    called = list(names) or [f"history {number}" for number in range(1, count + 1)]
+    if len(called) != count:
+        raise InputError(f"--name: {len(called)} given for {count} histories")
     if magnify is not None:
         if count != 2:
             raise InputError(f"--magnify-difference: needs two histories, {count} given")
         histories = [histories[0], magnified(histories[0], histories[1], magnify)]
         called[1] += f", difference ×{magnify:g}"
-    return histories, called
+    return histories
 
 
 def _film(story: Story, timeline: Timeline, file: Path, on_progress: OnProgress) -> None:
@@ -182,20 +191,11 @@ def _film(story: Story, timeline: Timeline, file: Path, on_progress: OnProgress)
     write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
 
 
-def render_command(
-    paths: Sequence[Path], out: Path, style: Style, given: Sequence[str] = (), **options: Any
-) -> list[str]:
-    """Read histories, call `render` with a progress bar; returns the lines to print.
-
-    `given` are the options of the command line that were typed.  Raises InputError.
-    """
+def render_command(paths: Sequence[Path], out: Path, style: Style, **options: Any) -> list[str]:
+    """Call `render` with a progress bar; returns the lines to print.  Raises InputError."""
     kind = kind_of(out, options["strip"])
-    check_options(out, kind, given)
-    histories = [History.load(path) for path in paths]
-    if kind != PAGE and not options["names"]:
-        options["names"] = [(path if path.is_dir() else path.parent).resolve().name for path in paths]
     with counting_bar("film" if kind == FILM else "picture") as show:
-        result = render(histories, out, style, on_progress=show, **options)
+        result = render(paths, out, style, on_progress=show, **options)
     lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
     if (film := result.timeline) is not None:
         lines.append(

@@ -31,7 +31,6 @@ Near = Annotated[float | None, Option(metavar="SECONDS", help="Only so close to 
 
 
 def render(
-    context: typer.Context,
     histories: Histories,
     out: Annotated[Path, Option(help="FILE.png, .mp4, .gif, .webp or .html.")] = Path("out/film.mp4"),
     times: Times = None,
@@ -69,7 +68,7 @@ def render(
     options: dict[str, Any] = {"times": times or (), "event": event, "strip": strip, "names": names or ()}
     options |= {"fps": fps, "speed": speed, "contact_speed": contact_speed, "frames": frames}
     options |= {"between": _pair("--between", between), "magnify_difference": magnify}
-    for line in render_command(histories, out, style, _typed(context), **options):
+    for line in render_command(histories, out, style, **options):
         print_line(line)
 
 
@@ -92,16 +91,6 @@ def export(
     selection = Selection(1 if all_samples else every, _pair("--between", between), around_events)
     for line in export_command(history, out, format, selection, deformation):
         print_line(line)
-
-
-def _typed(context: typer.Context) -> list[str]:
-    """Options of a command that were given, but for --out."""
-    return [
-        parameter.opts[0]
-        for parameter in context.command.params
-        if parameter.name not in ("histories", "out")
-        and getattr(context.get_parameter_source(str(parameter.name)), "name", "") == "COMMANDLINE"
-    ]
 
 
 def _pair(option: str, text: str | None) -> tuple[float, float] | None:

@@ -27,6 +27,32 @@ def run():
     return lambda name="paper", *overrides: simulated(name, *overrides)
 
 
+@pytest.fixture
+def cli(capfd):
+    """Call the command line in this process: (exit code, standard output, standard error)."""
+    from oblique_impact.command_line.application import main
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as stopped:
+            main([str(argument) for argument in arguments])
+        captured = capfd.readouterr()
+        return int(stopped.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+@pytest.fixture
+def refused(cli):
+    """Call the command line with what it refuses in one line, before anything is written; returns the line."""
+
+    def call(*arguments: object) -> str:
+        code, out, err = cli(*arguments)
+        assert (code, out, err.count("\n")) == (2, "", 1), (out, err)
+        return err
+
+    return call
+
+
 @pytest.fixture(scope="session")
 def browser():
     """The Chromium of this machine, without a window."""

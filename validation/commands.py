@@ -10,7 +10,6 @@ import typer
 from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
 from oblique_impact.errors import InputError
-from oblique_impact.progress import Progress
 
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
@@ -163,15 +162,7 @@ def compare(
     from validation.report.provenance import command_line
 
     check_target(out)
-    names = (str(left), str(right))
-    with counting_bar("compare") as show:
-        histories = []
-        for number, path in enumerate((left, right)):
-            show(Progress(number, 3, str(path)))
-            histories.append(History.load(path))
-        show(Progress(2, 3))
-        found = compute(histories[0], histories[1], names=names)
-        show(Progress(3, 3))
-        save_comparison(found, out, command_line("compare", left, right, out=out))
+    found = compute(History.load(left), History.load(right), names=(str(left), str(right)))
+    save_comparison(found, out, command_line("compare", left, right, out=out))
     for line in [*found.summary(), f"report: {out}"]:
         print_line(line)

@@ -10,7 +10,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
 from renders.style import GREY, SERIES
 from validation.comparison import Comparison, VariableDifference
-from validation.event_pairs import EventPair, table_rows
+from validation.event_pairs import EventPair
 from validation.report.document import (
     Cell,
     Document,
@@ -19,6 +19,7 @@ from validation.report.document import (
     Section,
     Table,
     number,
+    number_cells,
     write_json,
     write_report,
 )
@@ -92,10 +93,12 @@ def comparison_document(found: Comparison, command: str) -> Document:
     events = ["", "event", f"{left}: t (s)", f"{right}: t (s)", "difference (s)"]
     events += [f"{name}: impulse (N s)" for name in found.names]
     measures: list[list[str | Cell]] = [
-        [m.name, m.unit, *(Cell(number(value, 9), "number") for value in (m.left, m.right, m.difference))]
-        for m in found.measures
+        [m.name, m.unit, *number_cells(m.left, m.right, m.difference, digits=9)] for m in found.measures
     ]
     measured = Table(["", "unit", *found.names, "difference"], measures)
+    rows: list[list[str | Cell]] = [
+        [*number_cells(n), pair.kind, *number_cells(*pair.cells())] for n, pair in enumerate(found.events, 1)
+    ]
     skipped = "; ".join(f"{name}: {why}" for name, why in found.skipped.items())
     return Document(
         f"{left} and {right}",
@@ -106,14 +109,10 @@ def comparison_document(found: Comparison, command: str) -> Document:
         [*(Paragraph(sentence) for sentence in sentences), _picture(found)],
         [
             Section("Variables", [_variables(found), Paragraph(f"Not compared: {skipped}.", note=True)]),
-            Section("Events", [Table(events, _numbers(table_rows(found.events)))]),
+            Section("Events", [Table(events, rows)]),
             *([Section("Collisions and energies", [measured])] if measures else []),
         ],
     )
-
-
-def _numbers(rows: list[list[str]]) -> list[list[str | Cell]]:
-    return [[Cell(n, "number"), event, *(Cell(t, "number") for t in found)] for n, event, *found in rows]
 
 
 def _variables(found: Comparison) -> Table:
@@ -132,7 +131,7 @@ def _scaled(v: VariableDifference) -> list[Cell]:
     cells = [f"{number(v.scale, 4)} {unit}".strip()]
     for deviation in (v.plain, v.aligned):
         cells += [number(v.relative(value), 2) for value in deviation[:2]] + [number(deviation.at)]
-    return [Cell(text, "number") for text in (*cells, number(v.hausdorff, 2))]
+    return number_cells(*cells, number(v.hausdorff, 2))
 
 
 def _picture(found: Comparison) -> Picture:

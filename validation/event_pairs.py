@@ -43,10 +43,9 @@ class EventPair:
         return f"{self.event.kind.value} -> {self.event.state.name.lower()}"
 
     def cells(self) -> list[str]:
-        """Return event, both times, their difference and both impulses as text."""
+        """Return both times, their difference and both impulses as text."""
         difference = self.time_difference
         return [
-            self.kind,
             *("-" if event is None else f"{event.time:.9f}" for event in (self.left, self.right)),
             "" if difference is None else f"{difference:+.1e}",
             *(_impulse(event) for event in (self.left, self.right)),
@@ -74,21 +73,6 @@ def largest_difference(pairs: Sequence[EventPair]) -> float:
     """Largest difference of paired event times (s); infinity if an event has no partner."""
     differences = [pair.time_difference for pair in pairs]
     return max((float("inf") if d is None else abs(d) for d in differences), default=0.0)
-
-
-def markdown_table(pairs: Sequence[EventPair], left_name: str, right_name: str) -> str:
-    """Event table as Markdown."""
-    header = (
-        f"| # | event | {left_name} t (s) | {right_name} t (s) | difference (s) | "
-        f"{left_name} impulse (N s) | {right_name} impulse (N s) |"
-    )
-    lines = [header, "| --: | --- | --: | --: | --: | --: | --: |"]
-    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in table_rows(pairs))]) + "\n"
-
-
-def table_rows(pairs: Sequence[EventPair]) -> list[list[str]]:
-    """Cells of the event table: number, event, both times, their difference, both impulses."""
-    return [[str(number), *pair.cells()] for number, pair in enumerate(pairs, start=1)]
 
 
 def align(

@@ -69,15 +69,6 @@ FIELDS = {
     "axial_force": ("N", "axial force"),
     "bending_stress": ("Pa", "bending stress"),
 }
-#: what a variable changes by: interpolation between samples takes it
-_ENERGIES = {
-    "energy_final": ("final", "energy at the end"),
-    "lost_impact": ("lost_impact", "energy lost in impacts"),
-    "lost_friction": ("lost_friction", "energy lost in friction"),
-    "lost_damping": ("lost_damping", "energy lost in damping"),
-    "lost_scheme": ("lost_scheme", "energy the scheme takes"),
-    "unaccounted": ("unaccounted", "energy the ledger cannot explain"),
-}
 _SAME_TIME = 1e-12  # s; a multiple of the output interval in floating point
 
 
@@ -94,7 +85,7 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     extreme, colon, variable = name.partition(":")
     if colon and extreme in _NUMBERED and variable.isdecimal() and 1 <= int(variable) <= _LAST:
         unit, meaning, measure = _NUMBERED[extreme]
-        return Quantity(name, unit, meaning.format(variable), lambda history: measure(history, int(variable) - 1))
+        return Quantity(name, unit, meaning.format(variable), measure(int(variable) - 1))
     known = {**VARIABLES, **FIELDS}
     if colon and extreme in ("max", "min") and variable in known:
         unit, meaning = known[variable]
@@ -197,10 +188,6 @@ def _energy_after(history: History) -> float:
     return _at(history, "energy", float(_collision(history)["end"]))
 
 
-def _of_collision(name: str, unit: str, meaning: str, key: str, number: int = 0) -> Quantity:
-    return Quantity(name, unit, meaning, lambda history: float(_collision(history, number)[key]))
-
-
 def _duration(history: History) -> float:
     collision = _collision(history)
     return float(collision["end"] - collision["start"])
@@ -251,60 +238,66 @@ def _ledger(key: str) -> Callable[[History], float]:
     return measure
 
 
-def _event_time(history: History, number: int) -> float:
-    if len(history.events) <= number:
-        raise GapError(f"has {len(history.events)} events")
-    return float(history.events[number].time)
+def _start_of(number: int) -> Callable[[History], float]:
+    return lambda history: float(_begun(history, number)["start"])
+
+
+def _of_collision(key: str, number: int = 0) -> Callable[[History], float]:
+    return lambda history: float(_collision(history, number)[key])
+
+
+def _event_time(number: int) -> Callable[[History], float]:
+    def measure(history: History) -> float:
+        if len(history.events) <= number:
+            raise GapError(f"has {len(history.events)} events")
+        return float(history.events[number].time)
+
+    return measure
 
 
 #: of the N-th macro-collision or event: unit, meaning, measure with the number from 0
-_NUMBERED: dict[str, tuple[str, str, Callable[[History, int], float]]] = {
-    "start": ("s", "start of macro-collision {}", lambda history, k: float(_begun(history, k)["start"])),
+_NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]]] = {
+    "start": ("s", "start of macro-collision {}", _start_of),
     "collision_impulse": (
         "N s",
         "normal impulse of macro-collision {}",
-        lambda history, k: float(_collision(history, k)["normal_impulse"]),
+        lambda number: _of_collision("normal_impulse", number),
     ),
-    "collision_contacts": (
-        "1",
-        "contacts of macro-collision {}",
-        lambda history, k: float(_collision(history, k)["contacts"]),
-    ),
+    "collision_contacts": ("1", "contacts of macro-collision {}", lambda number: _of_collision("contacts", number)),
     "event": ("s", "time of event {}", _event_time),
 }
 _LAST = 9999
 
-
+_BOUNCE = "effective restitution of the first macro-collision: minus the mean spin after it over that before it"
 _NAMED = {
-    q.name: q
-    for q in (
-        Quantity("first_impact", "s", "first touch-down", lambda history: float(_begun(history)["start"])),
-        _of_collision("collision_end", "s", "end of the first macro-collision", "end"),
-        Quantity("collision_duration", "s", "length of the first macro-collision", _duration),
-        _of_collision("impulse", "N s", "normal impulse of the first macro-collision", "normal_impulse"),
-        _of_collision(
-            "tangential_impulse", "N s", "tangential impulse of the first macro-collision", "tangential_impulse"
+    name: Quantity(name, unit, meaning, measure)
+    for name, unit, meaning, measure in (
+        ("first_impact", "s", "first touch-down", _start_of(0)),
+        ("collision_end", "s", "end of the first macro-collision", _of_collision("end")),
+        ("collision_duration", "s", "length of the first macro-collision", _duration),
+        ("impulse", "N s", "normal impulse of the first macro-collision", _of_collision("normal_impulse")),
+        (
+            *("tangential_impulse", "N s", "tangential impulse of the first macro-collision"),
+            _of_collision("tangential_impulse"),
         ),
-        _of_collision("peak_force", "N", "largest normal force of the first macro-collision", "peak_force"),
-        _of_collision("contacts", "1", "contacts of the first macro-collision", "contacts"),
-        Quantity("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
-        Quantity(
-            "restitution",
-            "1",
-            "effective restitution of the first macro-collision: minus the mean spin after it over that before it",
-            _restitution,
+        ("peak_force", "N", "largest normal force of the first macro-collision", _of_collision("peak_force")),
+        ("contacts", "1", "contacts of the first macro-collision", _of_collision("contacts")),
+        ("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
+        ("restitution", "1", _BOUNCE, _restitution),
+        ("second_impact", "s", "start of the second macro-collision", _start_of(1)),
+        (
+            "second_impulse",
+            "N s",
+            "normal impulse of the second macro-collision",
+            _of_collision("normal_impulse", 1),
         ),
-        Quantity(
-            "second_impact",
-            "s",
-            "start of the second macro-collision",
-            lambda history: float(_begun(history, 1)["start"]),
-        ),
-        _of_collision(
-            "second_impulse", "N s", "normal impulse of the second macro-collision", "normal_impulse", 1
-        ),
-        *(Quantity(name, "J", meaning, _ledger(key)) for name, (key, meaning) in _ENERGIES.items()),
-        Quantity("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
-        Quantity("events", "1", "transitions of the whole run", lambda history: float(history.summary["events"])),
+        ("energy_final", "J", "energy at the end", _ledger("final")),
+        ("lost_impact", "J", "energy lost in impacts", _ledger("lost_impact")),
+        ("lost_friction", "J", "energy lost in friction", _ledger("lost_friction")),
+        ("lost_damping", "J", "energy lost in damping", _ledger("lost_damping")),
+        ("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
+        ("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
+        ("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
+        ("events", "1", "transitions of the whole run", lambda history: float(history.summary["events"])),
     )
 }

@@ -28,6 +28,7 @@ from validation.report.document import (
     Section,
     Table,
     number,
+    number_cells,
     write_csv,
     write_json,
     write_report,
@@ -238,17 +239,9 @@ def _overview(by_group: dict[Group, list[Result]]) -> list[Block]:
         passed = sum(result.verdict == "pass" for result in results)
         worst = float(np.max(np.nan_to_num(_ratios(results), nan=np.inf), initial=0.0))
         verdict = _verdict(results)
-        rows.append(
-            [
-                group.title,
-                Cell(group.id, "code"),
-                Cell(str(len({result.check for result in results})), "number"),
-                Cell(str(len(results)), "number"),
-                Cell(str(passed), "number"),
-                Cell(number(worst, 2), "number"),
-                Cell(verdict, verdict),
-            ]
-        )
+        checks = len({result.check for result in results})
+        cells = number_cells(checks, len(results), passed, number(worst, 2))
+        rows.append([group.title, Cell(group.id, "code"), *cells, Cell(verdict, verdict)])
     columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
     picture = tolerance_figure([(group.title, _ratios(results)) for group, results in by_group.items()])
     return [Table(columns, rows, "Groups"), picture]
@@ -270,10 +263,8 @@ def _row(result: Result) -> list[Cell]:
     return [
         Cell(result.id, "code"),
         Cell(result.quantity),
-        Cell(number(result.computed, 9), "number"),
-        Cell(number(result.reference, 9), "number"),
+        *number_cells(result.computed, result.reference, digits=9),
         Cell("–" if result.unit == "1" else result.unit),
-        Cell(number(result.error, 2), "number"),
-        Cell(number(result.tolerance, 2), "number"),
+        *number_cells(result.error, result.tolerance, digits=2),
         Cell(result.verdict, result.verdict),
     ]

@@ -75,7 +75,7 @@ class _PartWriter:
         mesh = self._mesh
         mesh.points = shape.points
         if not frame:
-            mesh.verts, mesh.lines, mesh.faces = self.part.vertices, self.part.lines, self.part.polygons
+            setattr(mesh, self.part.kind, self.part.cells)
             mesh.cell_data["part"] = np.full(mesh.n_cells, self._number)
         for name, values in shape.arrays.items():
             mesh.point_data[name] = values

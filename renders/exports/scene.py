@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,10 +48,6 @@ _TIMES = (
 )
 
 
-def _no_cells() -> Integers:
-    return np.zeros(0, dtype=np.int64)
-
-
 @dataclass(frozen=True)
 class Shape:
     """Points (np, 3) in m and results (np,) or (np, 3) of a part at one sample."""
@@ -62,17 +58,25 @@ class Shape:
 
 @dataclass(frozen=True)
 class Part:
-    """Something drawn: cells that never change, and points and results that may.
+    """Something drawn: cells of one kind that never change, and points and results that may.
 
     Cells are in VTK's form: how many points, then the points.
     """
 
     name: str  # lower-case letters and underscores
     shape: Callable[[int], Shape]  # at a sample of the history
-    vertices: Integers = field(default_factory=_no_cells)
-    lines: Integers = field(default_factory=_no_cells)
-    polygons: Integers = field(default_factory=_no_cells)
+    kind: Literal["verts", "lines", "faces"]
+    cells: Integers
     moves: bool = True  # False if points and results are the same at all samples
+
+    @property
+    def starts(self) -> Integers:
+        """Where the cells begin."""
+        starts, at = [], 0
+        while at < self.cells.size:
+            starts.append(at)
+            at += int(self.cells[at]) + 1
+        return np.array(starts, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -133,16 +137,18 @@ def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
         return Shape(drawn.points, drawn.arrays)
 
     rings = geometry.places.size
-    yield Part("surface", surface, polygons=geometry.faces)
+    yield Part("surface", surface, "faces", geometry.faces)
     yield Part(
         "centreline",
         lambda k: Shape(geometry.centreline(k), geometry.along(k)),
-        lines=np.concatenate([[rings], np.arange(rings)]),
+        "lines",
+        np.concatenate([[rings], np.arange(rings)]),
     )
     yield Part(
         "reference",
         lambda k: Shape(start(), {"displacement": tube(k).points - start()}),
-        polygons=geometry.faces,
+        "faces",
+        geometry.faces,
     )
 
 
@@ -162,20 +168,11 @@ def contact_part(geometry: BeamGeometry) -> Part:
             arrays[name] = np.array([geometry.value(name, k)], dtype=float)
         return Shape(vectors[0], arrays)
 
-    return Part("contact_point", shape, vertices=np.array([1, 0]))
+    return Part("contact_point", shape, "verts", np.array([1, 0]))
 
 
 def static_part(name: str, mesh: pyvista.PolyData) -> Part:
     """Return a part that stands still: the surface of `mesh` in triangles, without its arrays."""
     mesh = mesh.triangulate()  # XDMF has no name for a polygon of many corners
     shape = Shape(np.asarray(mesh.points, dtype=float), {})
-    return Part(name, lambda k: shape, polygons=np.asarray(mesh.faces, dtype=np.int64), moves=False)
-
-
-def starts_of(cells: Integers) -> Integers:
-    """Return where the cells begin, in VTK's form: how many points, then the points."""
-    starts, at = [], 0
-    while at < cells.size:
-        starts.append(at)
-        at += int(cells[at]) + 1
-    return np.array(starts, dtype=np.int64)
+    return Part(name, lambda k: shape, "faces", np.asarray(mesh.faces, dtype=np.int64), moves=False)

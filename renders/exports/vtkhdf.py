@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.files import CheckedFile
-from renders.exports.scene import RESULTS, Scene, Shape, starts_of
+from renders.exports.scene import RESULTS, Scene, Shape
 from renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
 Integers = NDArray[np.int64]
 
 _VERSION = (2, 0)  # of VTKHDF: the first one with steps
 _STRING = h5py.string_dtype("ascii")  # VTK reads no other; the bytes are UTF-8 all the same
-_CELL_TYPES = {3: 5, 4: 9}  # of VTK, for polygons of so many corners
-_VERTEX, _POLYLINE, _POLYGON = 1, 4, 7
+#: types of VTK: a vertex, a polyline, and polygons of so many corners
+_VERTEX, _POLYLINE, _POLYGONS = 1, 4, {3: 5, 4: 9}
 
 
 def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
@@ -116,13 +116,13 @@ class _Writer:
         first, root = np.cumsum([0, *self._sizes]), self._root
         points, counts, types, owners = [], [], [], []
         for number, part in enumerate(self._scene.parts):
-            for kind, cells in enumerate((part.vertices, part.lines, part.polygons)):
-                starts = starts_of(cells)
-                sizes = cells[starts]
-                points.append(np.delete(cells, starts) + first[number])
-                counts.append(sizes)
-                owners.append(np.full(sizes.size, number))
-                types += [(_VERTEX, _POLYLINE, _CELL_TYPES.get(size, _POLYGON))[kind] for size in sizes.tolist()]
+            starts = part.starts
+            sizes = part.cells[starts]
+            points.append(np.delete(part.cells, starts) + first[number])
+            counts.append(sizes)
+            owners.append(np.full(sizes.size, number))
+            single = {"verts": _VERTEX, "lines": _POLYLINE}.get(part.kind)
+            types += [single or _POLYGONS[size] for size in sizes.tolist()]
         root["Connectivity"] = np.concatenate(points).astype(np.int64)
         root["Offsets"] = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
         root["Types"] = np.array(types, dtype=np.uint8)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import CheckedFile
-from renders.exports.scene import Part, Scene, starts_of
+from renders.exports.scene import Part, Scene
 from renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
 Integers = NDArray[np.int64]
@@ -109,11 +109,11 @@ class _Collection:
 
 def _topology(part: Part) -> tuple[str, int, Integers]:
     """Return the kind of the cells, how many they are, and their points: a polyline as lines of two points."""
-    if part.vertices.size:
-        return 'TopologyType="Polyvertex" NodesPerElement="1"', part.vertices.size // 2, part.vertices[1::2, None]
-    if part.lines.size:
-        pairs = np.stack([part.lines[1:-1], part.lines[2:]], axis=1)
+    if part.kind == "verts":
+        return 'TopologyType="Polyvertex" NodesPerElement="1"', part.cells.size // 2, part.cells[1::2, None]
+    if part.kind == "lines":
+        pairs = np.stack([part.cells[1:-1], part.cells[2:]], axis=1)
         return 'TopologyType="Polyline" NodesPerElement="2"', len(pairs), pairs
-    starts, cells = starts_of(part.polygons), part.polygons.copy()
+    starts, cells = part.starts, part.cells.copy()
     cells[starts] += 1  # XDMF's number of a triangle is 4, that of a quadrilateral 5
     return 'TopologyType="Mixed"', starts.size, cells

@@ -9,41 +9,25 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from oblique_impact.errors import InputError
 from renders.files import save_whole
 from renders.metadata import made_by
 from renders.player.payload import payload
 from renders.story import Story
 
-MAX_STEPS = 20_000
-DEFAULT_TITLE = "Oblique impact of a flexible beam on a slope"
+TITLE = "Oblique impact of a flexible beam on a slope"
+FRAMES = 1800  # about, besides the samples at events
 
 #: scripts of the page in the order in which they build on each other
 SCRIPTS = ("format", "run", "canvas", "beam", "scene", "inset", "envelope", "charts", "controls")
 
 
-def write_player(story: Story, out: Path, *, steps: int = 1800, title: str = DEFAULT_TITLE) -> Path:
+def write_player(story: Story, out: Path) -> Path:
     """Write the page of the first run of `story` to the file `out`, whole or not at all; returns the file.
 
-    Parameters
-    ----------
-    story : Story
-        Its style gives the theme and the deformation factor with which the page opens; the page has switches.
-    out : Path
-        An HTML file; its folder is created.
-    steps : int
-        About the number of frames besides the samples at events, from 2 to `MAX_STEPS`.
-    title : str
-        Heading of the page.
-
-    Raises
-    ------
-    InputError
-        With one line, if an argument is not allowed or the file cannot be written.
+    The style of the story gives the theme and the deformation factor with which the page opens; the page has
+    switches.  Raises InputError with one line if the file cannot be written.
     """
-    if not 2 <= steps <= MAX_STEPS:
-        raise InputError(f"steps = {steps}: should be from 2 to {MAX_STEPS}")
-    content = payload(story, steps)
+    content = payload(story, FRAMES)
     loader = PackageLoader("renders.player", "page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
 
@@ -51,7 +35,7 @@ def write_player(story: Story, out: Path, *, steps: int = 1800, title: str = DEF
         return Markup(loader.get_source(environment, name)[0])
 
     page = environment.get_template("player.html.j2").render(
-        title=title,
+        title=TITLE,
         made_by=made_by(story.histories),
         theme=story.style.theme,
         facts=content.facts,

@@ -13,16 +13,13 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
-from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
 
 
 @dataclass
 class Mesh:
     points: np.ndarray
     arrays: dict[str, np.ndarray]
-    lines: list[list[int]]
-    polygons: list[list[int]]
-    vertices: list[list[int]] = field(default_factory=list)
+    cells: dict[str, list[list[int]]]
 
 
 @dataclass
@@ -89,9 +86,11 @@ def read_xdmf(path: Path) -> list[Frame]:
                 assert len(np.unique(np.concatenate(owners["part"]))) == 1
                 if k == 0:
                     np.testing.assert_array_equal(points, place)
-                blocks = {c: [list(map(int, p)) for b in cells if b.type == c for p in b.data] for c in CELLS}
-                polygons = blocks["quad"] + blocks["triangle"]
-                frame.parts[name] = Mesh(place, arrays, blocks["line"], polygons, blocks["vertex"])
+                found = {
+                    kind: [list(map(int, p)) for type in types for b in cells if b.type == type for p in b.data]
+                    for kind, types in CELLS.items()
+                }
+                frame.parts[name] = Mesh(place, arrays, found)
                 frame.fields = fields | {
                     entry.get("Name"): float(entry.get("Value"))
                     for entry in reader.collection[k].findall("Information")
@@ -99,28 +98,21 @@ def read_xdmf(path: Path) -> list[Frame]:
     return frames
 
 
-CELLS = ("vertex", "line", "quad", "triangle")
+CELLS = {"verts": ("vertex",), "lines": ("line",), "faces": ("quad", "triangle")}
 
 
 def read_xdmf_by_vtk(path: Path) -> list[tuple[float, dict[str, list[Any]]]]:
     """Per time the meshes by collection: two right at a jump, whose sides this reader cannot tell apart."""
-    reader = vtkXdmfReader()
-    reader.SetFileName(str(path))
+    reader = pv.XdmfReader(str(path))
     found = []
-    for stamp in _times(reader):
-        reader.UpdateTimeStep(stamp)
-        output = reader.GetOutputDataObject(0)
-        blocks: dict[str, list[Any]] = {}
-        for k in range(output.GetNumberOfBlocks()):
-            name = output.GetMetaData(k).Get(output.NAME())
-            block = output.GetBlock(k)
-            inner = [block.GetBlock(i) for i in range(block.GetNumberOfBlocks())] if block.IsA(MULTI) else [block]
-            blocks[name] = [pv.wrap(mesh) for mesh in inner]
-        found.append((stamp, blocks))
+    for stamp in reader.time_values:
+        reader.set_active_time_value(stamp)
+        blocks = reader.read()
+        meshes = {name: blocks[name] for name in blocks.keys()}  # noqa: SIM118  a MultiBlock is no mapping
+        found.append(
+            (stamp, {n: list(m) if isinstance(m, pv.MultiBlock) else [m] for n, m in meshes.items()}),
+        )
     return found
-
-
-MULTI = "vtkMultiBlockDataSet"
 
 
 def _times(reader: Any) -> list[float]:
@@ -147,8 +139,7 @@ def _mesh(mesh: Any, part: int | None = None) -> Mesh:
     """The mesh, or the cells of one part of it with the points they use, numbered from 0."""
     if part is None:
         arrays = {name: np.array(mesh.point_data[name]) for name in mesh.point_data}
-        kinds = _unpack(mesh.lines), _unpack(mesh.faces), _unpack(mesh.verts)
-        return Mesh(np.array(mesh.points), arrays, *kinds)
+        return Mesh(np.array(mesh.points), arrays, {kind: _unpack(getattr(mesh, kind)) for kind in CELLS})
     chosen = np.flatnonzero(np.array(mesh.cell_data["part"]) == part)
     corners, types = mesh.cell_connectivity, mesh.celltypes
     ends = vtk_to_numpy(mesh.GetCells().GetOffsetsArray())
@@ -162,9 +153,11 @@ def _mesh(mesh: Any, part: int | None = None) -> Mesh:
     return Mesh(
         np.array(mesh.points)[used],
         {name: np.array(mesh.point_data[name])[used] for name in mesh.point_data},
-        of(pv.CellType.POLY_LINE),
-        of(pv.CellType.TRIANGLE, pv.CellType.QUAD),
-        of(pv.CellType.VERTEX),
+        {
+            "verts": of(pv.CellType.VERTEX),
+            "lines": of(pv.CellType.POLY_LINE),
+            "faces": of(pv.CellType.TRIANGLE, pv.CellType.QUAD),
+        },
     )
 
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.text import Text
-from PIL import ImageColor, ImageDraw
+from PIL import ImageColor
 
 from renders import campbell, overview
 from renders.charts import Chart, energy_curves, force_curves
@@ -17,6 +16,7 @@ from renders.letters import Letters
 from renders.story import story_of
 from renders.style import LIGHT, Style
 from renders.timeline import make_timeline
+from tests.renders.writing import texts
 
 KINDS = ("kinetic", "elastic", "gravity")
 
@@ -64,25 +64,6 @@ def test_the_cursor_is_at_its_time_and_the_past_is_solid(story):
     solid = np.abs(np.asarray(chart.at(0.34)).astype(int) - ImageColor.getrgb(LIGHT.arrow)).max(axis=2) < 25
     faint = np.abs(np.asarray(chart.at(0.3)).astype(int) - ImageColor.getrgb(LIGHT.arrow)).max(axis=2) < 25
     assert solid[40:].sum() > 5 * faint[40:].sum() + 100
-
-
-def texts(monkeypatch, draw):
-    """What a frame writes, those of its charts too."""
-    found, pillow, matplotlib = [], ImageDraw.ImageDraw.text, Text.draw
-
-    def write(pen, place, text, *args, **options):
-        found.append(text)
-        return pillow(pen, place, text, *args, **options)
-
-    def draw_text(artist, *args, **options):
-        found.append(artist.get_text())
-        return matplotlib(artist, *args, **options)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(ImageDraw.ImageDraw, "text", write)
-        patch.setattr(Text, "draw", draw_text)
-        draw()
-    return found
 
 
 def test_a_frame_tells_its_rate_and_the_force_and_gap_of_the_inset(story, monkeypatch):

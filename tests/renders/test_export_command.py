@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import resource
-import signal
 import stat
 import subprocess
 import sys
@@ -20,19 +19,6 @@ from renders.exports import selection
 from tests.renders.export_readers import read
 
 FORMATS = ("vtkhdf", "pvd", "xdmf")
-
-
-@pytest.fixture
-def cli(capfd):
-    """Call the command line in this process: (exit code, standard output, standard error)."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as exit_info:
-            main([str(argument) for argument in arguments])
-        captured = capfd.readouterr()
-        return int(exit_info.value.code or 0), captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture(scope="module")
@@ -95,18 +81,14 @@ def test_options_select(folder, tmp_path, cli):
     assert frames[0].fields["deformation_factor"] == 4.0
 
 
-def test_suffix_and_format(folder, tmp_path, cli):
+def test_suffix_and_format(folder, tmp_path, cli, refused):
     """A missing suffix is appended, a wrong one refused; a missing format is read from the suffix."""
     assert cli("export", folder, "--format", "pvd", "--out", tmp_path / "a", "--every", 5000)[0] == 0
     assert (tmp_path / "a.pvd").is_file()
     assert cli("export", folder, "--out", tmp_path / "b.xdmf", "--every", 5000)[0] == 0
     assert (tmp_path / "b.h5").is_file()
-    code, _, err = cli("export", folder, "--format", "pvd", "--out", tmp_path / "c.vtkhdf")
-    assert code == 2
-    assert "should end in .pvd" in err
-    code, _, err = cli("export", folder, "--out", tmp_path / "c")
-    assert code == 2
-    assert "--format" in err
+    assert "should end in .pvd" in refused("export", folder, "--format", "pvd", "--out", tmp_path / "c.vtkhdf")
+    assert "--format" in refused("export", folder, "--out", tmp_path / "c")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "a.pvd", "b.h5", "b.xdmf"]
 
 
@@ -129,16 +111,13 @@ BAD = {
 
 
 @pytest.mark.parametrize("options", BAD, ids=" ".join)
-def test_bad_options_are_one_line_and_exit_2(folder, tmp_path, cli, options):
-    code, out, err = cli("export", folder, "--out", tmp_path / "new" / "beam", "--format", "pvd", *options)
-    assert code == 2
-    assert out == ""
-    assert err.count("\n") == 1
-    assert BAD[options] in err
+def test_bad_options_are_one_line_and_exit_2(folder, tmp_path, refused, options):
+    place = tmp_path / "new" / "beam"
+    assert BAD[options] in refused("export", folder, "--out", place, "--format", "pvd", *options)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_not_a_history_is_one_line(folder, tmp_path, cli):
+def test_what_is_not_a_history_is_one_line(folder, tmp_path, refused):
     text, cut, beamless = tmp_path / "text.nc", tmp_path / "cut.nc", tmp_path / "beamless.nc"
     text.write_text("not a history")
     whole = (folder / "history.nc").read_bytes()
@@ -146,25 +125,20 @@ def test_what_is_not_a_history_is_one_line(folder, tmp_path, cli):
     with xr.open_dataset(folder / "history.nc") as data:
         data.load().drop_vars("shear").to_netcdf(beamless, engine="h5netcdf")
     for source in (text, cut, beamless, tmp_path / "missing", tmp_path):
-        code, out, err = cli("export", source, "--out", tmp_path / "new" / "beam.pvd")
-        assert (code, out) == (2, "")
-        assert err.count("\n") == 1
+        err = refused("export", source, "--out", tmp_path / "new" / "beam.pvd")
         assert ("has no variable 'shear'" if source == beamless else str(source)) in err
     assert not (tmp_path / "new").exists()
 
 
 @pytest.mark.parametrize("format", FORMATS)
-def test_places_that_cannot_be_written_are_one_line(folder, tmp_path, cli, format):
+def test_places_that_cannot_be_written_are_one_line(folder, tmp_path, refused, format):
     (tmp_path / "file").write_text("in the way")
     (tmp_path / f"dir.{format}").mkdir()
     for target in (tmp_path / "file" / "beam", tmp_path / "dir", ".", "/"):
-        code, out, err = cli("export", folder, "--format", format, "--out", target)
-        assert (code, out) == (2, "")
-        assert err.count("\n") == 1
-        assert "--out" in err
+        assert "--out" in refused("export", folder, "--format", format, "--out", target)
     if os.geteuid() != 0:
         tmp_path.chmod(stat.S_IREAD | stat.S_IEXEC)
-        assert cli("export", folder, "--format", format, "--out", tmp_path / "new")[0] == 2
+        refused("export", folder, "--format", format, "--out", tmp_path / "new")
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -203,15 +177,3 @@ def wait_until_under_way(process, folder):
     while len(list(folder.glob("*.part/*"))) < 40:
         assert process.poll() is None
         time.sleep(0.01)
-
-
-def test_interrupted_by_hand_is_130_and_leaves_nothing(folder, tmp_path):
-    process = subprocess.Popen(
-        command(folder, "--out", tmp_path / "beam.pvd"), stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
-    wait_until_under_way(process, tmp_path)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "Traceback" not in err
-    assert list(tmp_path.iterdir()) == []

@@ -120,14 +120,11 @@ def test_a_failing_encoder_is_an_error_and_an_interrupt_is_not(run, tmp_path, mo
     assert list(tmp_path.iterdir()) == [failing]
 
 
-def test_unknown_kinds_and_folders_are_one_line(run, tmp_path):
+def test_unknown_kinds_are_one_line(run, tmp_path):
     story = small(run)
     timeline = make_timeline(story.time_map, frames=2)
     with pytest.raises(InputError, match=r"films end with \.mp4"):
         write_film(story, timeline, tmp_path / "a.avi")
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be written"):
-        write_film(story, timeline, tmp_path / "file" / "a.mp4")
 
 
 def without_libraries(tmp_path, code):

@@ -9,13 +9,7 @@ import pyvista as pv
 from oblique_impact import InputError
 from oblique_impact.history.sample_times import jumps
 from renders.geometry import BETWEEN, SIDES, BeamGeometry
-
-FAMILIES = {
-    "paper": ("paper",),
-    "mid-span": ("mid-span",),
-    "hub": ("paper", "root.kind=hub", "root.inertia=0.1", "root.hub_radius=0.1", "contact.enabled=false"),
-    "tapered": ("tapered", "end_time=0.34"),
-}
+from tests.renders import FAMILIES
 
 
 @pytest.fixture(params=FAMILIES)

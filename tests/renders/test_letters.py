@@ -6,8 +6,6 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
-from PIL import ImageDraw
 
 from renders.charts import round_times
 from renders.frame import Composer
@@ -16,49 +14,33 @@ from renders.letters import LEAST, Letters
 from renders.story import story_of
 from renders.style import Style
 from renders.timeline import TimeMap, make_timeline
+from tests.renders.writing import written
 
 SIZES = [(640, 360), (854, 480), (1280, 720), (1920, 1080), (720, 1280), (480, 270)]
 
 
-class Written:
-    """Texts of a frame with their sizes and boxes (pixels): those of Pillow, and those of the charts."""
+def check(found):
+    """Letters are readable, inside of the picture, and none is over another."""
+    assert found
+    for text, size, box, _, _, room in found:
+        assert size >= LEAST - 0.5, (text, size)
+        assert min(box[0], box[1], room[0] - box[2], room[1] - box[3]) >= -0.5, (text, box, room)
+    for one, other in combinations(found, 2):
+        if one.picture is other.picture:
+            across = min(one.box[2], other.box[2]) - max(one.box[0], other.box[0])
+            high = min(one.box[3], other.box[3]) - max(one.box[1], other.box[1])
+            assert across <= 0.0 or high <= 0.0, (one, other)
 
-    def __init__(self, monkeypatch):
-        self.texts = []
-        write, draw = ImageDraw.ImageDraw.text, Text.draw
 
-        def spy(pen, place, text, *args, **options):
-            if text:
-                box = pen.textbbox(place, text, font=options["font"], anchor=options.get("anchor"))
-                self.texts.append((text, options["font"].size, box, "frame", pen.im.size))
-            return write(pen, place, text, *args, **options)
+def drawn(monkeypatch, story, time):
+    """What a frame writes in a film."""
 
-        def draw_spy(artist, renderer, *args, **options):
-            if artist.get_visible() and artist.get_text():
-                box = artist.get_window_extent(renderer)
-                height = renderer.height
-                size = artist.get_fontsize() * artist.get_figure().dpi / 72.0
-                place = (box.x0, height - box.y1, box.x1, height - box.y0)
-                self.texts.append((artist.get_text(), size, place, renderer, (renderer.width, height)))
-            return draw(artist, renderer, *args, **options)
+    def draw():
+        composer = Composer(story, make_timeline(story.time_map))
+        composer.draw(time, 0.002)
+        composer.close()
 
-        monkeypatch.setattr(ImageDraw.ImageDraw, "text", spy)
-        monkeypatch.setattr(Text, "draw", draw_spy)
-
-    def check(self):
-        assert self.texts
-        for text, size, box, _, room in self.texts:
-            assert size >= LEAST - 0.5, (text, size)
-            assert box[0] >= -0.5, (text, box)
-            assert box[1] >= -0.5, (text, box)
-            assert box[2] <= room[0] + 0.5, (text, box, room)
-            assert box[3] <= room[1] + 0.5, (text, box, room)
-        for (a, _, one, where, _), (b, _, other, there, _) in combinations(self.texts, 2):
-            if where is not there:
-                continue
-            across = min(one[2], other[2]) - max(one[0], other[0])
-            high = min(one[3], other[3]) - max(one[1], other[1])
-            assert across <= 0.0 or high <= 0.0, (a, b, one, other)
+    return written(monkeypatch, draw)
 
 
 @pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
@@ -67,12 +49,7 @@ def test_letters_are_readable_and_apart(run, monkeypatch, size, case):
     histories = [run("paper")] if case == "one" else [run("paper"), run("paper", "contact.friction=frictionless")]
     layout = "overlay" if case == "overlay" else "side-by-side"
     names = ["hybrid friction", "frictionless, a rather long name"][: len(histories)]
-    written = Written(monkeypatch)
-    story = story_of(histories, Style(size=size, layout=layout), names)
-    composer = Composer(story, make_timeline(story.time_map))
-    composer.draw(0.3232, 0.002)
-    composer.close()
-    written.check()
+    check(drawn(monkeypatch, story_of(histories, Style(size=size, layout=layout), names), 0.3232))
 
 
 @pytest.mark.parametrize(
@@ -86,12 +63,9 @@ def test_letters_are_readable_and_apart(run, monkeypatch, size, case):
 def test_letters_of_other_runs(run, monkeypatch, case, below):
     """Labels with many digits fit too; that time is stretched is said where it is."""
     story = story_of([run(*case)], Style(size=(854, 480)))
-    written = Written(monkeypatch)
-    composer = Composer(story, make_timeline(story.time_map))
-    composer.draw(story.histories[0].summary["end_time"], 0.002)
-    composer.close()
-    written.check()
-    assert below in {text for text, *_ in written.texts}
+    found = drawn(monkeypatch, story, story.histories[0].summary["end_time"])
+    check(found)
+    assert below in {item.text for item in found}
 
 
 def test_what_would_be_too_small_is_left_out():

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from oblique_impact.command_line.application import application, main
+from oblique_impact.command_line.application import application
 from renders import Style, render
 from renders.outputs import APPLIES, FILM, PAGE, STILL, STRIP
 
@@ -18,31 +18,24 @@ def folder(run, tmp_path_factory):
     return run("paper").save(tmp_path_factory.mktemp("runs") / "paper")
 
 
-def call(capfd, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(["render", *map(str, arguments)])
-    captured = capfd.readouterr()
-    return stop.value.code, captured.out, captured.err
-
-
-def test_a_still_at_the_largest_force(folder, tmp_path, capfd):
-    code, out, err = call(capfd, folder, "--out", tmp_path / "a.png", "--size", "480x320")
+def test_a_still_at_the_largest_force(folder, tmp_path, cli):
+    code, out, err = cli("render", folder, "--out", tmp_path / "a.png", "--size", "480x320")
     assert (code, err) == (0, "")  # nothing from VTK either
     assert "deformation factor 5" in out
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size == (480, 320)
 
 
-def test_stills_at_a_time_and_at_an_event(folder, tmp_path, capfd):
+def test_stills_at_a_time_and_at_an_event(folder, tmp_path, cli):
     for name, option in (("a.png", ("--time", "0.1")), ("b.png", ("--event", "2"))):
-        code, _, err = call(capfd, folder / "history.nc", "--out", tmp_path / name, "--size", "480x320", *option)
+        code, _, err = cli("render", folder / "history.nc", "--out", tmp_path / name, "--size", "480x320", *option)
         assert (code, err) == (0, "")
     assert (tmp_path / "a.png").read_bytes() != (tmp_path / "b.png").read_bytes()
 
 
-def test_odd_sizes_are_rounded_and_said(folder, tmp_path, capfd):
-    code, out, err = call(
-        capfd, folder, "--out", tmp_path / "a.mp4", "--size", "481x271", "--frames", "3", "--bare"
+def test_odd_sizes_are_rounded_and_said(folder, tmp_path, cli):
+    code, out, err = cli(
+        "render", folder, "--out", tmp_path / "a.mp4", "--size", "481x271", "--frames", "3", "--bare"
     )
     assert code == 0
     assert "size 481x271 rounded to 482x272" in err
@@ -51,10 +44,10 @@ def test_odd_sizes_are_rounded_and_said(folder, tmp_path, capfd):
     assert fastest > 10.0 * slowest  # the frames stand before, in and after contacts
 
 
-def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp_path, capfd):
+def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp_path, cli):
     fem = run("paper", "discretization.method=fem").save(tmp_path / "fem")
-    code, _, err = call(
-        capfd, folder, fem, "--out", tmp_path / "a.png", "--magnify-difference", "1e4", "--size", "480x320"
+    code, _, err = cli(
+        "render", folder, fem, "--out", tmp_path / "a.png", "--magnify-difference", "1e4", "--size", "480x320"
     )
     assert (code, err) == (0, "")
 
@@ -77,25 +70,25 @@ def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp
         (("--out", "a.mp4", "--time", "0.3"), "--time: is for a still or a strip, and a.mp4 is a film"),
         (("--out", "a.html", "--time", "0.3"), "--time: is for a still or a strip, and a.html is a page"),
         (("--out", "a.png", "--fps", "30"), "--fps: is for a film, and a.png is a still"),
-        (("--out", "a.html", "--camera", "oblique"), "--camera: is for a still, a strip or a film, and a.html is"),
+        (("--out", "a.html", "--camera", "front"), "--camera: is for a still, a strip or a film, and a.html is"),
         (("--out", "a.png", "--strip", "--event", "2"), "--event: is for a still, and a.png is a strip"),
     ],
 )
-def test_bad_input_is_one_line(folder, tmp_path, capfd, monkeypatch, arguments, words):
+def test_bad_input_is_one_line(folder, tmp_path, cli, monkeypatch, arguments, words):
     monkeypatch.chdir(tmp_path)
-    code, _, err = call(capfd, folder, *arguments)
+    code, _, err = cli("render", folder, *arguments)
     assert code == 2
     assert err.count("\n") == 1
     assert words in err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_that_is_no_history_is_one_line(tmp_path, capfd):
+def test_a_file_that_is_no_history_is_one_line(tmp_path, cli):
     (tmp_path / "history.nc").write_bytes(b"nonsense")
-    code, _, err = call(capfd, tmp_path, "--out", tmp_path / "a.png")
+    code, _, err = cli("render", tmp_path, "--out", tmp_path / "a.png")
     assert code == 2
     assert f"{tmp_path / 'history.nc'}: is not a history written by oblique-impact (history.nc)" in err
-    code, _, err = call(capfd, tmp_path / "none", "--out", tmp_path / "a.png")
+    code, _, err = cli("render", tmp_path / "none", "--out", tmp_path / "a.png")
     assert code == 2
     assert "no such history" in err
     assert err.count("\n") == 1
@@ -111,8 +104,8 @@ VALUES = {
     "--between": "0.3,0.4",
     "--frames": "3",
     "--deformation": "2",
-    "--colour": "bending_stress",
-    "--camera": "oblique",
+    "--colour": "shear_force",
+    "--camera": "front",
     "--theme": "light",
     "--layout": "overlay",
     "--name": "a",
@@ -138,13 +131,13 @@ def test_the_table_knows_every_option_and_the_help_says_what_it_is_for():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_option_that_does_not_apply_is_refused_before_anything_is_read(tmp_path, capfd, kind):
+def test_an_option_that_does_not_apply_is_refused_before_anything_is_read(tmp_path, cli, kind):
     """And one that applies is not: then it is the missing history that is named."""
     for name, kinds in APPLIES.items():
         typed = [name, VALUES[name]] if name in VALUES else [name]
         if kind in (STILL, STRIP) and name == "--strip":
             continue  # it chooses between them
-        code, _, err = call(capfd, tmp_path / "none", "--out", *KINDS[kind], *typed)
+        code, _, err = cli("render", tmp_path / "none", "--out", *KINDS[kind], *typed)
         assert (code, err.count("\n")) == (2, 1)
         assert ("no such history" in err) == (kind in kinds), err
         assert (f"{name}: is for " in err) == (kind not in kinds), err

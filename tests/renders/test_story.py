@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PIL import Image, ImageDraw
+from PIL import Image
 
 from renders import render
 from renders.frame import Composer
@@ -15,6 +15,7 @@ from renders.player.payload import payload, unpacked
 from renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
 from renders.style import Style
 from renders.timeline import make_timeline
+from tests.renders.writing import texts, written
 
 QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
 TAPERED = ("tapered", "end_time=0.34")
@@ -59,21 +60,6 @@ def test_the_stress_of_the_scale_is_that_of_the_bending_moment(history):
     assert 0.7 * limit < stress.max() <= limit
 
 
-def labels_of(monkeypatch, draw):
-    """Texts that a picture writes with Pillow."""
-    found = []
-    write = ImageDraw.ImageDraw.text
-
-    def spy(pen, place, text, *args, **options):
-        found.append(text)
-        return write(pen, place, text, *args, **options)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(ImageDraw.ImageDraw, "text", spy)
-        draw()
-    return found
-
-
 def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(run, tmp_path, monkeypatch):
     """Read from what is written into the pictures, and from what the page embeds."""
     history = run("paper")
@@ -89,7 +75,7 @@ def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(
         "strip": lambda: render(history, tmp_path / "a.png", strip=True, times=[0.1, 0.3]),
     }
     for kind, draw in kinds.items():
-        written = labels_of(monkeypatch, draw)
+        written = texts(monkeypatch, draw, charts=False)
         assert [w for w in written if w in ends][: len(ends)] == ends, kind
         assert any(factor in w for w in written), kind
         assert facts["stress_title"] in written or facts["stress_title"].split(",")[0] in written, kind
@@ -112,7 +98,7 @@ def test_two_histories_have_one_scale_and_one_factor(run, monkeypatch):
     assert both.colours.limit == max(s.colours.limit for s in alone)
     assert [g.factor for g in both.geometries] == [min(s.factor for s in alone)] * 2
     composer = Composer(both)
-    written = labels_of(monkeypatch, lambda: composer.draw(0.1))
+    written = texts(monkeypatch, lambda: composer.draw(0.1), charts=False)
     composer.close()
     ticks = [text for _, text in both.colours.ticks]
     assert [w for w in written if w in ticks] == 2 * ticks
@@ -159,18 +145,10 @@ def test_the_colour_at_the_end_of_the_bar_is_that_of_the_limit(run, monkeypatch)
     import matplotlib as mpl
 
     story = story_of([run("paper")], Style(inset=False))
-    places = {}
-    write = ImageDraw.ImageDraw.text
-
-    def spy(pen, place, text, *args, **options):
-        places[text] = place
-        return write(pen, place, text, *args, **options)
-
-    composer = Composer(story)
-    with monkeypatch.context() as patch:
-        patch.setattr(ImageDraw.ImageDraw, "text", spy)
-        picture: Image.Image = composer.draw(0.1)
+    composer, pictures = Composer(story), []
+    places = {item.text: item.place for item in written(monkeypatch, lambda: pictures.append(composer.draw(0.1)))}
     composer.close()
+    picture: Image.Image = pictures[0]
     for part, text in story.colours.ticks:
         x, y = places[text]
         found = np.array(picture.getpixel((round(x - 2 * part), round(y - 10))))

@@ -151,76 +151,72 @@ def test_ranges_over_integers_give_integers_and_keys_can_go_together():
 # --- sweep files
 
 AXIS = "[[axes]]\n"
-GRAVITY = AXIS + 'key = "gravity"\nvalues = [1]\n'
+
+
+def axis(key, rest="values = [1]", also=""):
+    """A sweep over one key, with other lines before it."""
+    return f'{also}\n[[axes]]\nkey = "{key}"\n{rest}\n'
+
+
+def sampled(rest, also=""):
+    return f'[latin_hypercube]\nsamples = 3\n{also}\n[[latin_hypercube.axes]]\nkey = "gravity"\n{rest}'
+
+
+def tabled(keys, rows):
+    return f"[table]\nkeys = {keys}\nrows = {rows}"
+
+
 BAD = {
     "not TOML": ("axes = [", "not valid TOML"),
     "nothing to sweep": ('scenario = "paper"', "[[axes]]"),
     "empty axes": ("axes = []", "axes"),
-    "unknown key of the file": ('titel = "x"\n' + AXIS + 'key = "gravity"\nvalues = [1]', "title, description"),
-    "unknown key of an axis": (AXIS + 'key = "gravity"\nvaluse = [1]', "axes.0.valuse"),
-    "unknown scenario key": (AXIS + 'key = "contact.mu"\nvalues = [1]', "contact.mu_static"),
-    "unknown section": (AXIS + 'key = "floor.mu"\nvalues = [1]', "SECTION.KEY of beam"),
-    "a section is no key": (AXIS + 'key = "contact"\nvalues = [1]', "axes.0.key = 'contact'"),
-    "unknown key in changes": (
-        "[changes.contact]\nmu = 1\n" + AXIS + 'key = "gravity"\nvalues = [1]',
-        "mu_static",
-    ),
-    "wrong type": (AXIS + 'key = "contact.mu_static"\nvalues = [0.3, "high"]', "contact.mu_static = 'high'"),
-    "out of bounds": (AXIS + 'key = "beam.length"\nvalues = [1.0, -1.0]', "beam.length = -1.0"),
-    "not a number": (AXIS + 'key = "contact.mu_static"\nvalues = [nan]', "contact.mu_static = nan"),
-    "infinite range": (AXIS + 'key = "gravity"\nrange = [0.0, inf]\ncount = 3', "axes.0.range.1 = inf"),
-    "empty list": (AXIS + 'key = "gravity"\nvalues = []', "axes.0.values = []: should have at least 1 item"),
-    "no values": (AXIS + 'key = "gravity"', "axes.0"),
-    "values and range": (AXIS + 'key = "gravity"\nvalues = [1]\nrange = [1, 2]\ncount = 2', "not both"),
-    "values and count": (AXIS + 'key = "gravity"\nvalues = [1]\ncount = 2', "axes.0.count = 2"),
-    "no count": (AXIS + 'key = "gravity"\nrange = [1, 2]', "axes.0.count"),
-    "count of one": (AXIS + 'key = "gravity"\nrange = [1, 2]\ncount = 1', "axes.0.count = 1"),
-    "ends alike": (AXIS + 'key = "gravity"\nrange = [2, 2]\ncount = 3', "should differ"),
-    "log of zero": (AXIS + 'key = "gravity"\nrange = [0, 2]\ncount = 3\nspacing = "log"', "greater than 0"),
-    "unknown spacing": (
-        AXIS + 'key = "gravity"\nrange = [0, 2]\ncount = 3\nspacing = "cubic"',
-        "'linear' or 'log'",
-    ),
-    "range of words": (AXIS + 'key = "contact.friction"\nrange = [0, 2]\ncount = 3', "use values"),
-    "no whole number": (AXIS + 'key = "discretization.modes"\nrange = [1, 4]\ncount = 3', "modes = 2.5"),
-    "key and keys": (AXIS + 'key = "gravity"\nkeys = ["gravity"]\nvalues = [1]', "exactly one"),
-    "no key": (AXIS + "values = [1]", "exactly one"),
-    "a key twice": (
-        GRAVITY + GRAVITY,
-        "set twice",
-    ),
-    "changed and swept": ("[changes]\ngravity = 1\n" + AXIS + 'key = "gravity"\nvalues = [2]', "set twice"),
+    "unknown key of the file": (axis("gravity", also='titel = "x"'), "title, description"),
+    "unknown key of an axis": (axis("gravity", "valuse = [1]"), "axes.0.valuse"),
+    "unknown scenario key": (axis("contact.mu"), "contact.mu_static"),
+    "unknown section": (axis("floor.mu"), "SECTION.KEY of beam"),
+    "a section is no key": (axis("contact"), "axes.0.key = 'contact'"),
+    "unknown key in changes": (axis("gravity", also="[changes.contact]\nmu = 1"), "mu_static"),
+    "wrong type": (axis("contact.mu_static", 'values = [0.3, "high"]'), "contact.mu_static = 'high'"),
+    "out of bounds": (axis("beam.length", "values = [1.0, -1.0]"), "beam.length = -1.0"),
+    "not a number": (axis("contact.mu_static", "values = [nan]"), "contact.mu_static = nan"),
+    "infinite range": (axis("gravity", "range = [0.0, inf]\ncount = 3"), "axes.0.range.1 = inf"),
+    "empty list": (axis("gravity", "values = []"), "axes.0.values = []: should have at least 1 item"),
+    "no values": (axis("gravity", ""), "axes.0"),
+    "values and range": (axis("gravity", "values = [1]\nrange = [1, 2]\ncount = 2"), "not both"),
+    "values and count": (axis("gravity", "values = [1]\ncount = 2"), "axes.0.count = 2"),
+    "no count": (axis("gravity", "range = [1, 2]"), "axes.0.count"),
+    "count of one": (axis("gravity", "range = [1, 2]\ncount = 1"), "axes.0.count = 1"),
+    "ends alike": (axis("gravity", "range = [2, 2]\ncount = 3"), "should differ"),
+    "log of zero": (axis("gravity", 'range = [0, 2]\ncount = 3\nspacing = "log"'), "greater than 0"),
+    "unknown spacing": (axis("gravity", 'range = [0, 2]\ncount = 3\nspacing = "cubic"'), "'linear' or 'log'"),
+    "range of words": (axis("contact.friction", "range = [0, 2]\ncount = 3"), "use values"),
+    "no whole number": (axis("discretization.modes", "range = [1, 4]\ncount = 3"), "modes = 2.5"),
+    "key and keys": (axis("gravity", 'keys = ["gravity"]\nvalues = [1]'), "exactly one"),
+    "no key": (f"{AXIS}values = [1]", "exactly one"),
+    "a key twice": (2 * axis("gravity"), "set twice"),
+    "changed and swept": (axis("gravity", also="[changes]\ngravity = 1"), "set twice"),
     "too many runs": (
-        "".join(
-            f'{AXIS}key = "{k}"\nrange = [1, 9]\ncount = 100\n' for k in ("gravity", "end_time", "beam.density")
-        ),
+        "".join(axis(key, "range = [1, 9]\ncount = 100") for key in ("gravity", "end_time", "beam.density")),
         f"at most {MAX_RUNS}",
     ),
-    "too long an axis": (AXIS + 'key = "gravity"\nrange = [1, 9]\ncount = 1000000000', "axes.0.count"),
-    "short row": ('[table]\nkeys = ["gravity", "end_time"]\nrows = [[1.0, 1.0], [2.0]]', "table.rows.1"),
-    "no rows": ('[table]\nkeys = ["gravity"]\nrows = []', "table.rows"),
-    "unknown key of a table": ('[table]\nkeys = ["weight"]\nrows = [[1.0]]', "table.keys.0"),
-    "hypercube without seed": (
-        '[latin_hypercube]\nsamples = 3\n[[latin_hypercube.axes]]\nkey = "gravity"\nrange = [1, 2]',
-        "latin_hypercube.seed: missing",
-    ),
+    "too long an axis": (axis("gravity", "range = [1, 9]\ncount = 1000000000"), "axes.0.count"),
+    "short row": (tabled('["gravity", "end_time"]', "[[1.0, 1.0], [2.0]]"), "table.rows.1"),
+    "no rows": (tabled('["gravity"]', "[]"), "table.rows"),
+    "unknown key of a table": (tabled('["weight"]', "[[1.0]]"), "table.keys.0"),
+    "hypercube without seed": (sampled("range = [1, 2]"), "latin_hypercube.seed: missing"),
     "hypercube without axes": ("[latin_hypercube]\nsamples = 3\nseed = 1\naxes = []", "latin_hypercube.axes"),
-    "hypercube with count": (
-        "[latin_hypercube]\nsamples = 3\nseed = 1\n[[latin_hypercube.axes]]"
-        '\nkey = "gravity"\nrange = [1, 2]\ncount = 2',
-        "latin_hypercube.axes.0.count",
-    ),
+    "hypercube with count": (sampled("range = [1, 2]\ncount = 2", "seed = 1"), "latin_hypercube.axes.0.count"),
     "Sobol sequence of 3": (SAMPLE.format(name="sobol", samples=3, seed=1), "power of 2"),
-    "unknown scenario": ('scenario = "papier"\n' + AXIS + 'key = "gravity"\nvalues = [1]', "papier"),
-    "unknown quantity": ('quantities = ["speed"]\n' + AXIS + 'key = "gravity"\nvalues = [1]', "first_impact"),
-    "no quantities": ("quantities = []\n" + AXIS + 'key = "gravity"\nvalues = [1]', "quantities"),
-    "time after the end": ('quantities = ["tip_y@3"]\n' + AXIS + 'key = "end_time"\nvalues = [1, 2]', "tip_y@3"),
+    "unknown scenario": (axis("gravity", also='scenario = "papier"'), "papier"),
+    "unknown quantity": (axis("gravity", also='quantities = ["speed"]'), "first_impact"),
+    "no quantities": (axis("gravity", also="quantities = []"), "quantities"),
+    "time after the end": (axis("end_time", "values = [1, 2]", 'quantities = ["tip_y@3"]'), "tip_y@3"),
     "unknown discretization": (
-        AXIS + 'key = "discretization.method"\nvalues = ["modal", "ritz"]',
+        axis("discretization.method", 'values = ["modal", "ritz"]'),
         "should be 'fem' or 'modal'",
     ),
-    "no run is possible": (AXIS + 'key = "contact.mu_static"\nvalues = [0.1, 0.2]', "contact.mu_static = 0.1"),
-    "histories as text": ('histories = "yes"\n' + AXIS + 'key = "gravity"\nvalues = [1]', "histories = 'yes'"),
+    "no run is possible": (axis("contact.mu_static", "values = [0.1, 0.2]"), "contact.mu_static = 0.1"),
+    "histories as text": (axis("gravity", also='histories = "yes"'), "histories = 'yes'"),
 }
 
 
@@ -420,14 +416,6 @@ def test_rows_of_another_study_are_replaced(tmp_path):
     Journal(file, "a", 3, ()).add(failed(1, "completed", ""))
     assert Journal(file, "a", 3, ()).missing() == [0, 2]
     assert Journal(file, "b", 3, ()).missing() == [0, 1, 2]
-
-
-def test_a_folder_has_one_writer(tmp_path):
-    plan = make_plan(ANGLES)
-    with open_store(tmp_path, plan), pytest.raises(InputError, match="another process is writing"):
-        open_store(tmp_path, plan).__enter__()
-    with open_store(tmp_path, plan):
-        pass
 
 
 def test_another_sweep_is_not_mixed_in(tmp_path):

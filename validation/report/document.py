@@ -34,6 +34,12 @@ class Cell:
         return MARKS.get(self.kind, "")
 
 
+def number_cells(*values: str | float | None, digits: int = 6) -> list[Cell]:
+    """Return cells that stand under the right end of their heading; texts and integers are shown as they are."""
+    texts = [str(v) if isinstance(v, (str, int)) else number(v, digits) for v in values]
+    return [Cell(text, "number") for text in texts]
+
+
 @dataclass(frozen=True)
 class Paragraph:
     """A paragraph of plain text; `note` sets it smaller."""

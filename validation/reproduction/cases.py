@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 from oblique_impact.scenario.scenario import Scenario
 
@@ -36,14 +36,12 @@ class Case:
     sticking: bool = False
 
 
-@dataclass(frozen=True)
-class Variant:
+class Variant(NamedTuple):
     """One value of a choice that the paper leaves open; `assumed` marks ours."""
 
     choice: str
     label: str
-    changes: dict[str, Any] = field(default_factory=dict)
-    assumed: bool = False
+    assumed: bool
 
 
 def case_key(group: str, scheme: str, model: str) -> str:
@@ -100,79 +98,61 @@ def sticking_cases() -> list[Case]:
     return [*cases, Case(case_key("no-shortening", "fixed-step", "hybrid"), without, sticking=True)]
 
 
-def variants() -> list[Variant]:
-    """Every choice the paper leaves open, with the value we assume and others that it allows."""
-    clamped = [
-        Variant("number of modes", f"{n} clamped", {"discretization__modes": n}, n == 2) for n in (1, 2, 3, 4)
-    ]
-    mean_axis = [
-        Variant(
-            "kind of modes",
-            f"{n} hinged, mean-axis frame",
-            {"discretization__frame": "mean-axis", "discretization__modes": n},
-        )
-        for n in (2, 3, 4, 8)
-    ]
-    kinds = [Variant("kind of modes", "2 clamped, tangent frame", {}, True), *mean_axis]
-    points = [
-        Variant("contact point", f"x_F = {x} m", {"contact__point": x}, x == 1.0) for x in (1.0, 0.95, 0.9, 0.8)
-    ]
-    gravity = [Variant("value of g", f"{g} m/s²", {"gravity": g}, g == 9.8) for g in (9.8, 9.80665, 9.81, 10.0)]
-    forms = [
-        Variant("Baumgarte's form", "Z'' + 2χZ' + β²Z = 0", {}, True),
-        Variant("Baumgarte's form", "Z'' + χZ' + βZ = 0", {"solver__baumgarte_form": "plain"}),
-    ]
-    judgement = [
-        Variant("judgement of stick", "by the force that would hold the contact (Sec. 5.3)", {}, True),
-        Variant(
-            "judgement of stick", "and by the slip, which must end within the step", {"solver__stick": "arrest"}
-        ),
-    ]
-    shortening = [
-        Variant("foreshortening of the contact point", "in gap and slip", {}, True),
-        Variant("foreshortening of the contact point", "left out of both", {"contact__shortening": False}),
-    ]
-    return [*clamped, *kinds, *points, *gravity, *forms, *_velocities(), *judgement, *shortening]
-
-
-def _velocities() -> list[Variant]:
-    return [
-        Variant(
-            "velocities of the modified Coulomb law",
-            f"v₀ = {low:g}, v₁ = {high:g} m/s",
-            {"contact__friction": "modified-coulomb", "contact__regularization": [low, high]},
-            (low, high) == (1e-3, 1e-2),
-        )
+#: what the paper leaves open, with the values that it allows, the one we assume elsewhere among them
+_CHOICES: dict[str, dict[str, dict[str, Any]]] = {
+    "number of modes": {f"{n} clamped": {"discretization__modes": n} for n in (1, 2, 3, 4)},
+    "kind of modes": {
+        "2 clamped, tangent frame": {},
+        **{
+            f"{n} hinged, mean-axis frame": {"discretization__frame": "mean-axis", "discretization__modes": n}
+            for n in (2, 3, 4, 8)
+        },
+    },
+    "contact point": {f"x_F = {x} m": {"contact__point": x} for x in (1.0, 0.95, 0.9, 0.8)},
+    "value of g": {f"{g} m/s²": {"gravity": g} for g in (9.8, 9.80665, 9.81, 10.0)},
+    "Baumgarte's form": {
+        "Z'' + 2χZ' + β²Z = 0": {},
+        "Z'' + χZ' + βZ = 0": {"solver__baumgarte_form": "plain"},
+    },
+    "velocities of the modified Coulomb law": {
+        f"v₀ = {low:g}, v₁ = {high:g} m/s": {
+            "contact__friction": "modified-coulomb",
+            "contact__regularization": [low, high],
+        }
         for low, high in ((1e-3, 1e-2), (0.0, 1e-2), (1e-5, 1e-4), (1e-2, 1e-1))
-    ]
-
-
-def integrators() -> list[Variant]:
-    """Ways to integrate: each is a scheme of its own, so they are not crossed with the two schemes."""
-    return [
-        Variant("integrator", "RK4, 0.1 ms and 1 µs", {"solver__scheme": "fixed-step"}, True),
-        Variant("integrator", "RK4, 10 µs and 1 µs", {"solver__scheme": "fixed-step", "solver__free_step": 1e-5}),
-        Variant("integrator", "RK4, 1 µs always", {"solver__scheme": "fixed-step", "solver__free_step": 1e-6}),
-        Variant("integrator", "generalized-α, ρ∞ = 0.8", {"solver__scheme": "generalized-alpha"}),
-        Variant("integrator", "order 8, event-located", {"solver__scheme": "event"}),
-    ]
+    },
+    "judgement of stick": {
+        "by the force that would hold the contact (Sec. 5.3)": {},
+        "and by the slip, which must end within the step": {"solver__stick": "arrest"},
+    },
+    "foreshortening of the contact point": {
+        "in gap and slip": {},
+        "left out of both": {"contact__shortening": False},
+    },
+}
+#: ways to integrate: each is a scheme of its own, so they are not crossed with the two schemes
+_INTEGRATORS: dict[str, dict[str, Any]] = {
+    "RK4, 0.1 ms and 1 µs": {"scheme": "fixed-step"},
+    "RK4, 10 µs and 1 µs": {"scheme": "fixed-step", "solver__free_step": 1e-5},
+    "RK4, 1 µs always": {"scheme": "fixed-step", "solver__free_step": 1e-6},
+    "generalized-α, ρ∞ = 0.8": {"scheme": "generalized-alpha"},
+    "order 8, event-located": {"scheme": "event"},
+}
 
 
 def variant_cases() -> Iterator[tuple[Variant, str, Case]]:
     """Variant, scheme and case of the study of the choices, one choice changed at a time."""
-    for variant, scheme in product(variants(), SCHEMES):
-        yield variant, scheme, Case(_variant_key(variant, scheme), paper(scheme, **variant.changes))
-    for variant in integrators():
-        scheme = str(variant.changes["solver__scheme"])
-        yield variant, scheme, Case(_variant_key(variant, scheme), paper(**{"scheme": scheme, **_rest(variant)}))
 
+    def entry(choice: str, label: str, ours: Scenario, scenario: Scenario) -> tuple[Variant, str, Case]:
+        scheme = str(scenario.solver.scheme)
+        return Variant(choice, label, scenario == ours), scheme, Case(f"{choice}/{label}/{scheme}", scenario)
 
-def _rest(variant: Variant) -> dict[str, Any]:
-    return {key: value for key, value in variant.changes.items() if key != "solver__scheme"}
-
-
-def _variant_key(variant: Variant, scheme: str) -> str:
-    return f"{variant.choice}/{variant.label}/{scheme}"
+    for choice, values in _CHOICES.items():
+        for (label, changes), scheme in product(values.items(), SCHEMES):
+            ours = paper(scheme, changes.get("contact__friction", "hybrid"))
+            yield entry(choice, label, ours, paper(scheme, **changes))
+    for label, changes in _INTEGRATORS.items():
+        yield entry("integrator", label, paper("fixed-step"), paper(**changes))
 
 
 @dataclass(frozen=True)

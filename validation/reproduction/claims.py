@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from validation.report.document import number
 from validation.reproduction.measures import Trio
+from validation.reproduction.runs import MissingError
 
 REPRODUCED, PARTLY, NOT = "reproduced", "partly", "not reproduced"
 VERDICTS = (REPRODUCED, PARTLY, NOT)
@@ -26,9 +27,12 @@ class Finding(NamedTuple):
     text: str
 
 
+Rule = Callable[[Trio], Finding]
+
+
 @dataclass(frozen=True)
 class Claim:
-    """One claim of the paper: where, what it says, the rule, and the function that applies the rule.
+    """One claim of the paper: where, what it says, the rule in words and as a function.
 
     `case` names the runs it is judged on: those of the paper's case, or of a scenario that sticks.
     """
@@ -37,24 +41,28 @@ class Claim:
     place: str
     statement: str
     rule: str
-    judge: Callable[[Trio], Finding]
+    apply: Rule
     case: str = "paper"
 
-
-Judge = Callable[[Trio], Finding]
+    def judge(self, trio: Trio) -> Finding:
+        """Apply the rule; not reproduced where the runs lack what the claim is about."""
+        try:
+            return self.apply(trio)
+        except MissingError as missing:
+            return Finding(NOT, {}, str(missing))
 
 
 class Claims(list[Claim]):
     """Claims in the order of the paper."""
 
-    def add(self, id: str, place: str, statement: str, rule: str, case: str = "paper") -> Callable[[Judge], Judge]:
-        """Make a function the judge of a claim; the arguments are those of `Claim`."""
+    def add(self, id: str, place: str, statement: str, rule: str, case: str = "paper") -> Callable[[Rule], Rule]:
+        """Make a function the rule of a claim; the arguments are those of `Claim`."""
 
-        def judged_by(judge: Judge) -> Judge:
-            self.append(Claim(id, place, statement, rule, judge, case))
-            return judge
+        def ruled_by(apply: Rule) -> Rule:
+            self.append(Claim(id, place, statement, rule, apply, case))
+            return apply
 
-        return judged_by
+        return ruled_by
 
 
 @dataclass(frozen=True)
@@ -66,25 +74,19 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """Return the verdict of both schemes together."""
-        return combined([finding.verdict for finding in self.findings.values()])
+        """Return the verdict of both schemes together: the common one, else partly."""
+        verdicts = {finding.verdict for finding in self.findings.values()}
+        return verdicts.pop() if len(verdicts) == 1 else PARTLY
 
 
-def combined(verdicts: list[str]) -> str:
-    """Put verdicts of several sets of runs together: the common one, else partly."""
-    return verdicts[0] if len(set(verdicts)) == 1 else PARTLY
+def verdict(reproduced: bool, partly: bool = False) -> str:
+    """Return the verdict of a rule that has a middle ground or none."""
+    return REPRODUCED if reproduced else PARTLY if partly else NOT
 
 
 def graded(value: float, good: float, fair: float) -> str:
     """Verdict of a number that should be small: at most `good`, at most `fair`, or more (NaN: more)."""
-    if value <= good:
-        return REPRODUCED
-    return PARTLY if value <= fair else NOT
-
-
-def yes(condition: bool) -> str:
-    """Verdict of a rule without middle ground."""
-    return REPRODUCED if condition else NOT
+    return verdict(value <= good, value <= fair)
 
 
 def milliseconds(seconds: float) -> str:
@@ -95,16 +97,3 @@ def milliseconds(seconds: float) -> str:
 def moment(seconds: float) -> str:
     """Return a point of time for reading."""
     return f"{seconds:.4f} s" if seconds == seconds else "–"
-
-
-def missing(what: str) -> Finding:
-    """Return the finding where the runs lack what the claim is about."""
-    return Finding(NOT, {}, what)
-
-
-def judge(claims: list[Claim], trios: dict[str, dict[str, Trio]]) -> list[Judged]:
-    """Judge every claim on each scheme's runs; `trios` by case and scheme."""
-    return [
-        Judged(claim, {scheme: claim.judge(trio) for scheme, trio in trios[claim.case].items()})
-        for claim in claims
-    ]

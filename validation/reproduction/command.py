@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder, writing
 from oblique_impact.progress import OnProgress, silent
 from validation.parallel import map_parallel, told
@@ -28,16 +26,16 @@ from validation.reproduction.cases import (
     threshold_cases,
     variant_cases,
 )
-from validation.reproduction.claims import VERDICTS, Judged, judge
-from validation.reproduction.material import Drawings, Material
+from validation.reproduction.claims import VERDICTS, Judged
+from validation.reproduction.diagrams import choices_diagram, robustness_diagram, sticking_diagram
+from validation.reproduction.material import Material
 from validation.reproduction.measures import Trio
 from validation.reproduction.pages import document
-from validation.reproduction.pictures import PLOTS, Plot, draw, summary
-from validation.reproduction.runs import Run, run_case, run_contact
+from validation.reproduction.pictures import PLOTS, draw, summary
+from validation.reproduction.runs import Run, run_case
+from validation.reproduction.stick_pages import STICKING
 from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
-from validation.reproduction.unsaid import Robustness, all_claims, judge_combination, study
-
-Task = tuple[str, Any]
+from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, judge_combination
 
 
 @dataclass(frozen=True)
@@ -108,75 +106,54 @@ def reproduce(
     """
     with nullcontext() if out is None else writing(out) as folder:
         if folder is not None:
-            _prepare_figures(folder)
+            prepare_folder(folder / "figures")
         started = time.perf_counter()
         material = collect(workers, on_progress)
         computed = time.perf_counter() - started
         if folder is None:
             return Reproduction(material, computed)
-        drawings = make_drawings(material)
+        pictures = draw_all(material)
         times = [
             ("command", command or call_text("reproduce", out=os.fspath(folder), workers=workers)),
             ("simulations", f"{computed:.1f} s"),
             ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
         ]
-        write_all(folder, material, drawings, times)
+        write_all(folder, material, pictures, times)
         return Reproduction(material, computed, folder / "report.html")
 
 
 def lines(result: Reproduction) -> list[str]:
     """Return the verdicts in lines, for a terminal."""
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
-    told = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
+    shown = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
     same = (
         f"{result.material.undiscriminating} of them reproduced by all combinations of what the paper leaves open"
     )
-    return [*told, f"{len(result.claims)} claims: {verdicts}; {same}; report: {result.report}"]
+    return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}; report: {result.report}"]
 
 
-def _prepare_figures(folder: Path) -> None:
-    place = folder / "figures"
-    if place.is_symlink():
-        raise InputError(f"--out {folder}: figures leads elsewhere; the report is written into its folder only")
-    prepare_folder(place)
-
-
-def work(task: Task) -> Any:
-    """Do one task of the pool: a run, a run of which only the contact is kept, or a combination of choices."""
-    kind, what = task
-    tasks: dict[str, Callable[[Any], Any]] = {
-        "run": run_case,
-        "contact": run_contact,
-        "combination": judge_combination,
-    }
-    return tasks[kind](what)
+def compute(what: Case | Combination) -> Run | Robustness:
+    """Do one task of the pool."""
+    return run_case(what) if isinstance(what, Case) else judge_combination(what)
 
 
 def collect(workers: int | None, on_progress: OnProgress = silent) -> Material:
     """Run every simulation and judge the claims."""
-    named = [*main_cases(), *sticking_cases()]
-    varied = list(variant_cases())
-    grid = combinations()
-    tasks: list[Task] = [
-        *(("run", case) for case in named),
-        *(("combination", combination) for combination in grid),
-        *(("contact", case) for _, _, case in varied),
-    ]
-    results = map_parallel(work, tasks, workers, told(on_progress, [_name(task) for task in tasks]))
-    runs: dict[str, Run] = {run.key: run for run in results[: len(named)]}
-    points: list[Robustness] = results[len(named) : len(named) + len(grid)]
-    studied = [
-        study(variant, scheme, run)
-        for (variant, scheme, _), run in zip(varied, results[len(named) + len(grid) :], strict=True)
-    ]
+    varied, grid = list(variant_cases()), combinations()
+    cases = [*main_cases(), *sticking_cases(), *(case for _, _, case in varied)]
+    tasks: list[Case | Combination] = [*cases, *grid]
+    names = [what.key if isinstance(what, Case) else what.label for what in tasks]
+    found = map_parallel(compute, tasks, workers, told(on_progress, names))
+    every: dict[str, Run] = {run.key: run for run in found if isinstance(run, Run)}
+    points = [point for point in found if isinstance(point, Robustness)]
+    studied = [Studied(variant, scheme, every[case.key]) for variant, scheme, case in varied]
+    runs = {case.key: every[case.key] for case in cases[: len(cases) - len(varied)]}
     trios = {group: _trios(runs, group) for group in ("paper", "sticking", "rough")}
-    judged = judge(all_claims(), trios)
+    judged = [
+        Judged(claim, {scheme: claim.judge(trio) for scheme, trio in trios[claim.case].items()})
+        for claim in ALL_CLAIMS
+    ]
     return Material(trios["paper"], runs, judged, studied, points, _threshold(runs["paper/event/hybrid"]))
-
-
-def _name(task: Task) -> str:
-    what: Case | Combination = task[1]
-    return what.key if isinstance(what, Case) else what.label
 
 
 def _trios(runs: dict[str, Run], group: str) -> dict[str, Trio]:
@@ -199,33 +176,14 @@ def _threshold(run: Run) -> tuple[float, list[tuple[float, str]]]:
     return first.ratio, outcomes
 
 
-def make_drawings(material: Material, plots: Sequence[Plot] = PLOTS) -> Drawings:
-    """Draw every picture."""
-    from validation.reproduction.diagrams import (
-        choices_diagram,
-        robustness_diagram,
-        sticking_diagram,
-    )
-
-    studied, runs = material.studied, material.runs
-    return Drawings(
-        [(plot, draw(plot, material.trios)) for plot in plots],
-        choices_diagram(studied),
-        robustness_diagram(material),
-        {
-            name: sticking_diagram(runs[key], _windows(runs[key], name), title)
-            for name, key, title in _STICKING_DIAGRAMS
-        },
-    )
-
-
-_STICKING_DIAGRAMS = (
-    ("event", "paper/event/hybrid", "The paper's case, event-located"),
-    ("fixed-step", "paper/fixed-step/hybrid", "The paper's case, fixed-step as printed"),
-    ("no-shortening", "no-shortening/fixed-step/hybrid", "Fixed-step, shortening of the contact point left out"),
-    ("sticking", "sticking/event/hybrid", "Scenario sticking"),
-    ("rough", "rough/event/hybrid", "The paper's slope, μ = 12"),
-)
+def draw_all(material: Material) -> dict[str, str]:
+    """Draw every picture; SVG texts by the name of the file."""
+    pictures = {plot.name: draw(plot, material.trios) for plot in PLOTS}
+    pictures |= {"choices": choices_diagram(material.studied), "robustness": robustness_diagram(material)}
+    for name, (key, title, _) in STICKING.items():
+        run = material.runs[key]
+        pictures[f"sticking-{name}"] = sticking_diagram(run, _windows(run, name), title)
+    return pictures
 
 
 def _windows(run: Run, name: str) -> list[tuple[float, float]]:
@@ -236,17 +194,16 @@ def _windows(run: Run, name: str) -> list[tuple[float, float]]:
     return [(macro.start - 7e-4, min(macro.end, macro.start + 0.03) + 7e-4) for macro in macros]
 
 
-def write_all(folder: Path, material: Material, drawings: Drawings, times: Sequence[tuple[str, str]]) -> None:
+def write_all(
+    folder: Path, material: Material, pictures: Mapping[str, str], times: Sequence[tuple[str, str]]
+) -> None:
     """Write the page, the tables and the pictures; each file appears whole or not at all."""
-    figures = [row for plot, _ in drawings.figures for row in summary(plot, material.trios)]
+    figures = [row for plot in PLOTS for row in summary(plot, material.trios)]
     sensitivity = [item.flat() for item in material.studied]
-    write_report(folder, document(material, drawings, times))
+    write_report(folder, document(material, pictures, times))
     write_json(folder, "results.json", results(material, figures))
     write_csv(folder, "claims.csv", CLAIM_COLUMNS, claim_rows(material))
     write_csv(folder, "sensitivity.csv", list(sensitivity[0]), [list(row.values()) for row in sensitivity])
     write_csv(folder, "figures.csv", list(figures[0]), [list(row.values()) for row in figures])
-    pictures = {plot.name: svg for plot, svg in drawings.figures}
-    pictures |= {"choices": drawings.choices, "robustness": drawings.robustness}
-    pictures |= {f"sticking-{name}": svg for name, svg in drawings.sticking.items()}
     for name, svg in pictures.items():
         write_file(folder / "figures" / f"{name}.svg", svg)

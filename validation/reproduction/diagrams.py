@@ -15,13 +15,12 @@ from matplotlib.ticker import MaxNLocator
 from oblique_impact.contact.state import State
 from renders.style import GREY, SERIES, STATE_COLOURS
 from validation.report.figures import new_figure, to_svg
-from validation.reproduction.cases import SCHEMES
 from validation.reproduction.claims import PARTLY, VERDICTS
 from validation.reproduction.material import Material
 from validation.reproduction.motions import REVERSAL, STICK
 from validation.reproduction.pictures import HALF, PAPER_LINE, REVERSAL_MARK, STICK_MARK, WHOLE
 from validation.reproduction.runs import Run
-from validation.reproduction.unsaid import Studied, contact_spans
+from validation.reproduction.unsaid import Studied
 
 #: colours of the three verdicts, as in the report
 VERDICT_COLOURS = ("#1b7a3c", "#d8a24a", "#b3261e")
@@ -56,12 +55,12 @@ def choices_diagram(studied: Sequence[Studied]) -> str:
 
 
 def _lines(studied: Sequence[Studied]) -> tuple[list[tuple[float, Studied]], list[tuple[float, str]]]:
-    """Heights of the lines and of the headings of the choices."""
+    """Heights of the lines, in the order of the study, and of the headings of the choices."""
     lines: list[tuple[float, Studied]] = []
     headings: list[tuple[float, str]] = []
     place, seen = 0.0, ("", "")
-    for item in sorted(studied, key=lambda s: _order(studied, s)):
-        choice, label = item.variant.choice, item.variant.label
+    for item in studied:
+        choice, label, _ = item.variant
         if choice != seen[0]:
             place += 1.25
             headings.append((place, choice))
@@ -73,20 +72,10 @@ def _lines(studied: Sequence[Studied]) -> tuple[list[tuple[float, Studied]], lis
     return lines, headings
 
 
-def _order(studied: Sequence[Studied], item: Studied) -> tuple[int, int, int]:
-    choices = [s.variant.choice for s in studied]
-    labels = [(s.variant.choice, s.variant.label) for s in studied]
-    return (
-        choices.index(item.variant.choice),
-        labels.index((item.variant.choice, item.variant.label)),
-        list(SCHEMES).index(item.scheme) if item.scheme in SCHEMES else 2,
-    )
-
-
 def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
-    macro = item.run.macro(number)
-    if macro is None:
+    if len(item.run.macros) < number:
         return
+    macro = item.run.macro(number)
     left = axes.get_xlim()[0]
     if macro.end < left:
         # outside of the window: say where
@@ -95,7 +84,7 @@ def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
         return
     fill = 1.0 if item.scheme != "event" or item.variant.choice == "integrator" else 0.55
     axes.plot([macro.start, macro.end], [place, place], color=GREY, linewidth=0.6, zorder=1)
-    for start, end, state in contact_spans(item.run, macro):
+    for start, end, state, _ in item.run.stays_in(macro):
         if end == start:
             axes.plot([start], [place], "|", color=STATE_COLOURS[State.SLIP], markersize=4, zorder=2)
         elif state == State.SLIP:
@@ -111,7 +100,7 @@ def _draw_spans(axes: Axes, place: float, item: Studied, number: int) -> None:
 
 def _draw_impulses(axes: Axes, place: float, item: Studied) -> None:
     filled = item.scheme != "event" or item.variant.choice == "integrator"
-    for row, marker in ((item.first, "o"), (item.second, "s")):
+    for row, marker in zip(item.collisions, "os", strict=True):
         face = SERIES[0] if filled else "white"
         axes.plot(
             [row.normal_impulse], [place], marker, color=SERIES[0], markerfacecolor=face, markersize=3.6, zorder=3
@@ -200,7 +189,13 @@ def _draw_speed(axes: Axes, run: Run, start: float, end: float) -> None:
         shown = np.where(states == state, speed, np.nan)
         axes.plot(times, shown, color=STATE_COLOURS[state], linewidth=1.5)
     axes.axhline(0.0, color="black", linewidth=0.6)
-    _mark(axes, run, start, end, lambda times: run.at("slip_rate", times))
+    for mark, events in (
+        (REVERSAL_MARK, [check.time for check in run.checks if check.kind == "reversal"]),
+        (STICK_MARK, [stick.start for stick in run.sticks]),
+    ):
+        marked = [time for time in events if start <= time <= end]
+        if marked:
+            axes.plot(1e3 * np.array(marked), [run.at("slip_rate", time) for time in marked], **mark)
 
 
 def _draw_ratio(axes: Axes, run: Run, start: float, end: float) -> None:
@@ -213,17 +208,6 @@ def _draw_ratio(axes: Axes, run: Run, start: float, end: float) -> None:
     axes.axhspan(1e-3, mu, color=STATE_COLOURS[State.STICK], alpha=0.15, linewidth=0)
     axes.axhline(mu, color=STATE_COLOURS[State.STICK], linewidth=0.9)
     axes.set_ylim(1e-2, 1e3)
-
-
-def _mark(axes: Axes, run: Run, start: float, end: float, values: Any) -> None:
-    marks = (
-        (REVERSAL_MARK, [c.time for c in run.checks if c.kind == "reversal"]),
-        (STICK_MARK, [stick.start for stick in run.sticks]),
-    )
-    for mark, all_times in marks:
-        times = np.array([t for t in all_times if start <= t <= end])
-        if times.size:
-            axes.plot(1e3 * times, values(times), **mark)
 
 
 def _sticking_head(figure: Figure, run: Run, title: str) -> None:

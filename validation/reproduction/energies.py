@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from validation.report.document import number
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claims, Finding, graded, missing, yes
-from validation.reproduction.measures import Trio, before_contact, between, mean, smallest_share
+from validation.reproduction.claims import Claims, Finding, graded, verdict
+from validation.reproduction.measures import Trio, between, sampled
+from validation.reproduction.runs import MissingError
 
 CLAIMS = Claims()
 
@@ -17,8 +20,7 @@ def _moments(trio: Trio) -> dict[str, float]:
     """Return the times (s) of comparison: in flight after the first two collisions, and the end."""
     found = {f"after collision {k}": between(trio, k) for k in (1, 2)}
     times = {name: time for name, time in found.items() if time is not None}
-    times["end"] = min(run.end_time for run in trio)
-    return times
+    return {**times, "end": trio.end}
 
 
 @CLAIMS.add(
@@ -29,7 +31,7 @@ def _moments(trio: Trio) -> dict[str, float]:
 )
 def constant_before(trio: Trio) -> Finding:
     run = trio.hybrid
-    energy = run["energy"][run["time"] <= before_contact(trio)]
+    energy = run["energy"][run["time"] <= trio.before_contact]
     drift = float(np.max(np.abs(energy / energy[0] - 1.0)))
     text = f"{number(float(energy[0]))} J, relative drift {number(drift, 2)}"
     return Finding(graded(drift, 1e-6, 1e-3), {"initial": float(energy[0]), "drift": drift}, text)
@@ -44,26 +46,25 @@ def constant_before(trio: Trio) -> Finding:
 def considerable_loss(trio: Trio) -> Finding:
     time = between(trio, 1)
     if time is None:
-        return missing("no flight after the first collision")
+        raise MissingError("no flight after the first collision")
     run = trio.hybrid
-    loss = float(run["energy"][0] - run.at("energy", time))
+    loss = float(run["energy"][0]) - run.at("energy", time)
     share = loss / float(run["energy"][0])
     text = f"{number(loss, 4)} J, {number(100.0 * share, 3)} % of the total"
-    return Finding(yes(share >= 0.1), {"loss": loss, "share": share}, text)
+    return Finding(verdict(share >= 0.1), {"loss": loss, "share": share}, text)
 
 
-def _ordering(trio: Trio, hybrid_first: bool) -> Finding:
+def _ordering(trio: Trio, holds: Callable[[float, float, float], bool]) -> Finding:
+    """Judge a relation of the total energies of the three models."""
     numbers: dict[str, float] = {}
-    holds, parts = [], []
+    held, parts = [], []
     for name, time in _moments(trio).items():
-        values = [float(run.at("energy", time)) for run in trio]
+        values = [run.at("energy", time) for run in trio]
         numbers |= {f"{model} {name}": v for model, v in zip(trio._fields, values, strict=True)}
-        mine, rest = (values[0], values[1:]) if hybrid_first else (values[1], [values[0], values[2]])
-        holds.append(mine < min(rest) if hybrid_first else mine > max(rest))
+        held.append(holds(*values))
         row = " / ".join(number(value, 5) for value in values)
-        parts.append(f"{name} {row} J {'✓' if holds[-1] else '✗'}")
-    verdict = REPRODUCED if all(holds) else PARTLY if any(holds) else NOT
-    return Finding(verdict, numbers, "; ".join(parts))
+        parts.append(f"{name} {row} J {'✓' if held[-1] else '✗'}")
+    return Finding(verdict(all(held), any(held)), numbers, "; ".join(parts))
 
 
 @CLAIMS.add(
@@ -74,7 +75,7 @@ def _ordering(trio: Trio, hybrid_first: bool) -> Finding:
     "end; reproduced: the hybrid model's is the smallest each time; partly: at least once",
 )
 def hybrid_loses_most(trio: Trio) -> Finding:
-    return _ordering(trio, hybrid_first=True)
+    return _ordering(trio, lambda hybrid, frictionless, modified: hybrid < min(frictionless, modified))
 
 
 @CLAIMS.add(
@@ -84,7 +85,7 @@ def hybrid_loses_most(trio: Trio) -> Finding:
     "as above; reproduced: the frictionless model's energy is the largest each time; partly: at least once",
 )
 def frictionless_loses_least(trio: Trio) -> Finding:
-    return _ordering(trio, hybrid_first=False)
+    return _ordering(trio, lambda hybrid, frictionless, modified: frictionless > max(hybrid, modified))
 
 
 @CLAIMS.add(
@@ -97,7 +98,7 @@ def friction_dissipates(trio: Trio) -> Finding:
     work = trio.hybrid.energy["lost_friction"]
     whole = trio.hybrid.energy["initial"] - trio.hybrid.energy["final"]
     text = f"{number(1e3 * work, 4)} mJ, {number(100.0 * work / whole, 2)} % of what is lost in the run"
-    return Finding(yes(work > 0.0), {"friction": work, "lost": whole}, text)
+    return Finding(verdict(work > 0.0), {"friction": work, "lost": whole}, text)
 
 
 @CLAIMS.add(
@@ -108,7 +109,7 @@ def friction_dissipates(trio: Trio) -> Finding:
 )
 def exchange_before(trio: Trio) -> Finding:
     run = trio.hybrid
-    inside = run["time"] <= before_contact(trio)
+    inside = run["time"] <= trio.before_contact
     exchanged = float(np.ptp(run["gravity"][inside]))
     elastic = float(np.max(run["elastic"][inside]))
     ratio = elastic / exchanged
@@ -124,11 +125,11 @@ def exchange_before(trio: Trio) -> Finding:
 )
 def elastic_after(trio: Trio) -> Finding:
     run = trio.hybrid
-    before = float(np.max(run["elastic"][run["time"] <= before_contact(trio)]))
+    before = float(np.max(run["elastic"][run["time"] <= trio.before_contact]))
     macro = run.macros[0]
     after = float(np.max(run["elastic"][run.inside(macro.start, macro.end)]))
     text = f"largest {number(before, 2)} J before, {number(after, 4)} J in the first collision"
-    return Finding(yes(after >= 100.0 * before), {"before": before, "after": after}, text)
+    return Finding(verdict(after >= 100.0 * before), {"before": before, "after": after}, text)
 
 
 @CLAIMS.add(
@@ -141,19 +142,15 @@ def elastic_after(trio: Trio) -> Finding:
 )
 def all_parts_smaller(trio: Trio) -> Finding:
     start = max(run.macros[0].end for run in trio)
-    end = min(run.end_time for run in trio)
-    others = [trio.frictionless, trio.modified]
     numbers: dict[str, float] = {}
-    shares, means, texts = [], [], []
+    shares, smallest, texts = [], [], []
     for part in PARTS:
-        share = smallest_share(trio.hybrid, others, part, start, end)
-        values = [mean(run, part, start, end) for run in trio]
+        values = sampled(trio, part, start, trio.end)
+        share, means = float(np.mean(values[0] < values[1:].min(axis=0))), values.mean(axis=1).tolist()
         shares.append(share)
-        means.append(values[0] < min(values[1:]))
-        numbers |= {
-            f"{part} share": share,
-            **{f"{part} mean {n}": v for n, v in zip(trio._fields, values, strict=True)},
-        }
-        texts.append(f"{part} {number(100.0 * share, 2)} % of the time, mean {'smallest' if means[-1] else 'not'}")
-    verdict = REPRODUCED if min(shares) >= 0.95 else PARTLY if all(means) else NOT
-    return Finding(verdict, numbers, "; ".join(texts))
+        smallest.append(means[0] < min(means[1:]))
+        numbers[f"{part} share"] = share
+        numbers |= {f"{part} mean {model}": mean for model, mean in zip(trio._fields, means, strict=True)}
+        words = "smallest" if smallest[-1] else "not"
+        texts.append(f"{part} {number(100.0 * share, 2)} % of the time, mean {words}")
+    return Finding(verdict(min(shares) >= 0.95, all(smallest)), numbers, "; ".join(texts))

@@ -8,19 +8,9 @@ import numpy as np
 
 from oblique_impact.contact.state import State
 from validation.report.document import number
-from validation.reproduction.claims import (
-    NOT,
-    PARTLY,
-    REPRODUCED,
-    Claims,
-    Finding,
-    graded,
-    milliseconds,
-    missing,
-    moment,
-    yes,
-)
+from validation.reproduction.claims import Claims, Finding, graded, milliseconds, moment, verdict
 from validation.reproduction.measures import Trio, existing, force_difference, increasing
+from validation.reproduction.runs import MissingError
 
 CLAIMS = Claims()
 
@@ -33,8 +23,15 @@ def _differences(trio: Trio, name: str) -> list[float]:
     return [max(force_difference(a, b, name, k) for a, b in pairs) for k in (1, 2, 3)]
 
 
-def _row(values: list[float], digits: int = 3) -> str:
-    return ", ".join(number(value, digits) for value in values)
+def _of_three(verdict: str, values: list[float], what: str, scale: float = 1.0, unit: str = "") -> Finding:
+    """Return the finding about a number of macro-collisions 1 to 3."""
+    numbers = {f"collision_{k}": value for k, value in enumerate(values, start=1)}
+    return Finding(verdict, numbers, f"{what} 1, 2, 3: {', '.join(number(scale * v, 3) for v in values)}{unit}")
+
+
+def _growing(values: list[float]) -> str:
+    """Judge whether a number grows with every macro-collision that the runs share."""
+    return verdict(increasing(existing(values)), values[1] > values[0])
 
 
 @CLAIMS.add(
@@ -46,13 +43,11 @@ def _row(values: list[float], digits: int = 3) -> str:
 )
 def first_collision(trio: Trio) -> Finding:
     macro = trio.hybrid.macro(1)
-    if macro is None:
-        return missing("no collision")
-    numbers = {"start": macro.start, "end": macro.end, "middle": macro.middle}
-    text = f"{moment(macro.start)} to {moment(macro.end)}, middle {moment(macro.middle)}"
-    if not macro.start <= FIRST <= macro.end:
-        return Finding(NOT, numbers, text)
-    return Finding(graded(abs(macro.middle - FIRST), 2e-3, 1.0), numbers, text)
+    start, end, middle = macro.start, macro.end, 0.5 * (macro.start + macro.end)
+    inside = start <= FIRST <= end
+    text = f"{moment(start)} to {moment(end)}, middle {moment(middle)}"
+    numbers = {"start": start, "end": end, "middle": middle}
+    return Finding(verdict(inside and abs(middle - FIRST) <= 2e-3, inside), numbers, text)
 
 
 @CLAIMS.add(
@@ -74,7 +69,7 @@ def friction_coincides(trio: Trio) -> Finding:
 )
 def friction_differs_slightly(trio: Trio) -> Finding:
     first = _differences(trio, "lambda_tau")[0]
-    return Finding(yes(first > 1e-6), {"difference": first}, f"difference {number(first, 3)}")
+    return Finding(verdict(first > 1e-6), {"difference": first}, f"difference {number(first, 3)}")
 
 
 @CLAIMS.add(
@@ -85,18 +80,8 @@ def friction_differs_slightly(trio: Trio) -> Finding:
     "partly: D₁ < D₂",
 )
 def friction_drifts_apart(trio: Trio) -> Finding:
-    rows = _differences(trio, "lambda_tau")
-    return _growing(rows, f"differences in collisions 1, 2, 3: {_row(rows)}")
-
-
-def _numbers(rows: list[float]) -> dict[str, float]:
-    return {f"collision_{k}": value for k, value in enumerate(rows, start=1)}
-
-
-def _growing(rows: list[float], text: str) -> Finding:
-    """Judge whether a number grows with every macro-collision that the runs share."""
-    verdict = REPRODUCED if increasing(existing(rows)) else PARTLY if rows[1] > rows[0] else NOT
-    return Finding(verdict, _numbers(rows), text)
+    values = _differences(trio, "lambda_tau")
+    return _of_three(_growing(values), values, "differences in collisions")
 
 
 @CLAIMS.add(
@@ -118,11 +103,9 @@ def normal_coincides(trio: Trio) -> Finding:
     "is at least 0.3 and larger than D₁; partly: one is",
 )
 def normal_separates(trio: Trio) -> Finding:
-    rows = _differences(trio, "lambda_n")
-    text = f"differences in collisions 1, 2, 3: {_row(rows)}"
-    holds = [value >= 0.3 and value > rows[0] for value in existing(rows)[1:]]
-    verdict = REPRODUCED if holds and all(holds) else PARTLY if any(holds) else NOT
-    return Finding(verdict, _numbers(rows), text)
+    values = _differences(trio, "lambda_n")
+    holds = [value >= 0.3 and value > values[0] for value in existing(values)[1:]]
+    return _of_three(verdict(bool(holds) and all(holds), any(holds)), values, "differences in collisions")
 
 
 @CLAIMS.add(
@@ -133,12 +116,9 @@ def normal_separates(trio: Trio) -> Finding:
     "reproduced: it grows with each; partly: from the first to the second",
 )
 def impact_times_spread(trio: Trio) -> Finding:
-    spread = []
-    for k in (1, 2, 3):
-        macros = [run.macro(k) for run in trio]
-        starts = [macro.start for macro in macros if macro]
-        spread.append(float(np.ptp(starts)) if len(starts) == len(trio) else float("nan"))
-    return _growing(spread, f"spread of the first touches 1, 2, 3: {_row([1e3 * s for s in spread])} ms")
+    starts = [[macro.start for macro in run.macros[:3]] + [float("nan")] * 3 for run in trio]
+    spread = [float(np.ptp([run[k] for run in starts])) for k in range(3)]
+    return _of_three(_growing(spread), spread, "spread of the first touches", 1e3, " ms")
 
 
 @CLAIMS.add(
@@ -150,9 +130,9 @@ def impact_times_spread(trio: Trio) -> Finding:
 )
 def no_motion_across(trio: Trio) -> Finding:
     run = trio.hybrid
-    closed = run["state"] != float(State.FREE)
+    closed = run["state"] != State.FREE
     if not closed.any():
-        return missing("no contact")
+        raise MissingError("no contact")
     gap = float(np.max(np.abs(run["gap"][closed])))
     speed = float(np.max(np.abs(run["gap_rate"][closed])))
     text = f"largest |Z_n| {number(1e3 * gap, 3)} mm, |Z_n'| {number(speed, 3)} m/s"
@@ -166,9 +146,6 @@ def no_motion_across(trio: Trio) -> Finding:
     "reproduced: friction shifts the first touch of the second macro-collision by at least 1 ms",
 )
 def friction_matters(trio: Trio) -> Finding:
-    with_, without = trio.hybrid.macro(2), trio.frictionless.macro(2)
-    if with_ is None or without is None:
-        return missing("no second collision")
-    shift = with_.start - without.start
+    shift = trio.hybrid.macro(2).start - trio.frictionless.macro(2).start
     text = f"second touch {milliseconds(abs(shift))} {'earlier' if shift < 0.0 else 'later'} with friction"
-    return Finding(yes(abs(shift) >= 1e-3), {"shift": shift}, text)
+    return Finding(verdict(abs(shift) >= 1e-3), {"shift": shift}, text)

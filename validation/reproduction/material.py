@@ -1,4 +1,4 @@
-"""Everything the report is made of: runs, verdicts, pictures."""
+"""Everything the report is made of."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from validation.reproduction.claims import REPRODUCED, VERDICTS, Judged
 from validation.reproduction.measures import Trio
-from validation.reproduction.pictures import Plot
 from validation.reproduction.runs import Run
 from validation.reproduction.unsaid import Robustness, Studied
 
@@ -37,13 +36,3 @@ class Material:
     def undiscriminating(self) -> int:
         """Number of claims that every combination of open choices reproduces."""
         return sum(not self.discriminates(judged.claim.id) for judged in self.judged)
-
-
-@dataclass(frozen=True)
-class Drawings:
-    """All pictures as SVG text: the paper's figures by number, the diagrams by name."""
-
-    figures: Sequence[tuple[Plot, str]]
-    choices: str
-    robustness: str
-    sticking: dict[str, str]

@@ -7,29 +7,11 @@ from itertools import pairwise
 import numpy as np
 
 from oblique_impact.contact.state import State
+from oblique_impact.history.summary import MacroCollision
 from validation.report.document import number
-from validation.reproduction.claims import (
-    NOT,
-    PARTLY,
-    REPRODUCED,
-    Claims,
-    Finding,
-    graded,
-    milliseconds,
-    missing,
-    moment,
-    yes,
-)
-from validation.reproduction.measures import (
-    Trio,
-    before_contact,
-    correlation,
-    flight_ranges,
-    largest_difference,
-    longest_stick,
-    stick_share,
-)
-from validation.reproduction.runs import Macro, Run
+from validation.reproduction.claims import Claims, Finding, graded, milliseconds, moment, verdict
+from validation.reproduction.measures import Trio, flight_ranges, largest_difference, longest, sampled, stick_share
+from validation.reproduction.runs import MissingError, Run
 
 CLAIMS = Claims()
 
@@ -44,11 +26,9 @@ _POINT = ("tip_x", "tip_vx", "tip_y", "tip_vy")
     "largest difference relative to each curve's largest value; reproduced: ≤ 10⁻⁹; partly: ≤ 10⁻⁶",
 )
 def same_before(trio: Trio) -> Finding:
-    end = before_contact(trio)
-    worst = largest_difference(trio, (*_POINT, "theta", "theta_dot", "slip"), end)
-    return Finding(
-        graded(worst, 1e-9, 1e-6), {"difference": worst}, f"largest relative difference {number(worst, 2)}"
-    )
+    worst = largest_difference(trio, (*_POINT, "theta", "theta_dot", "slip"), trio.before_contact)
+    text = f"largest relative difference {number(worst, 2)}"
+    return Finding(graded(worst, 1e-9, 1e-6), {"difference": worst}, text)
 
 
 @CLAIMS.add(
@@ -58,11 +38,9 @@ def same_before(trio: Trio) -> Finding:
     "reproduced: the largest relative difference reaches 1 %",
 )
 def different_after(trio: Trio) -> Finding:
-    end = min(run.end_time for run in trio)
-    before = largest_difference(trio, _POINT, before_contact(trio))
-    after = largest_difference(trio, _POINT, end)
+    before, after = (largest_difference(trio, _POINT, end) for end in (trio.before_contact, trio.end))
     text = f"largest relative difference {number(before, 2)} before, {number(after, 2)} after"
-    return Finding(yes(after >= 0.01 and after > before), {"before": before, "after": after}, text)
+    return Finding(verdict(after >= 0.01 and after > before), {"before": before, "after": after}, text)
 
 
 @CLAIMS.add(
@@ -73,9 +51,10 @@ def different_after(trio: Trio) -> Finding:
     "displacements and velocities; reproduced: ≥ 0.9; partly: ≥ 0.5",
 )
 def similar_after(trio: Trio) -> Finding:
-    start, end = max(run.macros[0].end for run in trio), min(run.end_time for run in trio)
-    others = (trio.frictionless, trio.modified)
-    found = {name: min(correlation(trio.hybrid, o, name, start, end) for o in others) for name in _POINT}
+    start = max(run.macros[0].end for run in trio)
+    found = {
+        name: float(np.min(np.asarray(np.corrcoef(sampled(trio, name, start, trio.end)))[0])) for name in _POINT
+    }
     worst = min(found.values())
     text = ", ".join(
         f"{name} {number(v, 3)}" for name, v in zip(("x", "x'", "y", "y'"), found.values(), strict=True)
@@ -92,7 +71,7 @@ def similar_after(trio: Trio) -> Finding:
 )
 def maximum_before(trio: Trio) -> Finding:
     run = trio.hybrid
-    inside = run["time"] <= before_contact(trio)
+    inside = run["time"] <= trio.before_contact
     slip, times = run["slip"][inside], run["time"][inside]
     top = int(np.argmax(slip))
     rise, fall = float(slip[top] - slip[0]), float(slip[top] - slip[-1])
@@ -101,7 +80,7 @@ def maximum_before(trio: Trio) -> Finding:
         f"from {number(float(slip[0]), 4)} up to {number(float(slip[top]), 4)} m at {moment(float(times[top]))}, "
         f"down to {number(float(slip[-1]), 4)} m"
     )
-    return Finding(yes(rise > 1e-3 and fall > 1e-3), numbers, text)
+    return Finding(verdict(rise > 1e-3 and fall > 1e-3), numbers, text)
 
 
 @CLAIMS.add(
@@ -116,13 +95,12 @@ def changes_shrink(trio: Trio) -> Finding:
     numbers = {f"flight_{k}": value for k, value in enumerate(ranges)}
     text = "change per flight " + ", ".join(number(1e3 * value, 3) for value in ranges) + " mm"
     if len(ranges) < 3:
-        return missing("fewer than three flights")
-    if all(a > b for a, b in pairwise(ranges)):
-        return Finding(REPRODUCED, numbers, text)
-    return Finding(PARTLY if ranges[0] > max(ranges[1:]) else NOT, numbers, text)
+        raise MissingError("fewer than three flights")
+    falling = all(a > b for a, b in pairwise(ranges))
+    return Finding(verdict(falling, ranges[0] > max(ranges[1:])), numbers, text)
 
 
-def _stick_text(run: Run, macros: list[Macro]) -> tuple[dict[str, float], str]:
+def _stick_text(run: Run, macros: list[MacroCollision]) -> tuple[dict[str, float], str]:
     sticks = [stick for macro in macros for stick in run.sticks_in(macro)]
     total = sum(stick.duration for stick in sticks)
     share = stick_share(run, macros)
@@ -144,10 +122,7 @@ def _stick_text(run: Run, macros: list[Macro]) -> tuple[dict[str, float], str]:
     "time in the state stick over time in contact; reproduced: 0; partly: ≤ 1 %",
 )
 def slip_only_first(trio: Trio) -> Finding:
-    macro = trio.hybrid.macro(1)
-    if macro is None:
-        return missing("no collision")
-    numbers, text = _stick_text(trio.hybrid, [macro])
+    numbers, text = _stick_text(trio.hybrid, [trio.hybrid.macro(1)])
     return Finding(graded(numbers["share"], 0.0, 0.01), numbers, text)
 
 
@@ -158,12 +133,9 @@ def slip_only_first(trio: Trio) -> Finding:
     "the reversal in contact nearest to 0.325 s; reproduced: within 0.5 ms; partly: within 3 ms",
 )
 def direction_changes(trio: Trio) -> Finding:
-    macro = trio.hybrid.macro(1)
-    if macro is None:
-        return missing("no collision")
-    times = trio.hybrid.reversals_in(macro)
+    times = trio.hybrid.reversals_in(trio.hybrid.macro(1))
     if not times:
-        return missing("no reversal in contact")
+        raise MissingError("no reversal in contact")
     nearest = min(times, key=lambda time: abs(time - REVERSAL))
     text = "reversals at " + ", ".join(moment(time) for time in times)
     numbers = {"nearest": nearest, "reversals": float(len(times))}
@@ -178,12 +150,9 @@ def direction_changes(trio: Trio) -> Finding:
     "partly: more than 0",
 )
 def sticks_later(trio: Trio) -> Finding:
-    later = trio.hybrid.macros[1:]
-    if not later:
-        return missing("no second collision")
-    numbers, text = _stick_text(trio.hybrid, later)
-    share = numbers["share"]
-    return Finding(REPRODUCED if 0.01 <= share < 1.0 else PARTLY if share > 0.0 else NOT, numbers, text)
+    trio.hybrid.macro(2)
+    numbers, text = _stick_text(trio.hybrid, trio.hybrid.macros[1:])
+    return Finding(verdict(0.01 <= numbers["share"] < 1.0, numbers["share"] > 0.0), numbers, text)
 
 
 @CLAIMS.add(
@@ -194,14 +163,11 @@ def sticks_later(trio: Trio) -> Finding:
 )
 def slips_at_first(trio: Trio) -> Finding:
     macro = trio.hybrid.macro(2)
-    if macro is None:
-        return missing("no second collision")
-    states = [event.state for event in trio.hybrid.events if macro.start <= event.time <= macro.end]
-    closed = [state for state in states if state != State.FREE]
+    closed = [stay.state for stay in trio.hybrid.stays_in(macro) if stay.state != State.FREE]
     if not closed:
-        return Finding(NOT, {"start": macro.start}, f"from {moment(macro.start)}: rebounds only")
+        return Finding(verdict(False), {"start": macro.start}, f"from {moment(macro.start)}: rebounds only")
     text = f"from {moment(macro.start)}, first state {closed[0].name.lower()}"
-    return Finding(yes(closed[0] == State.SLIP), {"start": macro.start, "state": float(closed[0])}, text)
+    return Finding(verdict(closed[0] == State.SLIP), {"start": macro.start, "state": float(closed[0])}, text)
 
 
 @CLAIMS.add(
@@ -212,8 +178,6 @@ def slips_at_first(trio: Trio) -> Finding:
 )
 def second_contains(trio: Trio) -> Finding:
     macro = trio.hybrid.macro(2)
-    if macro is None:
-        return missing("no second collision")
     off = max(macro.start - STICK, STICK - macro.end, 0.0)
     text = f"{moment(macro.start)} to {moment(macro.end)}, {milliseconds(off)} away"
     return Finding(graded(off, 0.0, 5e-3), {"start": macro.start, "end": macro.end, "off": off}, text)
@@ -227,16 +191,11 @@ def second_contains(trio: Trio) -> Finding:
     "begins within 2 ms of 0.699 s; partly: within 5 ms",
 )
 def sticks_at(trio: Trio) -> Finding:
-    macro = trio.hybrid.macro(2)
-    if macro is None:
-        return missing("no second collision")
-    start, duration = longest_stick(trio.hybrid, macro)
-    numbers = {"start": start, "duration": duration}
-    if not duration:
-        return Finding(NOT, numbers, "no stick")
+    start, duration = longest(trio.hybrid.sticks_in(trio.hybrid.macro(2)))
     text = f"longest stay judged as stick from {moment(start)}, {number(1e6 * duration, 3)} µs"
-    long_enough = duration >= 1e-4
-    return Finding(graded(abs(start - STICK), 2e-3, 5e-3) if long_enough else NOT, numbers, text)
+    off = abs(start - STICK) if duration >= 1e-4 else float("nan")
+    numbers = {"start": start, "duration": duration}
+    return Finding(graded(off, 2e-3, 5e-3), numbers, text if duration else "no stick")
 
 
 @CLAIMS.add(
@@ -247,12 +206,12 @@ def sticks_at(trio: Trio) -> Finding:
 )
 def sticks_to_the_end(trio: Trio) -> Finding:
     macro = trio.hybrid.macro(2)
-    if macro is None:
-        return missing("no second collision")
     sticks = trio.hybrid.sticks_in(macro)
     last = sticks[-1].end if sticks else float("nan")
     text = f"last stick ends {milliseconds(macro.end - last)} before the last release" if sticks else "no stick"
-    return Finding(yes(bool(sticks) and macro.end - last < 1e-6), {"end": macro.end, "last_stick_end": last}, text)
+    return Finding(
+        verdict(bool(sticks) and macro.end - last < 1e-6), {"end": macro.end, "last_stick_end": last}, text
+    )
 
 
 @CLAIMS.add(
@@ -265,17 +224,18 @@ def sticks_to_the_end(trio: Trio) -> Finding:
     case="sticking",
 )
 def cannot_stick(trio: Trio) -> Finding:
-    sticks = trio.hybrid.sticks
-    if not sticks:
-        return missing("the hybrid model does not stick here")
-    longest = max(sticks, key=lambda stick: stick.duration)
+    begin, duration = longest(trio.hybrid.sticks)
+    if not duration:
+        raise MissingError("the hybrid model does not stick here")
     # the second half of it: what slipped before the stick has come to rest in both models
-    start, end = longest.end - 0.5 * longest.duration, longest.end
+    start, end = begin + 0.5 * duration, begin + duration
     held, crept = (float(np.ptp(run["slip"][run.inside(start, end)])) for run in (trio.hybrid, trio.modified))
     moved = f"hybrid moves {number(held, 2)} m, modified Coulomb {number(crept, 2)} m"
     text = f"{moment(start)} to {moment(end)}: {moved}"
-    verdict = NOT if crept < 1e3 * held else graded(held, 1e-8, 1e-4)
-    return Finding(verdict, {"hybrid": held, "modified": crept}, text)
+    apart = crept >= 1e3 * held
+    return Finding(
+        verdict(apart and held <= 1e-8, apart and held <= 1e-4), {"hybrid": held, "modified": crept}, text
+    )
 
 
 @CLAIMS.add(
@@ -287,10 +247,10 @@ def cannot_stick(trio: Trio) -> Finding:
     case="rough",
 )
 def states_interchange(trio: Trio) -> Finding:
-    states = [event.state for event in trio.hybrid.events]
+    states = [event.state for event in trio.hybrid.history.events]
     held = sum(a == State.SLIP and b == State.STICK for a, b in pairwise(states))
     freed = sum(a == State.STICK and b == State.SLIP for a, b in pairwise(states))
     total = sum(stick.duration for stick in trio.hybrid.sticks)
     text = f"{held} times slip to stick, {freed} times stick to slip, {milliseconds(total)} of stick"
     numbers = {"to_stick": float(held), "to_slip": float(freed), "stick_time": total}
-    return Finding(yes(held > 0 and freed > 0 and total >= 1e-3), numbers, text)
+    return Finding(verdict(held > 0 and freed > 0 and total >= 1e-3), numbers, text)

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple
+from itertools import chain
 
-from validation.report.document import MARKS, Block, Cell, Document, Paragraph, Picture, Section, Table, number
+from validation.report.document import (
+    MARKS,
+    Block,
+    Cell,
+    Document,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+    number,
+    number_cells,
+)
 from validation.report.provenance import provenance
 from validation.reproduction.cases import MODELS, SCHEMES
 from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, VERDICTS, moment
-from validation.reproduction.material import Drawings, Material
+from validation.reproduction.material import Material
 from validation.reproduction.motions import STICK
+from validation.reproduction.pictures import PLOTS
 from validation.reproduction.stick_pages import sticking_blocks
 from validation.reproduction.unsaid import CollisionRow, Studied
 
@@ -25,7 +39,7 @@ _CAPTIONS = {
 }
 
 
-def document(material: Material, drawings: Drawings, times: Sequence[tuple[str, str]]) -> Document:
+def document(material: Material, pictures: Mapping[str, str], times: Sequence[tuple[str, str]]) -> Document:
     """Put the report together."""
     return Document(
         "The paper's figures and claims, from our runs",
@@ -37,10 +51,10 @@ def document(material: Material, drawings: Drawings, times: Sequence[tuple[str, 
         _overview(material),
         [
             Section("Claims", _claims(material)),
-            Section("Figures 2 to 16", _figures(drawings)),
-            Section("What the paper leaves unsaid", _choices(material, drawings)),
-            Section("All open choices at once", _robustness(material, drawings)),
-            Section("Stick: where it can and cannot occur", sticking_blocks(material, drawings)),
+            Section("Figures 2 to 16", _figures(pictures)),
+            Section("What the paper leaves unsaid", _choices(material, pictures)),
+            Section("All open choices at once", _robustness(material, pictures)),
+            Section("Stick: where it can and cannot occur", sticking_blocks(material, pictures)),
             Section("The runs", _runs(material)),
             Section("Limits of this reproduction", _limits()),
         ],
@@ -83,26 +97,17 @@ def _overview(material: Material) -> list[Block]:
     ]
 
 
-def _verdict(verdict: str) -> Cell:
-    return Cell(verdict, KINDS[verdict])
-
-
 def _claims(material: Material) -> list[Block]:
     rows: list[list[Cell]] = []
     for place, judged in enumerate(material.judged, start=1):
         claim, counts = judged.claim, material.counts(judged.claim.id)
         found = [judged.findings[scheme] for scheme in SCHEMES]
         shown = "\u00a0/\u00a0".join(map(str, counts.values())) or "–"
-        rows.append(
-            [
-                Cell(str(place), "number"),
-                Cell(f"{claim.statement} ({claim.place})"),
-                *(Cell(f"{MARKS[KINDS[finding.verdict]]} {finding.text}") for finding in found),
-                Cell(claim.rule, "dim"),
-                _verdict(judged.verdict),
-                Cell(shown if material.discriminates(claim.id) else f"=\u00a0{shown}", "number"),
-            ]
-        )
+        head = [*number_cells(place), Cell(f"{claim.statement} ({claim.place})")]
+        texts = [Cell(f"{MARKS[KINDS[finding.verdict]]} {finding.text}") for finding in found]
+        verdict = [Cell(claim.rule, "dim"), Cell(judged.verdict, KINDS[judged.verdict])]
+        counted = number_cells(shown if material.discriminates(claim.id) else f"=\u00a0{shown}")
+        rows.append([*head, *texts, *verdict, *counted])
     columns = ["", "the paper says", SCHEMES["fixed-step"], SCHEMES["event"], "rule", "verdict", "all choices"]
     caption = (
         "What the paper says, what we get (the sign says what each scheme finds), and by which rule it is judged; "
@@ -111,29 +116,29 @@ def _claims(material: Material) -> list[Block]:
     return [Table(columns, rows, caption, wide=(1, 2, 3, 4))]
 
 
-def _figures(drawings: Drawings) -> list[Block]:
+def _figures(pictures: Mapping[str, str]) -> list[Block]:
     blocks: list[Block] = [
         Paragraph(
             "The same scales for both schemes (except friction); a thick line for the hybrid model, so that the "
-            "others show on top of it. What vibrates fast is drawn over the whole second as the range of its "
-            "values in each sixtieth of it. Figures with a letter are additions: enlargements (a) and floating "
+            "others show on top of it. What vibrates faster than a picture can show is drawn as the range of its "
+            "values with their mean in it. Figures with a letter are additions: enlargements (a) and floating "
             "axes (f)."
         )
     ]
-    for plot, svg in drawings.figures:
+    for plot in PLOTS:
         caption = f"Fig. {plot.number}. {plot.title} ({plot.unit}). {_CAPTIONS.get(plot.variable, '')}".strip()
         alternative = f"{plot.title} of the three models over time, fixed-step above, event-located below"
-        blocks.append(Picture(svg, caption, alternative, half=True))
+        blocks.append(Picture(pictures[plot.name], caption, alternative, half=True))
     return blocks
 
 
-def _choices(material: Material, drawings: Drawings) -> list[Block]:
+def _choices(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     blocks: list[Block] = [
         Paragraph(
             "One choice is changed at a time; * marks what we assume elsewhere. Bars are stays in contact (the "
             "upper one fixed-step, the lower one event-located), ticks are rebounds, dots reversals of slip."
         ),
-        Picture(drawings.choices, "The first and the second macro-collision for every value of every choice."),
+        Picture(pictures["choices"], "The first and the second macro-collision for every value of every choice."),
     ]
     for choice in dict.fromkeys(item.variant.choice for item in material.studied):
         title = f"{choice[:1].upper()}{choice[1:]}"
@@ -146,11 +151,7 @@ def _choice_table(studied: Sequence[Studied], title: str) -> Table:
     each = ["from (s)", "to (s)", "impulse (N s)", "reversal (s)", "stick (µs)"]
     columns = ["value", "scheme", *(f"{n}: {name}" for n in (1, 2) for name in each)]
     rows = [
-        [
-            Cell(item.label),
-            Cell(item.scheme, "dim"),
-            *(cell for row in (item.first, item.second) for cell in _collision_cells(row)),
-        ]
+        [Cell(item.label), Cell(item.scheme, "dim"), *chain(*map(_collision_cells, item.collisions))]
         for item in studied
     ]
     model = studied[0].run.scenario.contact.friction
@@ -158,10 +159,8 @@ def _choice_table(studied: Sequence[Studied], title: str) -> Table:
 
 
 def _collision_cells(row: CollisionRow) -> list[Cell]:
-    times = [Cell(moment(t).removesuffix(" s"), "number") for t in (row.start, row.end)]
-    reversal = Cell(moment(row.reversal).removesuffix(" s"), "number")
-    impulse, stick = number(row.normal_impulse, 4), number(1e6 * row.stick_time, 3)
-    return [*times, Cell(impulse, "number"), reversal, Cell(stick, "number")]
+    start, end, reversal = (moment(time).removesuffix(" s") for time in (row.start, row.end, row.reversal))
+    return number_cells(start, end, number(row.normal_impulse, 4), reversal, number(1e6 * row.stick_time, 3))
 
 
 def _effect(studied: Sequence[Studied], choice: str) -> str:
@@ -171,8 +170,8 @@ def _effect(studied: Sequence[Studied], choice: str) -> str:
         rows = [item for item in studied if item.variant.choice == choice and item.scheme == scheme]
         if len(rows) < 2:
             continue
-        impulse = [item.first.normal_impulse for item in rows]
-        second = [item.second.start for item in rows if item.second.contacts]
+        impulse = [item.collisions[0].normal_impulse for item in rows]
+        second = [item.collisions[1].start for item in rows if item.collisions[1].contacts]
         parts.append(
             f"{scheme}: impulse of the first collision {number(min(impulse), 4)} to {number(max(impulse), 4)} N "
             f"s, second collision from {moment(min(second))} to {moment(max(second))}"
@@ -180,7 +179,7 @@ def _effect(studied: Sequence[Studied], choice: str) -> str:
     return f"{'; '.join(parts)}." if parts else ""
 
 
-def _robustness(material: Material, drawings: Drawings) -> list[Block]:
+def _robustness(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     grid = material.grid
     inside = sum(point.second[0] <= STICK <= point.second[1] for point in grid)
     long = [point for point in grid if point.second[3] >= 1e-4]
@@ -195,7 +194,7 @@ def _robustness(material: Material, drawings: Drawings) -> list[Block]:
             f"each. In {inside} of them the second macro-collision is under way at 0.699 s (nearest: "
             f"{nearest.combination.label}, {moment(nearest.second[0])} to {moment(nearest.second[1])}); {stick}."
         ),
-        Picture(drawings.robustness, "How many combinations of open choices give which verdict."),
+        Picture(pictures["robustness"], "How many combinations of open choices give which verdict."),
     ]
 
 
@@ -205,18 +204,10 @@ def _runs(material: Material) -> list[Block]:
         for model, run in zip(MODELS, trio, strict=True):
             name = [Cell(f"{model}, {scheme}")]
             for k, macro in enumerate(run.macros, start=1):
-                values = (macro.start, macro.end)
-                collisions.append(
-                    [
-                        *name,
-                        Cell(str(k), "number"),
-                        *(Cell(f"{value:.6f}", "number") for value in values),
-                        Cell(str(macro.contacts), "number"),
-                        *(Cell(number(v, 5), "number") for v in macro[3:]),
-                    ]
-                )
-            energy = run.energy
-            ledgers.append([*name, *(Cell(number(energy[key], 5), "number") for key in _LEDGER)])
+                start, end, contacts, *rest = astuple(macro)
+                cells = number_cells(k, f"{start:.6f}", f"{end:.6f}", contacts, *rest, digits=5)
+                collisions.append([*name, *cells])
+            ledgers.append([*name, *number_cells(*(run.energy[key] for key in _LEDGER), digits=5)])
     return [
         Table(
             ["run", "no.", "from (s)", "to (s)", "contacts", "normal (N s)", "friction (N s)", "peak (N)"],

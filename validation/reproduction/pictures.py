@@ -1,8 +1,7 @@
 """The paper's figures 2 to 16 from our runs, three models overlaid, one style.
 
 Every figure has the fixed-step runs (the algorithm as printed) above and the event-located ones below.
-Curves are thinned to the smallest and largest value in each of some hundred slots of time, so that no
-peak is lost; at a jump both values are drawn.
+What vibrates faster than the picture can show is drawn as a band, as in films.
 """
 
 from __future__ import annotations
@@ -14,16 +13,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
+from renders.envelope import drawn
 from renders.style import SERIES, STATE_COLOURS
 from validation.report.figures import new_figure, to_svg
 from validation.reproduction.cases import SCHEMES
-from validation.reproduction.measures import Trio
+from validation.reproduction.measures import Trio, sampled
 from validation.reproduction.runs import Run
-
-Array = NDArray[np.float64]
 
 #: inches; half of an A4 page within its margins, so that the print is as large as drawn
 HALF, WHOLE = 3.55, 7.1
@@ -52,23 +49,10 @@ STICK_MARK: dict[str, Any] = {
     "label": "judged stick",
 }
 
-_SLOTS = 400
-#: slots of an envelope over the whole motion: each is longer than a period of the first bending vibration
-_ENVELOPE = 60
 #: s, windows of enlargements: about the second macro-collision, and all that follows the first
 LATER, AFTER = (0.64, 0.76), (0.3, 1.0)
-#: variables that the elastic vibration dominates
-_VIBRATING = (
-    "kinetic",
-    "elastic",
-    "theta_dot",
-    "tip_vx",
-    "tip_vy",
-    "shortening",
-    "shortening_rate",
-    "deflection",
-    "deflection_rate",
-)
+#: pixels that are told apart along the axes: what swings faster than they show is drawn as a band
+_PIXELS = 450.0, 200.0
 
 
 @dataclass(frozen=True)
@@ -125,31 +109,6 @@ PLOTS = (
 )
 
 
-def thinned(times: Array, values: Array, start: float, end: float) -> tuple[Array, Array]:
-    """Return a curve's smallest and largest sample in each of some hundred slots of time, in order."""
-    inside = np.flatnonzero((times >= start) & (times <= end))
-    if inside.size <= 4 * _SLOTS:
-        return times[inside], values[inside]
-    slots = ((times[inside] - start) * (_SLOTS / (end - start))).astype(int)
-    firsts = np.flatnonzero(np.diff(slots, prepend=-1))
-    kept = {int(inside[0]), int(inside[-1])}
-    for a, b in zip(firsts, [*firsts[1:], inside.size], strict=True):
-        part = values[inside[a:b]]
-        kept |= {int(inside[a + int(np.argmin(part))]), int(inside[a + int(np.argmax(part))])}
-    order = np.array(sorted(kept))
-    return times[order], values[order]
-
-
-def envelope(times: Array, values: Array, start: float, end: float) -> tuple[Array, Array, Array]:
-    """Return edges of slots of time, smallest and largest value in each; the last ones twice, for steps."""
-    edges = np.linspace(start, end, _ENVELOPE + 1)
-    inside = (times >= start) & (times <= end)
-    slots = np.minimum(((times[inside] - start) / (end - start) * _ENVELOPE).astype(int), _ENVELOPE - 1)
-    filled = np.unique(slots)
-    low, high = (np.array([pick(values[inside][slots == k]) for k in filled]) for pick in (np.min, np.max))
-    return np.append(edges[filled], edges[filled[-1] + 1]), np.append(low, low[-1]), np.append(high, high[-1])
-
-
 def window(trios: dict[str, Trio], plot: Plot) -> tuple[float, float]:
     """Return the window of time (s) of a figure, the same for both schemes."""
     runs = [run for trio in trios.values() for run in trio]
@@ -157,9 +116,9 @@ def window(trios: dict[str, Trio], plot: Plot) -> tuple[float, float]:
         return plot.span
     if not plot.collision:
         return 0.0, max(run.end_time for run in runs)
-    macros = [macro for run in runs if (macro := run.macro(plot.collision))]
-    start = min([macro.start for macro in macros] + list(plot.marks))
-    end = max([macro.end for macro in macros] + list(plot.marks))
+    macros = [macro for run in runs for macro in run.macros[plot.collision - 1 : plot.collision]]
+    start = min(*(macro.start for macro in macros), *plot.marks)
+    end = max(*(macro.end for macro in macros), *plot.marks)
     margin = 0.06 * (end - start)
     return start - margin, end + margin
 
@@ -198,21 +157,18 @@ def _head(figure: Figure, plot: Plot) -> None:
 
 
 def _draw_models(axes: Axes, plot: Plot, trio: Trio, start: float, end: float) -> None:
-    factor, narrow = 1e3 if plot.collision else 1.0, plot.collision or plot.span == LATER
+    factor = 1e3 if plot.collision else 1.0
     for run, line in zip(trio, MODEL_LINES, strict=True):
-        if plot.variable in _VIBRATING and not narrow:
-            # vibrations of 10 ms would fill the picture over a whole second: their range is drawn
-            edges, low, high = envelope(run["time"], run[plot.variable], start, end)
-            axes.fill_between(
-                edges, plot.scale * low, plot.scale * high, step="post", alpha=0.12, color=line["color"]
-            )
-            for bound in (low, high):
-                axes.step(
-                    edges, plot.scale * bound, where="post", **{**line, "linewidth": 0.7 * line["linewidth"]}
-                )
-            continue
-        times, values = thinned(run["time"], run[plot.variable], start, end)
-        axes.plot(factor * times, plot.scale * values, **line)
+        inside = run.inside(start, end)
+        times, values = run["time"][inside], plot.scale * run[plot.variable][inside]
+        per_pixel = (end - start) / _PIXELS[0]
+        shown = drawn((times - start) / per_pixel, values, float(np.ptp(values)) / _PIXELS[1])
+        for band in shown.bands:
+            x = factor * (start + per_pixel * band.x)
+            axes.fill_between(x, band.low, band.high, alpha=0.12, color=line["color"], linewidth=0.0)
+            for bound in (band.low, band.high):
+                axes.plot(x, bound, **{**line, "linewidth": 0.5 * line["linewidth"]})
+        axes.plot(factor * (start + per_pixel * shown.x), shown.y, **line)
     for mark in plot.marks:
         axes.axvline(factor * mark, **PAPER_LINE)
     if plot.marks:
@@ -221,14 +177,12 @@ def _draw_models(axes: Axes, plot: Plot, trio: Trio, start: float, end: float) -
 
 def _mark_events(axes: Axes, plot: Plot, run: Run, factor: float) -> None:
     """Mark the hybrid model's reversals and sticks."""
-    macro = run.macro(plot.collision)
-    if macro is None:
-        return
-    reversals = np.array(run.reversals_in(macro))
-    sticks = np.array([stick.start for stick in run.sticks_in(macro)])
-    for times, mark in ((reversals, REVERSAL_MARK), (sticks, STICK_MARK)):
-        if times.size:
-            axes.plot(factor * times, plot.scale * run.at("slip", times), **mark)
+    for macro in run.macros[plot.collision - 1 : plot.collision]:
+        sticks = [stick.start for stick in run.sticks_in(macro)]
+        for times, mark in ((run.reversals_in(macro), REVERSAL_MARK), (sticks, STICK_MARK)):
+            if times:
+                places = [plot.scale * run.at("slip", time) for time in times]
+                axes.plot(factor * np.array(times), places, **mark)
 
 
 def summary(plot: Plot, trios: dict[str, Trio]) -> list[dict[str, Any]]:
@@ -253,7 +207,7 @@ def summary(plot: Plot, trios: dict[str, Trio]) -> list[dict[str, Any]]:
                     "minimum_time": float(times[least]),
                     "maximum": float(values[most]),
                     "maximum_time": float(times[most]),
-                    "mean": float(run.at(plot.variable, np.linspace(start, end, 20_001)).mean()),
+                    "mean": float(sampled((run,), plot.variable, start, end).mean()),
                     "last": float(values[-1]),
                     "samples": int(values.size),
                 }

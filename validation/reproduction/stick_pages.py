@@ -2,30 +2,50 @@
 
 from __future__ import annotations
 
-from validation.report.document import Block, Cell, Paragraph, Picture, Table, number
-from validation.reproduction.material import Drawings, Material
+from collections.abc import Mapping
+
+from validation.report.document import Block, Cell, Paragraph, Picture, Table, number, number_cells
+from validation.reproduction.material import Material
 from validation.reproduction.runs import Run
 from validation.reproduction.sticking import StickCheck
 
+#: what is shown of stick: the run, its title, the caption of its picture
+STICKING = {
+    "event": (
+        *("paper/event/hybrid", "The paper's case, event-located"),
+        "Event-located: reversals need a ratio of about 10; no stick.",
+    ),
+    "fixed-step": (
+        *("paper/fixed-step/hybrid", "The paper's case, as printed"),
+        "As printed: what is judged stick is short, and the tip moves.",
+    ),
+    "no-shortening": (
+        *("no-shortening/fixed-step/hybrid", "As printed, without the contact point's shortening"),
+        "As printed, the contact point's shortening left out.",
+    ),
+    "sticking": (
+        *("sticking/event/hybrid", "Scenario sticking, event-located"),
+        "Built-in scenario sticking: steeper and rough, the tip jams and stays.",
+    ),
+    "rough": (
+        *("rough/event/hybrid", "The paper's slope with μ = 12, event-located"),
+        "The paper's slope with μ = 12 and three mean-axis modes: stick and slip alternate.",
+    ),
+}
 
-def sticking_blocks(material: Material, drawings: Drawings) -> list[Block]:
+
+def sticking_blocks(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     """Return explanation, test, pictures and tables."""
-    pictures: list[Block] = [
-        Picture(drawings.sticking["event"], "Event-located: reversals need a ratio of about 10; no stick."),
-        Picture(drawings.sticking["fixed-step"], "As printed: what is judged stick is short, and the tip moves."),
-        Picture(drawings.sticking["no-shortening"], "As printed, the contact point's shortening left out."),
+    drawn = [
+        Picture(pictures[f"sticking-{name}"], caption, half=name in ("sticking", "rough"))
+        for name, (_, _, caption) in STICKING.items()
     ]
-    for key, caption in (
-        ("sticking", "Built-in scenario sticking: steeper and rough, the tip jams and stays."),
-        ("rough", "The paper's slope with μ = 12 and three mean-axis modes: stick and slip alternate."),
-    ):
-        pictures.append(Picture(drawings.sticking[key], caption, half=True))
-    tables = [_check_table(material.runs[key], title) for key, title in _CHECKED]
-    return [*_explanation(material), *pictures, *tables]
+    tables = [_check_table(material.runs[key], title) for key, title, _ in STICKING.values()]
+    return [*_explanation(material), *drawn, *tables]
 
 
 def _explanation(material: Material) -> list[Block]:
-    located, printed, without = (material.runs[key] for key, _ in _CHECKED[:3])
+    located, printed, without = (material.runs[key] for key, _, _ in list(STICKING.values())[:3])
     ratio, outcomes = material.threshold
     finite = [check.ratio for check in located.checks if check.ratio < float("inf")]
     tried = "; ".join(f"μ_s = {number(mu, 5)}: {what}" for mu, what in outcomes)
@@ -60,13 +80,6 @@ def _explanation(material: Material) -> list[Block]:
     ]
 
 
-_CHECKED = (
-    ("paper/event/hybrid", "The paper's case, event-located"),
-    ("paper/fixed-step/hybrid", "The paper's case, as printed"),
-    ("no-shortening/fixed-step/hybrid", "As printed, without the contact point's shortening"),
-    ("sticking/event/hybrid", "Scenario sticking, event-located"),
-    ("rough/event/hybrid", "The paper's slope with μ = 12, event-located"),
-)
 _MOST_CHECKS = 20
 
 
@@ -75,18 +88,8 @@ def _check_table(run: Run, title: str) -> Table:
     durations = {stick.start: stick.duration for stick in run.sticks}
     rows = [_check_row(check, run, stepwise, durations) for check in run.checks[:_MOST_CHECKS]]
     more = len(run.checks) - len(rows)
-    columns = [
-        "t (s)",
-        "what happens",
-        "slip velocity (mm/s)",
-        "λn to stick (N)",
-        "λτ to stick (N)",
-        "|λτ|/λn",
-        "cot|b|",
-        "μ_s",
-        "lasts (µs)",
-        "why",
-    ]
+    columns = ["t (s)", "what happens", "slip velocity (mm/s)", "λn to stick (N)", "λτ to stick (N)", "|λτ|/λn"]
+    columns += ["cot|b|", "μ_s", "lasts (µs)", "why"]
     note = f" ({more} more in results.json)" if more else ""
     terms = "; Baumgarte's terms included, as the scheme judges" if stepwise else ""
     return Table(columns, rows, f"{title}{terms}{note}", wide=(9,))
@@ -101,13 +104,9 @@ def _check_row(check: StickCheck, run: Run, stepwise: bool, durations: dict[floa
     lasts = durations.get(check.time)
     values = (1e3 * check.slip_rate, normal, tangential, ratio, check.cotangent, mu)
     shown = ["pulls" if value == float("inf") else number(value, 4) for value in values]
-    return [
-        Cell(f"{check.time:.6f}", "number"),
-        Cell(check.kind),
-        *(Cell(text, "number") for text in shown),
-        Cell(number(1e6 * lasts, 4) if lasts is not None else "–", "number"),
-        Cell(why(check, ratio, mu)),
-    ]
+    lasting = number(None if lasts is None else 1e6 * lasts, 4)
+    time, *cells = number_cells(f"{check.time:.6f}", *shown, lasting)
+    return [time, Cell(check.kind), *cells, Cell(why(check, ratio, mu))]
 
 
 def why(check: StickCheck, ratio: float, mu: float) -> str:

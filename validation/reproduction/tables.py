@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from validation.report.provenance import provenance_data
@@ -10,6 +11,7 @@ from validation.reproduction.cases import SCHEMES
 from validation.reproduction.claims import VERDICTS
 from validation.reproduction.material import Material
 from validation.reproduction.runs import Run
+from validation.reproduction.unsaid import Robustness
 
 CLAIM_COLUMNS = (
     "id",
@@ -33,7 +35,9 @@ def results(material: Material, figures: Sequence[dict[str, Any]]) -> dict[str, 
         "sensitivity": [item.flat() for item in material.studied],
         "combinations": [_combination(point) for point in material.grid],
         "stick": {
-            key: [_check(check) for check in run.checks] for key, run in material.runs.items() if run.checks
+            key: [{**c._asdict(), "ratio": c.ratio, "judged_ratio": c.judged_ratio} for c in run.checks]
+            for key, run in material.runs.items()
+            if run.checks
         },
         "stick_threshold": {
             "ratio": ratio,
@@ -58,38 +62,30 @@ def claim_rows(material: Material) -> list[list[Any]]:
 
 
 def _claims(material: Material) -> list[dict[str, Any]]:
-    rows = []
-    for judged in material.judged:
-        claim, found = judged.claim, judged.findings
-        rows.append(
-            {
-                "id": claim.id,
-                "place": claim.place,
-                "paper": claim.statement,
-                "rule": claim.rule,
-                "verdict": judged.verdict,
-                "schemes": {
-                    scheme: {"verdict": finding.verdict, "ours": finding.text, "numbers": finding.numbers}
-                    for scheme, finding in found.items()
-                },
-                "combinations": material.counts(claim.id) or None,
-                "discriminates": material.discriminates(claim.id),
-                "ours": "; ".join(f"{scheme}: {finding.text}" for scheme, finding in found.items()),
-                "number": {scheme: finding.numbers for scheme, finding in found.items()},
-            }
-        )
-    return rows
+    return [
+        {
+            "id": judged.claim.id,
+            "place": judged.claim.place,
+            "paper": judged.claim.statement,
+            "rule": judged.claim.rule,
+            "verdict": judged.verdict,
+            "schemes": {
+                scheme: {"verdict": finding.verdict, "ours": finding.text, "numbers": finding.numbers}
+                for scheme, finding in judged.findings.items()
+            },
+            "combinations": material.counts(judged.claim.id) or None,
+            "discriminates": material.discriminates(judged.claim.id),
+            "ours": "; ".join(f"{scheme}: {finding.text}" for scheme, finding in judged.findings.items()),
+            "number": {scheme: finding.numbers for scheme, finding in judged.findings.items()},
+        }
+        for judged in material.judged
+    ]
 
 
-def _combination(point: Any) -> dict[str, Any]:
-    c = point.combination
+def _combination(point: Robustness) -> dict[str, Any]:
     start, end, stick, duration = point.second
     return {
-        "scheme": c.scheme,
-        "modes": c.modes,
-        "gravity": c.gravity,
-        "shortening": c.shortening,
-        "baumgarte_form": c.baumgarte_form,
+        **asdict(point.combination),
         "outcomes": list(point.outcomes),
         "second_start": start,
         "second_end": end,
@@ -99,15 +95,13 @@ def _combination(point: Any) -> dict[str, Any]:
     }
 
 
-def _check(check: Any) -> dict[str, Any]:
-    return {**check._asdict(), "ratio": check.ratio, "judged_ratio": check.judged_ratio}
-
-
 def _run(run: Run) -> dict[str, Any]:
     return {
-        "outcome": run.outcome,
-        "macro_collisions": [macro._asdict() for macro in run.macros],
+        "outcome": run.history.outcome.label,
+        "macro_collisions": run.history.macro_collisions,
         "energy": run.energy,
-        "sticks": [{**stick._asdict(), "duration": stick.duration} for stick in run.sticks],
+        "sticks": [
+            {"start": s.start, "end": s.end, "slip_rate": s.slip_rate, "duration": s.duration} for s in run.sticks
+        ],
         "scenario": run.scenario.model_dump(mode="json"),
     }

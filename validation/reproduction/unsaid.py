@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import NamedTuple
 
-from oblique_impact.contact.state import State
 from validation.reproduction import energies, forces, motions
 from validation.reproduction.cases import MODELS, Case, Combination, Variant, case_key
 from validation.reproduction.claims import Claim
-from validation.reproduction.measures import Trio, longest_stick
-from validation.reproduction.runs import Macro, Run, run_case, stays
+from validation.reproduction.measures import Trio, longest
+from validation.reproduction.runs import Run, run_case
 
 NAN = float("nan")
+#: every claim, in the order of the paper's figures
+ALL_CLAIMS: list[Claim] = [*forces.CLAIMS, *energies.CLAIMS, *motions.CLAIMS]
 
 
 @dataclass(frozen=True)
@@ -33,14 +35,18 @@ class CollisionRow:
     energy_left: float = NAN
 
 
-class Studied(NamedTuple):
+@dataclass(frozen=True)
+class Studied:
     """One line of the study: a variant with its scheme, its run, and both macro-collisions."""
 
     variant: Variant
     scheme: str
     run: Run
-    first: CollisionRow
-    second: CollisionRow
+
+    @cached_property
+    def collisions(self) -> tuple[CollisionRow, CollisionRow]:
+        """The first and the second macro-collision."""
+        return _collision(self.run, 1), _collision(self.run, 2)
 
     @property
     def label(self) -> str:
@@ -56,57 +62,32 @@ class Studied(NamedTuple):
             "assumed": variant.assumed,
             "scheme": self.scheme,
             "model": str(run.scenario.contact.friction),
-            "outcome": run.outcome,
-            **{f"first_{key}": value for key, value in asdict(self.first).items()},
-            **{f"second_{key}": value for key, value in asdict(self.second).items()},
+            "outcome": run.history.outcome.label,
+            **{
+                f"{name}_{key}": value
+                for name, row in zip(("first", "second"), self.collisions, strict=True)
+                for key, value in asdict(row).items()
+            },
         }
 
 
-def study(variant: Variant, scheme: str, run: Run) -> Studied:
-    """Put a variant's run into a line of the table."""
-    return Studied(variant, scheme, run, _collision(run, 1), _collision(run, 2))
-
-
 def _collision(run: Run, number: int) -> CollisionRow:
-    macro = run.macro(number)
-    if macro is None:
+    if len(run.macros) < number:
         return CollisionRow()
+    macro = run.macro(number)
     reversals, sticks = run.reversals_in(macro), run.sticks_in(macro)
-    if not reversals:
-        reversal = NAN
-    else:
-        reversal = min(reversals, key=lambda t: abs(t - motions.REVERSAL)) if number == 1 else reversals[0]
+    wanted = motions.REVERSAL if number == 1 else macro.start
+    # total energy (J) in the flight that follows, or at the end
+    until = run.macros[number].start if len(run.macros) > number else run.end_time
     return CollisionRow(
-        macro.start,
-        macro.end,
-        macro.contacts,
-        macro.normal_impulse,
-        macro.tangential_impulse,
-        macro.peak_force,
-        len(reversals),
-        reversal,
-        len(sticks),
-        sum(stick.duration for stick in sticks),
-        longest_stick(run, macro)[0],
-        _energy_after(run, macro, number),
+        **asdict(macro),
+        reversals=len(reversals),
+        reversal=min(reversals, key=lambda time: abs(time - wanted), default=NAN),
+        sticks=len(sticks),
+        stick_time=sum(stick.duration for stick in sticks),
+        longest_stick_start=longest(sticks)[0],
+        energy_left=run.at("energy", 0.5 * (macro.end + until)),
     )
-
-
-def _energy_after(run: Run, macro: Macro, number: int) -> float:
-    """Total energy (J) in the flight that follows a macro-collision, or at the end."""
-    following = run.macro(number + 1)
-    until = following.start if following else run.end_time
-    return float(run.at("energy", 0.5 * (macro.end + until)))
-
-
-def contact_spans(run: Run, macro: Macro) -> list[tuple[float, float, State]]:
-    """Stays in contact during a macro-collision: begin, end (s) and state; a rebound has no length."""
-    inside = [event for event in run.events if macro.start <= event.time <= macro.end]
-    return [
-        (event.time, end if event.state != State.FREE else event.time, event.state)
-        for event, end in stays(inside, macro.end)
-        if event.state != State.FREE or event.kind.impulsive
-    ]
 
 
 class Robustness(NamedTuple):
@@ -128,17 +109,8 @@ def judge_combination(combination: Combination) -> Robustness:
         for model in MODELS
     ]
     trio = Trio(*runs)
-    verdicts = {claim.id: claim.judge(trio).verdict for claim in paper_claims()}
-    macro = trio.hybrid.macro(2)
-    second = (macro.start, macro.end, *longest_stick(trio.hybrid, macro)) if macro else (NAN, NAN, NAN, 0.0)
-    return Robustness(combination, verdicts, tuple(run.outcome for run in runs), second)
-
-
-def paper_claims() -> list[Claim]:
-    """Return the claims that are judged on the paper's own case."""
-    return [claim for claim in all_claims() if claim.case == "paper"]
-
-
-def all_claims() -> list[Claim]:
-    """Return every claim, in the order of the paper's figures."""
-    return [*forces.CLAIMS, *energies.CLAIMS, *motions.CLAIMS]
+    verdicts = {claim.id: claim.judge(trio).verdict for claim in ALL_CLAIMS if claim.case == "paper"}
+    second = (NAN, NAN, NAN, 0.0)
+    for macro in trio.hybrid.macros[1:2]:
+        second = (macro.start, macro.end, *longest(trio.hybrid.sticks_in(macro)))
+    return Robustness(combination, verdicts, tuple(run.history.outcome.label for run in runs), second)

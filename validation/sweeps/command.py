@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.progress import OnProgress, Progress, silent
@@ -128,20 +128,15 @@ def sweep(
     """
     check_limits(scheduler, workers, timeout)
     plan = _plan(source, base)
+    limits: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
+    named = type(source).__name__ if isinstance(source, SweepFile | Plan) else repr(os.fspath(source))
     started = time.monotonic()
     with open_store(out, plan) as store:
         earlier = len(store.done)
         on_progress(Progress(earlier, plan.design.size))
         if earlier < plan.design.size:
-            _run(plan, store, scheduler, workers, timeout, on_progress)
-        repeat = command or call_text(
-            "sweep",
-            [_source_text(source), repr(os.fspath(out))],
-            scheduler=scheduler,
-            workers=workers,
-            timeout=timeout,
-        )
-        table = _finish(plan, store, repeat)
+            _run(plan, store, on_progress, **limits)
+        table = _finish(plan, store, command or call_text("sweep", [named, repr(os.fspath(out))], **limits))
     return SweepResult(plan, Path(out), table, earlier, time.monotonic() - started)
 
 
@@ -156,10 +151,10 @@ def _plan(source: str | os.PathLike[str] | SweepFile | Plan, base: Scenario | No
 def _run(
     plan: Plan,
     store: Store,
+    on_progress: OnProgress,
     scheduler: str | None,
     workers: int | None,
     timeout: float | None,
-    on_progress: OnProgress,
 ) -> None:
     runs, scratch = plan.design.size, None if scheduler else store.scratch
     tasks = [plan.task(run, timeout, scratch) for run in range(runs) if run not in store.done]
@@ -170,10 +165,6 @@ def _run(
     except KeyboardInterrupt:
         kept = f"{len(store.done)} of {runs} runs are kept"
         raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None
-
-
-def _source_text(source: str | os.PathLike[str] | SweepFile | Plan) -> str:
-    return type(source).__name__ if isinstance(source, SweepFile | Plan) else repr(os.fspath(source))
 
 
 def _finish(plan: Plan, store: Store, command: str) -> pa.Table:

@@ -93,16 +93,12 @@ def sweep_pictures(plan: Plan, table: pa.Table) -> list[Picture]:
         return [_curves(plan, table, directions[0], None)]
     first, second = directions
     few = [d for d in (second, first) if d.words or d.distinct.size <= _CURVES]
-    if few and _is_grid(plan):
+    if few and plan.design.grid:
         other = first if few[0] is second else second
         return [_curves(plan, table, other, few[0])]
     pictures = [_maps(plan, table, first, second)]
     regimes = set(table["regime"].to_pylist()) - {""}
     return [_regime_map(plan, table, first, second), *pictures] if len(regimes) > 1 else pictures
-
-
-def _is_grid(plan: Plan) -> bool:
-    return all(block.grid for block in plan.design.blocks)
 
 
 def _direction(dimension: Dimension, table: pa.Table) -> Direction:
@@ -114,11 +110,7 @@ def _direction(dimension: Dimension, table: pa.Table) -> Direction:
 
 
 def _values(table: pa.Table, q: Quantity) -> np.ndarray:
-    return np.array([math.nan if v is None else v for v in table[q.name].to_pylist()], dtype=float)
-
-
-def _completed(table: pa.Table) -> np.ndarray:
-    return np.array([outcome == Outcome.COMPLETED.label for outcome in table["outcome"].to_pylist()])
+    return np.array(table[q.name].to_pylist(), dtype=float)  # None becomes NaN
 
 
 # --- curves
@@ -135,7 +127,7 @@ def _curves(plan: Plan, table: pa.Table, along: Direction, series: Direction | N
             for index, group in enumerate(groups):
                 chosen = series.places == group if series else np.ones(along.places.size, dtype=bool)
                 name = f"{series.dimension.label} = {series.name(group)}" if series else None
-                _curve(axes, along.places[chosen], _values(table, q)[chosen], index, name, _is_grid(plan))
+                _curve(axes, along.places[chosen], _values(table, q)[chosen], index, name, plan.design.grid)
             _name_axes(axes, along, q)
         stopped = _mark_stopped(panels, plan, table, along)
         handles, labels = panels[0].get_legend_handles_labels()
@@ -190,7 +182,8 @@ def _scale(axes: Axes, direction: Direction, which: str) -> None:
 
 def _mark_stopped(panels: Sequence[Axes], plan: Plan, table: pa.Table, along: Direction) -> Line2D | None:
     """Mark at the foot of each panel where a run did not reach its end; returns the mark for a legend."""
-    places = np.unique(along.places[~_completed(table)])
+    stopped = np.array(table["outcome"].to_pylist()) != Outcome.COMPLETED.label
+    places = np.unique(along.places[stopped])
     if not places.size:
         return None
     mark = Line2D([], [], linestyle="", marker="x", color=GREY)
@@ -211,7 +204,7 @@ def _maps(plan: Plan, table: pa.Table, first: Direction, second: Direction) -> P
         for axes, q in zip(panels, plan.quantities, strict=False):
             values = _values(table, q)
             missing |= bool(np.any(np.isnan(values)))
-            _map(axes, first, second, values, _is_grid(plan), f"{_words(q.name)} ({q.unit})")
+            _map(axes, first, second, values, plan.design.grid, f"{_words(q.name)} ({q.unit})")
             axes.set_title(_words(q.name))
         if missing:
             patch = Patch(facecolor="white", edgecolor=GREY, hatch="////", label="no such value")
@@ -291,7 +284,7 @@ def _regime_map(plan: Plan, table: pa.Table, first: Direction, second: Direction
     regimes = [regime or _FAILED for regime in table["regime"].to_pylist()]
     present = [name for name in (*REGIMES, _FAILED) if name in regimes]
     index = np.array([present.index(regime) for regime in regimes], dtype=float)
-    grid, marked = _is_grid(plan), plan.design.size <= _MARKED_CELLS
+    grid, marked = plan.design.grid, plan.design.size <= _MARKED_CELLS
     with new_figure(_PAGE, 4.0) as figure:
         axes = figure.add_subplot()
         axes.grid(visible=False)

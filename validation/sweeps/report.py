@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oblique_impact.errors import Outcome
-from validation.report.document import Block, Cell, Document, Paragraph, Section, Table, number, write_report
+from validation.report.document import (
+    Block,
+    Cell,
+    Document,
+    Paragraph,
+    Section,
+    Table,
+    number,
+    number_cells,
+    write_report,
+)
 from validation.report.provenance import provenance
 from validation.sweeps.design import Dimension
 from validation.sweeps.figures import sweep_pictures
@@ -64,7 +73,7 @@ def sweep_document(plan: Plan, table: pa.Table, command: str) -> Document:
 def _outcomes(table: pa.Table) -> Table:
     outcomes = Counter(zip(table["outcome"].to_pylist(), table["regime"].to_pylist(), strict=True))
     rows = [
-        [Cell(outcome, "" if outcome == Outcome.COMPLETED.label else "dim"), regime or "–", Cell(str(n), "number")]
+        [Cell(outcome, "" if outcome == Outcome.COMPLETED.label else "dim"), regime or "–", *number_cells(n)]
         for (outcome, regime), n in sorted(outcomes.items(), key=lambda item: (-item[1], item[0]))
     ]
     return Table(["outcome", "first macro-collision", "runs"], rows, "How the runs ended.")
@@ -75,16 +84,8 @@ def _descriptions(plan: Plan, table: pa.Table) -> list[Block]:
     quantities: list[list[str | Cell]] = []
     for q in plan.quantities:
         values = [v for v in table[q.name].to_pylist() if v is not None]
-        least, most = (number(min(values)), number(max(values))) if values else ("–", "–")
-        missing = plan.design.size - len(values)
-        quantities.append(
-            [
-                Cell(q.name, "code"),
-                q.meaning,
-                q.unit,
-                *(Cell(text, "number") for text in (least, most, str(missing))),
-            ]
-        )
+        cells = number_cells(min(values, default=None), max(values, default=None), plan.design.size - len(values))
+        quantities.append([Cell(q.name, "code"), q.meaning, q.unit, *cells])
     return [
         Table(["direction", "unit", "values", "from", "to"], directions, "What changes from run to run."),
         Table(
@@ -98,18 +99,14 @@ def _descriptions(plan: Plan, table: pa.Table) -> list[Block]:
 
 def _direction_row(dimension: Dimension, table: pa.Table) -> list[str | Cell]:
     values = table[dimension.keys[0]].to_pylist()
-    count = len(set(values))
-    if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values):
-        ends = [number(min(values)), number(max(values))]
-    else:
-        ends = [str(values[0]), str(values[-1])]
-    cells = [Cell(text, "number") for text in (str(count), *ends)]
-    return [Cell(dimension.label, "code"), unit(dimension.keys[0]), *cells]
+    numeric = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)
+    ends = (number(min(values)), number(max(values))) if numeric else (str(values[0]), str(values[-1]))
+    return [Cell(dimension.label, "code"), unit(dimension.keys[0]), *number_cells(len(set(values)), *ends)]
 
 
 def _unfinished(table: pa.Table) -> list[Block]:
     rows = [
-        [Cell(str(row["run"]), "number"), row["outcome"], _time(row["stopped_at"]), row["message"]]
+        [*number_cells(row["run"]), row["outcome"], *number_cells(row["stopped_at"]), row["message"]]
         for row in table.select(["run", "outcome", "stopped_at", "message"]).to_pylist()
         if row["outcome"] != Outcome.COMPLETED.label
     ]
@@ -117,7 +114,3 @@ def _unfinished(table: pa.Table) -> list[Block]:
         return []
     more = f"The first {_LISTED} of {len(rows)}." if len(rows) > _LISTED else ""
     return [Table(["run", "outcome", "at (s)", "why"], rows[:_LISTED], more, wide=(3,))]
-
-
-def _time(value: float | None) -> Cell:
-    return Cell(number(math.nan if value is None else value), "number")
