@@ -3,9 +3,9 @@
     python benchmarks/reference_rigid_stop.py                  24 modes, 1e-5 s of damping, to 1 s
     python benchmarks/reference_rigid_stop.py --modes 16,32    that many mean-axis modes
 
-The beam is that of `reference_impact.py`, without friction.  The modes that are left out are a spring and a dashpot
-behind the tip, which itself has no inertia: the stop pushes with (d + eta d')/kappa while that is positive, d the
-depth of the tip as the modes have it.  Nothing of the suite is used.  It takes minutes.
+The beam is that of `reference_impact.py`, without friction.  The modes that are left out are a spring and a
+dashpot behind the tip, which itself has no inertia: the stop pushes with (d + eta d')/kappa while that is
+positive, d the depth of the tip as the modes have it.  Nothing of the suite is used.  It takes minutes.
 """
 
 from __future__ import annotations

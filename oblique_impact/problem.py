@@ -118,8 +118,8 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     """Return what counts as zero for a system, and the sizes (2 d,) of q and q', from how it starts.
 
     Gap g, velocity v and acceleration a of the contact give the length max(g, v^2/a), at most v times `end_time`,
-    and the velocity max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time` (s).  Coordinates
-    have sizes of their own in the same way.
+    and the velocity max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time`
+    (s).  Coordinates have sizes of their own in the same way.
     """
     work = system.new_workspace()
     defined, _, c = contact_problem(system, 0.0, q0, qd0, work)

@@ -3,6 +3,7 @@
 `validate`   every check against something outside the program: a list of `Result`
 `compare`    two histories, events aligned: a `Comparison`
 `refine`     elements, modes, steps or tolerances, and what converges: a `StudyResult`
+`predictability`  shadow runs, and which macro-collisions mean anything: a `Predictability`
 `reproduce`  the paper's figures and claims: a `Reproduction`
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
 
@@ -19,6 +20,7 @@ __all__ = [
     "AxisSection",
     "Comparison",
     "HypercubeSection",
+    "Predictability",
     "Reproduction",
     "Result",
     "SampledSection",
@@ -27,6 +29,7 @@ __all__ = [
     "SweepResult",
     "TableSection",
     "compare",
+    "predictability",
     "refine",
     "reproduce",
     "sweep",
@@ -36,6 +39,7 @@ __all__ = [
 if TYPE_CHECKING:
     from validation.comparison import Comparison, compare
     from validation.refinement.command import refine
+    from validation.refinement.predictability import Predictability, predictability
     from validation.refinement.study import StudyResult
     from validation.reproduction.command import Reproduction, reproduce
     from validation.suite import Result, validate
@@ -48,6 +52,7 @@ __getattr__, __dir__ = on_first_use(
     {
         "comparison": "Comparison compare",
         "refinement.command": "refine",
+        "refinement.predictability": "Predictability predictability",
         "refinement.study": "StudyResult",
         "reproduction.command": "Reproduction reproduce",
         "suite": "Result validate",

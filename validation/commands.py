@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
 from oblique_impact.errors import InputError
+
+if TYPE_CHECKING:
+    from oblique_impact.scenario.scenario import Scenario
 
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
@@ -57,11 +60,18 @@ def refine(
     tolerances: Annotated[
         str | None, typer.Option(help="Tolerances of the event scheme, separated by commas.")
     ] = None,
+    stiffness: Annotated[
+        str | None, typer.Option(help="Stiffnesses of an elastic stop in N/m, ascending.")
+    ] = None,
     quantities: Annotated[
         list[str] | None, typer.Option("--quantity", metavar="NAME", help="A quantity of interest; repeatable.")
     ] = None,
+    predictability: Annotated[
+        bool, typer.Option("--predictability", help="Ask by shadow runs whether event times mean anything.")
+    ] = False,
     study: Annotated[
-        str | None, typer.Option(help="A shipped study: elements, steps, remedies or grading.")
+        str | None,
+        typer.Option(help="A shipped study: elements, steps, remedies, grading, rigid-stop or predictability."),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
@@ -72,14 +82,20 @@ def refine(
     workers: WorkersOption = None,
     timeout: TimeoutOption = None,
 ) -> None:
-    """Refine elements, modes or time steps; writes report.html, results.json and results.csv."""
+    """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
     from oblique_impact.scenario.scenario import Scenario
     from validation.refinement.command import ShippedStudy, lines
     from validation.refinement.command import refine as compute
     from validation.refinement.ladders import parse_levels
     from validation.report.provenance import command_line
 
-    given = {"elements": elements, "modes": modes, "steps": steps, "tolerances": tolerances}
+    given = {
+        "elements": elements,
+        "modes": modes,
+        "steps": steps,
+        "tolerances": tolerances,
+        "stiffness": stiffness,
+    }
     texts = {axis: text for axis, text in given.items() if text is not None}
     levels: dict[str, Any] = {axis: parse_levels(axis, text) for axis, text in texts.items()}
     changes, quantities = changes or [], quantities or []
@@ -88,6 +104,12 @@ def refine(
     if study is not None and scenario != "paper":
         raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
     shown = [] if study else [scenario]
+    if predictability or study == "predictability":
+        refused = {**texts, "quantity": quantities, "within": within, "set": changes if study else []}
+        for name in (name for name, value in refused.items() if value not in (None, [])):
+            raise InputError(f"--{name} together with --{'study ' if study else ''}predictability: does not apply")
+        _predict(None if study else Scenario.load(scenario, changes), Path(scenario).name, shown, changes, how)
+        return
     repeat = command_line("refine", *shown, study=study, **texts, quantity=quantities, set=changes, **how)
     with counting_bar(study or "refine") as show:
         result = compute(
@@ -100,6 +122,25 @@ def refine(
             on_progress=show,
             **levels,
             **how,
+        )
+    for line in [*lines(result), f"report: {result.report}"]:
+        print_line(line)
+
+
+def _predict(
+    scenario: Scenario | None, name: str, shown: list[str], changes: list[str], how: dict[str, Any]
+) -> None:
+    """Ask by shadow runs what of a scenario, or of the shipped cases, is predictable."""
+    from validation.refinement.predictability import lines, predictability
+    from validation.refinement.shipped import predictability_cases
+    from validation.report.provenance import command_line
+
+    which: dict[str, Any] = {"study": "predictability"} if scenario is None else {"predictability": True}
+    repeat = command_line("refine", *shown, **which, set=changes, **how)
+    how = {key: value for key, value in how.items() if key != "within"}
+    with counting_bar("predictability") as show:
+        result = predictability(
+            scenario or predictability_cases(), name=name, command=repeat, on_progress=show, **how
         )
     for line in [*lines(result), f"report: {result.report}"]:
         print_line(line)

@@ -263,7 +263,11 @@ _NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]
         "normal impulse of macro-collision {}",
         lambda number: _of_collision("normal_impulse", number),
     ),
-    "collision_contacts": ("1", "contacts of macro-collision {}", lambda number: _of_collision("contacts", number)),
+    "collision_contacts": (
+        "1",
+        "contacts of macro-collision {}",
+        lambda number: _of_collision("contacts", number),
+    ),
     "event": ("s", "time of event {}", _event_time),
 }
 _LAST = 9999

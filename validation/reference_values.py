@@ -387,15 +387,15 @@ TABLE = (
             "after": 0.335,
             "energy": 2.32548,
         },
-        "the paper's beam with 1e-5 s of Kelvin-Voigt damping on a rigid stop without friction, by 32 mean-axis modes "
-        "and a tip without inertia: starts of the macro-collisions (s), end of the first (s), its impulse (N s) and "
-        "energy after it (J); python benchmarks/reference_rigid_stop.py --modes 32",
+        "the paper's beam with 1e-5 s of Kelvin-Voigt damping on a rigid stop without friction, by 32 mean-axis "
+        "modes and a tip without inertia: starts of the macro-collisions (s), end of the first (s), its impulse "
+        "(N s) and energy after it (J); python benchmarks/reference_rigid_stop.py --modes 32",
     ),
     Reference(
         "rod-bouncing-bar",
         {"tau": 2 / 3, "impulse": 800 / 3, "middle": 400.0, "peak": 500.0, "second": 11 / 3, "period": 16 / 3},
-        "closed form: L = 10, E A = 900, rho A = 1, g = 10, dropped from 5: touch at 1, F = 300 (1 + t') for 2 L/c = "
-        "2/3, second touch at 11/3, undeformed at its first height at 16/3; Doyen, Ern and Piperno, SIAM J. Sci. "
+        "closed form: L = 10, E A = 900, rho A = 1, g = 10, dropped from 5: touch at 1, F = 300 (1 + t') for 2 L/c "
+        "= 2/3, second touch at 11/3, undeformed at its first height at 16/3; Doyen, Ern and Piperno, SIAM J. Sci. "
         "Comput. 33 (2011), pp. 223-249",
     ),
     Reference(

@@ -181,10 +181,10 @@ class ElasticRod(MechanicalSystem):
         return self._rest + height
 
     def mass_matrix(self, t: float, q: Array) -> Array:
-        return np.diag(self._masses)
+        return np.asarray(np.diag(self._masses), dtype=np.float64)
 
     def forces(self, t: float, q: Array, qd: Array) -> Array:
-        return -self._stiffness @ (q - self._rest) - self.gravity * self._masses
+        return np.asarray(-self._stiffness @ (q - self._rest) - self.gravity * self._masses)
 
     def stiffness_matrix(self, t: float, q: Array) -> Array:
         return self._stiffness

@@ -103,8 +103,8 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
 
 @inlined
 def _of_displacement(c: Coefficients, before: Kept, after: Kept, which: int) -> float:
-    """Rate (m/s) that is the displacement of a step over its length: the mean one, or of backward Euler the last."""
-    first, last = before.memory[which], after.memory[which]
+    """Displacement of a step over its length (m/s): the mean rate, or the last one of backward Euler."""
+    first, last = float(before.memory[which]), float(after.memory[which])
     return last if is_backward_euler(c) else 0.5 * (first + last)
 
 

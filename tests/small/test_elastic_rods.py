@@ -24,7 +24,7 @@ SCHEMES = {
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_force_impulse_and_duration_of_a_bar(scheme):
-    """Without gravity the force is constant, F = 300; with it F = 300 (1 + t): the mesh's error is of first order."""
+    """Without gravity the force is constant, F = 300; with it F = 300 (1 + t), to first order in the mesh."""
     for gravity, middle, impulse in ((0.0, 300.0, 200.0), (10.0, BAR["middle"], BAR["impulse"])):
         history = strike(bouncing_bar(20, gravity), 10.0, 0.8, SCHEMES[scheme])
         (contact,) = history.contacts

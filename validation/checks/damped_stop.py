@@ -34,8 +34,8 @@ def collisions(history: History) -> list[MacroCollision]:
 def exact_impulse(t: float, viscosity: float) -> float:
     """Impulse (N s) on the end of a damped beam that a rigid stop holds from t = 0 on at the speed v0.
 
-    lambda(s) = Z v0 s^(-1/2) (1 + eta s)^(1/4) in the Laplace domain, Z = (E I)^(1/4) m^(3/4)/sqrt 2, whose integral
-    is I(t) = Z v0 (eta t)^(1/4)/Gamma(5/4) 1F1(-1/4; 5/4; -t/eta); until waves come back from the pin.
+    lambda(s) = Z v0 s^(-1/2) (1 + eta s)^(1/4) in the Laplace domain, Z = (E I)^(1/4) m^(3/4)/sqrt 2; its
+    integral is I(t) = Z v0 (eta t)^(1/4)/Gamma(5/4) 1F1(-1/4; 5/4; -t/eta) until waves come back from the pin.
     """
     impedance = BENDING**0.25 * MASS**0.75 / np.sqrt(2.0)
     return float(impedance * SPEED * (viscosity * t) ** 0.25 / gamma(1.25) * hyp1f1(-0.25, 1.25, -t / viscosity))

@@ -25,7 +25,7 @@ from validation.refinement.study import LadderResult, StudyResult, judge, measur
 from validation.report.document import number
 from validation.report.provenance import call_text
 
-ShippedStudy = Literal["elements", "steps", "remedies", "grading"]
+ShippedStudy = Literal["elements", "steps", "remedies", "grading", "rigid-stop"]
 
 _UNNAMED = "scenario"
 
@@ -37,6 +37,7 @@ def refine(
     modes: Sequence[int] | None = None,
     steps: Sequence[float] | None = None,
     tolerances: Sequence[float] | None = None,
+    stiffness: Sequence[float] | None = None,
     quantities: Sequence[str] = (),
     study: ShippedStudy | Study | None = None,
     changes: Mapping[str, object] | Sequence[str] = (),
@@ -56,11 +57,13 @@ def refine(
     scenario : Scenario, optional
         What is refined; a study brings its own.
     elements, modes : sequence of int, optional
-        Levels, ascending; of these and the next two exactly one is given, with at least three levels.
+        Levels, ascending; of these and the next three exactly one is given, with at least three levels.
     steps : sequence of float, optional
         Free steps (s), descending; contact steps keep their ratio to them.
     tolerances : sequence of float, optional
         Tolerances of the event scheme, descending.
+    stiffness : sequence of float, optional
+        Of an elastic stop (N/m), ascending: towards the rigid one.
     quantities : sequence of str
         Names as in :mod:`validation.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the usual ones.
     study : str or Study, optional
@@ -105,7 +108,13 @@ def refine(
     >>> result.quantity("theta@end").analysis.verdict
     'converged'
     """
-    given = {"elements": elements, "modes": modes, "steps": steps, "tolerances": tolerances}
+    given = {
+        "elements": elements,
+        "modes": modes,
+        "steps": steps,
+        "tolerances": tolerances,
+        "stiffness": stiffness,
+    }
     chosen = {axis: tuple(map(float, levels)) for axis, levels in given.items() if levels is not None}
     check_limits(scheduler, workers, timeout)
     if within is not None and not (math.isfinite(within) and 0.0 < within < 1.0):

@@ -167,7 +167,7 @@ def _reference_slope(axes: Axes, result: LadderResult) -> None:
 def _level_axis(axes: Axes, result: LadderResult) -> None:
     axes.set_xscale("log")
     if result.axis.rising:
-        axes.set_xlabel(f"{result.axis.label} (1)")
+        axes.set_xlabel(f"{result.axis.label} ({result.axis.unit})")
     else:
         axes.set_xlabel(result.axis.size_label)
         axes.invert_xaxis()

@@ -43,6 +43,11 @@ class Axis:
     apply: Callable[[Scenario, float], Scenario]
 
     @property
+    def whole(self) -> bool:
+        """Whether levels are whole numbers."""
+        return self.rising and self.unit == "1"
+
+    @property
     def heading(self) -> str:
         """Label and unit of the levels, for tables."""
         return self.label if self.unit == "1" else f"{self.label} ({self.unit})"
@@ -136,12 +141,19 @@ def _tolerances(scenario: Scenario, level: float) -> Scenario:
     return scenario.replace(solver__tolerance=level)
 
 
+def _stiffness(scenario: Scenario, level: float) -> Scenario:
+    if scenario.contact.normal != "spring":
+        raise InputError(f'--stiffness: contact.normal = "{scenario.contact.normal}"; refine that of a "spring"')
+    return scenario.replace(contact__stiffness=level)
+
+
 AXES = {
     axis.name: axis
     for axis in (
         Axis("elements", "elements", "1", "1/elements (1)", True, _elements),
         Axis("modes", "modes", "1", "1/modes (1)", True, _modes),
         Axis("steps", "free step", "s", "free step (s)", False, _steps),
+        Axis("stiffness", "stiffness", "N/m", "1/stiffness (m/N)", True, _stiffness),
         Axis("tolerances", "tolerance", "1", "mean step (s)", False, _tolerances),
     )
 }
@@ -149,7 +161,7 @@ AXES = {
 
 def parse_levels(axis: str, text: str) -> list[float]:
     """Read the levels of an axis from the command line: numbers separated by commas; raises InputError."""
-    whole = AXES[axis].rising
+    whole = AXES[axis].whole
     try:
         return [int(part) if whole else float(part) for part in text.split(",")]
     except ValueError:
@@ -158,8 +170,8 @@ def parse_levels(axis: str, text: str) -> list[float]:
 
 def check_levels(axis: str, levels: Sequence[float]) -> None:
     """Raise InputError unless there are enough levels, each finer than the one before."""
-    rising, text = AXES[axis].rising, ",".join(f"{level:g}" for level in levels)
-    if not all(math.isfinite(v) and (v >= 1.0 and v == int(v) if rising else v > 0.0) for v in levels):
+    rising, whole, text = AXES[axis].rising, AXES[axis].whole, ",".join(f"{level:g}" for level in levels)
+    if not all(math.isfinite(v) and (v >= 1.0 and v == int(v) if whole else v > 0.0) for v in levels):
         raise InputError(f"--{axis} {text}: should be {_numbers(axis)} separated by commas")
     if not FEWEST <= len(levels) <= MOST:
         raise InputError(f"--{axis} {text}: a verdict takes {FEWEST} to {MOST} levels, these are {len(levels)}")
@@ -168,7 +180,7 @@ def check_levels(axis: str, levels: Sequence[float]) -> None:
 
 
 def _numbers(axis: str) -> str:
-    return "whole numbers from 1" if AXES[axis].rising else "numbers above 0"
+    return "whole numbers from 1" if AXES[axis].whole else "numbers above 0"
 
 
 def sizes(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tuple[list[float], str]:
@@ -177,7 +189,7 @@ def sizes(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tu
     The size that goes with a tolerance is the mean step (s) the run took.  If these do not fall, as with loose
     tolerances whose steps are cut by stability, the root of the tolerance to the scheme's order takes its place.
     """
-    if axis in ("elements", "modes"):
+    if AXES[axis].rising:
         return [1.0 / level for level in levels], ""
     if axis == "steps":
         return list(levels), ""

@@ -1,13 +1,12 @@
 """Whether the numbers of an impact mean anything: shadow runs from initial angles that differ by next to nothing.
 
-Each shadow starts at another angle, theta_0 + d with |d| of a hundred-millionth and a millionth of a radian; nothing
-that one could measure.  By how much a time t of the run differs, over what the first touch-down would differ by if
-the angle were all that matters, is its growth:
+Each shadow starts at another angle, theta_0 + d with |d| of a hundred-millionth and a millionth of a radian;
+nothing that one could measure.  By how much a time t of the run differs is its growth:
 
     growth = max |t(theta_0 + d) - t(theta_0)| / (|d| T),   T the time of the first touch-down
 
-A macro-collision whose start has a growth of at most 10 is predictable; from 1000 on it is not: four more digits of
-the angle, of a stiffness or of rounding would move it as far again.
+A macro-collision whose start has a growth of at most 10 is predictable; from 1000 on it is not: rounding moves it.
+That is said of a model as it stands: a coarse one may be predictable and far from its limit, which `refine` shows.
 """
 
 from __future__ import annotations
@@ -114,7 +113,7 @@ class CaseResult:
     def growth(self) -> Array:
         """Growth of each event's time, (events,); infinite where a shadow does not have it."""
         shifts = np.abs(self.shadows - self.events) / (np.abs(self.offsets)[:, None] * self.unit_time)
-        return np.max(np.where(np.isfinite(shifts), shifts, np.inf), axis=0)
+        return np.asarray(np.max(np.where(np.isfinite(shifts), shifts, np.inf), axis=0))
 
     @property
     def horizon(self) -> float:
@@ -250,7 +249,9 @@ _MOST_COLLISIONS = 20
 
 def _names() -> tuple[str, ...]:
     numbers = range(1, _MOST_COLLISIONS + 1)
-    of_collisions = (f"{kind}:{n}" for n in numbers for kind in ("start", "collision_impulse", "collision_contacts"))
+    of_collisions = (
+        f"{kind}:{n}" for n in numbers for kind in ("start", "collision_impulse", "collision_contacts")
+    )
     return (*of_collisions, *(f"event:{n}" for n in range(1, _MOST_EVENTS + 1)))
 
 
@@ -301,7 +302,9 @@ def judge(case: Case, perturbations: tuple[float, ...], offsets: Array, rows: Se
                 float(impulse[0]),
                 (int(known.min()), int(known.max())) if known.size else (0, 0),
                 tuple(float(np.max(shifts[levels == k])) for k in range(len(perturbations))),
-                tuple(float(np.max(np.abs(impulse[1:] - impulse[0])[levels == k])) for k in range(len(perturbations))),
+                tuple(
+                    float(np.max(np.abs(impulse[1:] - impulse[0])[levels == k])) for k in range(len(perturbations))
+                ),
                 growth,
                 verdict_of(growth),
             )

@@ -9,7 +9,9 @@ from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.messages import did_you_mean
+from oblique_impact.scenario.scenario import Scenario
 from validation.refinement.ladders import Ladder, Study
+from validation.refinement.predictability import Case
 
 _MEAN_AXIS = "discretization.frame=mean-axis"
 _FEM = "discretization.method=fem"
@@ -265,12 +267,107 @@ def grading() -> Study:
     )
 
 
+#: Kelvin-Voigt damping (s), modes that resolve it (eta omega_N > 0.5), elements that do (h < pi sqrt(eta c))
+_DAMPINGS = (
+    (1e-4, 12, (8.0, 16.0, 32.0, 64.0)),
+    (1e-5, 24, (16.0, 32.0, 64.0, 128.0)),
+    (1e-6, 48, (32.0, 64.0, 128.0)),
+)
+_STOP_QUANTITIES = ("collision_end", "impulse", "second_impact", "lost_impact", "contacts", "peak_force")
+_STOP_NODAL = (*_NODAL, _SMOOTH, "end_time=0.72", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
+_STOP_STEPS = ("solver.scheme=generalized-alpha", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
+
+
+def rigid_stop() -> Study:
+    """The rigid stop of a damped beam by plastic impacts, by a point without inertia, and by stiff springs."""
+    ladders = []
+    for viscosity, modes, meshes in _DAMPINGS:
+        damped, group = f"beam.kelvin_voigt={viscosity}", f"damping {viscosity:g} s"
+        # explicit steps of the event scheme are as short as the damping of the highest mode is strong
+        scheme = _STOP_STEPS if modes > 24 else ("solver.tolerance=1e-9",)
+        modal = (_MEAN_AXIS, _SMOOTH, "end_time=0.72", damped, *scheme)
+        counts = tuple(float(round(part * modes)) for part in (0.5, 0.75, 1.0))
+        cases: tuple[tuple[str, tuple[str, ...], str, tuple[float, ...], dict[str, float]], ...] = (
+            ("plastic, elements", (*_STOP_NODAL, damped), "elements", meshes, {"lost_impact": 1.0}),
+            (
+                "no inertia, elements",
+                (*_STOP_NODAL, damped, "contact.point_inertia=none"),
+                "elements",
+                meshes,
+                dict.fromkeys(("collision_end", "impulse", "second_impact"), _HERMITE),
+            ),
+            ("no inertia, modes", (*modal, "contact.point_inertia=none"), "modes", counts, {}),
+            (
+                "stiff spring",
+                (*modal, _SPRING, f"discretization.modes={modes}"),
+                "stiffness",
+                (1e8, 1e9, 1e10, 1e11),
+                dict.fromkeys(("collision_end", "impulse", "second_impact"), 1.0),
+            ),
+        )
+        ladders += [
+            Ladder(f"{group}, {name}", "paper", changes, axis, levels, _STOP_QUANTITIES, declared, group=group)
+            for name, changes, axis, levels, declared in cases
+        ]
+    steps = (*_NODAL, _SMOOTH, "end_time=0.72", "beam.kelvin_voigt=1e-5", "discretization.elements=32")
+    ladders.append(
+        Ladder(
+            "damping 1e-05 s, steps",
+            "paper",
+            (*steps, "solver.free_step=2e-5", "solver.contact_step=1e-6"),
+            "steps",
+            (2e-5, 1e-5, 5e-6, 2.5e-6),
+            _STOP_QUANTITIES,
+            dict.fromkeys(("collision_end", "impulse", "second_impact"), 2.0),
+        )
+    )
+    return Study(
+        "rigid-stop",
+        "A rigid stop with internal damping: three ways to one limit",
+        _words(
+            """With Kelvin-Voigt damping that the mesh resolves, plastic impacts on finer and finer meshes, a contact
+            point without inertia, and an elastic stop that becomes stiffer and stiffer have the same limit. Impacts
+            lose energy like the size of the elements: nothing in the limit. The peak of the force has none: it grows
+            with every element."""
+        ),
+        tuple(ladders),
+        tolerance=1e-4,
+        compare="values",
+    )
+
+
 STUDIES: dict[str, Callable[[], Study]] = {
     "elements": elements,
     "steps": steps,
     "remedies": remedies,
     "grading": grading,
+    "rigid-stop": rigid_stop,
 }
+
+
+def predictability_cases() -> list[Case]:
+    """Return the cases of `--study predictability`: stops from soft to rigid, without and with damping."""
+    undamped = (*_NODAL, _SMOOTH, "end_time=1.0", "solver.free_step=1e-5", "solver.output_interval=1e-2")
+    massless = "contact.point_inertia=none"
+    cases: list[tuple[str, tuple[str, ...], str]] = [
+        (
+            f"spring of {stiffness:g} N/m",
+            (*undamped, _SPRING, f"contact.stiffness={stiffness}"),
+            "An elastic stop under the undamped beam.",
+        )
+        for stiffness in (1e6, 1e7, 1e8, 1e9)
+    ]
+    cases += [
+        ("rigid, undamped", (*undamped, massless), "The undamped beam on a rigid stop, its end without inertia."),
+        (
+            "rigid, damped",
+            (*undamped, massless, "beam.kelvin_voigt=1e-5"),
+            "The same stop under a beam with 1e-5 s of Kelvin-Voigt damping.",
+        ),
+    ]
+    fine = ("discretization.elements=64", "solver.contact_step=5e-7")
+    cases = [(name, (*changes, *fine), text) for name, changes, text in cases]
+    return [Case(name, Scenario.builtin("paper", list(changes)), text) for name, changes, text in cases]
 
 
 def shipped_study(name: str) -> Study:
