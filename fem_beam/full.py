@@ -37,6 +37,7 @@ def build_nodal(scenario: Scenario) -> BeamOperators:
         Sm=float(rigid @ operators.P),
         rigid=rigid,
         left_out=left_out,
+        largest_element=float(np.max(np.diff(nodal.nodes))),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import closest
+from oblique_impact.beam.determinacy import undetermined, without_limit
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
@@ -81,7 +82,13 @@ def _beam_history(beam: Beam, record: Record, wall: float) -> History:
     summary = summarize(record, samples, wall, macro_gap(scenario), scenario)
     summary["clearance"] = closest(variables, scenario.beam.length)
     events = [event.time for event in record.events]
-    summary["warnings"] = [*doubts(scenario), *warnings_of(beam, variables, events)]
+    contacts = [collision["contacts"] for collision in summary["macro_collisions"]]
+    summary["without_limit"] = list(without_limit(scenario))
+    summary["warnings"] = [
+        *doubts(scenario),
+        *warnings_of(beam, variables, events),
+        *undetermined(beam, contacts),
+    ]
     return History(dataset(variables), record.events, summary, scenario.to_toml(), record.contacts)
 
 

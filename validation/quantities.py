@@ -103,7 +103,9 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
 def default_quantities(scenario: Scenario) -> tuple[str, ...]:
     """Names of the quantities asked for if the user names none."""
     if scenario.contact.enabled:
-        return ("first_impact", "collision_end", "impulse", "peak_force", "energy_final", "second_impact")
+        # the force of a rigid stop has no largest value in the limit
+        force = () if scenario.contact.normal == "rigid" else ("peak_force",)
+        return ("first_impact", "collision_end", "impulse", *force, "energy_final", "second_impact")
     return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
 
 

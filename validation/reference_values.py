@@ -394,9 +394,9 @@ TABLE = (
     Reference(
         "rod-bouncing-bar",
         {"tau": 2 / 3, "impulse": 800 / 3, "middle": 400.0, "peak": 500.0, "second": 11 / 3, "period": 16 / 3},
-        "closed form: L = 10, E A = 900, rho A = 1, g = 10, dropped from 5: touch at 1, F = 300 (1 + t') for 2 L/c "
-        "= 2/3, second touch at 11/3, undeformed at its first height at 16/3; Doyen, Ern and Piperno, SIAM J. Sci. "
-        "Comput. 33 (2011), pp. 223-249",
+        "closed form: L = 10, E A = 900, rho A = 1, g = 10, dropped from 5: touch at 1, F = 300 (1 + t') for 2 "
+        "L/c = 2/3, second touch at 11/3, undeformed at its first height at 16/3; Doyen, Ern and Piperno, SIAM J. "
+        "Sci. Comput. 33 (2011), pp. 223-249",
     ),
     Reference(
         "rod-truss",

@@ -154,8 +154,8 @@ class PinnedBar(MechanicalSystem):
 class ElasticRod(MechanicalSystem):
     """A straight elastic rod that moves along its axis onto a rigid wall at x = 0, in `elements` linear elements.
 
-    q holds the positions (m) of its nodes from the second on.  The first, which meets the wall, has no inertia: its
-    share of the mass is the second's, and the element behind it is the spring `end_stiffness` (N/m) of an
+    q holds the positions (m) of its nodes from the second on.  The first, which meets the wall, has no inertia:
+    its share of the mass is the second's, and the element behind it is the spring `end_stiffness` (N/m) of an
     :class:`~oblique_impact.contact.stops.ElasticStop` between the two.  A wave runs through the rod at
     `wave_speed` (m/s); while the end is held at the speed v, the wall pushes with `impedance` v (N).
     """
@@ -178,10 +178,10 @@ class ElasticRod(MechanicalSystem):
 
     def at(self, height: float) -> Array:
         """Coordinates of the undeformed rod with its end at a height (m) above the wall."""
-        return self._rest + height
+        return np.asarray(self._rest + height)
 
     def mass_matrix(self, t: float, q: Array) -> Array:
-        return np.asarray(np.diag(self._masses), dtype=np.float64)
+        return np.diag(self._masses)
 
     def forces(self, t: float, q: Array, qd: Array) -> Array:
         return np.asarray(-self._stiffness @ (q - self._rest) - self.gravity * self._masses)

@@ -76,6 +76,7 @@ class BeamOperators:
     root_slope: Array  # (n,) Phi'(0)
     stations: StationTable
     rigid: Array = field(default_factory=lambda: np.zeros(0))  # (n,) the function x; of a nodal model only
+    largest_element: float = 0.0  # m, of a nodal model
     left_out: float = 0.0  # m/N, compliance of a contact point that a nodal model has condensed
 
     @property

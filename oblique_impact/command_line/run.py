@@ -110,9 +110,11 @@ def print_summary(history: History, folder: Path, replaced: bool, known: Sequenc
     summary, energy = history.summary, history.summary["energy"]
     print_line(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
     for number, m in enumerate(summary["macro_collisions"], start=1):
+        # the force of a rigid stop has no largest value that more modes or elements would not exceed
+        peak = "" if "peak_force" in summary["without_limit"] else f", peak {m['peak_force']:.4g} N"
         print_line(
             f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts "
-            f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s, peak {m['peak_force']:.4g} N"
+            f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s{peak}"
         )
     losses = ", ".join(
         f"{name} {energy[f'lost_{name}']:.4g}" for name in ("impact", "friction", "damping", "scheme")

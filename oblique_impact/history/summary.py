@@ -170,6 +170,7 @@ class Summary(BaseModel):
     macro_gap: float = EARLIER_MACRO_GAP
     clearance: Clearance | None = None
     warnings: list[str] = []
+    without_limit: list[str] = []
     message: str = ""
     versions: dict[str, str] = {}
 

@@ -210,4 +210,6 @@ def _ladder_lines(result: LadderResult) -> list[str]:
         unit = item.quantity.unit.removeprefix("1")
         shown = item.gaps[-1] or f"{number(item.values[-1], 9)} {unit}"
         lines.append(f"  {item.quantity.name:24} {shown:28} {item.analysis.words} ({item.analysis.reason})")
+        if item.quantity.name == "peak_force" and result.axis.whole and result.base.contact.normal == "rigid":
+            lines.append(f"  {'':24} the force of a rigid stop has no limit: it grows with every mode or element")
     return [*lines, f"  {result.uneven}"] if result.uneven else lines

@@ -46,11 +46,12 @@ _RULE = (
     "Each shadow starts at an initial angle that differs by no more than d. The growth of a time t is "
     "max |t(θ₀ + d) − t(θ₀)| / (|d| T), with T the time of the first touch-down: about 1 if the motion carries a "
     "difference along, and more if each contact magnifies it.",
-    f"A macro-collision is predictable if the growth of its start is at most {SMALL:g}, sensitive up to {LARGE:g}, "
-    "and not predictable from there on or if some shadow does not have it. What is not predictable is no number of "
-    "the beam: rounding, a tolerance or another compiler move it as far. Its spread is given instead.",
-    "This is said of the model as it stands. A coarse one may be predictable and far from its limit: its refinement "
-    "shows that.",
+    f"A macro-collision is predictable if the growth of its start is at most {SMALL:g}, sensitive up to "
+    f"{LARGE:g}, and not predictable from there on or if some shadow does not have it. What is not predictable is "
+    "no number of the beam: rounding, a tolerance or another compiler move it as far. Its spread "
+    "is given instead.",
+    "This is said of the model as it stands. A coarse one may be predictable and far from its limit: its "
+    "refinement shows that.",
 )
 #: s; differences below are rounding
 _LEAST = 1e-17
@@ -197,8 +198,8 @@ def _fan_picture(case: CaseResult) -> Picture:
     words = ", ".join(f"collision {c.number} {c.verdict}" for c in case.collisions)
     return Picture(
         svg,
-        "Left: how far the events of the shadows are from those of the unperturbed run. Right: the fan, every event of "
-        "every run.",
+        "Left: how far the events of the shadows are from those of the unperturbed run. Right: the fan, every "
+        "event of every run.",
         f"Shadows of {case.case.name}: {words}.",
     )
 

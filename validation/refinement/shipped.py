@@ -279,7 +279,7 @@ _STOP_STEPS = ("solver.scheme=generalized-alpha", "solver.free_step=5e-6", "solv
 
 
 def rigid_stop() -> Study:
-    """The rigid stop of a damped beam by plastic impacts, by a point without inertia, and by stiff springs."""
+    """Rigid stop of a damped beam: plastic impacts, a point without inertia, stiff springs."""
     ladders = []
     for viscosity, modes, meshes in _DAMPINGS:
         damped, group = f"beam.kelvin_voigt={viscosity}", f"damping {viscosity:g} s"
@@ -325,10 +325,10 @@ def rigid_stop() -> Study:
         "rigid-stop",
         "A rigid stop with internal damping: three ways to one limit",
         _words(
-            """With Kelvin-Voigt damping that the mesh resolves, plastic impacts on finer and finer meshes, a contact
-            point without inertia, and an elastic stop that becomes stiffer and stiffer have the same limit. Impacts
-            lose energy like the size of the elements: nothing in the limit. The peak of the force has none: it grows
-            with every element."""
+            """With Kelvin-Voigt damping that the mesh resolves, plastic impacts on finer and finer meshes, a
+            contact point without inertia, and an elastic stop that becomes stiffer and stiffer have the same
+            limit. Impacts lose energy like the size of the elements: nothing in the limit. The peak of the force
+            has none: it grows with every element."""
         ),
         tuple(ladders),
         tolerance=1e-4,

@@ -168,7 +168,7 @@ def measure(
 
 
 def open_journal(folder: Path, tasks: Sequence[Task], parts: Sequence[tuple[str, str]]) -> Journal:
-    """Open the rows that an interrupted study of these runs may have left; `parts` are user-defined (key, name)."""
+    """Open the rows that an interrupted study of these runs may have left; `parts` (key, name) are its own."""
     runs = [[task.base.model_dump(mode="json"), task.quantities] for task in tasks]
     names = {name for task in tasks for name in task.quantities}
     return Journal(folder / ROWS, fingerprint_of({"runs": runs}, list(parts)), len(tasks), names)
