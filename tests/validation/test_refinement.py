@@ -591,3 +591,25 @@ def test_a_picture_without_differences_has_no_decades(values, scale):
     _decades(axes)
     figure.savefig(BytesIO())
     assert axes.get_yscale() == scale
+
+
+def test_an_elastic_stop_is_refined_in_its_stiffness(tmp_path):
+    stiff = Scenario.builtin(
+        "paper", ["contact.normal=spring", "end_time=0.319", "discretization.frame=mean-axis"]
+    )
+    result = refine(stiff, stiffness=[1e5, 1e6, 1e7], quantities=["first_impact"], workers=1)
+    assert result.ladders[0].sizes == (1e-5, 1e-6, 1e-7)
+    assert [s.contact.stiffness for s in result.ladders[0].scenarios] == [1e5, 1e6, 1e7]
+    assert result.ladders[0].axis.heading == "stiffness (N/m)"
+    with pytest.raises(InputError, match=r"--stiffness: contact\.normal"):
+        refine(Scenario.builtin("paper"), stiffness=[1e5, 1e6, 1e7], workers=1)
+
+
+def test_the_peak_force_of_a_rigid_stop_is_said_to_have_no_limit():
+    rigid = Scenario.builtin("paper", ["end_time=0.335", "discretization.frame=mean-axis"])
+    assert "peak_force" not in default_quantities(rigid)
+    assert "peak_force" in default_quantities(rigid.replace(contact__normal="spring"))
+    found = lines(refine(rigid, modes=[1, 2, 3], quantities=["peak_force", "impulse"], workers=1))
+    place = next(k for k, line in enumerate(found) if "peak_force" in line)
+    assert "has no limit" in found[place + 1]
+    assert sum("has no limit" in line for line in found) == 1

@@ -1,0 +1,174 @@
+"""Shadow runs: growths, verdicts and the report, on cases whose predictability is known."""
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+
+from oblique_impact import InputError, Scenario
+from oblique_impact.command_line import application as cli
+from validation import predictability
+from validation.measuring import failed
+from validation.quantities import quantity
+from validation.refinement.predictability import (
+    PREDICTABLE,
+    SENSITIVE,
+    UNPREDICTABLE,
+    Case,
+    judge,
+    lines,
+    verdict_of,
+)
+from validation.refinement.shipped import predictability_cases
+
+BASE = ("discretization.frame=mean-axis", "discretization.modes=4", "solver.output_interval=1e-2")
+SOFT = Scenario.builtin("paper", [*BASE, "contact.normal=spring", "contact.friction=frictionless", "end_time=0.9"])
+
+
+@pytest.fixture(scope="module")
+def soft(tmp_path_factory):
+    return predictability(SOFT, shadows=2, workers=1, out=tmp_path_factory.mktemp("soft"))
+
+
+def row(number, starts, impulses=(), contacts=()):
+    """A finished run with macro-collisions and as many events."""
+    found = failed(number, "completed", "")
+    for n, start in enumerate(starts, start=1):
+        found["values"][f"start:{n}"] = found["values"][f"event:{n}"] = start
+        found["values"][f"collision_impulse:{n}"] = impulses[n - 1] if impulses else 1.0
+        found["values"][f"collision_contacts:{n}"] = contacts[n - 1] if contacts else 3.0
+    return found
+
+
+def test_an_elastic_stop_is_predictable(soft):
+    """A soft stop: what an angle changes is carried along, about 0.64 to 0.81 s/rad at the second collision."""
+    (case,) = soft.cases
+    first, second = case.collisions
+    assert first.verdict == second.verdict == PREDICTABLE
+    rate = second.growth * case.unit_time  # s/rad
+    assert 0.5 < rate < 1.0
+    # a linear change: a hundred times the angle, a hundred times the difference
+    assert second.spread[1] == pytest.approx(100.0 * second.spread[0], rel=0.05)
+    assert math.isinf(case.horizon)
+    assert case.growth.shape == case.events.shape == case.shadows.shape[1:]
+
+
+def test_growth_and_verdict_of_given_rows():
+    """Differences of 2e-8 s by 1e-8 rad after a first touch at 0.5 s: growth 4; of 1e-5 s: 2000."""
+    case = Case("given", SOFT)
+    offsets, perturbations = np.array([-1e-8, 1e-8, 1e-6]), (1e-8, 1e-6)
+    rows = [
+        row(0, (0.5, 1.0, 2.0)),
+        row(1, (0.5, 1.0 - 2e-8, 2.0)),
+        row(2, (0.5, 1.0, 2.0 + 1e-5)),
+        row(3, (0.5, 1.0)),
+    ]
+    found = judge(case, perturbations, offsets, rows)
+    first, second, third = found.collisions
+    assert first.growth == 0.0
+    assert second.growth == pytest.approx(4.0)
+    assert second.spread == pytest.approx((2e-8, 0.0), abs=1e-15)
+    assert second.verdict == PREDICTABLE
+    assert third.growth == math.inf  # the third shadow lacks it
+    assert third.verdict == UNPREDICTABLE
+    assert found.horizon == 1.0
+    two = judge(case, perturbations, offsets[:2], rows[:3])
+    assert two.collisions[2].growth == pytest.approx(2000.0)
+
+
+@pytest.mark.parametrize(
+    ("growth", "verdict"), [(10.0, PREDICTABLE), (10.1, SENSITIVE), (999.0, SENSITIVE), (1e3, UNPREDICTABLE)]
+)
+def test_verdicts(growth, verdict):
+    assert verdict_of(growth) == verdict
+
+
+def test_report_and_numbers(soft):
+    folder = soft.report.parent
+    data = json.loads((folder / "results.json").read_text())
+    (case,) = data["cases"]
+    assert case["collisions"][1]["growth"] == soft.cases[0].collisions[1].growth
+    assert case["offsets"] == [-1e-8, 1e-8, -1e-6, 1e-6]
+    with (folder / "results.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert [entry["verdict"] for entry in table] == ["predictable", "predictable"]
+    assert float(table[1]["start"]) == soft.cases[0].collisions[1].start
+    page = soft.report.read_text()
+    assert page.count("<svg") == 2
+    assert "not predictable above" in page
+    assert "rounding, a tolerance or another compiler" in page
+    assert lines(soft)[1].startswith("  collision 1: starts at 0.317147")
+    assert not list(folder.glob("*.jsonl"))
+
+
+def test_an_interrupted_study_goes_on(tmp_path, soft):
+    told = []
+
+    def stop_after_two(progress):
+        told.append(progress.done)
+        if progress.done == 2 and told[0] == 0 and len(told) < 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        predictability(SOFT, shadows=2, workers=1, out=tmp_path, on_progress=stop_after_two)
+    again = []
+    found = predictability(SOFT, shadows=2, workers=1, out=tmp_path, on_progress=lambda p: again.append(p.done))
+    assert again[0] == 2
+    assert [c.start for c in found.cases[0].collisions] == [c.start for c in soft.cases[0].collisions]
+
+
+def test_a_start_on_the_slope_is_perturbed_upwards_only():
+    touching = SOFT.replace(initial__angle=float(np.arcsin(-0.3 * np.sin(np.pi / 10)) + np.pi / 10), end_time=0.01)
+    found = predictability(touching, shadows=2, workers=1)
+    assert (found.cases[0].offsets > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"perturbations": ()}, "--perturbations"),
+        ({"perturbations": (0.0,)}, "--perturbations 0: should be"),
+        ({"shadows": 1}, "--shadows 1: should be from 2"),
+    ],
+)
+def test_bad_input_is_one_line(options, words):
+    with pytest.raises(InputError, match=words) as error:
+        predictability(SOFT, **options)
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_without_contact_there_is_nothing_to_predict():
+    with pytest.raises(InputError, match=r"contact\.enabled"):
+        predictability(SOFT.replace(contact__enabled=False))
+
+
+def test_the_shipped_cases_go_from_soft_to_rigid():
+    cases = predictability_cases()
+    assert [case.scenario.contact.normal for case in cases] == ["spring"] * 4 + ["rigid"] * 2
+    assert [case.scenario.beam.kelvin_voigt for case in cases] == [0.0] * 5 + [1e-5]
+
+
+def test_the_command_line(tmp_path, capsys):
+    changes = (*BASE, "contact.normal=spring", "contact.friction=frictionless", "end_time=0.35")
+    words = [word for change in changes for word in ("--set", change)]
+    with pytest.raises(SystemExit) as end:
+        cli.main(["refine", "paper", "--predictability", *words, "--out", str(tmp_path), "--workers", "1"])
+    assert end.value.code in (None, 0)
+    shown = capsys.readouterr().out
+    assert "collision 1: starts at 0.317147" in shown
+    assert "predictable" in shown
+    assert "--predictability" in json.loads((tmp_path / "results.json").read_text())["command"]
+    with pytest.raises(SystemExit) as end:
+        cli.main(["refine", "paper", "--predictability", "--elements", "4,8,16", "--out", str(tmp_path)])
+    assert end.value.code == 2
+    assert "--elements together with --predictability" in capsys.readouterr().err
+
+
+def test_quantities_of_any_collision_and_event():
+    assert quantity("start:2").unit == "s"
+    assert quantity("collision_impulse:3").meaning == "normal impulse of macro-collision 3"
+    for name in ("start:0", "start:", "event:x", "event:-1"):
+        with pytest.raises(InputError):
+            quantity(name)
