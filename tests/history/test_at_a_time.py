@@ -87,8 +87,14 @@ def test_it_says_what_happened(history):
     lines = repr(history).splitlines()
     assert 4 <= len(lines) <= 10
     assert "completed at 0.35 s" in lines[0]
+    energy = history.summary["energy"]
+    assert f"  energy (J)  {energy['initial']:.6g} -> {energy['final']:.6g}, unaccounted " in repr(history)
+    assert f"  lost (J)    impact {energy['lost_impact']:.4g}, friction {energy['lost_friction']:.4g}" in repr(
+        history
+    )
     first = history.macro_collisions[0]
-    assert f"{first['start']:.6f} to {first['end']:.6f} s" in repr(history)
+    span = f"{first['start']:.6f} to {first['end']:.6f} s"
+    assert f"{span}, {first['contacts']} contacts, {first['normal_impulse']:.6g} N s" in repr(history)
     html = history._repr_html_()
     assert "normal_impulse" in html
     assert f"{first['normal_impulse']:.6g}" in html
