@@ -68,6 +68,8 @@ def test_tables(history):
     assert energy.attrs["units"] == "J"
     assert float(energy[0]) == pytest.approx(history.summary["energy"]["initial"], rel=1e-14)
     assert float(energy[-1]) == pytest.approx(history.summary["energy"]["final"], rel=1e-14)
+    for kind in ("kinetic", "elastic", "gravity"):
+        assert history.summary["energy"][kind] == float(history[f"energy_{kind}"][-1])
 
 
 def test_it_behaves(history):

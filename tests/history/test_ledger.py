@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import Scenario, simulate, simulate_system
+from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.summary import Ledger, MacroCollision, balance, macro_collisions
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.scenario import builtin_names
+from validation.small_systems import Particle
 
 IMPLICIT = [n for n in builtin_names() if Scenario.builtin(n).solver.scheme == "generalized-alpha"]
 
@@ -66,6 +68,16 @@ def test_stiff_damping_neither_feeds_nor_hides_energy_at_rebounds(restitution, r
     assert energy["lost_damping"] > 4.0
     assert float(total.max()) < energy["initial"] + 1e-9
     assert abs(energy["unaccounted"]) < 1e-3 * energy["initial"]
+
+
+def test_a_belt_supplies_what_friction_takes_and_the_block_gains():
+    """A block of 1 kg, at rest on a belt at 2 m/s, mu = 0.3: friction drives it for 0.2 s."""
+    belt, force = Particle(above=-9.8, belt_speed=2.0), 0.3 * 9.8
+    energy = simulate_system(belt, np.zeros(2), np.zeros(2), 0.2, friction=Coulomb(0.3, 0.3)).summary["energy"]
+    gained = 0.5 * (0.2 * force) ** 2
+    assert energy["supplied"] == pytest.approx(force * 2.0 * 0.2, rel=1e-12)
+    assert energy["lost_friction"] == pytest.approx(force * 2.0 * 0.2 - gained, rel=1e-12)
+    assert energy["kinetic"] == pytest.approx(gained, rel=1e-12)
 
 
 def test_each_entry_of_the_ledger_is_what_it_says():

@@ -125,6 +125,25 @@ def test_a_spring_keeps_the_total_energy(run):
     np.testing.assert_allclose(total, total[0], rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            ("contact.mu_static=0.4",),
+            "2 assumed modes, tangent frame, first-order kinetics; "
+            "rigid stop, hybrid friction μ = 0.3; event scheme",
+        ),
+        (
+            ("contact.normal=spring", "contact.friction=frictionless", "discretization.method=fem"),
+            "32 finite elements reduced to 2 modes, tangent frame, first-order kinetics; "
+            "elastic stop 1e6 N/m, frictionless; event scheme",
+        ),
+    ],
+)
+def test_the_page_says_what_was_simulated(run, changes, said):
+    assert content(run("paper", "end_time=0.05", *changes), 20)[1]["model"] == said
+
+
 def test_a_run_that_blew_up_still_makes_a_page(run):
     history = run("paper")
     data = history.data.copy(deep=True)
