@@ -2,8 +2,8 @@
 
 Started as a program with a folder, it copies sources and tests into it, and imports the libraries once, which
 takes longer than most tests. Then it reads jobs, one object of JSON a line: a fault (`file`, `right`, `wrong`;
-none: the sources as they are), `tests` (their ids) and `options` of pytest. For each it forks, and writes what
-pytest returned and the outcomes of the tests.
+none: the sources as they are), `tests` (their ids), `options` of pytest, and `seconds` after which a loop counts
+as endless. For each it forks, and writes what pytest returned and the outcomes of the tests.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,6 @@ LIBRARIES = (
     *("pydantic", "pytest", "pyvista", "scipy.interpolate", "scipy.signal", "skfem", "typer", "xarray"),
 )
 COPIED = ("oblique_impact", "modal", "fem_beam", "validation", "renders", "tests", "pyproject.toml")
-SECONDS = 400  # a fault may make a loop endless
 
 Answer = tuple[int, dict[str, str]]
 
@@ -82,13 +82,13 @@ def planted(folder: Path, file: str = "", right: str = "", wrong: str = "") -> I
         shutil.copy2(ROOT / file, folder / file)
 
 
-def in_a_fork(log: Path, work: Callable[[], Answer]) -> Answer:
+def in_a_fork(log: Path, seconds: int, work: Callable[[], Answer]) -> Answer:
     """Return what a function returns in another process; -1 and nothing if that is killed."""
     reader, writer = os.pipe()
     child = os.fork()
     if not child:
         try:
-            signal.alarm(SECONDS)
+            signal.alarm(seconds)
             with log.open("w") as file:
                 os.dup2(file.fileno(), 1)
                 os.dup2(file.fileno(), 2)
@@ -142,9 +142,10 @@ def main(folder: Path, log: Path) -> None:
     sys.dont_write_bytecode = True  # two versions of a file in one second would be taken for the same
     for line in sys.stdin:
         job = json.loads(line)
-        tests, options = job.pop("tests"), job.pop("options", [])
+        task = partial(run_tests, folder, job.pop("tests"), job.pop("options", []))
+        seconds = job.pop("seconds", 300)
         with planted(folder, **job):
-            answer = in_a_fork(log, lambda tests=tests, options=options: run_tests(folder, tests, options))
+            answer = in_a_fork(log, seconds, task)
         print(json.dumps(answer), flush=True)
 
 
