@@ -53,6 +53,8 @@ def test_the_deformed_axis(history):
     points, now = history.beam_at(0.32), history.at(0.32)
     assert points.shape == (history.data.sizes["station"], 2)
     np.testing.assert_allclose(points[-1], [now["tip_x"], now["tip_y"]], atol=1e-6)
+    np.testing.assert_allclose(now["deflection"], now["uy"][-1], rtol=1e-9)
+    np.testing.assert_allclose(now["shortening"], now["ux"][-1], rtol=1e-6)
     np.testing.assert_allclose(points[0], 0.0, atol=1e-15)
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(1.0, abs=1e-4)
 

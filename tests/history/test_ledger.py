@@ -7,11 +7,13 @@ import pytest
 
 from oblique_impact import Scenario, simulate, simulate_system
 from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
+from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.summary import Ledger, MacroCollision, balance, macro_collisions
 from oblique_impact.marching.equations import Quadratures
-from oblique_impact.marching.records import Contact, Event
+from oblique_impact.marching.records import Contact, Event, OpenContact
 from oblique_impact.scenario.scenario import builtin_names
 from validation.small_systems import Particle
 
@@ -111,6 +113,16 @@ def test_each_entry_of_the_ledger_is_what_it_says():
         lost_scheme=4.0,
         unaccounted=4096.0 + 16.0 - 96.0 - 1.0 - 10.0 - 4.0 - 1920.0,
     )
+
+
+def test_a_contact_is_its_impact_and_what_its_finite_force_has_done():
+    """An elastic stop of 8 N/m, 0.5 m deep at most: 1 J."""
+    before = np.array(Quadratures(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+    since = np.array(Quadratures(3.0, -7.0, 17.0, 100.0, 100.0, 33.0, 100.0))
+    opened = OpenContact(0.1, Impulse(64.0, 128.0, 256.0), before, peak_force=9.0, depth=0.5)
+    whole, finite = opened.closed(0.2, since, ElasticStop(8.0))
+    assert finite == Contact(0.1, 0.2, 2.0, -8.0, 9.0, 1.0, 48.0)
+    assert whole == Contact(0.1, 0.2, 66.0, 120.0, 9.0, 1.0, 304.0)
 
 
 def test_a_macro_collision_adds_up_its_contacts():

@@ -148,6 +148,8 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
             x, y = line(axes, label)
             np.testing.assert_allclose(x, factors[0] * run_of["time"].values)
             np.testing.assert_allclose(y, factors[1] * run_of[name].values)
+    shaded = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
+    np.testing.assert_allclose(shaded, [(contact.start, contact.end) for contact in history.contacts], atol=1e-12)
     axes = panels["Energy"]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time (s)", "energy (J)")
     np.testing.assert_allclose(line(axes, "total, a")[1], sum(history[f"energy_{kind}"].values for kind in KINDS))

@@ -94,7 +94,12 @@ def study():
 
 
 def test_refine(study):
-    page = tables(render_html(study_document(study, "command")))
+    text = render_html(study_document(study, "command"))
+    # matplotlib draws letters as shapes and leaves the text in a comment
+    for label in ("relative difference (1)", "value / value at the finest level (1)", "elements (1)"):
+        assert f"<!-- {label} -->" in text
+    assert "uncertainty 0.02 N s, noise 3 × 10⁻¹³ N s, GCI of the last two levels alone 0.14 N s" in text
+    page = tables(text)
     assert page["Verdicts"] == [
         ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"],
         [

@@ -15,7 +15,19 @@ from oblique_impact.marching.records import Event
 from validation.reference_values import VALUES
 from validation.reproduction import energies, forces, motions
 from validation.reproduction.cases import Case, combinations, main_cases, paper, threshold_cases, variant_cases
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Finding, Judged, combined, graded, judge
+from validation.reproduction.claims import (
+    NOT,
+    PARTLY,
+    REPRODUCED,
+    Claim,
+    Finding,
+    Judged,
+    combined,
+    graded,
+    judge,
+    milliseconds,
+    moment,
+)
 from validation.reproduction.material import Material
 from validation.reproduction.measures import (
     Trio,
@@ -193,6 +205,10 @@ RULES = {
 def test_rules_can_hold_and_fail(name):
     rule, runs, verdict = RULES[name]
     assert rule(runs).verdict == verdict
+
+
+def test_times_are_written_in_their_unit():
+    assert (milliseconds(0.0123), moment(0.69904)) == ("12.3 ms", "0.6990 s")
 
 
 def test_verdicts_of_two_schemes_combine():
