@@ -9,13 +9,17 @@ import stat
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from oblique_impact import Scenario
+from oblique_impact import History, Scenario
+from oblique_impact.beam.frequencies import Frequencies
+from oblique_impact.command_line import modes
 from oblique_impact.command_line.application import main
+from oblique_impact.command_line.run import print_summary
 from oblique_impact.scenario.scenario import builtin_names
 
 
@@ -212,3 +216,41 @@ def test_help_is_quick_because_it_imports_no_numerics():
         text=True,
     )
     assert "run" in shown.stdout
+
+
+def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
+    history = History.load(paper_run)
+    collision = {"start": 0.25, "end": 0.5, "contacts": 3, "normal_impulse": 1.5, "peak_force": 250.0}
+    energy = {"initial": 3.0, "final": 2.0, "unaccounted": 1e-9}
+    energy |= {"lost_impact": 0.125, "lost_friction": 0.25, "lost_damping": 0.5, "lost_scheme": 0.0625}
+    told = {
+        "outcome": "completed",
+        "end_time": 0.75,
+        "events": 9,
+        "steps": 77,
+        "wall_time": 1.25,
+        "macro_gap": 0.03,
+    }
+    summary = told | {"macro_collisions": [collision], "energy": energy, "warnings": ["mind the step"]}
+    print_summary(replace(history, summary=summary), tmp_path, True)
+    assert capsys.readouterr().out.splitlines() == [
+        "completed: t = 0.75 s, 9 events",
+        "  collision 1: 0.250000 to 0.500000 s, 3 contacts (gap < 0.03 s), 1.5 N s, peak 250 N",
+        "  energy: 3 -> 2 J",
+        "  lost: impact 0.125, friction 0.25, damping 0.5, scheme 0.0625 J",
+        "  unaccounted: 1.00e-09 J; 77 steps, 1.25 s",
+        "  warning: mind the step",
+        f"  results: {tmp_path} (those of an earlier run were replaced)",
+    ]
+
+
+def test_what_modes_prints_has_its_units(capsys):
+    modes._print_frequencies(Frequencies(np.array([0.0, 6.0]), np.array([[1.0], [2.0]]), np.array([[3.0], [4.0]])))
+    assert [line.split() for line in capsys.readouterr().out.splitlines()] == [
+        ["flapwise", "(rad/s)"],
+        ["at", "0", "rad/s:", "1.000000"],
+        ["at", "6", "rad/s:", "2.000000"],
+        ["chordwise", "(rad/s)"],
+        ["at", "0", "rad/s:", "3.000000"],
+        ["at", "6", "rad/s:", "4.000000"],
+    ]

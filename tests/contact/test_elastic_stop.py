@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import Scenario, simulate, simulate_system
+from oblique_impact.contact.stops import ElasticStop
+from validation.small_systems import Particle
 
 NODAL = ("discretization.method=fem", "discretization.modes=0", "discretization.elements=8")
 IMPLICIT = ("solver.scheme=generalized-alpha", "solver.free_step=1e-5")
@@ -49,6 +51,15 @@ def test_ledger_on_an_elastic_stop(scheme, friction):
     assert (energy["lost_friction"] > 1e-3) == (friction != "frictionless")
     assert abs(energy["unaccounted"]) < ceiling
     assert history["lambda_n"].min() >= 0.0
+
+
+def test_what_a_damped_stop_takes_is_the_energy_of_the_ball():
+    """2 kg with 3 m/s, and without weight: m (v^2 - v'^2)/2."""
+    start = np.array([0.0, 0.3]), np.array([0.0, -3.0])
+    history = simulate_system(Particle(above=0.0, mass=2.0), *start, 0.5, stop=ElasticStop(5e3, 0.2))
+    taken = 3.0**2 - float(history["qd"][-1, 1]) ** 2
+    assert history.summary["energy"]["lost_damping"] == pytest.approx(taken, rel=1e-9)
+    assert taken > 1.0
 
 
 def test_friction_sticks_on_an_elastic_stop():

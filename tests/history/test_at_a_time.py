@@ -53,6 +53,8 @@ def test_the_deformed_axis(history):
     points, now = history.beam_at(0.32), history.at(0.32)
     assert points.shape == (history.data.sizes["station"], 2)
     np.testing.assert_allclose(points[-1], [now["tip_x"], now["tip_y"]], atol=1e-6)
+    np.testing.assert_allclose(now["deflection"], now["uy"][-1], rtol=1e-9)
+    np.testing.assert_allclose(now["shortening"], now["ux"][-1], rtol=1e-6)
     np.testing.assert_allclose(points[0], 0.0, atol=1e-15)
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(1.0, abs=1e-4)
 
@@ -68,6 +70,8 @@ def test_tables(history):
     assert energy.attrs["units"] == "J"
     assert float(energy[0]) == pytest.approx(history.summary["energy"]["initial"], rel=1e-14)
     assert float(energy[-1]) == pytest.approx(history.summary["energy"]["final"], rel=1e-14)
+    for kind in ("kinetic", "elastic", "gravity"):
+        assert history.summary["energy"][kind] == float(history[f"energy_{kind}"][-1])
 
 
 def test_it_behaves(history):
@@ -87,8 +91,14 @@ def test_it_says_what_happened(history):
     lines = repr(history).splitlines()
     assert 4 <= len(lines) <= 10
     assert "completed at 0.35 s" in lines[0]
+    energy = history.summary["energy"]
+    assert f"  energy (J)  {energy['initial']:.6g} -> {energy['final']:.6g}, unaccounted " in repr(history)
+    assert f"  lost (J)    impact {energy['lost_impact']:.4g}, friction {energy['lost_friction']:.4g}" in repr(
+        history
+    )
     first = history.macro_collisions[0]
-    assert f"{first['start']:.6f} to {first['end']:.6f} s" in repr(history)
+    span = f"{first['start']:.6f} to {first['end']:.6f} s"
+    assert f"{span}, {first['contacts']} contacts, {first['normal_impulse']:.6g} N s" in repr(history)
     html = history._repr_html_()
     assert "normal_impulse" in html
     assert f"{first['normal_impulse']:.6g}" in html

@@ -13,8 +13,12 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 from oblique_impact import History, InputError, Scenario, simulate
+<<<<<<< HEAD
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_compliance
+=======
+from oblique_impact.contact.state import State
+>>>>>>> main
 from oblique_impact.history.events import EVENT_COLUMNS
 from oblique_impact.history.history import FILES
 from oblique_impact.history.sample_times import first_sample, jumps, last_sample
@@ -43,7 +47,34 @@ def test_labels(history):
         assert array.attrs.get("long_name"), name
         assert "units" in array.attrs, name
         assert array.dtype.kind in "fiu", name
-    assert history["lambda_n"].attrs["units"] == "N"
+    # of each variable, written down a second time
+    units = {
+        "s": "time",
+        "m or rad": "q",
+        "m/s or rad/s": "qd",
+        "m": "gap slip station tip_x tip_y deflection shortening clearance clearance_at ux uy",
+        "m/s": "gap_rate slip_rate tip_vx tip_vy ux_dot uy_dot",
+        "rad": "theta",
+        "rad/s": "theta_dot",
+        "N": "lambda_n lambda_tau shear axial_force",
+        "N m": "moment",
+        "Pa": "bending_stress",
+        "J": "energy_kinetic energy_elastic energy_gravity",
+        "1": "state",
+    }
+    expected = {name: unit for unit, names in units.items() for name in names.split()}
+    assert {str(name): array.attrs["units"] for name, array in history.data.variables.items()} == expected
+    for name, words in {
+        "lambda_n": "normal contact force",
+        "lambda_tau": "tangential contact force",
+        "axial_force": "axial force, tension positive",
+        "clearance": "smallest distance of the beam's axis from the slope, negative below",
+    }.items():
+        assert history[name].attrs["long_name"] == words
+    flags = history["state"].attrs
+    assert dict(zip(flags["flag_meanings"].split(), flags["flag_values"].tolist(), strict=True)) == {
+        state.name.lower(): int(state) for state in State
+    }
 
 
 def test_a_jump_has_two_samples_next_to_each_other(history):

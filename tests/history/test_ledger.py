@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import Scenario, simulate, simulate_system
+from oblique_impact.contact.friction import Coulomb
+from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.state import State
+from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.history.summary import Ledger, MacroCollision, balance, macro_collisions
+from oblique_impact.marching.equations import Quadratures
+from oblique_impact.marching.records import Contact, Event, OpenContact
 from oblique_impact.scenario.scenario import builtin_names
+from validation.small_systems import Particle
 
 IMPLICIT = [n for n in builtin_names() if Scenario.builtin(n).solver.scheme == "generalized-alpha"]
 
@@ -61,3 +71,69 @@ def test_stiff_damping_neither_feeds_nor_hides_energy_at_rebounds(restitution, r
     assert energy["lost_damping"] > 4.0
     assert float(total.max()) < energy["initial"] + 1e-9
     assert abs(energy["unaccounted"]) < 1e-3 * energy["initial"]
+
+
+def test_a_belt_supplies_what_friction_takes_and_the_block_gains():
+    """A block of 1 kg, at rest on a belt at 2 m/s, mu = 0.3: friction drives it for 0.2 s."""
+    belt, force = Particle(above=-9.8, belt_speed=2.0), 0.3 * 9.8
+    energy = simulate_system(belt, np.zeros(2), np.zeros(2), 0.2, friction=Coulomb(0.3, 0.3)).summary["energy"]
+    gained = 0.5 * (0.2 * force) ** 2
+    assert energy["supplied"] == pytest.approx(force * 2.0 * 0.2, rel=1e-12)
+    assert energy["lost_friction"] == pytest.approx(force * 2.0 * 0.2 - gained, rel=1e-12)
+    assert energy["kinetic"] == pytest.approx(gained, rel=1e-12)
+
+
+def test_each_entry_of_the_ledger_is_what_it_says():
+    """Powers of two, so that no sum is another one; a release's row repeats what is integrated already."""
+    integrals = Quadratures(
+        normal_impulse=1e6,
+        tangential_impulse=1e6,
+        friction_loss=1.0,
+        damping_loss=2.0,
+        stabilization_loss=4.0,
+        stop_loss=8.0,
+        supplied=16.0,
+    )
+    event = Event(0.1, EventKind.IMPACT, 0.0, 0.0, 0.0, 0.0, 32.0, State.SLIP)
+    events = [
+        event,
+        event._replace(kind=EventKind.REBOUND, energy_loss=64.0),
+        event._replace(kind=EventKind.RELEASE),
+    ]
+    assert balance(4096.0, (128.0, 256.0, 512.0, 1024.0), np.array(integrals), events) == Ledger(
+        initial=4096.0,
+        final=1920.0,
+        kinetic=128.0,
+        elastic=256.0,
+        gravity=512.0,
+        contact=1024.0,
+        supplied=16.0,
+        lost_impact=96.0,
+        lost_friction=1.0,
+        lost_damping=10.0,
+        lost_scheme=4.0,
+        unaccounted=4096.0 + 16.0 - 96.0 - 1.0 - 10.0 - 4.0 - 1920.0,
+    )
+
+
+def test_a_contact_is_its_impact_and_what_its_finite_force_has_done():
+    """An elastic stop of 8 N/m, 0.5 m deep at most: 1 J."""
+    before = np.array(Quadratures(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+    since = np.array(Quadratures(3.0, -7.0, 17.0, 100.0, 100.0, 33.0, 100.0))
+    opened = OpenContact(0.1, Impulse(64.0, 128.0, 256.0), before, peak_force=9.0, depth=0.5)
+    whole, finite = opened.closed(0.2, since, ElasticStop(8.0))
+    assert finite == Contact(0.1, 0.2, 2.0, -8.0, 9.0, 1.0, 48.0)
+    assert whole == Contact(0.1, 0.2, 66.0, 120.0, 9.0, 1.0, 304.0)
+
+
+def test_a_macro_collision_adds_up_its_contacts():
+    """Two contacts 0.1 s apart, and one that follows 0.3 s after the end of the second."""
+    contacts = [
+        Contact(0.0, 0.2, 1.0, -2.0, 30.0, 0.0, 0.0),
+        Contact(0.3, 0.4, 4.0, -8.0, 20.0, 0.0, 0.0),
+        Contact(0.7, 0.8, 16.0, -32.0, 10.0, 0.0, 0.0),
+    ]
+    assert macro_collisions(contacts, 0.25) == [
+        MacroCollision(0.0, 0.4, 2, 5.0, -10.0, 30.0),
+        MacroCollision(0.7, 0.8, 1, 16.0, -32.0, 10.0),
+    ]

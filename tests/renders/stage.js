@@ -1,7 +1,7 @@
 /* What stands for the page in Node: a canvas whose context notes its texts, and its shapes with their colours. */
 
 const noted = { texts: [], fills: [], strokes: [] };
-let path = [], arcs = [];
+let path = [], arcs = [], within = null;
 
 class Path2D {
   constructor() { this.points = []; }
@@ -17,10 +17,11 @@ const shapes = {
   moveTo(x, y) { path.push([x, y]); },
   lineTo(x, y) { path.push([x, y]); },
   arc(...circle) { arcs.push(circle); },
+  rect(...box) { within = box; },
   fillText(text, x, y) { noted.texts.push({ text, x, y }); },
   fillRect(...rect) { noted.fills.push({ rect, tint: this.fillStyle }); },
   fill(shape) { noted.fills.push({ points: shape ? shape.points : path, arcs, tint: this.fillStyle }); },
-  stroke(shape) { noted.strokes.push({ points: shape ? shape.points : path, tint: this.strokeStyle }); },
+  stroke(shape) { noted.strokes.push({ points: shape ? shape.points : path, tint: this.strokeStyle, alpha: this.globalAlpha, within }); },
   measureText: (text) => ({ width: 7 * text.length }),
   createLinearGradient: (...ends) => ({ ends, stops: [], addColorStop(...stop) { this.stops.push(stop); } }),
 };

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import ImageColor
 
+from oblique_impact.contact.state import State
 from renders import campbell, overview
 from renders.charts import Chart, energy_curves, force_curves
 from renders.frame import Composer
 from renders.letters import Letters
 from renders.story import story_of
-from renders.style import LIGHT, Style
+from renders.style import DARK, LIGHT, STATE_COLOURS, Style
 from renders.timeline import make_timeline
 from tests.renders.writing import texts
 
@@ -66,6 +68,22 @@ def test_the_cursor_is_at_its_time_and_the_past_is_solid(story):
     assert solid[40:].sum() > 5 * faint[40:].sum() + 100
 
 
+def test_contacts_are_shaded_where_they_are(story):
+    """The ground of a chart, row by row above its curves, is grey in contacts and white in flights."""
+    timeline = make_timeline(story.time_map, between=(0.3, 0.34))
+    chart = Chart([], "force (N)", (900, 260), timeline, story, Letters(1.0))
+    picture, (left, right, top, bottom) = np.asarray(chart.at(0.34)).astype(int), chart._box
+    contacts = [c for c in story.histories[0].contacts if c.start > 0.3 and c.end < 0.34]
+    gaps = [(a.end, b.start) for a, b in pairwise(contacts)]
+    for spans, shaded in (([(c.start, c.end) for c in contacts], True), (gaps, False)):
+        ends = left + timeline.course.film_at(np.array(spans)) / timeline.course.duration * (right - left)
+        wide = [round(float(span.mean())) for span in ends if span[1] - span[0] > 8.0]
+        assert wide
+        for x in wide:
+            ground = np.median(picture[round(top) + 2 : round(bottom) - 2, x - 2 : x + 3].min(axis=2))
+            assert (ground < 250) == shaded, x
+
+
 def test_a_frame_tells_its_rate_and_the_force_and_gap_of_the_inset(story, monkeypatch):
     geometry = story.geometries[0]
     small = replace(story, style=Style(size=(960, 540)))
@@ -111,6 +129,8 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
             x, y = line(axes, label)
             np.testing.assert_allclose(x, factors[0] * run_of["time"].values)
             np.testing.assert_allclose(y, factors[1] * run_of[name].values)
+    shaded = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
+    np.testing.assert_allclose(shaded, [(contact.start, contact.end) for contact in history.contacts], atol=1e-12)
     axes = panels["Energy"]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time (s)", "energy (J)")
     np.testing.assert_allclose(line(axes, "total, a")[1], sum(history[f"energy_{kind}"].values for kind in KINDS))
@@ -122,12 +142,41 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
     axes = panels["Shapes in the first collision"]
     assert axes.get_ylabel() == "deflection from the chord (mm)"
     k = int(np.searchsorted(time, history.events[0].time, side="right"))
+    assert axes.lines[0].get_color() == STATE_COLOURS[int(history["state"][k])]
+    named = {found.get_label(): found.get_color() for found in axes.lines if not found.get_label().startswith("_")}
+    assert named == dict(zip(("free", "slip"), STATE_COLOURS, strict=False))
     chord = history["uy"].values[k, -1] * history["station"].values / history["station"].values[-1]
     np.testing.assert_allclose(axes.lines[0].get_ydata(), 1e3 * (history["uy"].values[k] - chord), atol=1e-9)
+    axes = panels["The beam up to the first impact"]
+    said = [text.get_text() for text in axes.texts if text.get_text().endswith(" s")]
+    assert (said[0], said[-1], len(said)) == ("0.000 s", f"{history.events[0].time:.3f} s", 6)
     axes = panels["Where the energy went"]
     assert axes.get_ylabel() == "energy lost (J)"
     lost = [history.summary["energy"][f"lost_{kind.get_text()}"] for kind in axes.get_xticklabels()]
     assert [bar.get_height() for bar in axes.containers[0]] == lost
+
+
+def test_the_overview_shows_how_far_events_are_apart(run):
+    """Of two runs with the same events: the second one's are later by 1, 2, 3... microseconds."""
+    history = run("paper")
+    late = [event._replace(time=event.time + 1e-6 * n) for n, event in enumerate(history.events, start=1)]
+    axes = overview.overview({"a": history, "b": replace(history, events=late)}).axes[-1]
+    assert axes.get_title(loc="left") == "Event times: |a - b|"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time of the event (s)", "difference (s)")
+    for state, dots in zip((State.FREE, State.SLIP), axes.lines, strict=True):
+        mine = np.array([event.state is state for event in history.events])
+        assert (dots.get_label(), dots.get_color()) == (f"to {state.name.lower()}", STATE_COLOURS[state])
+        np.testing.assert_allclose(dots.get_xdata(), np.array([event.time for event in history.events])[mine])
+        np.testing.assert_allclose(dots.get_ydata(), 1e-6 * (np.flatnonzero(mine) + 1), rtol=1e-6)
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK])
+def test_states_have_one_hue_in_all_themes(theme):
+    """Free is blue, slip orange, stick green; the arrow of a force has the colour of slip."""
+    free, slip, stick = (ImageColor.getrgb(colour) for colour in theme.states)
+    assert (int(np.argmax(free)), int(np.argmax(slip)), int(np.argmax(stick))) == (2, 0, 1)
+    assert theme.arrow == theme.states[State.SLIP]
+    assert slip[1] > slip[2]
 
 
 def test_a_campbell_diagram_names_flapwise_and_chordwise(monkeypatch, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -122,7 +123,11 @@ def test_every_result_says_its_unit(frames):
 
 def test_xdmf_through_vtk(scene, tmp_path, capfd):
     """VTK's reader takes times less than 1e-7 s apart for one: it returns both sides of a jump, and no warning."""
-    found = read_xdmf_by_vtk(write(scene, tmp_path / "beam.xdmf"))
+    path = write(scene, tmp_path / "beam.xdmf")
+    kinds = dict(re.findall(r'Attribute Name="(\w+)" AttributeType="(\w+)" Center="Node"', path.read_text()))
+    arrays = {name: values for part in scene.parts for name, values in part.shape(0).arrays.items()}
+    assert {n: kinds[n] for n in arrays} == {n: "Vector" if v.ndim > 1 else "Scalar" for n, v in arrays.items()}
+    found = read_xdmf_by_vtk(path)
     np.testing.assert_array_equal([stamp for stamp, _ in found], scene.frames.time)
     for stamp, blocks in found:
         near = scene.frames.sample[np.abs(scene.frames.time - stamp) <= 1e-7]

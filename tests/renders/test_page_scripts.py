@@ -13,12 +13,13 @@ import pytest
 
 from renders import player
 from renders.envelope import drawn
+from renders.geometry import BETWEEN
 from renders.player.document import SCRIPTS
 from renders.player.payload import payload, unpacked
 from renders.scene import contact_force
 from renders.slope import drawn_slope
 from renders.story import story_of
-from renders.style import STATE_COLOURS, Style
+from renders.style import DARK, LIGHT, STATE_COLOURS, Style
 from tests.renders.test_pictures import check_arrow_outline
 
 NODE = shutil.which("node") or shutil.which("nodejs")
@@ -234,3 +235,59 @@ def test_the_page_draws_the_slope_untrimmed(run, factor):
     outline, scripts = drawn_slope(story.geometries[0]).outline, Scripts(story)
     found = scripts.drawn(40, "drawWedge(context, { scale: 100, x0: 7, y0: 9, thick: 1 })")["fills"][0]["points"]
     np.testing.assert_allclose((np.array(found) - (7, 9)) / (100, -100), outline, atol=1e-9)
+
+
+def rgb(state):
+    """Colour of a state as the page writes it."""
+    return f"rgb({','.join(str(int(STATE_COLOURS[state][n : n + 2], 16)) for n in (1, 3, 5))})"
+
+
+@pytest.mark.parametrize(
+    ("view", "call"), [("sceneView(800, 500)", "Scene"), ("insetView(moment, 800, 500)", "Inset")]
+)
+def test_the_drawn_beam_is_magnified_in_the_scene_alone(scripts, story, view, call):
+    """The middle of the tube against the axis that the other pictures draw."""
+    frame, geometry = strongest(scripts)[0], story.geometries[0]
+    noted = scripts.drawn(frame, f"draw{call}(moment)")
+    (tube,) = (s["points"] for s in noted["strokes"] if len(s["points"]) == 2 * geometry.stations.size + 1)
+    lower, upper = np.array(tube[1 : geometry.stations.size + 1]), np.array(tube[: geometry.stations.size : -1])
+    at = scripts.at(frame, view)
+    found = (0.5 * (lower + upper) - (at["x0"], at["y0"])) / (at["scale"], -at["scale"])
+    shown = geometry if call == "Scene" else geometry.true
+    expected = shown.centreline(int(scripts.arrays["frame_sample"][frame]))[:: BETWEEN + 1, :2]
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+    assert geometry.factor > 1.0
+
+
+def test_the_path_of_the_contact_point_has_the_colours_of_the_states(scripts):
+    last = scripts.arrays["frame_time"].size - 1
+    noted = scripts.drawn(last, "drawTrace(context, { scale: 1, x0: 0, y0: 0, thick: 1 }, moment, 1e9)")
+    states, x = scripts.arrays["frame_state"], scripts.arrays["frame_x"][:, -1]
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(states.astype(int))) + 1])
+    assert [stroke["tint"] for stroke in noted["strokes"]] == [rgb(state) for state in states[starts]]
+    assert [stroke["points"][0][0] for stroke in noted["strokes"]] == pytest.approx(x[starts].tolist())
+
+
+def test_the_past_of_a_chart_is_solid_and_its_events_are_marked(scripts):
+    frame = strongest(scripts)[1]
+    noted = scripts.drawn(frame, "drawChart(chartSpecs()[1], moment, [0, 1])")
+    cursor = [fill["arcs"][0] for fill in noted["fills"] if fill.get("arcs")][-1][0]
+    past, future = ([s["within"] for s in noted["strokes"] if s["alpha"] == alpha] for alpha in (1, 0.3))
+    assert len(past) == len(future) + 4 == 8  # with the rings of the cursor
+    assert [box[0] + box[2] for box in past[:4]] == pytest.approx([cursor] * 4)
+    assert [box[0] for box in future] == pytest.approx([cursor] * 4)
+    words = [text["text"] for text in noted["texts"]]
+    to_time = axis_of(noted["texts"][: words.index("t (s)")], "x")
+    marks = [fill for fill in noted["fills"] if len(fill.get("points", ())) == 3]
+    events = scripts.facts["events"]
+    assert [np.polyval(to_time, mark["points"][0][0]) for mark in marks] == pytest.approx(
+        [e["time"] for e in events]
+    )
+    assert [mark["tint"] for mark in marks] == [rgb(e["state"]) for e in events]
+
+
+def test_energies_have_the_colours_of_the_other_pictures():
+    text = (PAGE / "player.css").read_text(encoding="utf-8")
+    light, dark = (dict(re.findall(r"--(\w+): (#\w+);", part)) for part in text.split('[data-theme="dark"]')[:2])
+    for colours, theme in ((light, LIGHT), (dark, DARK)):
+        assert tuple(colours[name] for name in ("kinetic", "elastic", "gravity")) == theme.energies

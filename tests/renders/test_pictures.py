@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
+from renders import scene
 from renders.difference import magnify_difference
 from renders.frame import Composer
 from renders.scene import CAMERAS, View, contact_force
@@ -150,6 +151,44 @@ def test_the_arrow_points_along_the_force_and_leaves_the_contact_point_free(stor
         check_arrow(pixels, along, place)
         with pytest.raises(AssertionError):  # as it would be with the other sign
             check_arrow(pixels, -along, place)
+
+
+def test_the_arrow_is_as_long_as_the_root_of_the_force(story, geometry, monkeypatch):
+    """0.16 of the beam's length at the largest force of the run, seen from the front."""
+    lengths, outline = [], scene.arrow_outline
+
+    def spy(tip, along, length, unit):
+        lengths.append(length)
+        return outline(tip, along, length, unit)
+
+    monkeypatch.setattr(scene, "arrow_outline", spy)
+    view = view_of(story, arrow=True, camera="front")
+    pixels = view.project(np.array([[0.0, 0.0, 0.0], [geometry.scenario.beam.length, 0.0, 0.0]]))
+    longest = 2.0 * 0.16 * (pixels[1, 0] - pixels[0, 0])  # the window is twice as large
+    for time in (strongest(geometry), 0.3232, 0.3256):
+        view.draw(time)
+        part = np.linalg.norm(contact_force(geometry, geometry.index(time))) / geometry.peak_force
+        assert lengths.pop() == pytest.approx(longest * np.sqrt(part), rel=1e-6)
+    view.close()
+
+
+def test_trace_and_ghosts_are_the_past(story, geometry):
+    """The path of the contact point up to the time; the beam at twelfths of the run, the newest one strongest."""
+    view = view_of(story, trace=True, ghosts=True)
+    time, beam = 0.42, view._beams[0]
+    beam.move(time)
+    seen, place = beam._trace_times <= time, geometry.contact_point(geometry.index(time))
+    path = np.array([geometry.contact_point(geometry.index(t)) for t in beam._trace_times[seen]])
+    np.testing.assert_allclose(beam._trace.points[seen, :2], path, atol=1e-6)
+    np.testing.assert_allclose(
+        beam._trace.points[~seen, :2], np.broadcast_to(place, ((~seen).sum(), 2)), atol=1e-6
+    )
+    for n, (mesh, actor) in enumerate(beam._ghosts):
+        assert actor.visibility
+        surface = geometry.surface(geometry.index((4 - n) / 12.0))
+        behind = 4.0 * (n + 1) * geometry.radii.max() * beam._eye
+        np.testing.assert_allclose(mesh.points, surface.points - behind, atol=1e-6)
+    view.close()
 
 
 def test_the_force_is_that_of_the_slope_on_the_beam(geometry):

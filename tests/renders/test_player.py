@@ -119,6 +119,25 @@ def test_a_spring_keeps_the_total_energy(run):
     np.testing.assert_allclose(total, total[0], rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            ("contact.mu_static=0.4",),
+            "2 assumed modes, tangent frame, first-order kinetics; "
+            "rigid stop, hybrid friction μ = 0.3; event scheme",
+        ),
+        (
+            ("contact.normal=spring", "contact.friction=frictionless", "discretization.method=fem"),
+            "32 finite elements reduced to 2 modes, tangent frame, first-order kinetics; "
+            "elastic stop 1e6 N/m, frictionless; event scheme",
+        ),
+    ],
+)
+def test_the_page_says_what_was_simulated(run, changes, said):
+    assert content(run("paper", "end_time=0.05", *changes), 20)[1]["model"] == said
+
+
 def test_a_run_that_blew_up_still_makes_a_page(run):
     history = run("paper")
     data = history.data.copy(deep=True)
@@ -208,6 +227,11 @@ def settle(page):
     page.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
 
 
+def rgb(state):
+    """Colour of a state as a browser writes it."""
+    return f"rgb({', '.join(str(int(STATE_COLOURS[state][k : k + 2], 16)) for k in (1, 3, 5))})"
+
+
 def now(page):
     return page.evaluate("player.now().time")
 
@@ -232,8 +256,7 @@ def test_time_state_and_numbers_are_written(player, run, time, state):
     seek(player, time)
     assert text(player, "time") == f"t = {time:.6f} s"
     assert text(player, "state") == state.name
-    rgb = ", ".join(str(int(STATE_COLOURS[state][k : k + 2], 16)) for k in (1, 3, 5))
-    assert player.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor") == f"rgb({rgb})"
+    assert player.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor") == rgb(state)
     assert text(player, "rate") == ("shown at 1/500 of real time" if state else "shown at 1/10 of real time")
     labels, values = (player.locator(f"#numbers {tag}").all_text_contents() for tag in ("dt", "dd"))
     found = dict(zip(labels, values, strict=True))
@@ -276,6 +299,23 @@ def test_events_are_listed_with_time_kind_and_impulse(player, run):
         found = re.fullmatch(r"([\d.]{8})(\w+) (?:(\S+) N s)?", row)
         assert (float(found[1]), found[2]) == (pytest.approx(event.time, abs=1e-6), event.kind.value)
         assert float(found[3] or 0.0) == pytest.approx(event.normal_impulse, rel=6e-3)
+    assert text(player, "events-note") == "time (s), kind, impulse"
+    dots = player.locator("#events i").evaluate_all("dots => dots.map(d => getComputedStyle(d).backgroundColor)")
+    assert dots == [rgb(event.state) for event in run("paper").events]
+
+
+@pytest.mark.parametrize(("time", "state", "strength"), [(0.2, State.FREE, 0.35), (0.3185, State.SLIP, 1.0)])
+def test_the_strip_above_the_buttons_has_the_colours_of_the_states(player, time, state, strength):
+    seek(player, time)
+    *found, alpha = player.evaluate(
+        """() => {
+            const canvas = document.getElementById("strip"), wide = canvas.getBoundingClientRect().width - 14;
+            const part = player.now().film / player.arrays.frame_film.at(-1), dots = window.devicePixelRatio;
+            return [...canvas.getContext("2d").getImageData(dots * (7 + wide * part), 10 * dots, 1, 1).data];
+        }"""
+    )
+    assert found == pytest.approx([int(part) for part in re.findall(r"\d+", rgb(state))], abs=4)
+    assert alpha == pytest.approx(255 * strength, abs=2)
 
 
 def test_a_run_that_blew_up_is_shown(page, run, files):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from oblique_impact import InputError
 from oblique_impact.command_line.application import application
 from renders import Style, render
+from renders.command import _instant
 from renders.outputs import APPLIES, FILM, PAGE, STILL, STRIP
 
 
@@ -24,6 +26,14 @@ def test_a_still_at_the_largest_force(folder, tmp_path, cli):
     assert "deformation factor 5" in out
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.size == (480, 320)
+
+
+def test_the_time_of_a_still_that_is_told_none(run):
+    history = run("paper", "end_time=0.34")
+    time = _instant(history, [], None)
+    force = history["lambda_n"].values
+    assert force[np.flatnonzero(history["time"].values == time)[0]] == force.max() > 0.0
+    assert (_instant(history, [0.25], None), _instant(history, [], 2)) == (0.25, history.events[1].time)
 
 
 def test_stills_at_a_time_and_at_an_event(folder, tmp_path, cli):

@@ -22,8 +22,9 @@ def test_time_is_stretched_in_contacts(run):
     np.testing.assert_allclose(timeline.rates[far], 0.1, rtol=1e-6)
 
 
-def test_rates_are_those_of_the_frames(run):
-    timeline = make_timeline(time_map(run("paper")))
+@pytest.mark.parametrize("frames", [None, 2000])
+def test_rates_are_those_of_the_frames(run, frames):
+    timeline = make_timeline(time_map(run("paper")), frames=frames)
     between = np.diff(timeline.times) * timeline.fps
     np.testing.assert_allclose(between, 0.5 * (timeline.rates[1:] + timeline.rates[:-1]), rtol=0.05)
 

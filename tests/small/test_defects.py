@@ -128,6 +128,15 @@ def test_what_friction_takes_from_a_sliding_block_is_its_energy(baumgarte):
     assert abs(energy["lost_scheme"]) + abs(energy["unaccounted"]) <= MU * GRAVITY * h * SPEED
 
 
+def test_what_friction_takes_under_generalized_alpha_is_the_energy_of_the_block():
+    """The block is still sliding: lost_friction = m (v0^2 - v^2)/2, to rounding with a constant force."""
+    scheme = GeneralizedAlphaScheme(1e-3, 1e-3)
+    options = {"friction": Coulomb(MU, MU), "scheme": scheme}
+    history = completed(simulate_system(BALL, REST, np.array([SPEED, 0.0]), 0.2, **options))
+    taken = 0.5 * (SPEED**2 - (SPEED - MU * GRAVITY * 0.2) ** 2)
+    assert history.summary["energy"]["lost_friction"] == pytest.approx(taken, rel=1e-9)
+
+
 # --- c: stick and slip under fixed steps ---------------------------------------------------------------------
 
 
@@ -280,6 +289,8 @@ def test_generalized_alpha_locates_the_release_from_an_elastic_stop(rho):
         assert kinds_of(history) == ["release"]
         times.append(times_of(history)[0] - lasts)
         speeds.append(just_after(history, "gap_rate", times_of(history)[0]) - speed)
+        momentum = 2.0 * speed + speeds[-1] + GRAVITY * times_of(history)[0]  # it balances, however long the steps
+        assert history.contacts[0].normal_impulse == pytest.approx(momentum, rel=EVENT_ERROR)
     wh = omega * steps
     assert_order(steps, times, (1.7, 2.4), lasts * wh**2)
     assert_order(steps, speeds, (1.7, 3.4), speed * wh**2)  # the energy of a whole vibration is kept still better

@@ -6,6 +6,7 @@ import json
 import math
 import re
 import sys
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -16,7 +17,9 @@ from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.errors import Interrupted
 from oblique_impact.history.sample_times import last_sample
 from validation import refine
+from validation.measuring import failed
 from validation.quantities import (
+    _NAMED,
     FIELDS,
     VARIABLES,
     GapError,
@@ -36,7 +39,7 @@ from validation.refinement.convergence import (
     observed_order,
     richardson_limit,
 )
-from validation.refinement.figures import _decades
+from validation.refinement.figures import _decades, _differences, _reference_slope, relative_errors
 from validation.refinement.ladders import (
     AXES,
     Ladder,
@@ -48,7 +51,7 @@ from validation.refinement.ladders import (
 )
 from validation.refinement.report import CSV_COLUMNS, csv_rows, study_data, study_document
 from validation.refinement.shipped import STUDIES, shipped_study
-from validation.refinement.study import ROWS
+from validation.refinement.study import ROWS, judge, plan_ladder
 from validation.report.document import render_html
 
 UNIFORM = np.array([0.4, 0.2, 0.1, 0.05, 0.025])
@@ -129,6 +132,15 @@ def test_within_the_tolerance_it_has_converged_and_keeps_its_order():
     found = analyse(UNIFORM, power(UNIFORM, 2.0), tolerance=1e-3)
     assert found.verdict == CONVERGED
     assert found.words == "converged, at order 2.00"
+
+
+@pytest.mark.parametrize(
+    ("earlier", "verdict"), [(1.65, CONVERGING), (1.55, NOT_CONVERGING), (2.6, NOT_CONVERGING)]
+)
+def test_orders_agree_within_a_fifth_of_the_larger(earlier, verdict):
+    """Differences 1, 2^-p, 2^-(p + 2) on halved sizes: the orders p and 2."""
+    steps = np.cumsum([0.0, 1.0, 2.0**-earlier, 2.0 ** -(earlier + 2.0)])
+    assert analyse(UNIFORM[:4], 5.0 + steps, tolerance=1e-9).verdict == verdict
 
 
 def test_two_terms_reach_the_asymptotic_range_only_on_fine_levels():
@@ -371,6 +383,32 @@ def test_quantities_of_the_papers_case(run):
     assert 0.0 < lost < sum(history.summary["energy"][f"lost_{k}"] for k in ("impact", "friction", "scheme"))
 
 
+def test_every_quantity_has_the_unit_of_what_it_measures(run):
+    units = {
+        "s": "first_impact collision_end collision_duration second_impact",
+        "N s": "impulse tangential_impulse second_impulse",
+        "N": "peak_force",
+        "1": "contacts events restitution",
+        "J": "energy_after_collision energy_final lost_impact lost_friction lost_damping lost_scheme unaccounted "
+        "energy_lost",
+    }
+    assert {q.name: q.unit for q in _NAMED.values()} == {
+        n: unit for unit, names in units.items() for n in names.split()
+    }
+    history = run("paper", "end_time=0.4")
+    keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
+    energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0), strict=True))
+    known = replace(history, summary=history.summary | {"energy": energy})
+    assert quantity("energy_final").measure(known) == 1.0
+    assert [quantity(key).measure(known) for key in keys[1:]] == [2.0, 4.0, 8.0, 16.0, 32.0]
+    assert quantity("energy_lost").measure(known) == 30.0
+    jump = history.data["gap_rate"].values
+    assert (quantity("max:gap_rate").measure(history), quantity("min:gap_rate").measure(history)) == (
+        jump.max(),
+        jump.min(),
+    )
+
+
 @pytest.mark.parametrize("name", ["tip_y", "theta", "deflection", "energy_elastic"])
 def test_values_between_samples(run, name):
     """A run with four times the samples knows what lies between."""
@@ -549,6 +587,26 @@ def test_an_interrupted_study_goes_on_with_the_others(monkeypatch, tmp_path, qui
     assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "results.csv", "results.json"]
 
 
+@pytest.mark.parametrize("other", [{"changes": {"gravity": 9.0}}, {"quantities": ["theta@end"]}])
+def test_rows_of_another_study_are_not_taken(monkeypatch, tmp_path, quick, other):
+    """Of another scenario, or of the same one with other quantities: it begins with none."""
+    simulation = sys.modules["oblique_impact.simulation"]
+    count = iter(range(9))
+
+    def once(scenario, *rest):
+        if next(count) == 1:
+            raise Interrupted(None)
+        return simulate(scenario, *rest)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(simulation, "simulate", once)
+        with pytest.raises(KeyboardInterrupt, match="1 of 4 runs are kept"):
+            refine(study=quick, workers=1, out=tmp_path)
+    told = []
+    refine(study=quick, workers=1, out=tmp_path, on_progress=told.append, **other)
+    assert [progress.done for progress in told] == [0, 1, 2, 3, 4]
+
+
 def test_a_run_that_takes_too_long_is_a_gap(quick):
     result = refine(study=quick, changes={"end_time": 30.0}, workers=1, timeout=0.1)
     assert {run["outcome"] for run in result.ladders[0].runs} == {"timeout"}
@@ -613,3 +671,29 @@ def test_the_peak_force_of_a_rigid_stop_is_said_to_have_no_limit():
     place = next(k for k, line in enumerate(found) if "peak_force" in line)
     assert "has no limit" in found[place + 1]
     assert sum("has no limit" in line for line in found) == 1
+
+
+def test_the_picture_shows_relative_differences_over_levels():
+    """Values 2 + 64/elements²; those of the second quantity are noise in the last difference."""
+    levels = (8.0, 16.0, 32.0)
+    ladder = Ladder("a", "paper", (), "elements", levels, ("impulse", "first_impact"), {"impulse": 2.0})
+    plan = plan_ladder(ladder)
+    rows = [
+        failed(n, "completed", "")
+        | {"values": {"impulse": v, "first_impact": 4.0 + n}, "stopped_at": 1.0, "energy": 1.0}
+        for n, v in enumerate((3.0, 2.25, 2.0625, 2.0625))
+    ]
+    result = judge(plan, rows, 1e-3)
+    impulse, first = result.results
+    axes = Figure().subplots()
+    for item in result.results:
+        _differences(axes, result, item, {"color": "red"})
+    _reference_slope(axes, result)
+    curve, _, other, hollow, slope = axes.lines
+    np.testing.assert_allclose(curve.get_xdata(), levels[1:])
+    np.testing.assert_allclose(curve.get_ydata(), np.array([0.75, 0.1875]) / 2.0625)
+    np.testing.assert_allclose(other.get_ydata(), np.array([1.0, 1.0]) / 6.0)
+    np.testing.assert_allclose(hollow.get_xdata(), levels[1:])  # the tighter tolerance changes it by one
+    assert first.analysis.noise == 1.0
+    assert slope.get_ydata()[1] / slope.get_ydata()[0] == pytest.approx(2.0**-2)
+    assert relative_errors(first, impulse)[-1] == pytest.approx(6.0 / 2.0625 - 1.0)

@@ -16,7 +16,16 @@ from oblique_impact.history.summary import MacroCollision
 from oblique_impact.marching.records import Event
 from validation.reference_values import VALUES
 from validation.reproduction.cases import Case, combinations, main_cases, paper, threshold_cases, variant_cases
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Finding, Judged, graded
+from validation.reproduction.claims import (
+    NOT,
+    PARTLY,
+    REPRODUCED,
+    Finding,
+    Judged,
+    graded,
+    milliseconds,
+    moment,
+)
 from validation.reproduction.material import Material
 from validation.reproduction.measures import (
     Trio,
@@ -154,6 +163,10 @@ RULES = [
 @pytest.mark.parametrize(("claim", "verdict", "runs"), RULES, ids=[f"{rule[0]}: {rule[1]}" for rule in RULES])
 def test_rules_can_hold_and_fail(claim, verdict, runs):
     assert CLAIMS[claim].judge(runs).verdict == verdict
+
+
+def test_times_are_written_in_their_unit():
+    assert (milliseconds(0.0123), moment(0.69904)) == ("12.3 ms", "0.6990 s")
 
 
 def test_verdicts_of_two_schemes_combine():

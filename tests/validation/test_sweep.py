@@ -13,6 +13,7 @@ import pyarrow as pa
 import pytest
 
 from oblique_impact import InputError, Scenario
+from renders.style import SLIP_COLOUR, STICK_COLOUR
 from validation.journal import Journal
 from validation.measuring import (
     ERROR,
@@ -29,7 +30,7 @@ from validation.measuring import (
 from validation.quantities import GapError, quantity
 from validation.report.document import render_html
 from validation.sweeps.design import MAX_RUNS
-from validation.sweeps.figures import sweep_pictures
+from validation.sweeps.figures import _COLOURS, _cells, _direction, sweep_pictures
 from validation.sweeps.keys import kind, known_keys, unit
 from validation.sweeps.plan import Plan, load_plan, make_plan, shipped_names
 from validation.sweeps.report import sweep_document
@@ -272,6 +273,8 @@ def test_the_fingerprint_is_that_of_the_rows():
     assert make_plan(ANGLES.replace("values = [0.1", "values = [0.15")).fingerprint != same.fingerprint
     assert make_plan(ANGLES.replace("0.02", "0.03")).fingerprint != same.fingerprint
     assert make_plan("histories = true\n" + ANGLES).fingerprint != same.fingerprint
+    assert make_plan('scenario = "sticking"\n' + ANGLES).fingerprint != same.fingerprint
+    assert make_plan(ANGLES.replace("theta@end", "theta_dot@end")).fingerprint != same.fingerprint
 
 
 def test_the_resolved_sweep_file_is_the_same_sweep(tmp_path):
@@ -527,6 +530,18 @@ def test_a_damaged_table_is_one_line(tmp_path):
 
 
 # --- pictures and report
+
+
+def test_a_cell_of_a_map_is_where_its_values_are():
+    """The first direction to the right, the second one upwards; states have the colours of all pictures."""
+    plan = make_plan(PICTURES["few values"][0])
+    first, second = (
+        _direction(dimension, make_table(plan, fake_rows(plan))) for dimension in plan.design.dimensions
+    )
+    cells = _cells(first, second, 10.0 * first.places + second.places)
+    np.testing.assert_allclose(cells, np.add.outer([1.0, 2.0, 3.0], 10.0 * np.linspace(0.1, 0.9, 6)))
+    assert {name: _COLOURS[name] for name in ("slip", "stick")} == {"slip": SLIP_COLOUR, "stick": STICK_COLOUR}
+
 
 TWO_AXES = AXIS + 'key = "slope.angle"\nrange = [0.1, 0.9]\ncount = 6\n' + AXIS
 PICTURES = {
