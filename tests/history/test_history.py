@@ -13,12 +13,9 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 from oblique_impact import History, InputError, Scenario, simulate
-<<<<<<< HEAD
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_compliance
-=======
 from oblique_impact.contact.state import State
->>>>>>> main
 from oblique_impact.history.events import EVENT_COLUMNS
 from oblique_impact.history.history import FILES
 from oblique_impact.history.sample_times import first_sample, jumps, last_sample
