@@ -342,8 +342,8 @@ class GeneralizedAlphaScheme(Scheme):
         Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
         by omega h (Hilber and Hughes 1978), and with every impact of a rigid contact energy would be gained.  The
         first steps of phases that begin or end at one, also of a flight after a rebound, are those of backward
-        Euler, which has no use for them.  A contact point without inertia begins with a force that decays faster
-        than any step: some steps more.
+        Euler, which has no use for them.  The force on a contact point without inertia whose flexibility is damped
+        begins with a jump and decays faster than any step: some steps more.
         """
         rebound = phase.state == FREE and before is not None and before.state == FREE
         jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
@@ -351,7 +351,7 @@ class GeneralizedAlphaScheme(Scheme):
         control = Control(
             coefficients(self.rho_infinity, tolerance),
             backward_euler(tolerance),
-            _MASSLESS_STEPS if phase.massless else _EULER_STEPS if jumps else 0,
+            _MASSLESS_STEPS if phase.massless and phase.relaxation > 0.0 else _EULER_STEPS if jumps else 0,
             float(self.free_step),
             float(self.contact_step),
             float(self.near),

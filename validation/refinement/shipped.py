@@ -367,7 +367,7 @@ def predictability_cases() -> list[Case]:
             "The same stop under a beam with 1e-5 s of Kelvin-Voigt damping.",
         ),
     ]
-    fine = ("discretization.elements=64", "solver.contact_step=5e-7")
+    fine = ("discretization.elements=64", "solver.contact_step=2.5e-7")
     cases = [(name, (*changes, *fine), text) for name, changes, text in cases]
     return [Case(name, Scenario.builtin("paper", list(changes)), text) for name, changes, text in cases]
 
