@@ -13,6 +13,7 @@ ORDER = (
     "film_strip",
     "two_discretizations",
     "rigid_stop_modes",
+    "damped_stop",
     "elastic_stop",
     "sticking",
     "campbell",

@@ -111,7 +111,7 @@ def print_summary(history: History, folder: Path, replaced: bool, known: Sequenc
     print_line(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
     for number, m in enumerate(summary["macro_collisions"], start=1):
         # the force of a rigid stop has no largest value that more modes or elements would not exceed
-        peak = "" if "peak_force" in summary["without_limit"] else f", peak {m['peak_force']:.4g} N"
+        peak = "" if "peak_force" in summary.get("without_limit", ()) else f", peak {m['peak_force']:.4g} N"
         print_line(
             f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts "
             f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s{peak}"

@@ -41,6 +41,7 @@ ELSEWHERE = {
     ("*", "scenario"): Scenario.load,
     ("*", "changes"): Scenario.load,
     ("run", "out"): "oblique_impact.history.history.History.save",
+    ("refine", "predictability"): "validation.refinement.predictability.predictability",
     ("modes", "as_json"): "oblique_impact.beam.frequencies.Frequencies.to_dict",
     ("modes", "out"): campbell_diagram,
     ("compare", "out"): "validation.comparison_report.save_comparison",

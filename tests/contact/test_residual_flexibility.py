@@ -166,6 +166,17 @@ def test_nodal_end_without_inertia():
     assert history.summary["energy"]["lost_impact"] == 0.0
 
 
+def test_an_undamped_end_without_inertia_keeps_its_energy():
+    """Nothing is lost, nothing jumps: the energy of the fall, 3.01004 J, and more than a dozen contacts."""
+    changes = ("beam.kelvin_voigt=0", "solver.rho_infinity=1", "discretization.elements=16", "end_time=0.335")
+    history = simulate(paper(*MASSLESS, *NODAL, *changes, "contact.friction=frictionless"))
+    energy = history.summary["energy"]
+    assert energy["final"] == pytest.approx(3.01004, abs=2e-5)
+    assert abs(energy["lost_scheme"]) < 1e-10
+    assert abs(energy["unaccounted"]) < 1e-5
+    assert history.summary["macro_collisions"][0]["contacts"] > 12
+
+
 def test_a_friction_that_no_force_can_push_ends_by_name():
     """cos beta + mu s sin beta <= 0, mu > cot |beta| = 10.7 at the first touch: no contact force exists."""
     friction = ("contact.mu_static=12", "contact.mu_kinetic=12")

@@ -198,7 +198,8 @@ def test_the_command_line_prints_it(tmp_path, capsys):
         main(["run", "mid-span", "--set", UNBOUNDED, "--set", "end_time=0.35", "--out", str(tmp_path / "run")])
     assert end.value.code in (None, 0)
     found = [line for line in capsys.readouterr().out.splitlines() if "below the slope" in line]
-    (said,) = json.loads((tmp_path / "run" / "summary.json").read_text())["warnings"]
+    said, rigid = json.loads((tmp_path / "run" / "summary.json").read_text())["warnings"]
+    assert rigid.startswith("contact.normal: a rigid stop")
     assert found == [f"  warning: {said}"]
 
 
