@@ -157,7 +157,7 @@ def test_nodal_and_all_modes_march_alike():
         "discretization__elements": 8,
     }
     nodal = simulate(scenario_of(**common))
-    # what all modes leave out of the flexibility is an inertia that the mesh interpolates: the nodes leave it out too
+    # what all modes leave out is an inertia that the mesh interpolates: the nodes leave it out too
     modes = {"discretization__modes": 16, "contact__residual_flexibility": False}
     dense = simulate(scenario_of(**(common | modes)))
     assert [e.kind for e in nodal.events] == [e.kind for e in dense.events]

@@ -499,7 +499,7 @@ def test_finite_elements_show_order_four_on_the_real_code():
     small = Ladder(
         ladder.name,
         ladder.scenario,
-        # the flexibility left out is a small difference: K of 192 elements is rounded to 1e-8, and 7e-8 N s of it show
+        # the flexibility left out is a small difference: the rounding of K of 192 elements shows in it
         (*ladder.changes, "end_time=0.36", "contact.residual_flexibility=false"),
         "elements",
         (24.0, 48.0, 96.0, 192.0),
