@@ -121,29 +121,37 @@ def _verdicts(result: Predictability) -> Table:
     most = max((len(case.collisions) for case in result.cases), default=0)
     rows: list[list[str | Cell]] = []
     for case in result.cases:
-        cells = [Cell(f"{c.verdict}, {number(c.growth, 2)}", _KINDS[c.verdict]) for c in case.collisions]
+        cells = [Cell(_verdict_words(c), _KINDS[c.verdict]) for c in case.collisions]
         rows.append([case.case.name, *cells, *[Cell("", "dim")] * (most - len(cells))])
     columns = ["", *(f"collision {n}" for n in range(1, most + 1))]
     return Table(columns, rows, "Verdicts, with the growth of the start of each macro-collision")
 
 
+def _verdict_words(c: Collision) -> str:
+    return f"{c.verdict}, {number(c.growth, 2)}" if math.isfinite(c.growth) else c.verdict
+
+
 def _growth_picture(result: Predictability) -> Picture:
-    """Growth of every event's time, a line a case, with the thresholds of the verdicts."""
+    """Largest growth until each event, a line a case: what is lost once does not come back."""
     with new_figure(FULL, 3.9) as figure:
         axes = figure.subplots()
         for index, case in enumerate(result.cases):
-            growth = np.where(np.isfinite(case.growth), case.growth, np.nan)
+            growth = np.maximum.accumulate(np.where(np.isfinite(case.growth), case.growth, 0.0))
             colour = SERIES[index % len(SERIES)]
-            axes.plot(case.events, growth, ".-", color=colour, markersize=4, linewidth=1.0, label=case.case.name)
+            axes.step(case.events, growth, where="post", color=colour, linewidth=1.4, label=case.case.name)
         _thresholds(axes)
-        axes.set(xlabel="time of the event (s)", ylabel="growth (1)", yscale="log")
+        axes.set(xlabel="time of the event (s)", ylabel="largest growth so far (1)", yscale="log")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         svg = to_svg(figure)
     words = "; ".join(
         f"{case.case.name}: {', '.join(c.verdict for c in case.collisions) or 'no contact'}"
         for case in result.cases
     )
-    return Picture(svg, "Growth of the difference of each event's time, from run to shadow.", f"Growth. {words}.")
+    return Picture(
+        svg,
+        "Largest growth of the difference of an event's time, from run to shadow, until then.",
+        f"Growth. {words}.",
+    )
 
 
 def _thresholds(axes: Axes) -> None:

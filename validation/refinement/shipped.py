@@ -353,7 +353,7 @@ def predictability_cases() -> list[Case]:
     massless = "contact.point_inertia=none"
     cases: list[tuple[str, tuple[str, ...], str]] = [
         (
-            f"spring of {stiffness:g} N/m",
+            f"spring of {stiffness:.0e} N/m".replace("e+0", "e"),
             (*undamped, _SPRING, f"contact.stiffness={stiffness}"),
             "An elastic stop under the undamped beam.",
         )
