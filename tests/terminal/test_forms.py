@@ -34,8 +34,8 @@ SMALL = [
 
 def bar_of(form: Form, narrow: bool = False) -> str:
     """The bar that a command shows."""
-    if form.command == "schema":
-        return reading.RESULTS["schema"]  # too quick for a bar
+    if form.command in ("schema", "compare"):
+        return reading.RESULTS[form.command]  # too quick for a bar
     if form.command == "run":
         return reading.NARROW_RUN if narrow else reading.RUN
     still = form.command == "render" and re.search(r"\.(png|html)$", " ".join(form.words))
