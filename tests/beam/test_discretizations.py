@@ -214,7 +214,7 @@ def test_nodal_operators_are_their_definitions(radius, point):
 
 
 def test_centrifugal_weight_is_the_swapped_double_integral():
-    """C = int m (r + x) H(x) dx, H = int_0^x u'^2, for a field in the element space: polynomials, element by element."""
+    """C = int m (r + x) int_0^x u'^2 for a field in the element space: polynomials, element by element."""
     nodal = fem_beam.NodalBeam.from_scenario(scenario_of("tangent", "fem", radius=RADIUS, elements=4))
     v = np.random.default_rng(3).normal(size=10)
     centrifugal = bent = 0.0
