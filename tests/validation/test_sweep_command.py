@@ -82,12 +82,20 @@ def plain(text: str):
     return [measure_run(plan.task(run)).row for run in range(plan.design.size)]
 
 
-def test_a_sweep_on_one_process_and_on_two_is_the_same_as_plain_runs(tmp_path, cli, write):
-    file = write(SMALL)
+def test_a_sweep_on_one_process_and_a_resumed_one_on_two_are_the_same_as_plain_runs(tmp_path, cli, write):
+    """A row on disk is taken as it is: a mark put into it comes out."""
+    file, marked = write(SMALL), {1, 5, 7}
+    plan = load_plan(str(file))
+    with open_store(tmp_path / "2", plan) as store:
+        for number in marked:
+            done = measure_run(plan.task(number))
+            done.row["wall_time"] = 1000.0 + number
+            store.add(done)
     for workers in (1, 2):
         code, out, err = cli("sweep", file, "--workers", workers, "--out", tmp_path / str(workers))
         assert code == 0
         assert "12 runs: 9 completed, 3 invalid" in out
+        assert ("3 of them were there before" in out) == (workers == 2)
         assert "3 of 12 runs are not possible; the first is run 0: contact.mu_static = 0.2" in err
     one, two = tmp_path / "1", tmp_path / "2"
     assert sorted(p.name for p in one.iterdir()) == [
@@ -99,6 +107,8 @@ def test_a_sweep_on_one_process_and_on_two_is_the_same_as_plain_runs(tmp_path, c
     ]
     assert same_rows(one, two)
     assert page_without_times(one) == page_without_times(two)
+    times = pq.read_table(two / "results.parquet")["wall_time"].to_pylist()
+    assert {number for number, seconds in enumerate(times) if seconds >= 1000.0} == marked
     table = pq.read_table(one / "results.parquet").to_pylist()
     for row, expected in zip(table, plain(SMALL), strict=True):
         assert row["outcome"] == expected["outcome"]
@@ -108,22 +118,6 @@ def test_a_sweep_on_one_process_and_on_two_is_the_same_as_plain_runs(tmp_path, c
     assert page.count(str(tmp_path)) == 2  # in the command that made it: the sweep and its folder
     assert "<script src" not in page
     assert page.count("<svg") == 1
-
-
-def test_finished_runs_are_not_repeated(tmp_path, cli, write):
-    """A row on disk is taken as it is: a mark put into it comes out."""
-    file = write(SMALL)
-    plan = load_plan(str(file))
-    with open_store(tmp_path / "a", plan) as store:
-        for number in (1, 5, 7):
-            done = measure_run(plan.task(number))
-            done.row["wall_time"] = 1000.0 + number
-            store.add(done)
-    code, out, _ = cli("sweep", file, "--workers", 1, "--out", tmp_path / "a")
-    assert code == 0
-    assert "3 of them were there before" in out
-    times = pq.read_table(tmp_path / "a" / "results.parquet")["wall_time"].to_pylist()
-    assert [number for number, seconds in enumerate(times) if seconds >= 1000.0] == [1, 5, 7]
 
 
 BAD = {
