@@ -528,18 +528,14 @@ def test_a_damaged_table_is_one_line(tmp_path):
 
 # --- pictures and report
 
-ONE = 'quantities = ["impulse"]\n'  # of six by default, each of which is drawn
-TWO_AXES = ONE + AXIS + 'key = "slope.angle"\nrange = [0.1, 0.9]\ncount = 6\n' + AXIS
+TWO_AXES = AXIS + 'key = "slope.angle"\nrange = [0.1, 0.9]\ncount = 6\n' + AXIS
 PICTURES = {
     "one axis": (ANGLES, 1),
-    "one axis of words": (ONE + AXIS + 'key = "contact.friction"\nvalues = ["hybrid", "frictionless"]', 1),
+    "one axis of words": (AXIS + 'key = "contact.friction"\nvalues = ["hybrid", "frictionless"]', 1),
     "curves": (TWO_AXES + 'key = "contact.friction"\nvalues = ["hybrid", "frictionless"]', 1),
     "few values": (TWO_AXES + 'key = "gravity"\nvalues = [1, 2, 3]', 1),
     "map": (TWO_AXES + 'key = "gravity"\nrange = [1, 100]\ncount = 7\nspacing = "log"', 2),
-    "table": (
-        ONE + '[table]\nkeys = ["gravity", "slope.angle"]\nrows = [[1, 0.1], [2, 0.2], [3, 0.2], [4, 0.5]]',
-        2,
-    ),
+    "table": ('[table]\nkeys = ["gravity", "slope.angle"]\nrows = [[1, 0.1], [2, 0.2], [3, 0.2], [4, 0.5]]', 2),
     "three axes": (
         TWO_AXES + 'key = "gravity"\nvalues = [1, 2]\n' + AXIS + 'key = "end_time"\nvalues = [1, 2]',
         0,
@@ -551,7 +547,8 @@ PICTURES = {
 @pytest.mark.parametrize("case", PICTURES)
 def test_pictures_of_one_and_two_axes(case):
     text, count = PICTURES[case]
-    plan = make_plan(text)
+    # one quantity: by default there are six, and each is drawn
+    plan = make_plan(text if "quantities" in text else 'quantities = ["impulse"]\n' + text)
     rows = [row | {"regime": REGIMES[row["run"] % len(REGIMES)]} for row in fake_rows(plan)]
     rows[-1] |= {"outcome": "painleve", "values": {}, "message": "why & where"}
     table = make_table(plan, rows)
@@ -564,7 +561,7 @@ def test_pictures_of_one_and_two_axes(case):
 
 
 def test_every_axis_of_a_picture_has_its_unit():
-    plan = make_plan(PICTURES["map"][0].replace(ONE, ""))
+    plan = make_plan(PICTURES["map"][0])
     rows = [row | {"regime": "slip" if row["run"] else "stick"} for row in fake_rows(plan)]
     first, second = sweep_pictures(plan, make_table(plan, rows))
     for picture in (first, second):
