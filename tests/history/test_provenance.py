@@ -45,8 +45,8 @@ def copy(tmp_path_factory):
     return folder
 
 
-def test_the_digests_are_those_of_the_source(copy):
-    """Another physics or another measure has another digest, and a sweep of it is another sweep."""
+def test_a_sweep_of_another_physics_is_another_sweep(copy):
+    """The digest of what was changed is another one, and only that, and the sweep in any case."""
     code = (
         "from oblique_impact.history.provenance import NUMERIC_PACKAGES, provenance, source_digest; "
         "from validation.sweeps.plan import load_plan; "
