@@ -16,7 +16,7 @@ demo: install
 	$(BIN)/python examples/paper_demo.py out/demo
 
 test: install
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
 
 test-slow: install
 	$(BIN)/python -m pytest -n 2 -m slow

@@ -129,7 +129,10 @@ def render(
         "--magnify-difference": magnify_difference,
     }
     check_options(file, kind, _given(options, style or default, default))
-    sources = [histories] if isinstance(histories, History | str | os.PathLike) else list(histories)
+    if isinstance(histories, History | str | os.PathLike) or not isinstance(histories, Sequence):
+        sources: list[Source] = [histories]
+    else:
+        sources = list(histories)
     called = list(names) or [_name(source, number) for number, source in enumerate(sources, start=1)]
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
@@ -158,7 +161,7 @@ def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
 
 def _name(source: Source, number: int) -> str:
     """Return what a run is called: as its folder."""
-    if isinstance(source, History):
+    if not isinstance(source, str | os.PathLike):
         return f"history {number}"
     path = Path(source)
     return (path if path.is_dir() else path.parent).resolve().name

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 from fem_beam import NodalBeam
 from modal import Eigenfunctions
 from modal.assembly import gauss_rule
-from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
+from oblique_impact.beam.operators import SpinningBeam, discretization
 from validation.beams import EPS, unit_beam
 from validation.reference_values import VALUES
 
@@ -94,47 +94,6 @@ def test_squares_of_flapwise_and_chordwise_differ_by_the_spin_rate(item, method)
     np.testing.assert_allclose(
         flap**2 - chord**2, eta**2, rtol=0.0, atol=4.0 * EPS * beam.K[-1, -1] / beam.M1[-1, -1]
     )
-
-
-@pytest.mark.parametrize("item", ["2-c-d0-eta5", "2-c-d1-eta2", "2-h-d0-eta5"])
-def test_elements_converge_at_order_four_while_spinning(item):
-    exact = np.array(VALUES[item]["flap"])[1:3]
-    errors = []
-    for elements in (16, 32):
-        beam, eta = spinning(item, "fem", elements)
-        errors.append(beam.flapwise(eta, 3)[1:] / exact - 1.0)
-    order = np.log2(errors[0] / errors[1])
-    assert np.all((order > 3.9) & (order < 4.1)), order
-
-
-def free_frequencies_squared(elastic: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Squares of the frequencies of M x'' + K x = 0, ascending."""
-    return np.asarray(eigh(elastic, mass, eigvals_only=True))
-
-
-@pytest.mark.parametrize(
-    ("method", "size", "accuracy"),
-    [
-        # clamped shapes and the rotation together span the hinged ones: error 2e-7 for 16 modes,
-        # falling like N^-6 (their root moment must add up to zero); the table has 12 digits
-        ("modal", 16, 5e-7),
-        ("modal", 32, 5e-9),
-        # Hermite elements: (beta h)^4/1440 for modes up to 3
-        ("fem", 32, 1.05 * VALUES["1.3"] * (VALUES["1.2"][2] / 32) ** 4),
-    ],
-)
-def test_a_freely_spinning_beam_in_the_tangent_frame_has_the_hinged_frequencies(method, size, accuracy):
-    """Item 2.free: linearized about the steady spin, theta free, with clamped shapes."""
-    sizes = {"modes": size} if method == "modal" else {"modes": 2 * size, "elements": size}
-    operators = build_operators(unit_beam(method=method, frame="tangent", **sizes))
-    eta, n = 5.0, operators.size
-    mass, elastic = np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1))
-    mass[0, 0], mass[0, 1:], mass[1:, 0], mass[1:, 1:] = operators.J, operators.S, operators.S, operators.M1
-    elastic[1:, 1:] = operators.K + eta**2 * (operators.C - operators.M1)
-    squares = free_frequencies_squared(elastic, mass)
-    assert abs(squares[0]) < EPS * squares[-1]
-    assert squares[1] > 100.0  # the only one
-    np.testing.assert_allclose(np.sqrt(squares[1:4]), VALUES["2-h-d0-eta5"]["chord"][1:], rtol=accuracy)
 
 
 @pytest.mark.parametrize("elements", [4, 64])

@@ -90,7 +90,8 @@ def test_summary(paper_run):
 
 
 def test_physics_stop_exits_with_1_and_keeps_what_it_has(tmp_path, cli):
-    code, out, err = cli("run", "paper", "--set", "discretization.modes=8", "--out", str(tmp_path))
+    changes = ("--set", "discretization.modes=8", "--set", "solver.tolerance=1e-8")
+    code, out, err = cli("run", "paper", *changes, "--out", str(tmp_path))
     assert code == 1
     assert "mass-matrix-indefinite" in err
     assert "mean-axis" in err

@@ -155,8 +155,9 @@ def blocks(page: str, language: str) -> list[str]:
 
 
 def test_scenarios_of_the_how_to_are_valid():
-    complete, texts, _schema, tables, _ = blocks("howto/scenario.md", "toml")
+    complete, texts, with_schema, tables, _ = blocks("howto/scenario.md", "toml")
     assert Scenario.from_toml(complete).contact.point == 0.4
+    assert Scenario.from_toml(with_schema).end_time == 0.8
     units = Scenario.from_toml(texts)
     assert (units.beam.length, units.beam.density, units.beam.youngs_modulus) == (0.8, 7850.0, 2.1e11)
     assert (units.slope.origin, units.slope.angle) == ((0.25, 0.0), math.pi / 10)

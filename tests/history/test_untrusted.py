@@ -249,9 +249,13 @@ SUMMARIES = {
 }
 
 
+@pytest.fixture(scope="module")
+def summary(saved):
+    return History.load(saved).summary
+
+
 @pytest.mark.parametrize("key", SUMMARIES)
-def test_every_key_of_the_summary_is_checked(crafted, saved, key):
-    summary = History.load(saved).summary
+def test_every_key_of_the_summary_is_checked(crafted, summary, key):
     with h5py.File(crafted, "r+") as root:
         attribute(root, "summary", json.dumps(summary | {key: SUMMARIES[key]}))
     assert key in refused(crafted)

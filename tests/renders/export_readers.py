@@ -77,6 +77,10 @@ def read_xdmf(path: Path) -> list[Frame]:
             points, cells = reader.read_points_cells()
             count = reader.num_steps
             frames = frames or [Frame(np.nan) for _ in range(count)]
+            found = {
+                kind: [points for type in types for b in cells if b.type == type for points in b.data.tolist()]
+                for kind, types in CELLS.items()
+            }
             assert len(frames) == count == len(reader.collection)
             for k, frame in enumerate(frames):
                 stamp, arrays, owners = reader.read_data(k)
@@ -86,10 +90,6 @@ def read_xdmf(path: Path) -> list[Frame]:
                 assert len(np.unique(np.concatenate(owners["part"]))) == 1
                 if k == 0:
                     np.testing.assert_array_equal(points, place)
-                found = {
-                    kind: [list(map(int, p)) for type in types for b in cells if b.type == type for p in b.data]
-                    for kind, types in CELLS.items()
-                }
                 frame.parts[name] = Mesh(place, arrays, found)
                 frame.fields = fields | {
                     entry.get("Name"): float(entry.get("Value"))
@@ -148,7 +148,8 @@ def _mesh(mesh: Any, part: int | None = None) -> Mesh:
     assert used.size == used[-1] - first + 1
 
     def of(*kinds: pv.CellType) -> list[list[int]]:
-        return [(corners[ends[k] : ends[k + 1]] - first).tolist() for k in chosen if types[k] in kinds]
+        numbers = chosen[np.isin(types[chosen], kinds)]
+        return [(corners[ends[k] : ends[k + 1]] - first).tolist() for k in numbers]
 
     return Mesh(
         np.array(mesh.points)[used],
@@ -162,9 +163,9 @@ def _mesh(mesh: Any, part: int | None = None) -> Mesh:
 
 
 def _unpack(cells: np.ndarray) -> list[list[int]]:
-    found, at = [], 0
-    while at < cells.size:
-        end = at + 1 + int(cells[at])
-        found.append([int(p) for p in cells[at + 1 : end]])
+    found, at, numbers = [], 0, cells.tolist()
+    while at < len(numbers):
+        end = at + 1 + numbers[at]
+        found.append(numbers[at + 1 : end])
         at = end
     return found

@@ -169,7 +169,7 @@ SCENES = {
     "tapered": ("tapered", "end_time=0.32"),
     "elastic-stop": ("elastic-stop", "end_time=0.33"),
     "hub": ("paper", "root.kind=hub", "root.inertia=0.1", "root.hub_radius=0.1", "contact.enabled=false"),
-    "stopped by the physics": ("paper", "discretization.modes=8"),
+    "stopped by the physics": ("paper", "discretization.modes=8", "solver.tolerance=1e-8"),
 }
 
 

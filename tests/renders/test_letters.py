@@ -16,7 +16,9 @@ from renders.style import Style
 from renders.timeline import TimeMap, make_timeline
 from tests.renders.writing import written
 
-SIZES = [(640, 360), (854, 480), (1280, 720), (1920, 1080), (720, 1280), (480, 270)]
+#: the smallest, the usual one, upright; between them and above it there is more room
+SIZES = [(480, 270), (1280, 720), (720, 1280)]
+MORE_SIZES = [(640, 360), (854, 480), (1920, 1080)]
 
 
 def check(found):
@@ -43,7 +45,11 @@ def drawn(monkeypatch, story, time):
     return written(monkeypatch, draw)
 
 
-@pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
+@pytest.mark.parametrize(
+    "size",
+    [*SIZES, *(pytest.param(size, marks=pytest.mark.slow) for size in MORE_SIZES)],
+    ids=lambda s: f"{s[0]}x{s[1]}",
+)
 @pytest.mark.parametrize("case", ["one", "two", "overlay"])
 def test_letters_are_readable_and_apart(run, monkeypatch, size, case):
     histories = [run("paper")] if case == "one" else [run("paper"), run("paper", "contact.friction=frictionless")]

@@ -15,68 +15,82 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "examples" / "own_parts"
 
 
+#: several commands by one process: it imports and loads kernels once
+SEVERAL = """
+import json, sys
+from oblique_impact.command_line.application import main
+for words in json.loads(sys.argv[1]):
+    try:
+        main(words)
+    except SystemExit as ended:
+        assert not ended.code, words
+"""
+
+
 @pytest.fixture(scope="module")
-def own(tmp_path_factory):
-    """Install the package into a folder of its own; returns a command line that sees it."""
+def python(tmp_path_factory):
+    """Install the package into a folder of its own; returns a Python that sees it."""
     folder = tmp_path_factory.mktemp("own")
     copied = shutil.copytree(SOURCE, folder / "source")
-    install = [
-        sys.executable,
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--no-deps",
-        "--no-build-isolation",
-        "--no-index",
-    ]
-    subprocess.run([*install, "--target", folder / "site", copied], check=True, capture_output=True, timeout=120)
+    options = ("--quiet", "--no-deps", "--no-build-isolation", "--no-index")
+    install = [sys.executable, "-m", "pip", "install", *options, "--target", folder / "site", copied]
+    subprocess.run(install, check=True, capture_output=True, timeout=120)
     path = os.pathsep.join(filter(None, [str(folder / "site"), os.environ.get("PYTHONPATH")]))
 
-    def command(*words):
-        return subprocess.run(
-            [sys.executable, "-m", "oblique_impact", *map(str, words)],
+    def call(*words):
+        done = subprocess.run(
+            [sys.executable, *map(str, words)],
             capture_output=True,
             text=True,
             timeout=300,
             cwd=ROOT,
             env={**os.environ, "PYTHONPATH": path},
         )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
 
-    return command
+    return call
 
 
-def test_all_parts_run_in_one_scenario(own, tmp_path):
-    done = own("run", SOURCE / "scenario.toml", "--out", tmp_path / "own")
-    assert done.returncode == 0, done.stderr
-    summary = json.loads((tmp_path / "own" / "summary.json").read_text(encoding="utf-8"))
-    assert summary["outcome"] == "completed"
-    assert summary["macro_collisions"][0]["peak_force"] > 100.0
-    assert abs(summary["energy"]["unaccounted"]) < 1e-5
-    other = own("run", SOURCE / "scenario.toml", "--out", tmp_path / "event", "--set", "solver.scheme=event")
-    assert other.returncode == 0, other.stderr
-    exact = json.loads((tmp_path / "event" / "summary.json").read_text(encoding="utf-8"))
+@pytest.fixture(scope="module")
+def results(python, tmp_path_factory):
+    """Run three scenarios with user-defined parts and their checks; returns the folder and what was said."""
+    folder = tmp_path_factory.mktemp("results")
+    # two contacts; in flight the steps of the example, 2e-5 s, find the same
+    short = ("--set", "end_time=0.22", "--set", "solver.free_step=1e-4")
+    impact = ("--set", "contact.impact=speed-dependent", "--set", "parameters.impact.restitution=0.5")
+    commands = [
+        ("run", SOURCE / "scenario.toml", "--out", folder / "own", *short),
+        ("run", SOURCE / "scenario.toml", "--out", folder / "event", *short, "--set", "solver.scheme=event"),
+        ("run", "paper", "--out", folder / "impact", *impact),
+        ("validate", "--only", "own", "--out", folder / "checks"),
+    ]
+    return folder, python("-c", SEVERAL, json.dumps([[str(word) for word in words] for words in commands]))
+
+
+def test_all_parts_run_in_one_scenario(results):
+    own, exact = (json.loads((results[0] / name / "summary.json").read_text()) for name in ("own", "event"))
+    assert own["outcome"] == "completed"
+    assert own["macro_collisions"][0]["contacts"] == 2
+    assert own["macro_collisions"][0]["peak_force"] > 100.0
+    assert abs(own["energy"]["unaccounted"]) < 1e-5
     for entry in ("lost_friction", "lost_damping", "supplied"):
-        assert summary["energy"][entry] == pytest.approx(exact["energy"][entry], rel=1e-4)
-    assert (tmp_path / "own" / "scenario.toml").read_text(encoding="utf-8").count("[parameters.") == 3
+        assert own["energy"][entry] == pytest.approx(exact["energy"][entry], rel=1e-4)
+    assert (results[0] / "own" / "scenario.toml").read_text(encoding="utf-8").count("[parameters.") == 3
 
 
-def test_an_own_impact_law_runs_by_changes_alone(own, tmp_path):
-    changes = ["contact.impact=speed-dependent", "parameters.impact.restitution=0.5"]
-    done = own("run", "paper", "--out", tmp_path, *(word for c in changes for word in ("--set", c)))
-    assert done.returncode == 0, done.stderr
-    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["energy"]["lost_impact"] > 1.0
+def test_an_own_impact_law_runs_by_changes_alone(results):
+    assert json.loads((results[0] / "impact" / "summary.json").read_text())["energy"]["lost_impact"] > 1.0
 
 
-def test_own_checks_run_with_validate(own, tmp_path):
-    done = own("validate", "--only", "own", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "1 check, 1 measurement: all pass" in done.stdout
-    assert "own.hertz-depth" in (tmp_path / "results.csv").read_text(encoding="utf-8")
+def test_own_checks_run_with_validate(results):
+    folder, said = results
+    assert "1 check, 1 measurement: all pass" in said
+    assert "own.hertz-depth" in (folder / "checks" / "results.csv").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
-def test_numbers_of_own_parts_can_be_swept_in_parallel(own, tmp_path):
+def test_numbers_of_own_parts_can_be_swept_in_parallel(python, tmp_path):
     pq = pytest.importorskip("pyarrow.parquet")
     file = tmp_path / "sweep.toml"
     file.write_text(
@@ -84,8 +98,7 @@ def test_numbers_of_own_parts_can_be_swept_in_parallel(own, tmp_path):
         '"contact.normal" = "hertz"\n[[axes]]\nkey = "parameters.normal.damping"\nvalues = [0.0, 0.1, 0.3]\n',
         encoding="utf-8",
     )
-    done = own("sweep", file, "--out", tmp_path / "out", "--workers", "2")
-    assert done.returncode == 0, done.stderr
+    python("-m", "oblique_impact", "sweep", file, "--out", tmp_path / "out", "--workers", "2")
     table = pq.read_table(tmp_path / "out" / "results.parquet")
     assert table["outcome"].to_pylist() == ["completed"] * 3
     lost = table["energy_lost"].to_pylist()
@@ -99,6 +112,6 @@ def test_without_the_package_its_scenario_is_refused_in_one_line():
 
 
 @pytest.mark.slow
-def test_a_history_of_own_parts_loads_without_them(own, tmp_path):
-    assert own("run", SOURCE / "scenario.toml", "--out", tmp_path).returncode == 0
+def test_a_history_of_own_parts_loads_without_them(python, tmp_path):
+    python("-m", "oblique_impact", "run", SOURCE / "scenario.toml", "--out", tmp_path)
     assert History.load(tmp_path)["lambda_n"].max() > 100.0

@@ -101,6 +101,8 @@ def reduced(form: Form) -> list[str]:
         ]
     elif form.command == "reproduce":
         words += ["--workers", "1"]
+    elif form.command == "export" and "--every" not in words:
+        words += ["--every", "10"]
     elif form.command == "render" and not str(understood["out"]).endswith(".html"):
         words += ["--size", "320x180"]
         words += ["--frames", "3"] if not str(understood["out"]).endswith(".png") else []

@@ -65,14 +65,18 @@ def without_times(folder):
 
 
 @pytest.mark.parametrize(
-    "case",
-    [pytest.param(("--elements", "2,4,8", *NODAL), marks=pytest.mark.slow), ("--modes", "2,3,4")],
-    ids=["nodal", "modal"],
+    ("case", "workers"),
+    [
+        (("--modes", "2,3,4"), "1"),  # a sweep in processes is quick: tests/validation/test_sweep_command.py
+        pytest.param(("--modes", "2,3,4"), "2", marks=pytest.mark.slow),
+        pytest.param(("--elements", "2,4,8", *NODAL), "2", marks=pytest.mark.slow),
+    ],
+    ids=["modal", "modal-processes", "nodal-processes"],
 )
-def test_two_reports_are_the_same_but_for_times(tmp_path, cli, case):
-    """Once in this process, once in two others."""
-    for name, workers in (("one", "1"), ("two", "2")):
-        code, *_ = cli("refine", *case, *FAST[:-1], workers, "--out", str(tmp_path / name))
+def test_two_reports_are_the_same_but_for_times(tmp_path, cli, case, workers):
+    """Once in this process, and once more here or in two others."""
+    for name, number in (("one", "1"), ("two", workers)):
+        code, *_ = cli("refine", *case, *FAST[:-1], number, "--out", str(tmp_path / name))
         assert code == 0
     assert without_times(tmp_path / "one") == without_times(tmp_path / "two")
 

@@ -286,7 +286,7 @@ def rigid_stop() -> Study:
         # explicit steps of the event scheme are as short as the damping of the highest mode is strong
         scheme = _STOP_STEPS if modes > 24 else ("solver.tolerance=1e-9",)
         modal = (_MEAN_AXIS, _SMOOTH, "end_time=0.72", damped, *scheme)
-        counts = tuple(float(round(part * modes)) for part in (0.5, 0.75, 1.0))
+        counts = tuple(float(round(part * modes)) for part in (1 / 2, 2 / 3, 5 / 6, 1))
         cases: tuple[tuple[str, tuple[str, ...], str, tuple[float, ...], dict[str, float]], ...] = (
             ("plastic, elements", (*_STOP_NODAL, damped), "elements", meshes, {"lost_impact": 1.0}),
             (
