@@ -71,8 +71,8 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
     """Impulses that the algorithm has applied, so that momentum balances to rounding, and the work they do.
 
     The force is singular where a rigid contact of a damped beam begins, and jumps where one without inertia does:
-    the trapezoidal sum of its power is no loss.  Friction takes the applied impulse times the slip velocity of the
-    step.  So does the dashpot of a contact point without inertia with the gap rate, less what its spring stores.
+    the trapezoidal sum of its power is no loss.  Friction takes the applied impulse times the mean slip velocity;
+    the dashpot of a contact point without inertia that times the change of the gap, less what its spring stores.
     By how much the work of the mean forces, that of `_dissipation`, differs is the scheme's.
     """
     phase, c, y, y_new, d = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
@@ -85,19 +85,18 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
         y_new[place] = y[place] + applied
     normal = y_new[2 * d + NORMAL_IMPULSE] - y[2 * d + NORMAL_IMPULSE]
     tangential = y_new[2 * d + TANGENTIAL_IMPULSE] - y[2 * d + TANGENTIAL_IMPULSE]
-    slip_rate, gap_rate = (
-        _of_displacement(c, before, after, SLIP_RATE),
-        _of_displacement(c, before, after, GAP_RATE),
-    )
+    slip_rate = 0.5 * (before.memory[SLIP_RATE] + after.memory[SLIP_RATE])
+    along = 0.5 * h * (before.forces[1] + after.forces[1])
     y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] - tangential * slip_rate
-    excess = tangential - 0.5 * h * (before.forces[1] + after.forces[1])
-    y_new[2 * d + STABILIZATION_LOSS] += excess * slip_rate
+    work = along * _of_displacement(c, before, after, SLIP_RATE)
+    y_new[2 * d + STABILIZATION_LOSS] += tangential * slip_rate - work
     if phase.massless:
+        gap_rate = _of_displacement(c, before, after, GAP_RATE)
         applied = normal - phase.tilt * tangential
         d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
         stored = 0.5 * (d1 * d1 - d0 * d0) / phase.compliance
         y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] - applied * gap_rate - stored
-        excess = normal - 0.5 * h * (before.forces[0] + after.forces[0]) - phase.tilt * excess
+        excess = applied - 0.5 * h * (before.forces[0] + after.forces[0]) + phase.tilt * along
         y_new[2 * d + STABILIZATION_LOSS] += excess * gap_rate
 
 
