@@ -12,12 +12,14 @@ import os
 import re
 import signal
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import SimpleQueue, connection, get_context, parent_process, resource_tracker
+from multiprocessing.process import BaseProcess
 from typing import Any, NamedTuple, TypeVar
 
 from oblique_impact.errors import InputError
@@ -199,9 +201,10 @@ class _Processes:
         reason = "for an unknown reason"
         for process in self._members[:1]:
             process.join()
-            with suppress(ValueError):
-                code = process.exitcode
-                reason = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+            code = _exit_code(process)
+            if code is not None:
+                with suppress(ValueError):
+                    reason = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         if not self._ready:
             raise InputError(f"--workers: a process ended before it could work: {reason}")
         return reason
@@ -212,6 +215,15 @@ class _Processes:
         self.pool.shutdown(wait=False, cancel_futures=True)
         for process in self._members:
             process.kill()
+
+
+def _exit_code(process: BaseProcess) -> int | None:
+    """Exit code of a process that has ended; the pool's own thread may just be taking it, and passes it on."""
+    for _ in range(100):
+        if process.exitcode is not None:
+            break
+        time.sleep(_TICK / 10.0)
+    return process.exitcode
 
 
 @contextmanager
