@@ -54,15 +54,9 @@ def refine(
     scenario: ScenarioArgument = "paper",
     elements: Annotated[str | None, typer.Option(help="Numbers of elements, separated by commas.")] = None,
     modes: Annotated[str | None, typer.Option(help="Numbers of modes, separated by commas.")] = None,
-    steps: Annotated[
-        str | None, typer.Option(help="Free steps in s; contact steps keep their ratio to them.")
-    ] = None,
-    tolerances: Annotated[
-        str | None, typer.Option(help="Tolerances of the event scheme, separated by commas.")
-    ] = None,
-    stiffness: Annotated[
-        str | None, typer.Option(help="Stiffnesses of an elastic stop in N/m, ascending.")
-    ] = None,
+    steps: Annotated[str | None, typer.Option(help="Free steps in s; contact steps keep their ratio.")] = None,
+    tolerances: Annotated[str | None, typer.Option(help="Tolerances of the event scheme.")] = None,
+    stiffness: Annotated[str | None, typer.Option(help="Stiffnesses of an elastic stop in N/m.")] = None,
     quantities: Annotated[
         list[str] | None, typer.Option("--quantity", metavar="NAME", help="A quantity of interest; repeatable.")
     ] = None,
@@ -75,50 +69,34 @@ def refine(
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
-    within: Annotated[
-        float | None, typer.Option(help="Relative uncertainty that counts as converged; default 1e-3.")
-    ] = None,
+    within: Annotated[float | None, typer.Option(help="Relative uncertainty to reach; default 1e-3.")] = None,
     scheduler: SchedulerOption = None,
     workers: WorkersOption = None,
     timeout: TimeoutOption = None,
 ) -> None:
     """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
-    from oblique_impact.scenario.scenario import Scenario
     from validation.refinement.command import ShippedStudy, lines
     from validation.refinement.command import refine as compute
-    from validation.refinement.ladders import parse_levels
+    from validation.refinement.ladders import levels_by_axis, parse_levels
     from validation.report.provenance import command_line
 
-    given = {
-        "elements": elements,
-        "modes": modes,
-        "steps": steps,
-        "tolerances": tolerances,
-        "stiffness": stiffness,
-    }
-    texts = {axis: text for axis, text in given.items() if text is not None}
-    levels: dict[str, Any] = {axis: parse_levels(axis, text) for axis, text in texts.items()}
-    changes, quantities = changes or [], quantities or []
-    how: dict[str, Any] = {"within": within, "out": out}
-    how |= {"scheduler": scheduler, "workers": workers, "timeout": timeout}
-    if study is not None and scenario != "paper":
-        raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
-    shown = [] if study else [scenario]
+    texts = levels_by_axis(elements, modes, steps, stiffness, tolerances)
+    how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
+    given: dict[str, Any] = {"study": study, **texts, "quantity": quantities, "within": within, "set": changes}
     if predictability or study == "predictability":
-        refused = {**texts, "quantity": quantities, "within": within, "set": changes if study else []}
-        for name in (name for name, value in refused.items() if value not in (None, [])):
-            raise InputError(f"--{name} together with --{'study ' if study else ''}predictability: does not apply")
-        _predict(None if study else Scenario.load(scenario, changes), Path(scenario).name, shown, changes, how)
+        _predict(scenario, predictability, given, how)
         return
-    repeat = command_line("refine", *shown, study=study, **texts, quantity=quantities, set=changes, **how)
+    base = _refined(scenario, study, changes)
+    levels: dict[str, Any] = {axis: parse_levels(axis, text) for axis, text in texts.items()}
     with counting_bar(study or "refine") as show:
         result = compute(
-            None if study else Scenario.load(scenario, changes),
-            quantities=quantities,
+            base,
+            quantities=quantities or (),
             study=cast(ShippedStudy | None, study),
-            changes=changes if study else (),
+            changes=changes or () if study else (),
+            within=within,
             name=Path(scenario).name,
-            command=repeat,
+            command=command_line("refine", *([] if study else [scenario]), **given, **how),
             on_progress=show,
             **levels,
             **how,
@@ -127,21 +105,37 @@ def refine(
         print_line(line)
 
 
-def _predict(
-    scenario: Scenario | None, name: str, shown: list[str], changes: list[str], how: dict[str, Any]
-) -> None:
-    """Ask by shadow runs what of a scenario, or of the shipped cases, is predictable."""
+def _refined(scenario: str, study: str | None, changes: list[str] | None) -> Scenario | None:
+    """Return what is refined; a shipped study brings its own."""
+    from oblique_impact.scenario.scenario import Scenario
+
+    if study is None:
+        return Scenario.load(scenario, changes or [])
+    if scenario != "paper":
+        raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
+    return None
+
+
+def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any]) -> None:
+    """Ask by shadow runs what of a scenario (`own`), or of the shipped cases, is predictable."""
     from validation.refinement.predictability import lines, predictability
     from validation.refinement.shipped import predictability_cases
     from validation.report.provenance import command_line
 
-    which: dict[str, Any] = {"study": "predictability"} if scenario is None else {"predictability": True}
-    repeat = command_line("refine", *shown, **which, set=changes, **how)
-    how = {key: value for key, value in how.items() if key != "within"}
+    study, changes = given["study"], given["set"]
+    asked = "--predictability" if own else "--study predictability"
+    allowed = ("set",) if own else ("study",)
+    for name, value in given.items():
+        if value and name not in allowed:
+            option = f"--{name} {value}" if name == "study" else f"--{name}"
+            raise InputError(f"{option} together with {asked}: does not apply")
+    base = _refined(scenario, study, changes)
+    repeat = command_line(
+        "refine", *([scenario] if own else []), predictability=own, study=study, set=changes, **how
+    )
+    name = Path(scenario).name if own else "predictability"
     with counting_bar("predictability") as show:
-        result = predictability(
-            scenario or predictability_cases(), name=name, command=repeat, on_progress=show, **how
-        )
+        result = predictability(base or predictability_cases(), name=name, command=repeat, on_progress=show, **how)
     for line in [*lines(result), f"report: {result.report}"]:
         print_line(line)
 

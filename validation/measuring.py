@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from oblique_impact.history.history import History
 
 #: outcomes of rows besides those of the physics
-INVALID, ERROR, CRASHED, TIMEOUT = "invalid", "error", "crashed", "timeout"
+FAILURES = INVALID, ERROR, CRASHED, TIMEOUT = "invalid", "error", "crashed", "timeout"
 
 #: what a first macro-collision can be, from the least to the most; "stopped" by another cause than Painleve
 REGIMES = ("no contact", "slip", "reversal", "stick", "painleve", "stopped")
@@ -33,7 +33,7 @@ class Task(NamedTuple):
     """One run, and what it is asked for.
 
     `changes` holds values by key of the scenario; `timeout` (s) bounds the wall time of the run but for what is
-    compiled in it; `scratch` is a folder for temporary files.
+    compiled in it; `scratch` is a folder for temporary files; `label` is for those who watch.
     """
 
     number: int
@@ -43,6 +43,7 @@ class Task(NamedTuple):
     histories: bool = False
     timeout: float | None = None
     scratch: str | None = None
+    label: str = ""
 
     def scenario(self) -> Scenario:
         """Return what is simulated; raises InputError if its values do not fit together."""

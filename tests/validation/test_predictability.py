@@ -10,17 +10,20 @@ import pytest
 from oblique_impact import InputError, Scenario
 from oblique_impact.command_line import application as cli
 from validation import predictability
-from validation.measuring import failed
+from validation.measuring import CRASHED, ERROR, INVALID, TIMEOUT, failed
 from validation.quantities import quantity
 from validation.refinement.predictability import (
     PREDICTABLE,
     SENSITIVE,
+    UNKNOWN,
     UNPREDICTABLE,
     Case,
+    Predictability,
     judge,
     lines,
     verdict_of,
 )
+from validation.refinement.predictability_report import write_predictability
 from validation.refinement.shipped import predictability_cases
 
 BASE = ("discretization.frame=mean-axis", "discretization.modes=4", "solver.output_interval=1e-2")
@@ -32,9 +35,10 @@ def soft(tmp_path_factory):
     return predictability(SOFT, shadows=2, workers=1, out=tmp_path_factory.mktemp("soft"))
 
 
-def row(number, starts, impulses=(), contacts=()):
-    """A finished run with macro-collisions and as many events."""
-    found = failed(number, "completed", "")
+def row(number, starts, impulses=(), contacts=(), outcome="completed", end=3.0):
+    """A run until `end` with macro-collisions and as many events."""
+    found = failed(number, outcome, "")
+    found["stopped_at"] = end
     for n, start in enumerate(starts, start=1):
         found["values"][f"start:{n}"] = found["values"][f"event:{n}"] = start
         found["values"][f"collision_impulse:{n}"] = impulses[n - 1] if impulses else 1.0
@@ -71,11 +75,68 @@ def test_growth_and_verdict_of_given_rows():
     assert second.growth == pytest.approx(4.0)
     assert second.spread == pytest.approx((2e-8, 0.0), abs=1e-15)
     assert second.verdict == PREDICTABLE
-    assert third.growth == math.inf  # the third shadow lacks it
+    assert third.growth == pytest.approx(2e6)  # the third shadow lacks it until 3 s: 1 s later or more
+    assert third.lower_bound
     assert third.verdict == UNPREDICTABLE
+    assert not second.lower_bound
     assert found.horizon == 1.0
+    assert found.amplitudes.tolist() == [1e-8, 1e-8, 1e-6]
+    assert "growth at least 2e+06: not predictable" in lines(Predictability("given", (found,), 0.0))[3]
     two = judge(case, perturbations[:1], offsets[:2], rows[:3])
     assert two.collisions[2].growth == pytest.approx(2000.0)
+
+
+OFFSETS = np.array([-1e-8, 1e-8])
+
+
+@pytest.mark.parametrize(
+    ("outcome", "end", "growth", "verdict"),
+    [
+        ("completed", 2.0 + 1e-8, 2.0, UNKNOWN),  # at least 2: that says nothing
+        ("completed", 2.0 + 1e-6, 200.0, UNKNOWN),
+        ("completed", 2.0 + 1e-5, 2000.0, UNPREDICTABLE),
+        ("painleve", 2.0 + 1e-8, math.inf, UNPREDICTABLE),
+    ],
+)
+def test_a_shadow_that_ends_before_a_collision_bounds_its_growth(outcome, end, growth, verdict):
+    """At end_time nothing went wrong: what is left of the run is the least difference."""
+    rows = [row(0, (0.5, 2.0), end=end), row(1, (0.5, 2.0)), row(2, (0.5,), outcome=outcome, end=end)]
+    found = judge(Case("given", SOFT), (1e-8,), OFFSETS, rows)
+    last = found.collisions[1]
+    assert last.growth == pytest.approx(growth, rel=1e-6)
+    assert last.verdict == verdict
+    assert last.lower_bound == (outcome == "completed")
+    assert found.growth[1] == last.growth
+
+
+@pytest.mark.parametrize("outcome", [INVALID, ERROR, CRASHED, TIMEOUT])
+def test_failed_shadows_are_left_out_and_named(tmp_path, outcome):
+    """A worker that dies, a timeout: no word about the beam."""
+    rows = [row(0, (0.5, 1.0)), row(1, (0.5, 1.0 - 2e-8)), failed(2, outcome, "so it went")]
+    found = judge(Case("given", SOFT), (1e-8,), OFFSETS, rows)
+    assert [c.verdict for c in found.collisions] == [PREDICTABLE, PREDICTABLE]
+    assert found.offsets.tolist() == [-1e-8]
+    result = Predictability("given", (found,), 0.0)
+    said = f"shadow at 1e-08 rad left out: {outcome}: so it went"
+    assert f"  {said}" in lines(result)
+    assert said in write_predictability(tmp_path, result, "").read_text()
+    (case,) = json.loads((tmp_path / "results.json").read_text())["cases"]
+    assert case["failed"] == [{"offset": 1e-8, "outcome": outcome, "message": "so it went"}]
+
+
+def test_without_shadows_there_is_no_verdict(tmp_path):
+    rows = [row(0, (0.5, 1.0)), failed(1, TIMEOUT, "too long"), failed(2, CRASHED, "gone")]
+    found = judge(Case("given", SOFT), (1e-8,), OFFSETS, rows)
+    assert [c.verdict for c in found.collisions] == [UNKNOWN, UNKNOWN]
+    assert math.isnan(found.horizon)
+    result = Predictability("given", (found,), 0.0)
+    assert "  collision 1: starts at 0.5 s: no verdict" in lines(result)
+    assert "no verdict" in write_predictability(tmp_path, result, "").read_text()
+
+
+def test_an_unperturbed_run_that_failed_is_called_so():
+    found = judge(Case("given", SOFT), (1e-8,), OFFSETS, [failed(0, TIMEOUT, "too long"), row(1, ()), row(2, ())])
+    assert lines(Predictability("given", (found,), 0.0))[1:] == ["  the unperturbed run failed: timeout: too long"]
 
 
 @pytest.mark.parametrize(
@@ -88,6 +149,7 @@ def test_verdicts(growth, verdict):
 def test_report_and_numbers(soft):
     folder = soft.report.parent
     data = json.loads((folder / "results.json").read_text())
+    assert data["command"] == f"validation.predictability(scenario, shadows=2, out={str(folder)!r}, workers=1)"
     (case,) = data["cases"]
     assert case["collisions"][1]["growth"] == soft.cases[0].collisions[1].growth
     assert case["offsets"] == [-1e-8, 1e-8, -1e-6, 1e-6]
@@ -120,17 +182,26 @@ def test_an_interrupted_study_goes_on(tmp_path, soft):
 
 
 def test_a_start_on_the_slope_is_perturbed_upwards_only():
-    touching = SOFT.replace(initial__angle=float(np.arcsin(-0.3 * np.sin(np.pi / 10)) + np.pi / 10), end_time=0.01)
-    found = predictability(touching, shadows=2, workers=1)
-    assert (found.cases[0].offsets > 0.0).all()
+    """Evenly from 0 to d, no angle twice; a difference that fits on both sides is tried on both."""
+    on_slope = float(np.arcsin(-0.3 * np.sin(np.pi / 10)) + np.pi / 10)
+    touching = SOFT.replace(initial__angle=on_slope, end_time=0.01)
+    (case,) = predictability(touching, shadows=2, workers=1).cases
+    np.testing.assert_allclose(case.offsets, [0.5e-8, 1e-8, 0.5e-6, 1e-6])
+    (case,) = predictability(touching.replace(initial__angle=on_slope + 1e-7), shadows=2, workers=1).cases
+    np.testing.assert_allclose(case.offsets, [-1e-8, 1e-8, 0.5e-6, 1e-6])
+
+
+def test_odd_numbers_of_shadows_are_different_angles():
+    (case,) = predictability(SOFT.replace(end_time=0.01), shadows=5, perturbations=(1e-6,), workers=1).cases
+    np.testing.assert_allclose(case.offsets, np.array([-1, -1 / 2, 1 / 3, 2 / 3, 1]) * 1e-6)
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"perturbations": ()}, "--perturbations"),
-        ({"perturbations": (0.0,)}, "--perturbations 0: should be"),
-        ({"shadows": 1}, "--shadows 1: should be from 2"),
+        ({"perturbations": ()}, "^perturbations: should be"),
+        ({"perturbations": (0.0,)}, "^perturbations 0: should be"),
+        ({"shadows": 1}, "^shadows 1: should be from 2"),
     ],
 )
 def test_bad_input_is_one_line(options, words):
@@ -164,6 +235,10 @@ def test_the_command_line(tmp_path, capsys):
         cli.main(["refine", "paper", "--predictability", "--elements", "4,8,16", "--out", str(tmp_path)])
     assert end.value.code == 2
     assert "--elements together with --predictability" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as end:
+        cli.main(["refine", "--study", "elements", "--predictability", "--out", str(tmp_path)])
+    assert end.value.code == 2
+    assert "--study elements together with --predictability" in capsys.readouterr().err
 
 
 def test_quantities_of_any_collision_and_event():

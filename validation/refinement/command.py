@@ -18,16 +18,14 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from validation.parallel import check_limits
 from validation.quantities import default_quantities
-from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders
+from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, levels_by_axis
 from validation.refinement.report import write_study
 from validation.refinement.shipped import STUDIES, shipped_study
 from validation.refinement.study import LadderResult, StudyResult, judge, measure, plan_ladder
 from validation.report.document import number
-from validation.report.provenance import call_text
+from validation.report.provenance import UNNAMED, call_text, scenario_text
 
 ShippedStudy = Literal["elements", "steps", "remedies", "grading", "rigid-stop"]
-
-_UNNAMED = "scenario"
 
 
 def refine(
@@ -46,7 +44,7 @@ def refine(
     scheduler: str | None = None,
     workers: int | None = None,
     timeout: float | None = None,
-    name: str = _UNNAMED,
+    name: str = UNNAMED,
     command: str | None = None,
     on_progress: OnProgress = silent,
 ) -> StudyResult:
@@ -108,14 +106,8 @@ def refine(
     >>> result.quantity("theta@end").analysis.verdict
     'converged'
     """
-    given = {
-        "elements": elements,
-        "modes": modes,
-        "steps": steps,
-        "tolerances": tolerances,
-        "stiffness": stiffness,
-    }
-    chosen = {axis: tuple(map(float, levels)) for axis, levels in given.items() if levels is not None}
+    given = levels_by_axis(elements, modes, steps, stiffness, tolerances)
+    chosen = {axis: tuple(map(float, levels)) for axis, levels in given.items()}
     check_limits(scheduler, workers, timeout)
     if within is not None and not (math.isfinite(within) and 0.0 < within < 1.0):
         raise InputError(f"--within {within}: should be between 0 and 1, relative to the value")
@@ -127,7 +119,7 @@ def refine(
         described = _shipped(study, scenario, chosen)
     repeat = command or call_text(
         "refine",
-        [] if study else [name if name == _UNNAMED else f"Scenario.load({name!r})"],
+        [] if study else [scenario_text(name)],
         study=described.name if study else None,
         **{axis: [int(level) if level.is_integer() else level for level in chosen[axis]] for axis in chosen},
         quantities=list(quantities),

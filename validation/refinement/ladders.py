@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 from oblique_impact.errors import InputError
 from oblique_impact.marching.event import EventScheme
@@ -157,6 +158,12 @@ AXES = {
         Axis("tolerances", "tolerance", "1", "mean step (s)", False, _tolerances),
     )
 }
+
+
+def levels_by_axis(elements: Any, modes: Any, steps: Any, stiffness: Any, tolerances: Any) -> dict[str, Any]:
+    """Return the levels that are given, not None, by the name of their axis."""
+    levels = zip(AXES, (elements, modes, steps, stiffness, tolerances), strict=True)
+    return {axis: found for axis, found in levels if found is not None}
 
 
 def parse_levels(axis: str, text: str) -> list[float]:

@@ -17,19 +17,20 @@ import time
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.errors import InputError
+from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import writing
-from oblique_impact.history.provenance import named_in
-from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from validation.measuring import Row, Task, measure_each
+from validation.measuring import FAILURES, Row, Task
 from validation.parallel import check_limits
-from validation.refinement.study import open_journal
+from validation.refinement.study import measure_rows
+from validation.report.provenance import UNNAMED, call_text, scenario_text
 
 Array = NDArray[np.float64]
 
@@ -40,7 +41,8 @@ SMALL, LARGE = 10.0, 1e3
 PERTURBATIONS = (1e-8, 1e-6)
 SHADOWS = 4
 _MOST_SHADOWS = 1000
-_MOST_EVENTS = 400  # whose times are followed
+#: whose times are followed
+_MOST_COLLISIONS, _MOST_EVENTS = 20, 400
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,9 @@ class Collision:
     impulse_spread : tuple of float
         Largest difference of the impulse (N s), by perturbation.
     growth : float
-        Of the start; infinite if a shadow does not have this macro-collision.
+        Of the start; infinite if the physics stopped a shadow before it, NaN without shadows.
+    lower_bound : bool
+        Whether `growth` is no more than a lower bound, as a shadow came to its end before this macro-collision.
     verdict : str
         "predictable", "sensitive", "not predictable" or "no verdict".
     """
@@ -81,6 +85,7 @@ class Collision:
     spread: tuple[float, ...]
     impulse_spread: tuple[float, ...]
     growth: float
+    lower_bound: bool
     verdict: str
 
 
@@ -92,36 +97,56 @@ class CaseResult:
     ----------
     offsets : ndarray, shape (shadows,)
         Of the initial angle (rad).
+    amplitudes : ndarray, shape (shadows,)
+        Perturbation (rad) to which each shadow belongs: the smallest that its offset does not exceed.
     events : ndarray, shape (events,)
         Times of the unperturbed run (s).
     shadows : ndarray, shape (shadows, events)
         The same of the shadows; NaN where one has fewer.
+    growth : ndarray, shape (events,)
+        Of each event's time, bounds and infinities as for a `Collision`.
     unit_time : float
         T (s).
+    rows : tuple of Row
+        Of the unperturbed run and the shadows.
+    failed : tuple of (float, Row)
+        Offsets and rows of the shadows that failed; nothing else here knows of them.
     """
 
     case: Case
     perturbations: tuple[float, ...]
     offsets: Array
+    amplitudes: Array
     events: Array
     shadows: Array
+    growth: Array
     collisions: tuple[Collision, ...]
     unit_time: float
     rows: tuple[Row, ...]
-
-    @property
-    def growth(self) -> Array:
-        """Growth of each event's time, (events,); infinite where a shadow does not have it."""
-        shifts = np.abs(self.shadows - self.events) / (np.abs(self.offsets)[:, None] * self.unit_time)
-        return np.asarray(np.max(np.where(np.isfinite(shifts), shifts, np.inf), axis=0))
+    failed: tuple[tuple[float, Row], ...]
 
     @property
     def horizon(self) -> float:
         """Time (s) of the last event before the first one that is not predictable; infinite if all are."""
+        if not self.offsets.size:
+            return math.nan
         lost = np.flatnonzero(self.growth >= LARGE)
         if not lost.size:
             return math.inf
         return float(self.events[lost[0] - 1]) if lost[0] else 0.0
+
+    @property
+    def remarks(self) -> list[str]:
+        """Say why there are no collisions, and which shadows are left out."""
+        row, said = self.rows[0], []
+        if row["outcome"] in FAILURES:
+            said.append(f"the unperturbed run failed: {row['outcome']}: {row['message']}")
+        elif not self.collisions:
+            words = ": ".join(filter(None, (row["outcome"], row["message"])))
+            said.append(f"no contact until {row['stopped_at']:.6g} s: {words}")
+        return said + [
+            f"shadow at {offset:g} rad left out: {row['outcome']}: {row['message']}" for offset, row in self.failed
+        ]
 
 
 @dataclass(frozen=True)
@@ -143,8 +168,8 @@ def predictability(
     scheduler: str | None = None,
     workers: int | None = None,
     timeout: float | None = None,
-    name: str = "scenario",
-    command: str = "",
+    name: str = UNNAMED,
+    command: str | None = None,
     on_progress: OnProgress = silent,
 ) -> Predictability:
     """Say of each macro-collision whether its numbers are determined, by shadow runs.
@@ -156,13 +181,13 @@ def predictability(
     perturbations : sequence of float
         Largest changes of the initial angle (rad).
     shadows : int
-        Runs per perturbation d, evenly from -d to d without 0.
+        Runs per perturbation d, evenly from -d to d without 0; from 0 to d where -d lies below the slope.
     out : path, optional
         Folder for report.html, results.json and results.csv, where an interrupted study goes on.
     scheduler, workers, timeout, on_progress
         As for :func:`validation.refine`.
     name, command : str
-        What the scenario is called, and how to repeat the study, for the report.
+        What the scenario is called, and how to repeat the study (default: this call), for the report.
 
     Returns
     -------
@@ -172,7 +197,7 @@ def predictability(
     Raises
     ------
     InputError
-        In one line if a perturbation is not possible.
+        In one line if a perturbation or the number of shadows is not possible, or there is no contact.
 
     Examples
     --------
@@ -187,23 +212,33 @@ def predictability(
     check_limits(scheduler, workers, timeout)
     cases = _cases(scenario, name)
     _check(perturbations, shadows)
+    repeat = command or call_text(
+        "predictability",
+        [scenario_text(name) if isinstance(scenario, Scenario) else "cases"],
+        perturbations=None if tuple(perturbations) == PERTURBATIONS else list(perturbations),
+        shadows=None if shadows == SHADOWS else shadows,
+        out=None if out is None else os.fspath(out),
+        scheduler=scheduler,
+        workers=workers,
+        timeout=timeout,
+    )
     started = time.perf_counter()
     wanted = [_offsets(case.scenario, perturbations, shadows) for case in cases]
+    runs = [
+        (case.name, shadow)
+        for case, offsets in zip(cases, wanted, strict=True)
+        for shadow in _scenarios(case.scenario, offsets)
+    ]
+    names = _names()
+    tasks = [Task(n, shadow, names, timeout=timeout, label=label) for n, (label, shadow) in enumerate(runs)]
     with nullcontext() if out is None else writing(out) as folder:
-        tasks = [
-            Task(0, shadow, _names(), timeout=timeout)
+        rows = iter(measure_rows(tasks, folder, on_progress, workers, scheduler))
+        found = tuple(
+            judge(case, tuple(perturbations), offsets, list(islice(rows, 1 + len(offsets))))
             for case, offsets in zip(cases, wanted, strict=True)
-            for shadow in _scenarios(case.scenario, offsets)
-        ]
-        tasks = [task._replace(number=number) for number, task in enumerate(tasks)]
-        rows = _measure(tasks, folder, on_progress, workers, scheduler)
-        found, first = [], 0
-        for case, offsets in zip(cases, wanted, strict=True):
-            count = 1 + len(offsets)
-            found.append(judge(case, tuple(perturbations), offsets, rows[first : first + count]))
-            first += count
-        result = Predictability(name, tuple(found), time.perf_counter() - started)
-        return result if folder is None else replace(result, report=write_predictability(folder, result, command))
+        )
+        result = Predictability(name, found, time.perf_counter() - started)
+        return result if folder is None else replace(result, report=write_predictability(folder, result, repeat))
 
 
 def _cases(scenario: Scenario | Sequence[Case], name: str) -> list[Case]:
@@ -215,21 +250,27 @@ def _cases(scenario: Scenario | Sequence[Case], name: str) -> list[Case]:
 
 def _check(perturbations: Sequence[float], shadows: int) -> None:
     if not perturbations or not all(0.0 < d <= 0.1 for d in perturbations):
-        text = ",".join(f"{d:g}" for d in perturbations)
-        raise InputError(f"--perturbations {text}: should be angles in rad, above 0 and at most 0.1")
+        given = "".join(f" {d:g}" for d in perturbations)
+        raise InputError(f"perturbations{given}: should be angles in rad, above 0 and at most 0.1")
     if not 2 <= shadows <= _MOST_SHADOWS:
-        raise InputError(f"--shadows {shadows}: should be from 2 to {_MOST_SHADOWS}")
+        raise InputError(f"shadows {shadows}: should be from 2 to {_MOST_SHADOWS}")
 
 
 def _offsets(scenario: Scenario, perturbations: Sequence[float], shadows: int) -> Array:
-    """Return the offsets of the shadows (rad), those that start below the slope mirrored."""
+    """Return the offsets of the shadows (rad), on one side only where the other one lies below the slope."""
     if not scenario.contact.enabled:
         raise InputError("contact.enabled = false: without contact there is nothing to predict")
-    half = np.arange(1, shadows // 2 + 1) / (shadows // 2)
-    parts = np.concatenate([-half[::-1], half, [0.5] if shadows % 2 else []])
-    offsets = np.concatenate([d * parts for d in perturbations])
+    below, above = shadows // 2, shadows - shadows // 2
+    both = np.concatenate([np.arange(-below, 0) / below, np.arange(1, above + 1) / above])
+    one = np.arange(1, shadows + 1) / shadows
     start = scenario.initial.angle
-    return np.array([d if _possible(scenario, start + d) else -d for d in offsets])
+    return np.concatenate(
+        [
+            d
+            * (one if not _possible(scenario, start - d) else -one if not _possible(scenario, start + d) else both)
+            for d in perturbations
+        ]
+    )
 
 
 def _possible(scenario: Scenario, angle: float) -> bool:
@@ -244,98 +285,94 @@ def _scenarios(scenario: Scenario, offsets: Array) -> list[Scenario]:
     return [scenario, *(scenario.replace(initial__angle=scenario.initial.angle + float(d)) for d in offsets)]
 
 
-_MOST_COLLISIONS = 20
-
-
 def _names() -> tuple[str, ...]:
-    numbers = range(1, _MOST_COLLISIONS + 1)
-    of_collisions = (
-        f"{kind}:{n}" for n in numbers for kind in ("start", "collision_impulse", "collision_contacts")
-    )
-    return (*of_collisions, *(f"event:{n}" for n in range(1, _MOST_EVENTS + 1)))
-
-
-def _measure(
-    tasks: list[Task], folder: Path | None, on_progress: OnProgress, workers: int | None, scheduler: str | None
-) -> list[Row]:
-    journal = None if folder is None else open_journal(folder, tasks, named_in(tasks[0].base))
-    rows = {row["run"]: row for row in journal.rows()} if journal else {}
-    on_progress(Progress(len(rows), len(tasks)))
-    try:
-        for row, _ in measure_each([t for t in tasks if t.number not in rows], workers, scheduler):
-            rows[row["run"]] = row
-            if journal:
-                journal.add(row)
-            on_progress(Progress(len(rows), len(tasks)))
-    except KeyboardInterrupt:
-        kept = f"{len(rows)} of {len(tasks)} runs are kept; the same command goes on with the others"
-        raise KeyboardInterrupt(*([kept] if journal else [])) from None
-    if journal:
-        journal.remove()
-    return [rows[number] for number in range(len(tasks))]
+    kinds = {"start": _MOST_COLLISIONS, "collision_impulse": _MOST_COLLISIONS}
+    kinds |= {"collision_contacts": _MOST_COLLISIONS, "event": _MOST_EVENTS}
+    return tuple(f"{kind}:{n}" for kind, most in kinds.items() for n in range(1, most + 1))
 
 
 def judge(case: Case, perturbations: tuple[float, ...], offsets: Array, rows: Sequence[Row]) -> CaseResult:
     """Judge a case by its rows, that of the unperturbed run first."""
-
-    def column(name: str) -> Array:
-        return np.array([row["values"].get(name, math.nan) for row in rows])
-
-    events = np.array([column(f"event:{n}") for n in range(1, _MOST_EVENTS + 1)])
-    events = events[np.isfinite(events[:, 0])]
+    pairs = list(zip(offsets.tolist(), rows[1:], strict=True))
+    failed = tuple(pair for pair in pairs if pair[1]["outcome"] in FAILURES)
+    pairs = [pair for pair in pairs if pair[1]["outcome"] not in FAILURES]
+    offsets, rows = np.array([offset for offset, _ in pairs]), (rows[0], *(row for _, row in pairs))
+    amplitudes = np.array([min(d for d in perturbations if abs(offset) <= d * (1.0 + 1e-9)) for offset in offsets])
+    events = _columns(rows, "event", _MOST_EVENTS)
+    events = events[:, np.isfinite(events[0])]
     unit = float(events[0, 0]) if events.size and events[0, 0] > 0.0 else case.scenario.end_time
-    levels = np.array([_level(abs(d), perturbations) for d in offsets])
-    collisions = []
-    for number in range(1, _MOST_COLLISIONS + 1):
-        start, impulse, contacts = (
-            column(f"{kind}:{number}") for kind in ("start", "collision_impulse", "collision_contacts")
-        )
-        if not math.isfinite(start[0]):
-            break
-        shifts = np.abs(start[1:] - start[0])
-        growth = float(np.max(np.where(np.isfinite(shifts), shifts, np.inf) / (np.abs(offsets) * unit)))
-        known = contacts[np.isfinite(contacts)]
-        collisions.append(
-            Collision(
-                number,
-                float(start[0]),
-                float(impulse[0]),
-                (int(known.min()), int(known.max())) if known.size else (0, 0),
-                tuple(float(np.max(shifts[levels == k])) for k in range(len(perturbations))),
-                tuple(
-                    float(np.max(np.abs(impulse[1:] - impulse[0])[levels == k])) for k in range(len(perturbations))
-                ),
-                growth,
-                verdict_of(growth),
-            )
-        )
+    scale = np.abs(offsets)[:, None] * unit
+    collisions = _collisions(rows, scale, [amplitudes == d for d in perturbations])
+    growth = _largest(_shifts(rows, events) / scale)
     return CaseResult(
-        case, perturbations, offsets, events[:, 0], events[:, 1:].T, tuple(collisions), unit, tuple(rows)
+        *(case, perturbations, offsets, amplitudes, events[0], events[1:], growth, collisions, unit, rows, failed)
     )
 
 
-def _level(offset: float, perturbations: Sequence[float]) -> int:
-    """Return to which perturbation a shadow belongs: the smallest that it does not exceed."""
-    fitting = [k for k, d in enumerate(perturbations) if offset <= d * (1.0 + 1e-9)]
-    return min(fitting, key=lambda k: perturbations[k])
+def _collisions(rows: Sequence[Row], scale: Array, groups: Sequence[NDArray[np.bool_]]) -> tuple[Collision, ...]:
+    """Judge the macro-collisions: a shift by `scale` (shadows, 1) is a growth of 1; a spread for each group."""
+    starts = _columns(rows, "start", _MOST_COLLISIONS)
+    starts = starts[:, np.isfinite(starts[0])]
+    count = starts.shape[1]
+    impulses, contacts = (_columns(rows, f"collision_{kind}", count) for kind in ("impulse", "contacts"))
+    shifts, changes = _shifts(rows, starts), np.abs(impulses[1:] - impulses[0])
+    growth = _largest(shifts / scale)
+    bounded = np.isnan(starts[1:]).any(axis=0) & np.isfinite(growth)
+    found = []
+    for n in range(count):
+        known = contacts[np.isfinite(contacts[:, n]), n]
+        found.append(
+            Collision(
+                n + 1,
+                float(starts[0, n]),
+                float(impulses[0, n]),
+                (int(known.min()), int(known.max())) if known.size else (0, 0),
+                tuple(float(_largest(shifts[group, n])) for group in groups),
+                tuple(float(_largest(changes[group, n])) for group in groups),
+                float(growth[n]),
+                bool(bounded[n]),
+                verdict_of(float(growth[n]), bool(bounded[n])),
+            )
+        )
+    return tuple(found)
 
 
-def verdict_of(growth: float) -> str:
-    """Return the verdict on a growth."""
-    if math.isnan(growth):
+def _columns(rows: Sequence[Row], kind: str, most: int) -> Array:
+    """Return the quantities "kind:1" to "kind:most", (runs, most); NaN where a run has fewer."""
+    return np.array([[row["values"].get(f"{kind}:{n}", math.nan) for n in range(1, most + 1)] for row in rows])
+
+
+def _shifts(rows: Sequence[Row], times: Array) -> Array:
+    """Return how far each shadow moves the times of the first run, (shadows, n) from (runs, n).
+
+    One that came to its end without such a time would have had it later, which is a lower bound.  One that the
+    physics stopped will never have it.
+    """
+    ends = [row["stopped_at"] if row["outcome"] == Outcome.COMPLETED.label else math.inf for row in rows[1:]]
+    least = np.array(ends)[:, None] - times[0]
+    return np.asarray(np.where(np.isnan(times[1:]), least, np.abs(times[1:] - times[0])))
+
+
+def _largest(values: Array) -> Array:
+    """Return the largest of all shadows, NaN where there are none."""
+    return np.asarray(np.max(values, axis=0) if len(values) else np.full(values.shape[1:], math.nan))
+
+
+def verdict_of(growth: float, lower_bound: bool = False) -> str:
+    """Return the verdict on a growth; from a lower bound only that something is not predictable."""
+    if growth >= LARGE:
+        return UNPREDICTABLE
+    if lower_bound or math.isnan(growth):
         return UNKNOWN
-    return PREDICTABLE if growth <= SMALL else SENSITIVE if growth < LARGE else UNPREDICTABLE
+    return PREDICTABLE if growth <= SMALL else SENSITIVE
 
 
 def lines(result: Predictability) -> list[str]:
     """Return what a study found in lines, for a terminal."""
     found = []
     for case in result.cases:
-        found.append(f"{case.case.name}:")
-        if not case.collisions:
-            found.append(f"  no contact until {case.rows[0]['stopped_at']:.6g} s: {case.rows[0]['outcome']}")
-        found += [
-            f"  collision {c.number}: starts at {c.start:.9g} s, growth {c.growth:.3g}: {c.verdict}"
-            for c in case.collisions
-        ]
+        found += [f"{case.case.name}:", *(f"  {remark}" for remark in case.remarks)]
+        for c in case.collisions:
+            growth = "" if math.isnan(c.growth) else f", growth {'at least ' * c.lower_bound}{c.growth:.3g}"
+            found.append(f"  collision {c.number}: starts at {c.start:.9g} s{growth}: {c.verdict}")
     return found

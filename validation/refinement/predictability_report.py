@@ -41,15 +41,28 @@ from validation.report.figures import FULL, new_figure, to_svg
 from validation.report.provenance import provenance, provenance_data
 
 _KINDS = {PREDICTABLE: "pass", SENSITIVE: "partly", UNPREDICTABLE: "fail", UNKNOWN: "dim"}
-CSV_COLUMNS = ("case", "collision", "start", "impulse", "fewest_contacts", "most_contacts", "growth", "verdict")
+CSV_COLUMNS = (
+    "case",
+    "collision",
+    "start",
+    "impulse",
+    "fewest_contacts",
+    "most_contacts",
+    "growth",
+    "lower_bound",
+    "verdict",
+)
 _RULE = (
     "Each shadow starts at an initial angle that differs by no more than d. The growth of a time t is "
     "max |t(θ₀ + d) − t(θ₀)| / (|d| T), with T the time of the first touch-down: about 1 if the motion carries a "
     "difference along, and more if each contact magnifies it.",
     f"A macro-collision is predictable if the growth of its start is at most {SMALL:g}, sensitive up to "
-    f"{LARGE:g}, and not predictable from there on or if some shadow does not have it. What is not predictable is "
-    "no number of the beam: rounding, a tolerance or another compiler move it as far. Its spread "
+    f"{LARGE:g}, and not predictable from there on or if the physics stops a shadow before it. What is not "
+    "predictable is no number of the beam: rounding, a tolerance or another compiler move it as far. Its spread "
     "is given instead.",
+    "A shadow that comes to its end time without some event would have it later: what is left of the run is a "
+    f"lower bound of the difference. A bound below {LARGE:g} gives no verdict. Shadows that failed, by an error "
+    "or a timeout, are left out and named; without any shadow there is no verdict.",
     "This is said of the model as it stands. A coarse one may be predictable and far from its limit: its "
     "refinement shows that.",
 )
@@ -90,6 +103,9 @@ def _case_data(case: CaseResult) -> dict[str, Any]:
         "shadows": case.shadows.tolist(),
         "growth": case.growth.tolist(),
         "horizon": case.horizon,
+        "failed": [
+            {"offset": offset, "outcome": row["outcome"], "message": row["message"]} for offset, row in case.failed
+        ],
         "collisions": [vars(collision) for collision in case.collisions],
     }
 
@@ -97,11 +113,11 @@ def _case_data(case: CaseResult) -> dict[str, Any]:
 def _csv_rows(result: Predictability) -> Iterable[list[Any]]:
     for case in result.cases:
         for c in case.collisions:
-            yield [case.case.name, c.number, c.start, c.impulse, *c.contacts, c.growth, c.verdict]
+            yield [case.case.name, c.number, c.start, c.impulse, *c.contacts, c.growth, c.lower_bound, c.verdict]
 
 
 def _document(result: Predictability, command: str) -> Document:
-    count = sum(len(case.rows) for case in result.cases)
+    count = sum(len(case.rows) + len(case.failed) for case in result.cases)
     return Document(
         "Predictability: shadow runs",
         "Do the times and impulses of an impact mean anything? Shadow runs start at initial angles that differ by "
@@ -128,7 +144,11 @@ def _verdicts(result: Predictability) -> Table:
 
 
 def _verdict_words(c: Collision) -> str:
-    return f"{c.verdict}, {number(c.growth, 2)}" if math.isfinite(c.growth) else c.verdict
+    return f"{c.verdict}, {_growth(c, 2)}" if math.isfinite(c.growth) else c.verdict
+
+
+def _growth(c: Collision, digits: int) -> str:
+    return ("≥ " if c.lower_bound else "") + number(c.growth, digits)
 
 
 def _growth_picture(result: Predictability) -> Picture:
@@ -170,10 +190,9 @@ def _thresholds(axes: Axes) -> None:
 
 def _section(case: CaseResult) -> Section:
     blocks: list[Block] = [Paragraph(case.case.text)] if case.case.text else []
+    blocks += [Paragraph(remark) for remark in case.remarks]
     if not case.collisions:
-        row = case.rows[0]
-        words = f"No contact until {row['stopped_at']:.6g} s: {row['outcome']}. {row['message']}"
-        return Section(case.case.name, [*blocks, Paragraph(words)])
+        return Section(case.case.name, blocks)
     if math.isfinite(case.horizon):
         blocks.append(Paragraph(f"The last event that is predicted is at {case.horizon:.6g} s."))
     blocks += [_fan_picture(case), _collision_table(case)]
@@ -186,14 +205,12 @@ def _fan_picture(case: CaseResult) -> Picture:
         left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.35))
         colours = {d: SERIES[k % len(SERIES)] for k, d in enumerate(sorted(case.perturbations))}
         order = np.argsort(case.offsets)
-        for offset, times in zip(case.offsets, case.shadows, strict=True):
+        for d, times in zip(case.amplitudes, case.shadows, strict=True):
             shift = np.abs(times - case.events)
-            left.plot(
-                case.events, np.where(shift > _LEAST, shift, np.nan), "-", color=_colour(offset, colours), lw=0.8
-            )
+            left.plot(case.events, np.where(shift > _LEAST, shift, np.nan), "-", color=colours[d], lw=0.8)
         left.set(xlabel="time of the event (s)", ylabel="difference from run to shadow (s)", yscale="log")
         rows = [case.events, *case.shadows[order]]
-        shades = ["black", *(_colour(case.offsets[k], colours) for k in order)]
+        shades = ["black", *(colours[d] for d in case.amplitudes[order])]
         for height, (times, shade) in enumerate(zip(rows, shades, strict=True)):
             known = times[np.isfinite(times)]
             right.vlines(known, height - 0.36, height + 0.36, color=shade, linewidth=0.9)
@@ -212,10 +229,6 @@ def _fan_picture(case: CaseResult) -> Picture:
     )
 
 
-def _colour(offset: float, colours: dict[float, str]) -> str:
-    return next(colour for d, colour in colours.items() if abs(offset) <= d * (1.0 + 1e-9))
-
-
 def _collision_table(case: CaseResult) -> Table:
     rows: list[list[str | Cell]] = [
         [
@@ -225,7 +238,7 @@ def _collision_table(case: CaseResult) -> Table:
             Cell(number(c.impulse, 7), "number"),
             *(Cell(number(s, 2), "number") for s in c.impulse_spread),
             _contacts(c),
-            Cell(number(c.growth, 3), "number"),
+            Cell(_growth(c, 3), "number"),
             Cell(c.verdict, _KINDS[c.verdict]),
         ]
         for c in case.collisions

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from oblique_impact.errors import Outcome
@@ -107,6 +108,11 @@ class LadderPlan:
     noisy: Scenario | None
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the quantities."""
+        return tuple(q.name for q in self.quantities)
+
+    @property
     def all(self) -> tuple[Scenario, ...]:
         """Return everything that is simulated."""
         return (*self.scenarios, self.noisy) if self.noisy else self.scenarios
@@ -134,22 +140,35 @@ def measure(
     workers: int | None = None,
     scheduler: str | None = None,
     timeout: float | None = None,
-) -> Iterator[list[Row]]:
-    """Run everything, but for what an interrupted study has left in `folder`; yields the rows of each ladder."""
-    tasks: list[Task] = []
-    order, labels = [], []
-    for plan in plans:
-        names = tuple(q.name for q in plan.quantities)
-        for level, scenario in enumerate(plan.all):
-            # the finest levels take longest: first the noise runs and the last levels
-            order.append(len(plan.scenarios) - level)
-            labels.append(plan.ladder.name)
-            tasks.append(Task(len(tasks), scenario, names, timeout=timeout))
-    parts = [pair for plan in plans for pair in named_in(plan.base)]
-    journal = None if folder is None else open_journal(folder, tasks, parts)
+) -> list[list[Row]]:
+    """Run everything, but for what an interrupted study has left in `folder`; returns the rows of each ladder."""
+    runs = [(plan, level, scenario) for plan in plans for level, scenario in enumerate(plan.all)]
+    tasks = [
+        Task(number, scenario, plan.names, timeout=timeout, label=plan.ladder.name)
+        for number, (plan, _, scenario) in enumerate(runs)
+    ]
+    # the finest levels take longest: first the noise runs and the last levels
+    levels_left = [len(plan.scenarios) - level for plan, level, _ in runs]
+    tasks.sort(key=lambda task: levels_left[task.number])
+    rows = iter(measure_rows(tasks, folder, on_progress, workers, scheduler))
+    return [list(islice(rows, len(plan.all))) for plan in plans]
+
+
+def measure_rows(
+    tasks: Sequence[Task],
+    folder: Path | None,
+    on_progress: OnProgress,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> list[Row]:
+    """Run tasks in their order, but for those that an interrupted study has left; returns all by number.
+
+    With a folder, each row is on disk as soon as it is finished, until all are there.
+    """
+    journal = None if folder is None else _journal(folder, tasks)
     rows = {row["run"]: row for row in journal.rows()} if journal else {}
     on_progress(Progress(len(rows), len(tasks)))
-    left = sorted((task for task in tasks if task.number not in rows), key=lambda task: order[task.number])
+    left, labels = [task for task in tasks if task.number not in rows], {task.number: task.label for task in tasks}
     try:
         for row, _ in measure_each(left, workers, scheduler):
             rows[row["run"]] = row
@@ -161,17 +180,15 @@ def measure(
         raise KeyboardInterrupt(*([kept] if journal else [])) from None
     if journal:
         journal.remove()
-    first = 0
-    for plan in plans:
-        yield [rows[number] for number in range(first, first + len(plan.all))]
-        first += len(plan.all)
+    return [rows[number] for number in sorted(rows)]
 
 
-def open_journal(folder: Path, tasks: Sequence[Task], parts: Sequence[tuple[str, str]]) -> Journal:
-    """Open the rows that an interrupted study of these runs may have left; `parts` (key, name) are its own."""
-    runs = [[task.base.model_dump(mode="json"), task.quantities] for task in tasks]
+def _journal(folder: Path, tasks: Sequence[Task]) -> Journal:
+    """Open the rows that an interrupted study of these runs may have left."""
+    runs = [[task.number, task.base.model_dump(mode="json"), task.quantities] for task in tasks]
+    parts = list(dict.fromkeys(pair for task in tasks for pair in named_in(task.base)))
     names = {name for task in tasks for name in task.quantities}
-    return Journal(folder / ROWS, fingerprint_of({"runs": runs}, list(parts)), len(tasks), names)
+    return Journal(folder / ROWS, fingerprint_of({"runs": runs}, parts), len(tasks), names)
 
 
 def judge(plan: LadderPlan, rows: Sequence[Row], tolerance: float) -> LadderResult:

@@ -13,6 +13,8 @@ from oblique_impact.history.provenance import described, versions
 from oblique_impact.history.provenance import provenance as made
 
 PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
+#: what a scenario of a call without a name is called
+UNNAMED = "scenario"
 
 
 def _versions() -> dict[str, str]:
@@ -49,6 +51,11 @@ def command_line(command: str, *arguments: object, **options: object) -> str:
         elif value is not None and value is not False:
             words += [option, str(value)]
     return shlex.join(words)
+
+
+def scenario_text(name: str) -> str:
+    """Return what stands for a scenario in `call_text`: what it is called, or how to load it."""
+    return name if name == UNNAMED else f"Scenario.load({name!r})"
 
 
 def call_text(function: str, arguments: Sequence[str] = (), **options: object) -> str:
