@@ -197,9 +197,15 @@ def _contacts(before: History, after: History) -> list[Contact]:
     closed = before["state"].values[-1] != State.FREE and after["state"].values[:2][-1] != State.FREE
     if not (closed and a.end == _end(before) and b.start == float(after["time"].values[0])):
         return [*first, a, b, *rest]
-    peaks = max(a.peak_force, b.peak_force), max(a.peak_energy, b.peak_energy)
-    normal, tangential = a.normal_impulse + b.normal_impulse, a.tangential_impulse + b.tangential_impulse
-    return [*first, Contact(a.start, b.end, normal, tangential, *peaks, a.energy_loss + b.energy_loss), *rest]
+    whole = a._replace(
+        end=b.end,
+        normal_impulse=a.normal_impulse + b.normal_impulse,
+        tangential_impulse=a.tangential_impulse + b.tangential_impulse,
+        peak_force=max(a.peak_force, b.peak_force),
+        peak_energy=max(a.peak_energy, b.peak_energy),
+        energy_loss=a.energy_loss + b.energy_loss,
+    )
+    return [*first, whole, *rest]
 
 
 def _energy(one: dict[str, float], two: dict[str, float]) -> dict[str, float]:
