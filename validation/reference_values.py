@@ -3,13 +3,14 @@
 A source is a citation, a closed form, or the command in this repository that computes the value again without the
 suite: `tests/validation/test_reference_programs.py` holds the table against those programs.
 
-Items 2 are in units of sqrt(EI/(m L^4)): eta is the spin rate, d the hub radius over L, c clamped, h hinged.
-All else is in SI units.
+The tables of frequencies (items 1 and 2) stand in `reference_frequencies`; all else is in SI units.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
+
+from validation.reference_frequencies import CLAMPED_ROOTS, ELEMENT_ERRORS, HINGED_ROOTS, SPINNING
 
 
 class Reference(NamedTuple):
@@ -26,95 +27,15 @@ _WRIGHT = "Wright, Smith, Thresher and Wang, J. Appl. Mech. 49 (1982), pp. 197-2
 _AGREES = f", agrees with {_WRIGHT}"
 _SIMO = "Simo and Vu-Quoc, J. Appl. Mech. 53 (1986), pp. 849-863"
 
-#: relative frequency errors of modes 1 to 3 by Hermite elements: clamped (c) or hinged (h), and how many
-_ELEMENT_ERRORS = {
-    "c4": [3.27080754780676e-05, 0.001165206975265551, 0.0077422962585947976],
-    "c8": [2.083010516825709e-06, 7.995889790883635e-05, 0.0006082410486725216],
-    "c16": [1.307942206727679e-07, 5.10785777175727e-06, 3.9753777356335115e-05],
-    "c32": [8.184111770186864e-09, 3.2096974571126545e-07, 2.5118657478932305e-06],
-    "h8": [3.934409600344094e-05, 0.00040106445532034395, 0.001677879048922534],
-    "h16": [2.503969709164749e-06, 2.6105266223778172e-05, 0.00011256300479298151],
-}
-
-#: frequencies of spinning beams: root (c or h), hub radius d, spin rate eta; flapwise, then chordwise
-_SPINNING = {
-    "c-d0-eta0": (
-        [3.5160152685, 22.0344915647, 61.6972144135, 120.901916052],
-        [3.5160152685, 22.0344915647, 61.6972144135, 120.901916052],
-    ),
-    "c-d0-eta1": (
-        [3.68164681396, 22.1810111506, 61.8417625872, 121.050921884],
-        [3.54323626967, 22.158457881, 61.8336769074, 121.04679132],
-    ),
-    "c-d0-eta2": (
-        [4.13731957303, 22.6149219565, 62.2731841057, 121.496694714],
-        [3.62179696412, 22.5263111738, 62.2410592668, 121.480232246],
-    ),
-    "c-d0-eta3": (
-        [4.79727853236, 23.3202636743, 62.9849674807, 122.235547134],
-        [3.74351189621, 23.1264934186, 62.9134812941, 122.19872742],
-    ),
-    "c-d0-eta4": (
-        [5.58500142088, 24.2733493944, 63.9667604931, 123.261484898],
-        [3.89772252364, 23.9415014321, 63.8415730381, 123.196565128],
-    ),
-    "c-d0-eta5": (
-        [6.44954474857, 25.446080358, 65.2050405219, 124.566421181],
-        [4.07389585824, 24.950010132, 65.0130549156, 124.466032659],
-    ),
-    "c-d0-eta6": (
-        [7.36037301931, 26.8090816785, 66.6839143815, 126.140452589],
-        [4.26322542019, 26.1290424709, 66.4134356681, 125.997673706],
-    ),
-    "c-d1-eta2": (
-        [4.83368887153, 23.3660420457, 63.0675481233],
-        [4.40051679996, 23.2802903951, 63.0358281161],
-    ),
-    "h-d0-eta1": (
-        [1.0, 15.6242415255, 50.1436866523, 104.420200295],
-        [0.0, 15.592207132, 50.1337143156, 104.415411839],
-    ),
-    "h-d0-eta2": (
-        [2.0, 16.2261015324, 50.6760048335, 104.935826051],
-        [0.0, 16.1023715937, 50.636523043, 104.916765052],
-    ),
-    "h-d0-eta5": (
-        [5.0, 19.9196616457, 54.2419378644, 108.469076591],
-        [0.0, 19.2819324778, 54.0109972439, 108.353775092],
-    ),
-}
-
 TABLE = (
     Reference(
         "1.1",
-        [
-            1.8751040687119611,
-            4.694091132974175,
-            7.854757438237613,
-            10.995540734875467,
-            14.13716839104647,
-            17.278759532088237,
-            20.42035225104125,
-            23.561944901806445,
-            26.7035375555183,
-            29.845130209102816,
-        ],
+        CLAMPED_ROOTS,
         f"roots of cos b cosh b = -1 (clamped-free), 40 digits; {_BEAMS} 1.1",
     ),
     Reference(
         "1.2",
-        [
-            3.926602312047919,
-            7.068582745628732,
-            10.21017612281303,
-            13.351768777754094,
-            16.49336143134641,
-            19.634954084936208,
-            22.776546738526,
-            25.918139392115794,
-            29.059732045705587,
-            32.201324699295384,
-        ],
+        HINGED_ROOTS,
         f"roots of tan b = tanh b (hinged-free), 40 digits; {_BEAMS} 1.2",
     ),
     Reference(
@@ -131,7 +52,7 @@ TABLE = (
             "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; "
             f"{_BEAMS} 1.4-{mesh}",
         )
-        for mesh, errors in _ELEMENT_ERRORS.items()
+        for mesh, errors in ELEMENT_ERRORS.items()
     ),
     *(
         Reference(
@@ -139,7 +60,7 @@ TABLE = (
             {"flap": flap, "chord": chord},
             f"power series in 50 digits{_AGREES if row.startswith('c-d0') else ''}; {_BEAMS} 2-{row}",
         )
-        for row, (flap, chord) in _SPINNING.items()
+        for row, (flap, chord) in SPINNING.items()
     ),
     Reference(
         "3-SVQ-min",
