@@ -19,6 +19,7 @@ from oblique_impact.history.summary import macro_collisions
 from oblique_impact.marching.records import Contact
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.rules import TABLE
+from oblique_impact.scenario.toml import flat_keys
 
 #: spans are consecutive if they meet within this part of their length
 MEETING = 1e-9
@@ -125,21 +126,13 @@ def _check_alike(first: History, other: History, number: int) -> None:
     for coordinate in map(str, first.data.coords):
         if coordinate != "time" and not np.allclose(first[coordinate].values, other[coordinate].values, rtol=1e-9):
             raise InputError(f"history {number}: other values of {coordinate!r} than history 1")
-    one, two = (_flat(tomllib.loads(history.scenario_toml)) for history in (first, other))
+    one, two = (flat_keys(tomllib.loads(history.scenario_toml)) for history in (first, other))
     for key in [*one, *two]:
         if key.partition(".")[0] not in (*OF_A_SPAN, TABLE) and one.get(key) != two.get(key):
             raise InputError(
                 f"history {number}: {key} = {short(two.get(key))}, in history 1 it is {short(one.get(key))}; "
                 f"only {', '.join(OF_A_SPAN)} may differ"
             )
-
-
-def _flat(sections: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return {"section.key": value}."""
-    flat: dict[str, Any] = {}
-    for name, value in sections.items():
-        flat |= _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
-    return flat
 
 
 def _joined(before: History, after: History) -> History:

@@ -36,6 +36,14 @@ def parse_toml(text: str, what: str) -> dict[str, Any]:
         raise InputError(f"{what}: {error}") from None
 
 
+def flat_keys(sections: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return {"section.key": value} of nested sections."""
+    flat: dict[str, Any] = {}
+    for name, value in sections.items():
+        flat |= flat_keys(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
+    return flat
+
+
 def set_key(data: dict[str, Any], keys: list[str], value: Any, what: str) -> None:
     """Set the value at a path of keys; raises InputError that begins with `what` if it leads through a value."""
     target = data

@@ -6,12 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.command_line import application as cli
+from renders.style import SERIES
 from validation import predictability
 from validation.measuring import CRASHED, ERROR, INVALID, TIMEOUT, failed
 from validation.quantities import quantity
+from validation.refinement import predictability_report
 from validation.refinement.predictability import (
     PREDICTABLE,
     SENSITIVE,
@@ -23,7 +26,6 @@ from validation.refinement.predictability import (
     lines,
     verdict_of,
 )
-from validation.refinement.predictability_report import write_predictability
 from validation.refinement.shipped import predictability_cases
 
 BASE = ("discretization.frame=mean-axis", "discretization.modes=4", "solver.output_interval=1e-2")
@@ -86,6 +88,23 @@ def test_growth_and_verdict_of_given_rows():
     assert two.collisions[2].growth == pytest.approx(2000.0)
 
 
+def test_shadows_have_the_colour_of_their_perturbation(monkeypatch, tmp_path):
+    """The smaller one in the first colour, in both panels; a bound is marked as one."""
+    figures = []
+    monkeypatch.setattr(predictability_report, "to_svg", lambda figure: figures.append(figure) or "<svg/>")
+    rows = [row(0, (0.5, 2.0)), row(1, (0.5, 2.0 - 1e-7)), row(2, (0.5, 2.0 + 1e-5)), row(3, (0.5,))]
+    found = judge(Case("given", SOFT), (1e-6, 1e-8), np.array([-1e-8, 1e-6, 5e-7]), rows)
+    page = predictability_report.write_predictability(tmp_path, Predictability("given", (found,), 0.0), "")
+    left, right, *_ = figures[-1].axes
+    assert [line.get_color() for line in left.lines[:3]] == [SERIES[0], SERIES[1], SERIES[1]]
+    assert [line.get_label() for line in left.lines[3:]] == [
+        f"initial angle ± {d} rad" for d in ("1e-08", "1e-06")
+    ]
+    shades = [tuple(lines.get_colors()[0]) for lines in right.collections]
+    assert shades == [to_rgba(c) for c in ("black", SERIES[0], SERIES[1], SERIES[1])]
+    assert "≥ 4 × 10⁶" in page.read_text()
+
+
 OFFSETS = np.array([-1e-8, 1e-8])
 
 
@@ -119,7 +138,7 @@ def test_failed_shadows_are_left_out_and_named(tmp_path, outcome):
     result = Predictability("given", (found,), 0.0)
     said = f"shadow at 1e-08 rad left out: {outcome}: so it went"
     assert f"  {said}" in lines(result)
-    assert said in write_predictability(tmp_path, result, "").read_text()
+    assert said in predictability_report.write_predictability(tmp_path, result, "").read_text()
     (case,) = json.loads((tmp_path / "results.json").read_text())["cases"]
     assert case["failed"] == [{"offset": 1e-8, "outcome": outcome, "message": "so it went"}]
 
@@ -131,7 +150,7 @@ def test_without_shadows_there_is_no_verdict(tmp_path):
     assert math.isnan(found.horizon)
     result = Predictability("given", (found,), 0.0)
     assert "  collision 1: starts at 0.5 s: no verdict" in lines(result)
-    assert "no verdict" in write_predictability(tmp_path, result, "").read_text()
+    assert "no verdict" in predictability_report.write_predictability(tmp_path, result, "").read_text()
 
 
 def test_an_unperturbed_run_that_failed_is_called_so():

@@ -33,13 +33,14 @@ NEGLIGIBLE = 0.1
 CONVERGED, CONVERGING, NOT_CONVERGING, NO_VERDICT = "converged", "converging", "not converging", "no verdict"
 
 
-def _words(text: str) -> str:
+def one_line(text: str) -> str:
+    """Return a text without line breaks and indents."""
     return " ".join(text.split())
 
 
 #: the rule of the verdicts, in paragraphs, for every report
 RULE = (
-    _words(
+    one_line(
         f"""The rule. Sizes h fall from level to level; differences are those of successive levels. The
         observed order p of three levels solves (r₃₂ᵖ − 1)/(r₂₁ᵖ − 1) · r₂₁ᵖ = d₃₂/d₂₁, the fixed-point
         equation of ASME V&V 20 for any ratios r of refinement; it is negative for differences that grow, and
@@ -47,7 +48,7 @@ RULE = (
         convergence index GCI = {SAFETY} |d₂₁|/(r₂₁ᵖ − 1). Of two levels alone it is {SAFETY_OF_TWO:g}
         |d₂₁|/(r₂₁ᵖ − 1) with the declared order (1 if none is declared)."""
     ),
-    _words(
+    one_line(
         f"""An order is confirmed if it is at least {LOWEST_ORDER} and the orders of the two finest triplets
         agree within {AGREEMENT:.0%}, or the finest agrees within {AGREEMENT:.0%} with the order declared for
         this quantity. Only then is the range called asymptotic and the GCI taken as uncertainty (with p no
@@ -56,7 +57,7 @@ RULE = (
         with a tenth of solver.tolerance, and {ROUNDING / 1e-13:g} × 10⁻¹³ of the value for rounding. Differences
         below {ABOVE_NOISE:g} times the noise tell no order."""
     ),
-    _words(
+    one_line(
         f"""Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for
         places, to the larger of initial and final energy for energies, where these are larger), and the last
         difference is smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within

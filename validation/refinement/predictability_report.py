@@ -33,6 +33,7 @@ from validation.report.document import (
     Section,
     Table,
     number,
+    number_cells,
     write_csv,
     write_json,
     write_report,
@@ -232,13 +233,11 @@ def _fan_picture(case: CaseResult) -> Picture:
 def _collision_table(case: CaseResult) -> Table:
     rows: list[list[str | Cell]] = [
         [
-            Cell(str(c.number), "number"),
-            Cell(number(c.start, 9), "number"),
-            *(Cell(number(s, 2), "number") for s in c.spread),
-            Cell(number(c.impulse, 7), "number"),
-            *(Cell(number(s, 2), "number") for s in c.impulse_spread),
-            _contacts(c),
-            Cell(_growth(c, 3), "number"),
+            *number_cells(c.number, number(c.start, 9)),
+            *number_cells(*c.spread, digits=2),
+            *number_cells(number(c.impulse, 7)),
+            *number_cells(*c.impulse_spread, digits=2),
+            *number_cells(_contacts(c), _growth(c, 3)),
             Cell(c.verdict, _KINDS[c.verdict]),
         ]
         for c in case.collisions
@@ -257,6 +256,6 @@ def _collision_table(case: CaseResult) -> Table:
     return Table(columns, rows, "Macro-collisions, and how far the shadows move them")
 
 
-def _contacts(c: Collision) -> Cell:
+def _contacts(c: Collision) -> str:
     fewest, most = c.contacts
-    return Cell(str(fewest) if fewest == most else f"{fewest} to {most}", "number")
+    return str(fewest) if fewest == most else f"{fewest} to {most}"

@@ -10,6 +10,7 @@ from typing import Any
 from oblique_impact.errors import Outcome
 from oblique_impact.history.provenance import named_in
 from oblique_impact.scenario.scenario import Scenario, builtin_names
+from oblique_impact.scenario.toml import flat_keys
 from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
@@ -28,6 +29,7 @@ from validation.report.document import (
     Section,
     Table,
     number,
+    number_cells,
     write_csv,
     write_json,
     write_report,
@@ -207,13 +209,9 @@ def _errors(group: list[LadderResult]) -> Table:
         name = item.quantity.name
         for ladder in group:
             errors = relative_errors(ladder.quantity(name), item)
-            rows.append([name, ladder.ladder.name, *(Cell(number(float(e), 2), "number") for e in errors)])
+            rows.append([name, ladder.ladder.name, *number_cells(*errors, digits=2)])
     columns = ["quantity", "ladder", *(f"{number(level)} {first.axis.label}" for level in first.ladder.levels)]
     return Table(columns, rows, f"Relative differences from the finest level of {first.ladder.name}")
-
-
-def _verdict_cell(item: QuantityResult) -> Cell:
-    return Cell(item.analysis.words, _KINDS[item.analysis.verdict])
 
 
 def _groups(result: StudyResult) -> list[list[LadderResult]]:
@@ -244,18 +242,11 @@ def _verdicts(result: StudyResult) -> Table:
     for ladder in result.ladders:
         for item in ladder.results:
             a = item.analysis
-            rows.append(
-                [
-                    ladder.ladder.name,
-                    item.quantity.name,
-                    Cell(number(item.values[-1], 10), "number"),
-                    item.quantity.unit,
-                    Cell(number(a.limit, 10), "number"),
-                    Cell(number(a.uncertainty, 2), "number"),
-                    _verdict_cell(item),
-                    Cell(a.reason),
-                ]
-            )
+            finest = number_cells(item.values[-1], digits=10)
+            limit = number_cells(number(a.limit, 10), number(a.uncertainty, 2))
+            verdict = Cell(a.words, _KINDS[a.verdict])
+            name, unit = item.quantity.name, item.quantity.unit
+            rows.append([ladder.ladder.name, name, *finest, unit, *limit, verdict, a.reason])
     columns = ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"]
     return Table(columns, rows, "Verdicts; limits are given where the order is confirmed", wide=[0, 7])
 
@@ -282,33 +273,19 @@ def _changes(result: LadderResult) -> str:
     """Say what is changed against the scenario of that name, or against the defaults."""
     name = result.ladder.scenario
     original = Scenario.builtin(name) if name in builtin_names() else Scenario()
-    given, plain = (_flat(scenario.model_dump(mode="json")) for scenario in (result.base, original))
+    given, plain = (flat_keys(scenario.model_dump(mode="json")) for scenario in (result.base, original))
     changed = [f"{key} = {value}" for key, value in given.items() if repr(value) != repr(plain.get(key))]
     against = "" if name in builtin_names() else " (against the defaults)"
     return ", ".join(changed) + against if changed else "no changes"
-
-
-def _flat(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in data.items():
-        found |= _flat(value, f"{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
-    return found
 
 
 def _runs(result: LadderResult) -> Table:
     rows: list[list[str | Cell]] = []
     for level, size, run in zip(result.ladder.levels, result.sizes, result.runs, strict=True):
         completed = run["outcome"] == Outcome.COMPLETED.label
-        numbers = (
-            number(level),
-            number(size, 4),
-            number(run["stopped_at"]),
-            str(run["steps"]),
-            str(run["events"]),
-        )
-        level_cell, size_cell, *others = (Cell(text, "number") for text in numbers)
         outcome = Cell(run["outcome"], "" if completed else "fail")
-        rows.append([level_cell, size_cell, outcome, *others, run["message"]])
+        others = number_cells(run["stopped_at"], run["steps"], run["events"])
+        rows.append([*number_cells(level, number(size, 4)), outcome, *others, run["message"]])
     columns = [result.axis.heading, "h", "outcome", "ended at (s)", "steps", "events", ""]
     return Table(columns, rows, "Runs", wide=[6])
 
@@ -319,16 +296,10 @@ def _levels(result: LadderResult, item: QuantityResult) -> Table:
     for i, level in enumerate(result.ladder.levels):
         t = a.triplets[i]
         dim = "number" if t is None or t.resolved else "dim"
-        rows.append(
-            [
-                Cell(number(level), "number"),
-                Cell(number(item.values[i], 12), "number") if not item.gaps[i] else Cell(item.gaps[i], "dim"),
-                Cell(number(a.differences[i], 4), "number"),
-                Cell(number(t.order if t else None, 4), dim),
-                Cell(number(t.limit if t else None, 12), dim),
-                Cell(number(t.index if t else None, 3), dim),
-            ]
-        )
+        value = Cell(item.gaps[i], "dim") if item.gaps[i] else Cell(number(item.values[i], 12), "number")
+        found = (number(t.order, 4), number(t.limit, 12), number(t.index, 3)) if t else ("–", "–", "–")
+        difference = number_cells(a.differences[i], digits=4)
+        rows.append([*number_cells(level), value, *difference, *(Cell(text, dim) for text in found)])
     declared = f", declared order {item.declared:g}" if item.declared else ""
     caption = (
         f"{item.quantity.name}: {item.quantity.meaning}{declared}. Verdict: {a.words} ({a.reason}); "

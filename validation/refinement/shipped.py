@@ -10,6 +10,7 @@ from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.scenario.scenario import Scenario
+from validation.refinement.convergence import one_line
 from validation.refinement.ladders import Ladder, Study
 from validation.refinement.predictability import Case
 
@@ -24,10 +25,6 @@ _HERMITE = 4.0
 _FINE = 1e-6
 
 
-def _words(text: str) -> str:
-    return " ".join(text.split())
-
-
 def elements() -> Study:
     """Finite elements at a fixed number of modes."""
     names = ("first_impact", "collision_end", "impulse", "peak_force", "energy_after_collision", "second_impact")
@@ -39,7 +36,7 @@ def elements() -> Study:
     return Study(
         "elements",
         "Finite elements at a fixed number of modes",
-        _words(
+        one_line(
             """The mesh is reduced to its own first six mean-axis modes, so that the number of coordinates
             stays the same while the modes become exact. Cubic Hermite elements give frequencies of order 4,
             and at a fixed number of modes the motion depends smoothly on them as long as the sequence of
@@ -67,7 +64,7 @@ _MOTIONS = {
     "flight": (
         ("contact.enabled=false", "end_time=2.0", "beam.youngs_modulus=7e8", "discretization.modes=1", _MEAN_AXIS),
         ("tip_y@end", "deflection@end"),
-        _words(
+        one_line(
             """Two seconds of free fall about the pin without contact. The beam is a hundred times softer than
             the paper's, so that its vibration counts as much as its rotation, and has one mean-axis mode."""
         ),
@@ -75,7 +72,7 @@ _MOTIONS = {
     "elastic stop": (
         ("discretization.modes=4", _MEAN_AXIS, _SMOOTH, _SPRING, "end_time=0.3201"),
         ("first_impact", "impulse", "peak_force", "theta@end", "tip_y@end"),
-        _words(
+        one_line(
             """The paper's beam with four mean-axis modes until after its first contact with a spring of 1e6
             N/m, without friction. The largest force is that of a step's end, or of a sample: it comes close
             to the maximum at no order."""
@@ -128,7 +125,7 @@ def steps() -> Study:
     return Study(
         "steps",
         "Time steps and tolerances of the three schemes",
-        _words(
+        one_line(
             """Each scheme on the same three motions. In free flight each should show the order it declares: 4
             for the fixed steps of the paper, 8 in the mean step for the event-located scheme, whose tolerance
             is refined in place of a step, 2 for generalized-alpha. On the stops the schemes that locate
@@ -206,7 +203,7 @@ def remedies() -> Study:
     return Study(
         "remedies",
         "Modes and elements with the rigid stop, and three remedies",
-        _words(
+        one_line(
             """With a rigid stop and e = 0 the mass that stops at an impact falls with every mode that is
             added. The force on the continuous beam is a distribution: its impulse has a limit, its peak and
             the number of impacts have none, and what follows, such as the second impact, stays where chance
@@ -215,7 +212,7 @@ def remedies() -> Study:
             spectral radius 0)."""
         ),
         tuple(
-            Ladder(name, "paper", changes, axis, levels, _REMEDY_QUANTITIES, {}, _words(text))
+            Ladder(name, "paper", changes, axis, levels, _REMEDY_QUANTITIES, {}, one_line(text))
             for name, changes, axis, levels, text in _REMEDY_CASES
         ),
         compare="values",
@@ -243,7 +240,7 @@ def grading() -> Study:
     return Study(
         "grading",
         "Local refinement towards the tip against a uniform mesh",
-        _words(
+        one_line(
             """The full nodal model on elastic stops, marched by generalized-alpha with contact steps of 1e-6
             s. Elements shrink geometrically towards the tip; the ratio of the largest to the smallest is kept
             while their number is doubled. The pictures show differences from the finest uniform mesh."""
@@ -324,7 +321,7 @@ def rigid_stop() -> Study:
     return Study(
         "rigid-stop",
         "A rigid stop with internal damping: three ways to one limit",
-        _words(
+        one_line(
             """With Kelvin-Voigt damping that the mesh resolves, plastic impacts on finer and finer meshes, a
             contact point without inertia, and an elastic stop that becomes stiffer and stiffer have the same
             limit. Impacts lose energy like the size of the elements: nothing in the limit. The peak of the force
