@@ -138,7 +138,7 @@ def test_failed_shadows_are_left_out_and_named(tmp_path, outcome):
     result = Predictability("given", (found,), 0.0)
     said = f"shadow at 1e-08 rad left out: {outcome}: so it went"
     assert f"  {said}" in lines(result)
-    assert said in predictability_report.write_predictability(tmp_path, result, "").read_text()
+    assert f"S{said[1:]}." in predictability_report.write_predictability(tmp_path, result, "").read_text()
     (case,) = json.loads((tmp_path / "results.json").read_text())["cases"]
     assert case["failed"] == [{"offset": 1e-8, "outcome": outcome, "message": "so it went"}]
 

@@ -191,7 +191,7 @@ def _thresholds(axes: Axes) -> None:
 
 def _section(case: CaseResult) -> Section:
     blocks: list[Block] = [Paragraph(case.case.text)] if case.case.text else []
-    blocks += [Paragraph(remark) for remark in case.remarks]
+    blocks += [Paragraph(f"{remark[0].upper()}{remark[1:]}.") for remark in case.remarks]
     if not case.collisions:
         return Section(case.case.name, blocks)
     if math.isfinite(case.horizon):
