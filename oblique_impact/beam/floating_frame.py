@@ -109,20 +109,21 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     B, Bd, spin = q[1:], qd[1:], qd[0]
     n = B.shape[0]
     M, v = w.mass, w.vectors
+    points, shapes, lengthwise = model.quad_points, model.quad_shapes, model.quad_shortening
     axial_row, transverse_row = v[row.SCRATCH_A], v[row.SCRATCH_B]
     for i in range(n + 1):
         v[row.FORCES, i] = 0.0
         for j in range(i + 1):
             M[i, j] = 0.0
-    for k in range(model.quad_shapes.shape[0]):
-        mass = model.quad_points[1, k]
+    for k in range(shapes.shape[0]):
+        mass = points[1, k]
         uy, uy_rate, shortening, shortening_rate, bias = 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(n):
             HB, HBd = 0.0, 0.0
             for j in range(n):
-                HB += model.quad_shortening[k, i, j] * B[j]
-                HBd += model.quad_shortening[k, i, j] * Bd[j]
-            shape = model.quad_shapes[k, i]
+                HB += lengthwise[k, i, j] * B[j]
+                HBd += lengthwise[k, i, j] * Bd[j]
+            shape = shapes[k, i]
             uy += shape * B[i]
             uy_rate += shape * Bd[i]
             shortening -= 0.5 * B[i] * HB
@@ -130,7 +131,7 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
             bias -= Bd[i] * HBd
             axial_row[i + 1] = -HB
             transverse_row[i + 1] = shape
-        arm = model.quad_points[0, k] + shortening
+        arm = points[0, k] + shortening
         axial_row[0], transverse_row[0] = -uy, arm
         axial = mass * (bias - 2.0 * spin * uy_rate - spin * spin * arm)
         transverse = mass * (2.0 * spin * shortening_rate - spin * spin * uy)

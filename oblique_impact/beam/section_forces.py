@@ -9,15 +9,15 @@ is the mode-acceleration method: Williams 1945; Bisplinghoff, Ashley, Halfman, A
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import Array, Matrix, cumulative_weights
-from oblique_impact.kernels.jit import inlined, kernel
 
-BLOCK = 256  # samples that are processed at a time
+#: quadrature points times samples that are processed at a time: larger arrays leave the cache
+_AT_A_TIME = 32_000
 
 _SUMS = 10
 
@@ -60,7 +60,7 @@ class _Points(NamedTuple):
     foreshortening: float
 
 
-def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
+def fields_along(beam: Beam, motion: Motion, block: int | None = None) -> Fields:
     """Results at the stations for each sample of a motion.
 
     Parameters
@@ -69,8 +69,8 @@ def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
         The discretized beam; its tables are only multiplied with, so they may be sparse.
     motion : Motion
         Samples.  Where q'' is NaN the section forces are NaN.
-    block : int
-        Samples processed at a time: the working memory is half a dozen arrays (quadrature points, block).
+    block : int, optional
+        Samples processed at a time; default: so many that the arrays stay in the cache.
 
     Returns
     -------
@@ -87,6 +87,7 @@ def fields_along(beam: Beam, motion: Motion, block: int = BLOCK) -> Fields:
     )
     stations = beam.operators.stations.points.size
     result = Fields(*(np.empty((motion.time.size, stations)) for _ in Fields._fields))
+    block = block or max(1, _AT_A_TIME // table.points.size)
     for start in range(0, motion.time.size, block):
         part = slice(start, start + block)
         for whole, rows in zip(result, _block(beam, Motion(*(v[part] for v in motion)), points), strict=True):
@@ -130,8 +131,7 @@ def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, A
     loads = B.copy()
     loads[:, 2] += beam.scenario.beam.mass_proportional * B[:, 1]
     sums = np.zeros((table.points.size // table.order + 1, _SUMS, samples))
-    slopes, across = _applied(table.slopes, B), _applied(table.values, loads)
-    _sum_along(points, spins, slopes, across, np.empty((3, samples)), sums)
+    _sum_along(points, spins, _applied(table.slopes, B), _applied(table.values, loads), sums)
     x, y = sums[-1, :3].copy(), _applied(stations.values[-1:], loads)[0]
     x[0] += sections.hub_radius + sections.length
     whole = sums[-1].copy()
@@ -139,19 +139,18 @@ def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, A
     return whole, np.moveaxis(sums[stations.cells // table.order], 1, 0)
 
 
-@inlined
-def _turning(x: Any, y: Any, spin: Any, spin_rate: Any) -> Any:
+def _turning(x: Array, y: Array, spin: Array, spin_rate: Array) -> Array:
     """Moment about the axis of rotation that accelerates a unit mass; x and y with their two derivatives.
 
     The accelerations in the frame are a_a = x'' - theta'' y - 2 theta' y' - theta'^2 x and
     a_t = y'' + theta'' x + 2 theta' x' - theta'^2 y (primes are time derivatives); this is x a_t - y a_a.
     """
     across = x[0] * y[2] - y[0] * x[2] + spin_rate * (x[0] * x[0] + y[0] * y[0])
-    return across + 2.0 * spin * (x[0] * x[1] + y[0] * y[1])
+    found: Array = across + 2.0 * spin * (x[0] * x[1] + y[0] * y[1])
+    return found
 
 
-@kernel("the results along the beam")
-def _sum_along(points: _Points, spins: Array, slopes: Array, across: Array, x: Array, sums: Array) -> None:
+def _sum_along(points: _Points, spins: Array, slopes: Array, y: Array, sums: Array) -> None:
     """Integrals and sums over masses from the root to the ends of the panels.
 
     Parameters
@@ -160,55 +159,28 @@ def _sum_along(points: _Points, spins: Array, slopes: Array, across: Array, x: A
         Of the quadrature.
     spins : ndarray, shape (2, samples)
         theta' and theta''.
-    slopes, across : ndarray, shape (nq, 3, samples)
-        Slope of the axis and transverse position y, with two derivatives; `slopes` is overwritten.
-    x : ndarray, shape (3, samples)
-        Overwritten.
+    slopes, y : ndarray, shape (nq, 3, samples)
+        Slope of the axis and transverse position, with two derivatives.
     sums : ndarray, shape (panels + 1, 10, samples)
         Zero, to be filled: u_x and two derivatives; sums of m x and of m y with two derivatives each, of m times
         :func:`_turning`.
     """
-    order, samples = len(points.inside), x.shape[1]
-    for j in range(len(slopes)):  # what u_x and its derivatives are integrals of
-        u, kept = slopes[j], points.foreshortening
-        for i in range(samples):
-            u[2, i] = -kept * (u[1, i] * u[1, i] + u[0, i] * u[2, i])
-            u[1, i] *= -kept * u[0, i]
-            u[0, i] *= -0.5 * kept * u[0, i]
-    for p in range(len(sums) - 1):
-        before, after, panel = sums[p], sums[p + 1], slopes[p * order : (p + 1) * order]
-        for c in range(_SUMS):
-            for i in range(samples):
-                after[c, i] = before[c, i]
-        length = 0.0
-        for k in range(order):
-            weight = points.weights[p * order + k]
-            length += weight
-            for c in range(3):
-                for i in range(samples):
-                    after[c, i] += weight * panel[k, c, i]
-        for k in range(order):
-            for c in range(3):
-                for i in range(samples):
-                    x[c, i] = before[c, i]
-                for m in range(order):
-                    weight = length * points.inside[k, m]
-                    for i in range(samples):
-                        x[c, i] += weight * panel[m, c, i]
-            j = p * order + k
-            _add_mass(points.masses[j], points.arms[j], x, across[j], spins, after)
-
-
-@inlined
-def _add_mass(mass: float, arm: float, x: Array, y: Array, spins: Array, sums: Array) -> None:
-    """Add what depends on one point of mass to the sums."""
-    for i in range(x.shape[1]):
-        x[0, i] += arm
-        for c in range(3):
-            sums[3 + c, i] += mass * x[c, i]
-            sums[6 + c, i] += mass * y[c, i]
-        place = (x[0, i], x[1, i], x[2, i])
-        sums[9, i] += mass * _turning(place, (y[0, i], y[1, i], y[2, i]), spins[0, i], spins[1, i])
+    order, (count, _, samples) = len(points.inside), slopes.shape
+    s, s1, s2 = slopes.swapaxes(0, 1)
+    # what u_x and its derivatives are integrals of
+    rates = -points.foreshortening * np.stack([0.5 * s * s, s * s1, s1 * s1 + s * s2], axis=1)
+    panels = rates.reshape(-1, order, 3 * samples)
+    weights = points.weights.reshape(-1, 1, order)
+    np.cumsum((weights @ panels).reshape(-1, 3, samples), axis=0, out=sums[1:, :3])
+    inside = weights.sum(axis=2)[:, :, None] * points.inside
+    x = (inside @ panels).reshape(-1, order, 3, samples) + sums[:-1, None, :3]
+    x = x.reshape(count, 3, samples)
+    x[:, 0] += points.arms[:, None]
+    turned = _turning(x.swapaxes(0, 1), y.swapaxes(0, 1), *spins)[:, None]
+    masses = points.masses.reshape(-1, 1, order)
+    for part, columns in ((x, slice(3, 6)), (y, slice(6, 9)), (turned, slice(9, 10))):
+        added = masses @ part.reshape(-1, order, part.shape[1] * samples)
+        np.cumsum(added.reshape(-1, part.shape[1], samples), axis=0, out=sums[1:, columns])
 
 
 def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:

@@ -11,7 +11,6 @@ from dataclasses import astuple, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.integrate import quad
 
 from oblique_impact.contact.forces import stop_force
 from oblique_impact.contact.state import Instant, Phase
@@ -77,6 +76,8 @@ class ContactLaw(ABC):
 
     def _own_energy(self, depth: float) -> float:
         """Energy (J) that the stop itself has stored at a depth (m)."""
+        from scipy.integrate import quad
+
         stored = quad(
             lambda d: max(0.0, self.normal_force(d, 0.0, *self._numbers)), 0.0, depth, epsabs=0.0, epsrel=1e-12
         )

@@ -28,13 +28,16 @@ from typing import Any, TypeVar
 
 import numba
 import platformdirs
-from numba.core import event, types
+from numba import types
+from numba.core import event
 from numba.core.errors import NumbaError
-from numba.extending import overload_method, register_jitable
+from numba.extending import overload, overload_method, register_jitable
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.compiling import announce
+from oblique_impact.kernels.inner import InnerCompiler
+from oblique_impact.kernels.reference import Reference
 
 F = TypeVar("F", bound=Callable[..., Any])
 C = TypeVar("C", bound=type)
@@ -47,16 +50,21 @@ Law = Callable[..., float]
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"reassoc", "contract"}}
 
 # what kernels call is called by nobody else: without the wrappers for Python it compiles in less time
-_INNER_OPTIONS = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_INNER_OPTIONS = {
+    **_OPTIONS,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": InnerCompiler,
+}
 
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = (
     "kernels",
     "contact",
     "marching",
+    "beam/base_motion.py",
     "beam/floating_frame.py",
     "beam/nodal_frame.py",
-    "beam/section_forces.py",
 )
 _NUMBER = types.float64
 _RAISES = signal.default_int_handler
@@ -79,7 +87,7 @@ class _Compilations(event.Listener):
 
 
 _compilations = _Compilations()
-event.register("numba:compile", _compilations)  # type: ignore[no-untyped-call]
+event.register("numba:compile", _compilations)
 
 
 def jitable(function: F) -> F:
@@ -110,9 +118,8 @@ def _compile_method(name: str, signature: inspect.Signature) -> None:
         return getattr(arguments[0].instance_class, name, None)
 
     implementation.__signature__ = signature  # type: ignore[attr-defined]
-    overload_method(types.BaseNamedTuple, name, jit_options=_INNER_OPTIONS, strict=False)(  # type: ignore[call-arg]
-        implementation
-    )
+    for kind in (types.BaseNamedTuple, Reference):
+        overload_method(kind, name, jit_options=_INNER_OPTIONS, strict=False)(implementation)
 
 
 class Kernel:
@@ -135,7 +142,7 @@ class Kernel:
 
     def __call__(self, system: Any, *arguments: Any) -> Any:
         """Run it."""
-        if not isinstance(system, tuple) or numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        if not isinstance(system, tuple) or numba.config.DISABLE_JIT:
             return self._function(system, *arguments)
         entry = self._entries.get(type(system))
         if entry is None:  # it is compiled or loaded first, which may take long
@@ -217,41 +224,40 @@ def compiled_law(function: Callable[..., Any], arguments: int, parameters: int, 
 
 
 @cache
-def _compiled_law(function: Callable[..., Any], arguments: int, parameters: int, entry: int | None) -> Law:
-    inner = numba.njit(error_model="numpy")(function)
-    unpack = _unpacking(parameters)
-    whole, place = entry is None, entry or 0
+def _compiled_law(function: Callable[..., Any], arguments: int, count: int, entry: int | None) -> Law:
+    register_jitable(error_model="numpy")(function)
 
-    @numba.njit(error_model="numpy")
-    def chosen(found):  # type: ignore[no-untyped-def]
-        return found if whole else found[place]
+    def of_one(a: float, numbers: Any) -> Any:
+        return function(a, *_entries(numbers, count))
 
-    def of_one(a: float, numbers: Any) -> float:
-        return chosen(inner(a, *unpack(numbers)))  # type: ignore[no-any-return]
+    def of_two(a: float, b: float, numbers: Any) -> Any:
+        return function(a, b, *_entries(numbers, count))
 
-    def of_two(a: float, b: float, numbers: Any) -> float:
-        return chosen(inner(a, b, *unpack(numbers)))  # type: ignore[no-any-return]
+    def entry_of_one(a: float, numbers: Any) -> Any:
+        return function(a, *_entries(numbers, count))[entry]
 
-    law = of_one if arguments == 1 else of_two
-    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    law = entry_of_one if entry is not None else of_one if arguments == 1 else of_two
+    if numba.config.DISABLE_JIT:
         return law
     signature = _NUMBER(*[_NUMBER] * arguments, _PARAMETERS)
-    compiled: Law = numba.cfunc(signature, error_model="numpy")(law)
+    with _cached_on_disk() as cached:
+        # the name of the folder follows the text of the built-in laws, not that of others
+        cached = cached and function.__module__.partition(".")[0] == __name__.partition(".")[0]
+        compiled: Law = numba.cfunc(signature, cache=cached, error_model="numpy")(law)
     return compiled
 
 
-def _unpacking(count: int) -> Callable[[Any], tuple[float, ...]]:
-    """Return the function that makes a tuple of an array of `count` parameters."""
-    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
-        return lambda numbers: tuple(numbers[:-1])
+def _entries(numbers: Any, count: int) -> tuple[float, ...]:
+    """Return the first `count` entries of an array, which has more, as a tuple."""
+    return tuple(numbers[:count])
 
-    length = count + 1  # numba makes no tuple of nothing: the array has an entry more, which is left out
 
-    @numba.njit
-    def unpack(numbers):  # type: ignore[no-untyped-def]
-        return to_fixed_tuple(numbers, length)[:-1]  # type: ignore[call-arg]
-
-    return unpack  # type: ignore[no-any-return]
+@overload(_entries, prefer_literal=True)
+def _compiled_entries(numbers, count):  # type: ignore[no-untyped-def]  # compared with those of what it returns
+    if not isinstance(count, types.IntegerLiteral):
+        return None
+    length = count.literal_value + 1  # numba makes no tuple of nothing
+    return lambda numbers, count: to_fixed_tuple(numbers, length)[:-1]
 
 
 def _reason(error: NumbaError) -> str:

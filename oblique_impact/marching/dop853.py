@@ -6,10 +6,16 @@ Equations I, Sec. II.5 and II.10; the coefficients are those published with SciP
 
 from __future__ import annotations
 
-from typing import Any
+from importlib import import_module
+from importlib.abc import Loader
+from importlib.machinery import ModuleSpec
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any, cast
 
 import numpy as np
-from scipy.integrate import DOP853
+import scipy
 
 from oblique_impact.contact.state import FREE, NO_CONTACT, Instant, Phase
 from oblique_impact.kernels.jit import jitable
@@ -22,12 +28,22 @@ STAGES = 12
 DENSE_STAGES = 16
 DENSE_TERMS = 7
 
-_A = np.zeros((DENSE_STAGES, DENSE_STAGES))
-_A[:STAGES, :STAGES] = DOP853.A
-_A[STAGES, :STAGES] = DOP853.B
-_A[STAGES + 1 :] = DOP853.A_EXTRA
-_C = np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
-_E3, _E5, _D = np.asarray(DOP853.E3), np.asarray(DOP853.E5), np.asarray(DOP853.D)
+
+def _coefficients() -> ModuleType:
+    """Load SciPy's coefficients from their file: all of `scipy.integrate` takes longer than to march a scenario."""
+    name = "scipy.integrate._ivp.dop853_coefficients"
+    file = Path(scipy.__file__).parent.joinpath(*name.split(".")[1:]).with_suffix(".py")
+    if not file.is_file():  # a later SciPy may keep them elsewhere
+        return import_module(name)
+    spec = cast(ModuleSpec, spec_from_file_location(name, file))
+    module = module_from_spec(spec)
+    cast(Loader, spec.loader).exec_module(module)
+    return module
+
+
+_SCIPY = _coefficients()
+_A, _C = np.asarray(_SCIPY.A), np.asarray(_SCIPY.C)
+_E3, _E5, _D = np.asarray(_SCIPY.E3), np.asarray(_SCIPY.E5), np.asarray(_SCIPY.D)
 
 
 @jitable

@@ -13,6 +13,7 @@ from oblique_impact.contact.forces import accelerate, conjugate, stop_force
 from oblique_impact.contact.state import FREE, Instant, Phase
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable, kernel
+from oblique_impact.kernels.reference import by_reference
 from oblique_impact.kernels.workspace import Array, Workspace, dot
 
 
@@ -82,6 +83,7 @@ def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: 
 def _derivative_into(
     system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: Array, instant: Array
 ) -> int:
+    system, phase, w = by_reference(system), by_reference(phase), by_reference(w)
     status, c = derivative(system, phase, t, y, w, dy)
     for i in range(instant.shape[0]):
         instant[i] = c[i]

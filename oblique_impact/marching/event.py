@@ -14,6 +14,7 @@ import numpy as np
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.state import FREE, NORMAL, Phase
 from oblique_impact.kernels.jit import jitable, kernel
+from oblique_impact.kernels.reference import by_reference
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.dop853 import (
     DENSE_STAGES,
@@ -104,6 +105,7 @@ def march_event(
     system: Any, phase: Phase, tolerance: float, front: Front, y: Array, leg: Leg, s: Scratch
 ) -> Returned:
     """Advance y in place until a guard falls, until the stop, until the sample buffer or the leg is full."""
+    system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
     t, h, taken = front.t, front.h, front.taken
     steps, rejected, count, peak, depth = 0, 0, 0, 0.0, 0.0
     capacity, reason, fallen = s.times.shape[0], AT_STOP, NO_GUARD

@@ -15,6 +15,7 @@ from oblique_impact.contact.forces import can_stick
 from oblique_impact.contact.state import FREE, JUDGED, LOWER, NORMAL, SLIDING, UPPER, Instant, Phase
 from oblique_impact.contact.transitions import Judgement
 from oblique_impact.kernels.jit import jitable, kernel
+from oblique_impact.kernels.reference import by_reference
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.equations import derivative
 from oblique_impact.marching.scheme import (
@@ -75,6 +76,7 @@ def march_fixed(
     system: Any, phase: Phase, h: float, stopping_time: float, front: Front, y: Array, leg: Leg, s: Scratch
 ) -> Returned:
     """Advance y in place by steps of h until a step's judgement differs from the phase, or the leg is full."""
+    system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
     origin, done, sample, count = front.origin, front.done, front.sample, 0
     t, peak, depth, reason, guard, steps = front.t, 0.0, 0.0, AT_STOP, NO_GUARD, 0
     status, c = derivative(system, phase, t, y, s.work, s.K[0])

@@ -18,6 +18,7 @@ import numpy as np
 from oblique_impact.contact.forces import friction_ratio, guards_of, moved, stop_force, with_forces
 from oblique_impact.contact.state import DEFINITE, FREE, GUARDS, NO_CONTACT, NORMAL, STICKING, Instant, Phase
 from oblique_impact.kernels.jit import jitable, kernel
+from oblique_impact.kernels.reference import by_reference
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.alpha_balance import finish_step
 from oblique_impact.marching.alpha_state import (
@@ -238,6 +239,7 @@ def march_alpha(
     system: Any, phase: Phase, control: Control, front: Front, y: Array, leg: Leg, s: Scratch
 ) -> Returned:
     """Advance y in place; the times are origin + count h as long as the step h stays the same."""
+    system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
     steps, count, peak, depth, sample = 0, 0, 0.0, 0.0, front.sample
     d, capacity = s.work.vectors.shape[1], s.times.shape[0]
     t, origin, done, h = front.t, front.origin, front.done, front.h if front.taken > 0 else 0.0

@@ -9,6 +9,7 @@ import numpy as np
 from oblique_impact.contact.forces import flying, instant_of, moved, with_forces
 from oblique_impact.contact.state import NO_CONTACT, Instant, Phase
 from oblique_impact.kernels.jit import kernel
+from oblique_impact.kernels.reference import by_reference
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.equations import QUADRATURES, derivative
 
@@ -31,6 +32,7 @@ def _solve_contact(
     system: Any, t: float, q: Array, qd: Array, w: Workspace, evaluation: Array, instant: Array
 ) -> bool:
     """Evaluate and solve for the contact without its force, into arrays; False without a definite mass."""
+    system, w = by_reference(system), by_reference(w)
     e = system.evaluate(t, q, qd, w)
     defined = system.solve_mass(e.rank_one, w, True)
     c = instant_of(e, w) if defined else flying(e)
@@ -58,6 +60,7 @@ def observe_into(
     a phase there are none (NaN).  Where no contact force exists (the run ends there) the kinematics are kept, the
     rest is NaN.
     """
+    system, phase, w = by_reference(system), by_reference(phase), by_reference(w)
     d = qdd.shape[1]
     tail = 2 * d + QUADRATURES
     for i in range(times.shape[0]):

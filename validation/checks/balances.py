@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative
-from oblique_impact.beam.section_forces import BLOCK
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
@@ -201,8 +200,9 @@ def first_order_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
 
 def full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
     """Angular momentum about the pin, int m (r x v) dx, of the foreshortened beam with nothing dropped."""
-    blocks = range(0, len(q), BLOCK)
-    return np.concatenate([_full_momentum(o, q[k : k + BLOCK], qd[k : k + BLOCK]) for k in blocks])
+    block = 256  # samples at a time, whose arrays stay in the cache
+    blocks = (slice(k, k + block) for k in range(0, len(q), block))
+    return np.concatenate([_full_momentum(o, q[part], qd[part]) for part in blocks])
 
 
 def _full_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
