@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -20,7 +19,7 @@ from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import beam_variables, gather, warnings_of
 from oblique_impact.history.summary import summarize
-from oblique_impact.history.variables import dataset
+from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
@@ -89,7 +88,7 @@ def _beam_history(beam: Beam, record: Record, wall: float) -> History:
         *warnings_of(beam, variables, events),
         *undetermined(beam, contacts),
     ]
-    return History(dataset(variables), record.events, summary, scenario.to_toml(), record.contacts)
+    return History.of_columns(variables, record.events, summary, scenario.to_toml(), record.contacts)
 
 
 def simulate_system(
@@ -155,14 +154,15 @@ def simulate_system(
 
     samples = gather(record.segments, system.size, energies)
     summary = summarize(record, samples, wall, macro_gap)
-    return _finished(History(dataset(samples.variables()), record.events, summary, contacts=record.contacts))
+    history = History.of_columns(samples.variables(), record.events, summary, "", record.contacts)
+    return _finished(history)
 
 
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
-    """Run the loop; returns what it leaves and its wall time (s)."""
-    started = time.perf_counter()
-    record = Run(problem, on_progress).execute()
-    return record, time.perf_counter() - started
+    """Run the loop; returns what it leaves and its wall time (s), without compiling and loading kernels."""
+    with clock() as marching:
+        record = Run(problem, on_progress).execute()
+        return record, marching.seconds
 
 
 def _finished(history: History) -> History:

@@ -55,13 +55,14 @@ def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], 
 @contextmanager
 def _shown(bar: Bar, *fields: str) -> Iterator[Bar]:
     """Draw a bar while the block runs and take it away, whatever ends it; what is compiled stands in `fields`."""
-    known: set[str] = set()
+    known: dict[str, int] = {}
 
     def show_name(name: str) -> None:
-        if name not in known:
-            known.add(name)
-            bar.write_line(f"oblique-impact: compiling {name} (once on this machine, up to 30 s)")
-        bar.set_fields(**dict.fromkeys(fields, f"compiling {name}"))
+        new = name not in known
+        kernel = f"kernel {known.setdefault(name, len(known) + 1)}, {name}"
+        if new:
+            bar.write_line(f"oblique-impact: compiling {kernel} (once on this machine, up to 15 s)")
+        bar.set_fields(**dict.fromkeys(fields, f"compiling {kernel}"))
 
     with bar, compilations(show_name):
         yield bar

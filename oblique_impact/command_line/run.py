@@ -26,16 +26,12 @@ def run(
     changes: SetOption = None,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
-    from xarray import DataArray
-
     from oblique_impact.beam.plausibility import doubts
     from oblique_impact.command_line.bars import progress_bar
     from oblique_impact.files import writing
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate
 
-    # xarray looks for array libraries when it makes its first array: an interrupted run should not wait for that
-    DataArray(0.0)
     chosen = Scenario.load(scenario, changes)
     warnings = doubts(chosen)
     for warning in warnings:

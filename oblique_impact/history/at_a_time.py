@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
-from scipy.interpolate import BarycentricInterpolator, CubicHermiteSpline
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.sample_times import jumps
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 Side = Literal["left", "right"]
 Array = np.ndarray[Any, Any]
@@ -50,6 +51,8 @@ def value_at(times: Array, values: Array, rates: Array | None, time: float, side
 
     With `rates` it is Hermite's; else that through up to two samples on either side.
     """
+    from scipy.interpolate import BarycentricInterpolator, CubicHermiteSpline
+
     left, right = samples_beside(times, time, side)
     if left == right:
         return np.asarray(values[left])
@@ -63,7 +66,7 @@ def value_at(times: Array, values: Array, rates: Array | None, time: float, side
     return np.asarray(BarycentricInterpolator(times[around], values[around])(time))
 
 
-def dataset_at(data: xr.Dataset, time: float, side: Side) -> xr.Dataset:
+def dataset_at(data: Dataset, time: float, side: Side) -> Dataset:
     """Return all variables of a history's data at a time (s); states are those of the sample before."""
     times = data["time"].values
     found = data.isel(time=samples_beside(times, time, side)[0]).assign_coords(time=time)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import pandas as pd
-import xarray as xr
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError, Outcome
@@ -22,13 +20,15 @@ from oblique_impact.history.at_a_time import Side, dataset_at
 from oblique_impact.history.events import EVENT_COLUMNS, event_row, events_csv, read_events
 from oblique_impact.history.netcdf import is_history, read_netcdf, write_netcdf
 from oblique_impact.history.summary import EARLIER_MACRO_GAP, parsed, read_summary
-from oblique_impact.history.variables import check_variables
+from oblique_impact.history.variables import Stored, check_variables, dataset, stored
 from oblique_impact.installed import installed, load, reason
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 
 if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
     from matplotlib.figure import Figure
     from xarray.core.resample import DatasetResample
 
@@ -61,12 +61,33 @@ class History:
     scenario_toml: str = ""
     contacts: list[Contact] = field(default_factory=list)
 
+    @classmethod
+    def of_columns(
+        cls,
+        columns: Mapping[str, NDArray[Any]],
+        events: list[Event],
+        summary: dict[str, Any],
+        scenario_toml: str,
+        contacts: list[Contact],
+    ) -> History:
+        """Return a history of known variables, by name; `data` is made when it is asked for.
+
+        xarray takes longer to load than the paper's case to run, which needs it for nothing.
+        """
+        history = cls(cast(Any, None), events, summary, scenario_toml, contacts)
+        del history.__dict__["data"]
+        history.__dict__["_columns"] = columns
+        return history
+
     def __getitem__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history["theta"]``; raises KeyError."""
         return self.data[name]
 
     def __getattr__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history.lambda_n``."""
+        if name == "data" and "_columns" in self.__dict__:
+            found: Any = dataset(self.__dict__.pop("_columns"))
+            return self.__dict__.setdefault("data", found)  # type: ignore[no-any-return]
         if name.startswith("_") or "data" not in self.__dict__ or name not in self.data.variables:
             raise AttributeError(f"a History has no attribute or variable {name!r}")
         return self.data[name]
@@ -93,8 +114,10 @@ class History:
 
     def _repr_html_(self) -> str:
         """Say it in a notebook, with the macro-collisions in a table."""
+        from pandas import DataFrame
+
         lines = "<br>".join(escape(line) for line in digest(self)[:4])
-        table = pd.DataFrame(self.macro_collisions).to_html(index=False, float_format="{:.6g}".format)
+        table = DataFrame(self.macro_collisions).to_html(index=False, float_format="{:.6g}".format)
         return f"<div>{lines}{table if self.macro_collisions else ''}</div>"
 
     def at(self, time: float, side: Side = "right") -> xr.Dataset:
@@ -119,12 +142,16 @@ class History:
     @property
     def event_table(self) -> pd.DataFrame:
         """The event log as a table, a row an event, with the columns of events.csv (SI units)."""
-        return pd.DataFrame([event_row(event) for event in self.events], columns=list(EVENT_COLUMNS))
+        from pandas import DataFrame
+
+        return DataFrame([event_row(event) for event in self.events], columns=list(EVENT_COLUMNS))
 
     @property
     def contact_table(self) -> pd.DataFrame:
         """The closed contacts as a table, a row a contact (SI units)."""
-        return pd.DataFrame(self.contacts, columns=list(Contact._fields))
+        from pandas import DataFrame
+
+        return DataFrame(self.contacts, columns=list(Contact._fields))
 
     @property
     def macro_collisions(self) -> list[dict[str, Any]]:
@@ -195,7 +222,9 @@ class History:
             target / name: partial(Path.write_text, data=text, encoding="utf-8") for name, text in texts.items()
         }
         try:
-            write_all({target / "history.nc": partial(write_netcdf, self._with_attributes()), **writers})
+            write_all(
+                {target / "history.nc": partial(write_netcdf, list(self._stored()), self._attributes()), **writers}
+            )
         except OSError as error:
             raise cannot_write(target, error) from None
         return target
@@ -226,15 +255,26 @@ class History:
         """Return the event log as CSV text."""
         return events_csv(self.events)
 
-    def _with_attributes(self) -> xr.Dataset:
-        """Return the data with all the rest in attributes."""
-        return self.data.assign_attrs(
-            format=FORMAT,
-            scenario=self.scenario_toml,
-            events=json.dumps([event_row(event) for event in self.events]),
-            contacts=json.dumps(self.contacts),
-            summary=json.dumps(self.summary),
-        )
+    def _stored(self) -> Iterator[Stored]:
+        """Yield the variables as they are stored."""
+        if "_columns" in self.__dict__:
+            yield from stored(self.__dict__["_columns"])
+        else:
+            for name, variable in self.data.variables.items():
+                dimensions = tuple(map(str, variable.dims))
+                yield Stored(str(name), dimensions, variable.values, dict(variable.attrs))
+
+    def _attributes(self) -> dict[str, Any]:
+        """Return all besides the variables, as attributes of a file."""
+        own = {} if "_columns" in self.__dict__ else {str(name): value for name, value in self.data.attrs.items()}
+        return {
+            **own,
+            "format": FORMAT,
+            "scenario": self.scenario_toml,
+            "events": json.dumps([event_row(event) for event in self.events]),
+            "contacts": json.dumps(self.contacts),
+            "summary": json.dumps(self.summary),
+        }
 
 
 def digest(history: History) -> list[str]:

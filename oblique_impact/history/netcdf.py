@@ -6,18 +6,21 @@ description alone, before a value is read: links, groups, other files, objects, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5netcdf
 import h5py
 import numpy as np
-import xarray as xr
 from h5py import h5a, h5t
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import CheckedFile
+from oblique_impact.history.variables import Stored
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 #: bytes; what the variables of a file may hold together
 MAX_BYTES = 8_000_000_000
@@ -28,19 +31,21 @@ FREE, MAX_RATIO = 100_000_000, 20
 _VERSIONS = ("v110", "v110")
 
 
-def write_netcdf(data: xr.Dataset, path: Path) -> None:
+def write_netcdf(variables: Iterable[Stored], attributes: Mapping[str, Any], path: Path) -> None:
     """Write all variables as they are; raises OSError, on a full disk for instance.
 
     Doubles of a motion do not pack: compression took ten times as long as writing, for files a hundredth smaller.
     """
     with CheckedFile(path) as raw, h5netcdf.File(raw, "w", libver=_VERSIONS) as file:
-        file.dimensions = dict(data.sizes)
-        for name, variable in data.variables.items():
-            missing = np.nan if variable.dtype.kind == "f" else None
-            stored = file.create_variable(str(name), variable.dims, variable.dtype, fillvalue=missing)
-            stored[...] = variable.values
-            stored.attrs.update(_fixed(variable.attrs))
-        file.attrs.update(_fixed(data.attrs))
+        for name, dimensions, values, described in variables:
+            for dimension, size in zip(dimensions, values.shape, strict=True):
+                if dimension not in file.dimensions:
+                    file.dimensions[dimension] = size
+            missing = np.nan if values.dtype.kind == "f" else None
+            variable = file.create_variable(name, dimensions, values.dtype, fillvalue=missing)
+            variable[...] = values
+            variable.attrs.update(_fixed(described))
+        file.attrs.update(_fixed(attributes))
 
 
 def _fixed(attributes: Mapping[Any, Any]) -> dict[Any, Any]:
@@ -53,7 +58,7 @@ def _fixed(attributes: Mapping[Any, Any]) -> dict[Any, Any]:
     return {**attributes, **fixed}
 
 
-def read_netcdf(path: Path) -> xr.Dataset:
+def read_netcdf(path: Path) -> Dataset:
     """Read all variables, and the attributes that are words or numbers.
 
     Raises
@@ -63,12 +68,14 @@ def read_netcdf(path: Path) -> xr.Dataset:
     Exception
         Whatever the layers of the reader raise for a damaged file.
     """
+    from xarray import open_dataset
+
     with h5py.File(path, "r") as file:
         shapes = {name: _checked(file, name).shape for name in file}
         total = sum(file[name].nbytes for name in file)
     if total > min(MAX_BYTES, max(FREE, MAX_RATIO * path.stat().st_size)):
         raise InputError(f"would unpack to {total:.3g} bytes; a history is not packed like that")
-    with xr.open_dataset(path, engine="h5netcdf", decode_cf=False) as opened:
+    with open_dataset(path, engine="h5netcdf", decode_cf=False) as opened:
         for name, variable in opened.variables.items():
             if variable.shape != shapes.get(str(name)):
                 raise InputError(f"{name}: does not have the size of its dimensions")

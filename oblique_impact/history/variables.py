@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 Array = np.ndarray[Any, Any]
 
@@ -20,6 +22,15 @@ class Variable(NamedTuple):
     dimensions: tuple[str, ...]
     units: str
     long_name: str
+
+
+class Stored(NamedTuple):
+    """A variable as it is stored."""
+
+    name: str
+    dimensions: tuple[str, ...]
+    values: Array
+    attributes: dict[str, Any]
 
 
 _EACH, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
@@ -65,21 +76,26 @@ OF_A_BEAM = {
 VARIABLES = NEEDED | OF_A_BEAM
 
 
-def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
-    """Return variables of a history with their units and meanings; `columns` are known ones, by name."""
-    found = {name: labelled(values, *VARIABLES[name]) for name, values in columns.items()}
-    found["state"].attrs["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
-    found["state"].attrs["flag_meanings"] = " ".join(s.name.lower() for s in State)
-    scales = {name for name, variable in found.items() if variable.dims == (name,)}
-    return xr.Dataset(found).set_coords(scales)
+def stored(columns: Mapping[str, Array]) -> Iterator[Stored]:
+    """Yield the variables of a history with their units and meanings; `columns` are known ones, by name."""
+    for name, values in columns.items():
+        dimensions, units, long_name = VARIABLES[name]
+        attributes: dict[str, Any] = {"units": units, "long_name": long_name}
+        if name == "state":
+            attributes["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
+            attributes["flag_meanings"] = " ".join(s.name.lower() for s in State)
+        yield Stored(name, dimensions, values, attributes)
 
 
-def labelled(values: Array, dimensions: tuple[str, ...], units: str, long_name: str) -> xr.DataArray:
-    """Return an array with its dimensions, units and meaning."""
-    return xr.DataArray(values, dims=dimensions, attrs={"units": units, "long_name": long_name})
+def dataset(columns: Mapping[str, Array]) -> Dataset:
+    """Return them as labelled arrays."""
+    from xarray import Dataset
+
+    found = Dataset({name: (dimensions, *rest) for name, dimensions, *rest in stored(columns)})
+    return found.set_coords([name for name, variable in found.variables.items() if variable.dims == (name,)])
 
 
-def check_variables(data: xr.Dataset) -> None:
+def check_variables(data: Dataset) -> None:
     """Raise InputError, in a few words, for data that are not those of a history."""
     for name in NEEDED:
         if name not in data.variables:

@@ -5,10 +5,45 @@ Nothing here needs numba, so that a command which compiles nothing does not wait
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 _listeners: list[Callable[[str], None]] = []
+_clocks: list[Clock] = []
+
+
+class Clock:
+    """Measures a span of time without the preparation of kernels in it."""
+
+    def __init__(self) -> None:
+        self._started, self.prepared = time.perf_counter(), 0.0  # s
+
+    @property
+    def seconds(self) -> float:
+        """Time since the start (s) without that of preparation."""
+        return time.perf_counter() - self._started - self.prepared
+
+
+@contextmanager
+def clock() -> Iterator[Clock]:
+    """Measure the time of the block without that in which kernels are compiled or loaded."""
+    _clocks.append(new := Clock())
+    try:
+        yield new
+    finally:
+        _clocks.remove(new)
+
+
+@contextmanager
+def preparing() -> Iterator[None]:
+    """Say that the block compiles or loads a kernel."""
+    started = time.perf_counter()
+    try:
+        yield
+    finally:
+        for one in _clocks:
+            one.prepared += time.perf_counter() - started
 
 
 @contextmanager

@@ -35,7 +35,7 @@ from numba.extending import overload, overload_method, register_jitable
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.compiling import announce
+from oblique_impact.kernels.compiling import announce, preparing
 from oblique_impact.kernels.inner import InnerCompiler
 from oblique_impact.kernels.reference import Reference
 
@@ -49,13 +49,8 @@ Law = Callable[..., float]
 # systems. Divisions by zero give infinities, as in NumPy, and the step control sees them.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"reassoc", "contract"}}
 
-# what kernels call is called by nobody else: without the wrappers for Python it compiles in less time
-_INNER_OPTIONS = {
-    **_OPTIONS,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-    "pipeline_class": InnerCompiler,
-}
+# of what only kernels call
+_INNER_OPTIONS = {**_OPTIONS, "pipeline_class": InnerCompiler}
 
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = (
@@ -144,22 +139,23 @@ class Kernel:
         """Run it."""
         if not isinstance(system, tuple) or numba.config.DISABLE_JIT:
             return self._function(system, *arguments)
-        entry = self._entries.get(type(system))
-        if entry is None:  # it is compiled or loaded first, which may take long
-            found = self._compiled(system, *arguments)
-            self._learn_entry(type(system))
-            return found
+        entry = self._entries.get(type(system)) or self._prepare(system, *arguments)
         with _interrupts_held():
             return entry(system, *arguments)
 
-    def _learn_entry(self, kind: type) -> None:
-        """Keep the machine code for a class of systems: numba takes 0.2 ms to find the types of the arguments.
+    def _prepare(self, system: Any, *arguments: Any) -> Callable[..., Any]:
+        """Compile or load the machine code for a class of systems.
 
-        They are the same at each call; what unpacks them still refuses objects of other types.
+        It is kept, because numba takes 0.2 ms to find the types of the arguments.  They are the same at each call;
+        what unpacks them still refuses objects of other types.
         """
-        of_kind = [s for s in self._compiled.signatures if s[0].instance_class is kind]
-        if len(of_kind) == 1:
-            self._entries[kind] = self._compiled.overloads[of_kind[0]].entry_point
+        with preparing():
+            kinds = tuple(map(numba.typeof, (system, *arguments)))
+            self._compiled.compile(kinds)
+        entry: Callable[..., Any] = self._compiled.overloads[kinds].entry_point
+        if sum(found[0].instance_class is type(system) for found in self._compiled.overloads) == 1:
+            self._entries[type(system)] = entry
+        return entry
 
     @cached_property
     def _compiled(self) -> Any:

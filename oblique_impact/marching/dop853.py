@@ -30,7 +30,7 @@ DENSE_TERMS = 7
 
 
 def _coefficients() -> ModuleType:
-    """Load SciPy's coefficients from their file: all of `scipy.integrate` takes longer than to march a scenario."""
+    """Load SciPy's coefficients from their file: all of `scipy.integrate` takes longer than a short run."""
     name = "scipy.integrate._ivp.dop853_coefficients"
     file = Path(scipy.__file__).parent.joinpath(*name.split(".")[1:]).with_suffix(".py")
     if not file.is_file():  # a later SciPy may keep them elsewhere

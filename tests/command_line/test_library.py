@@ -176,6 +176,22 @@ def test_packages_load_little():
     assert shown == ";True False False\n"
 
 
+@pytest.mark.parametrize("case", ["paper", "elastic-stop"])
+def test_a_run_loads_what_it_uses(tmp_path, case):
+    """Labelled arrays and tables are made when they are asked for: their libraries load longer than a run takes."""
+    code = (
+        "import sys\n"
+        "from oblique_impact import Scenario, simulate\n"
+        f"history = simulate(Scenario.builtin('{case}').replace(end_time=0.33))\n"
+        f"history.save({str(tmp_path / 'out')!r})\n"
+        "large = 'xarray pandas scipy.integrate scipy.interpolate'.split()\n"
+        "print(*(name for name in large if name in sys.modules))\n"
+        "print(float(history['theta'][0]), history.data.sizes['time'] > 300, 'xarray' in sys.modules)"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert shown == "\n0.7853981633974483 True True\n"
+
+
 def test_physics_imports_no_sibling():
     """`oblique_impact` knows neither `validation` nor `renders`, but for the command line."""
     for file in (ROOT / "oblique_impact").rglob("*.py"):

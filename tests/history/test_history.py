@@ -38,6 +38,16 @@ def test_round_trip(history, tmp_path):
         assert again.outcome is history.outcome
 
 
+def test_a_file_is_the_same_before_and_after_labels_are_made(tmp_path):
+    """A history that comes from a run keeps plain columns until `data` is asked for."""
+    history = simulate(Scenario.builtin("paper").replace(end_time=0.1))
+    early = History.load(history.save(tmp_path / "early"))
+    assert history.data.sizes == early.data.sizes
+    late = History.load(history.save(tmp_path / "late"))
+    xr.testing.assert_identical(early.data, late.data)
+    assert dataclasses.replace(history, contacts=[]).data is history.data
+
+
 def test_labels(history):
     assert set(history.data.dims) >= {"time"}
     for name, array in history.data.variables.items():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
+from scipy.integrate import DOP853
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
@@ -31,6 +32,17 @@ FLIGHT = rigid_phase()
 
 def exact(t):
     return np.concatenate(OSCILLATOR.exact(t, Q0, QD0))
+
+
+def test_coefficients_are_those_of_scipy():
+    """They are read from SciPy's file without the package around it."""
+    a, c = dop853._A, dop853._C
+    np.testing.assert_array_equal(a[:12, :12], DOP853.A)
+    np.testing.assert_array_equal(a[12, :12], DOP853.B)
+    np.testing.assert_array_equal(a[13:], DOP853.A_EXTRA)
+    np.testing.assert_array_equal(c[[*range(12), 13, 14, 15]], [*DOP853.C, *DOP853.C_EXTRA])
+    for found, published in ((dop853._E3, DOP853.E3), (dop853._E5, DOP853.E5), (dop853._D, DOP853.D)):
+        np.testing.assert_array_equal(found, published)
 
 
 # Orders --------------------------------------------------------------------------------------------------------

@@ -76,8 +76,8 @@ def test_what_is_compiled_is_said_meanwhile(start, nothing_compiled):
     command = start(SHORT, real=True, environment=nothing_compiled)
     command.wait_for(
         lambda terminal: (
-            re.search(r"━ compiling the contact forces 0:00:0[1-9]", terminal.text)
-            and terminal.text.startswith("oblique-impact: compiling the contact forces (once")
+            re.search(r"━ compiling kernel 1, the contact forces 0:00:0[1-9]", terminal.text)
+            and terminal.text.startswith("oblique-impact: compiling kernel 1, the contact forces (once")
         )
     )
     command.terminal.press(b"\x03")
@@ -101,7 +101,7 @@ def test_what_is_compiled_in_the_dark_is_one_line(nothing_compiled, tmp_path):
     first = process.stderr.readline()
     process.send_signal(signal.SIGTERM)
     out, rest = process.communicate(timeout=60)
-    assert first == b"oblique-impact: compiling the contact forces (once on this machine, up to 30 s)\n"
+    assert first == b"oblique-impact: compiling kernel 1, the contact forces (once on this machine, up to 15 s)\n"
     assert (out, rest) == (b"", b"oblique-impact: interrupted\n")
 
 
@@ -212,4 +212,4 @@ def test_all_that_is_compiled_is_said_once_above_the_bar(start, nothing_compiled
     terminal = command.finish()
     reading.check_ended_well(command, r"(report|results): out")
     reading.check_bars_stay_in_one_line(terminal)
-    assert terminal.text.count("compiling the contact forces") == 1
+    assert terminal.text.count("compiling kernel 1, the contact forces") == 1

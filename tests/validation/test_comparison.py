@@ -16,7 +16,6 @@ from oblique_impact import History, InputError
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
-from oblique_impact.history.variables import labelled
 from oblique_impact.marching.records import Event
 from validation import compare
 from validation.comparison import compare_events
@@ -31,6 +30,10 @@ END = 2.0
 def event(time, kind=EventKind.IMPACT, impulse=1.0):
     state = State.FREE if kind is EventKind.RELEASE else State.SLIP
     return Event(time, kind, impulse, 0.0, -1.0, 0.1, 0.0, state)
+
+
+def labelled(values, dims, units, long_name):
+    return xr.DataArray(values, dims=dims, attrs={"units": units, "long_name": long_name})
 
 
 def made(times, values, events=(), state=None, **others):
