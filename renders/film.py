@@ -28,7 +28,7 @@ _DPI = 200
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
 _PALETTE_FRAMES = 12
-_CODECS = {
+CODECS = {
     ".mp4": "-c:v libx264 -preset fast -crf 18 -pix_fmt yuv420p -movflags +faststart",
     ".webp": "-c:v libwebp_anim -lossless 0 -q:v 80 -loop 0",
     ".gif": "-loop 0",
@@ -121,7 +121,7 @@ def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_fr
             *(_encoder(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
             *("-s", f"{width}x{height}", "-r", str(timeline.fps), "-i", "-"),
             *(_palette_options(composer, timeline, Path(folder)) if suffix == ".gif" else []),
-            *(*_CODECS[suffix].split(), "-metadata", f"comment={made}", str(part)),
+            *(*CODECS[suffix].split(), "-metadata", f"comment={made}", str(part)),
         ]
         # in a session of its own: Ctrl-C is for this process, which ends the encoder
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=log, start_new_session=True) as encoder:

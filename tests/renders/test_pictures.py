@@ -9,9 +9,10 @@ import pytest
 
 from oblique_impact import InputError
 from renders import scene
+from renders.beam3d import CAMERAS, contact_force
 from renders.difference import magnify_difference
 from renders.frame import Composer
-from renders.scene import CAMERAS, View, contact_force
+from renders.scene import View
 from renders.story import story_of
 from renders.style import DARK, LIGHT, Style
 from renders.timeline import make_timeline
