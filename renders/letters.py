@@ -41,6 +41,6 @@ def _font(size: int, bold: bool) -> ImageFont.FreeTypeFont:
     path = Path(mpl.get_data_path()) / "fonts" / "ttf" / name
     font = ImageFont.truetype(str(path) if path.exists() else font_manager.findfont("DejaVu Sans"), size)
     # most texts of a film are in every frame: the last masks and lengths are kept, as drawing them takes long
-    font.getmask2 = lru_cache(maxsize=256)(font.getmask2)  # type: ignore[method-assign]
-    font.getlength = lru_cache(maxsize=256)(font.getlength)  # type: ignore[method-assign]
+    font.getmask2 = lru_cache(maxsize=256)(font.getmask2)  # type: ignore[method-assign,assignment]
+    font.getlength = lru_cache(maxsize=256)(font.getlength)  # type: ignore[method-assign,assignment]
     return font

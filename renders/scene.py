@@ -105,12 +105,33 @@ class View:
         self._add_still(solids[0], color=self._theme.pin, **_SOLID)
         if story.slope:
             solids.append(slope_wedge(shown[0], story.slope))
-            self._add_still(solids[1], color=self._theme.slope, **_SOLID)
+            # its faces are plane, and VTK takes half of the time of a frame to light them pixel by pixel
+            solids[1].cell_data["lit"] = self._lit(solids[1], self._theme.slope)
+            self._add_still(solids[1], scalars="lit", rgb=True, lighting=False)
             edges = solids[1].extract_feature_edges(20.0)
             look = {"line_width": SUPERSAMPLING, "lighting": False}
             self._add_still(edges, color=self._theme.slope_edge, **look)
         self._ground: _Ground | None = None
         self._aim(solids, span)
+
+    def _lit(self, solid: pv.PolyData, colour: str) -> NDArray[np.uint8]:
+        """Return the colours (faces, 3) of plane faces that do not shine, lit as VTK lights them.
+
+        The lights are far away and so is the eye, so that a face has one colour: its ambient part and, from each
+        light, a diffuse one with the cosine of the angle between normal and light.
+        """
+        eye = CAMERAS[self._style.camera] / np.linalg.norm(CAMERAS[self._style.camera])
+        right = np.cross([0.0, 1.0, 0.0], eye) / np.linalg.norm(np.cross([0.0, 1.0, 0.0], eye))
+        facing = np.asarray(solid.face_normals) @ np.stack([right, np.cross(eye, right), eye], axis=1)
+        light = np.full((solid.n_cells, 3), _SOLID["ambient"])
+        for lamp in self.plotter.renderer.GetLights():
+            at = np.array([0.0, 0.0, 1.0])  # of the one at the eye
+            if lamp.LightTypeIsCameraLight():
+                at = np.subtract(lamp.GetPosition(), lamp.GetFocalPoint())
+            cosine = np.maximum(facing @ at / np.linalg.norm(at), 0.0)
+            light += _SOLID["diffuse"] * lamp.GetIntensity() * np.outer(cosine, lamp.GetDiffuseColor())
+        own = np.frombuffer(bytes.fromhex(colour[1:]), np.uint8)
+        return np.asarray(np.round(np.minimum(light * own, 255.0)).astype(np.uint8))
 
     def _add_still(self, mesh: pv.PolyData, **look: Any) -> None:
         self._still.append(self.plotter.add_mesh(mesh, **look))
