@@ -42,7 +42,14 @@ class Beam3D:
         self._mesh = pv.PolyData(points, geometry.faces)
         self._mesh.point_data["Normals"] = normals
         self._mesh.point_data.active_normals_name = "Normals"
-        options: dict[str, Any] = {"ambient": 0.38, "diffuse": 0.65, "specular": 0.06, "specular_power": 30.0}
+        # the tube is closed: its far side is never seen
+        options: dict[str, Any] = {
+            "culling": "back",
+            "ambient": 0.38,
+            "diffuse": 0.65,
+            "specular": 0.06,
+            "specular_power": 30.0,
+        }
         if self._shown:
             self._mesh.point_data["shown"] = geometry.result(self._shown, 0)
             limit = story.colours.limit
@@ -58,7 +65,7 @@ class Beam3D:
             ghost = pv.PolyData(points, geometry.faces)
             # mixed with the background instead of transparent, which would take half of the time of a frame
             colour = mixed(theme.ghost, theme.background, strength)
-            self._ghosts.append((ghost, plotter.add_mesh(ghost, color=colour, lighting=False)))
+            self._ghosts.append((ghost, plotter.add_mesh(ghost, color=colour, lighting=False, culling="back")))
         self._trace = None
         if style.trace:
             colour = self.colour if story.overlay else theme.trace

@@ -18,7 +18,6 @@ from multiprocessing.connection import Connection, Pipe, wait
 
 from oblique_impact.machine import cores
 from renders.frame import Composer
-from renders.story import Story
 from renders.timeline import Timeline
 
 #: pixels of a film, all frames together, from which on a second process saves more than it takes to start
@@ -52,7 +51,7 @@ def frames_of(composer: Composer, timeline: Timeline) -> Iterator[bytes]:
             file.truncate(_DRAWN * size)
             memory = stack.enter_context(mmap(file.fileno(), 0))
             for _ in range(beside):
-                helpers.append(_Helper(composer.story, timeline, file.fileno(), memory))
+                helpers.append(_Helper(composer, timeline, file.fileno(), memory))
                 stack.callback(helpers[-1].end)
         yield from in_order(draw, count, helpers)
 
@@ -82,7 +81,7 @@ def in_order(draw: Callable[[int], bytes], count: int, helpers: Sequence[_Helper
 class _Helper:
     """A process that draws frames into a file of `_DRAWN` frames, which is mapped by it and here."""
 
-    def __init__(self, story: Story, timeline: Timeline, file: int, memory: mmap) -> None:
+    def __init__(self, composer: Composer, timeline: Timeline, file: int, memory: mmap) -> None:
         self.asked: deque[int] = deque()
         self.alive, self._ready, self._memory = True, False, memory
         self.connection, theirs = Pipe()
@@ -97,7 +96,7 @@ class _Helper:
                 start_new_session=True,  # Ctrl-C is for this process, which ends the others
             )
         self._send(sys.path)
-        self._send((story, timeline))
+        self._send((composer.story, timeline, composer.charts))
 
     @property
     def free(self) -> bool:
@@ -143,8 +142,8 @@ class _Helper:
 
 def serve(connection: Connection, file: int) -> None:
     """Draw frames for another process as long as it is there: the program of a process beside it."""
-    story, timeline = connection.recv()
-    draw = _drawing(Composer(story, timeline), timeline)
+    story, timeline, charts = connection.recv()
+    draw = _drawing(Composer(story, timeline, charts=charts), timeline)
     memory = mmap(file, 0)
     size = len(memory) // _DRAWN
     number = None  # it is ready

@@ -31,8 +31,8 @@ _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
 _PALETTE_FRAMES = 12
 _PIPE = 1 << 20  # bytes; as large as it may be, so that drawing and encoding wait for each other less
 CODECS = {
-    ".mp4": "-c:v libx264 -preset fast -crf 18 -pix_fmt yuv420p -movflags +faststart",
-    ".webp": "-c:v libwebp_anim -lossless 0 -q:v 80 -loop 0",
+    ".mp4": "-c:v libx264 -preset veryfast -crf 17 -pix_fmt yuv420p -movflags +faststart",
+    ".webp": "-c:v libwebp_anim -lossless 0 -q:v 80 -compression_level 2 -loop 0",
     ".gif": "-loop 0",
 }
 
@@ -174,7 +174,7 @@ def _palette_options(composer: Composer, timeline: Timeline, folder: Path) -> li
     square = np.resize(table, (256, 3)).reshape(16, 16, 3)
     file = folder / "palette.png"
     Image.fromarray(square).save(file)
-    return ["-i", str(file), "-lavfi", "paletteuse=dither=none"]
+    return ["-i", str(file), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle"]
 
 
 def _check_times(story: Story, times: Sequence[float]) -> None:

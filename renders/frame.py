@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -22,12 +23,15 @@ from renders.timeline import Timeline
 _TITLE, _NAME, _HEADING, _LINE, _SMALL = 20, 15, 14, 13, 12  # pixels of letters in a picture of 1280 x 720
 _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
 
+PlacedChart = tuple[Chart, Box]
+
 
 class Composer:
     """Draws frames of a story, in its style or in another one.
 
     Without the timeline of a film there are no charts and no rate.  The positions between the times of `span` (s)
-    fit into the picture, by default those of the whole run.
+    fit into the picture, by default those of the whole run.  `charts` are those of another
+    composer of the film.
     """
 
     def __init__(
@@ -36,6 +40,7 @@ class Composer:
         timeline: Timeline | None = None,
         style: Style | None = None,
         span: tuple[float, float] | None = None,
+        charts: Sequence[PlacedChart] | None = None,
     ) -> None:
         self.story, self.timeline, self.style = story, timeline, style or story.style
         self.theme, size = self.style.colours, self.style.size
@@ -58,11 +63,16 @@ class Composer:
             close = replace(self.style, ghosts=False)
             view = View(story, numbers, (wide, high - band), style=close, close=True)
             self._views.append((view, (left, top + band, wide, high - band), -1))
-        curves = ((force_curves(story), "force (N)"), (energy_curves(story), "energy (J)"))
-        self._charts = [
-            (Chart(found, label, box[2:], timeline, story, self.letters), box)
-            for (found, label), box in zip(curves, plan.charts, strict=False)
-            if timeline
+        self.charts = self._drawn_charts(plan.charts) if charts is None else charts
+
+    def _drawn_charts(self, boxes: Sequence[Box]) -> list[PlacedChart]:
+        """Draw the charts of a film."""
+        if self.timeline is None:
+            return []
+        curves = ((force_curves(self.story), "force (N)"), (energy_curves(self.story), "energy (J)"))
+        return [
+            (Chart(found, label, box[2:], self.timeline, self.story, self.letters), box)
+            for (found, label), box in zip(curves, boxes, strict=False)
         ]
 
     def _room(self) -> tuple[float, float]:
@@ -91,7 +101,7 @@ class Composer:
         frame = self._paper.copy()
         for view, (left, top, _, _), _ in self._views:
             frame.paste(view.draw(time), (left, top))
-        for chart, (left, top, _, _) in self._charts:
+        for chart, (left, top, _, _) in self.charts:
             frame.paste(chart.at(time), (left, top))
         pen = ImageDraw.Draw(frame)
         for view, box, number in self._views:

@@ -107,7 +107,7 @@ class View:
             solids.append(slope_wedge(shown[0], story.slope))
             # its faces are plane, and VTK takes half of the time of a frame to light them pixel by pixel
             solids[1].cell_data["lit"] = self._lit(solids[1], self._theme.slope)
-            self._add_still(solids[1], scalars="lit", rgb=True, lighting=False)
+            self._add_still(solids[1], scalars="lit", rgb=True, lighting=False, culling="back")
             edges = solids[1].extract_feature_edges(20.0)
             look = {"line_width": SUPERSAMPLING, "lighting": False}
             self._add_still(edges, color=self._theme.slope_edge, **look)
@@ -136,8 +136,8 @@ class View:
     def _add_still(self, mesh: pv.PolyData, **look: Any) -> None:
         self._still.append(self.plotter.add_mesh(mesh, **look))
         if not self._close:
-            look = {"color": _EMPTY, "lighting": False, "line_width": look.get("line_width")}
-            self._hiding.append(self.plotter.add_mesh(mesh, **look))
+            shape = {name: look.get(name) for name in ("line_width", "culling")}
+            self._hiding.append(self.plotter.add_mesh(mesh, color=_EMPTY, lighting=False, **shape))
             self._hiding[-1].visibility = False
 
     def _aim(self, solids: Sequence[pv.PolyData], span: tuple[float, float] | None) -> None:
