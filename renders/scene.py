@@ -202,7 +202,7 @@ class View:
         large = _picture(pixels)
         for arrow in arrows:
             arrow.draw(large, (left, top), self._theme)
-        small = large.reduce(SUPERSAMPLING)
+        small = _reduced(large)
         if ground is None:
             return small
         whole = ground.picture.copy()
@@ -219,7 +219,7 @@ class View:
         if self._ground is None or self._ground.newest != newest:
             self._show(still=True)
             pixels = self._read(0, 0, *self._window.GetSize()).copy()
-            self._ground = _Ground(newest, pixels, _picture(pixels).reduce(SUPERSAMPLING))
+            self._ground = _Ground(newest, pixels, _reduced(_picture(pixels)))
             self._show(still=False)
         return self._ground
 
@@ -296,6 +296,11 @@ def _picture(pixels: Pixels) -> Image.Image:
     """Return pixels (rows, columns) as a picture; it shares their memory."""
     height, width = pixels.shape
     return Image.frombuffer("RGBX", (width, height), np.ascontiguousarray(pixels), "raw", "RGBX", 0, 1)
+
+
+def _reduced(large: Image.Image) -> Image.Image:
+    """Return the picture of a window in the size of the view."""
+    return large.reduce(SUPERSAMPLING).convert("RGB")
 
 
 def arrow_outline(tip: Array, along: Array, length: float, unit: float) -> Array:
