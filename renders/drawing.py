@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from mmap import mmap
 from multiprocessing.connection import Connection, Pipe, wait
@@ -36,14 +36,12 @@ serve(connection, int(sys.argv[2]))
 """
 
 
-def frames_of(composer: Composer, timeline: Timeline) -> Iterator[bytes]:
+def frames_of(composer: Composer, timeline: Timeline) -> Generator[bytes, None, None]:
     """Yield the frames of a film, rows of red, green and blue; close it to end the processes that it starts."""
     width, height = composer.style.size
     count, size = timeline.times.size, 3 * width * height
     draw = _drawing(composer, timeline)
-    beside = min(cores(), _MOST) - 1
-    if os.name != "posix" or count * width * height < WORTHWHILE or composer.style != composer.story.style:
-        beside = 0
+    beside = min(cores(), _MOST) - 1 if os.name == "posix" and count * width * height >= WORTHWHILE else 0
     with ExitStack() as stack:
         helpers: list[_Helper] = []
         if beside:

@@ -136,7 +136,7 @@ class View:
     def _add_still(self, mesh: pv.PolyData, **look: Any) -> None:
         self._still.append(self.plotter.add_mesh(mesh, **look))
         if not self._close:
-            shape = {name: look.get(name) for name in ("line_width", "culling")}
+            shape: dict[str, Any] = {name: look.get(name) for name in ("line_width", "culling")}
             self._hiding.append(self.plotter.add_mesh(mesh, color=_EMPTY, lighting=False, **shape))
             self._hiding[-1].visibility = False
 
