@@ -44,6 +44,7 @@ docs: install
 bench: install
 	$(BIN)/python benchmarks/bench.py
 	$(BIN)/python benchmarks/nodal.py
+	$(BIN)/python benchmarks/films.py
 
 clean:
 	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png *.egg-info

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
-from scipy.signal import find_peaks
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -70,6 +69,10 @@ def fast_spans(x: Array, y: Array, swing: float) -> list[tuple[float, float]]:
 
 def turning_points(y: Array, swing: float) -> Index:
     """Return the samples where the curve turns round, each at least `swing` away from the ones beside it."""
+    from scipy.signal import (
+        find_peaks,  # it loads all of scipy.stats; a process that only moves charts needs neither
+    )
+
     return np.union1d(*(find_peaks(sign * y, prominence=swing)[0] for sign in (1.0, -1.0)))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from PIL import Image
 from oblique_impact.errors import InputError
 from oblique_impact.files import only_writer
 from oblique_impact.history.history import History
+from renders.drawing import frames_of
 from renders.files import save_whole
 from renders.frame import Composer
 from renders.metadata import add_comment, made_by, save_picture
@@ -28,9 +29,10 @@ _DPI = 200
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
 _PALETTE_FRAMES = 12
-_CODECS = {
-    ".mp4": "-c:v libx264 -preset fast -crf 18 -pix_fmt yuv420p -movflags +faststart",
-    ".webp": "-c:v libwebp_anim -lossless 0 -q:v 80 -loop 0",
+_PIPE = 1 << 20  # bytes; as large as it may be, so that drawing and encoding wait for each other less
+CODECS = {
+    ".mp4": "-c:v libx264 -preset veryfast -crf 17 -pix_fmt yuv420p -movflags +faststart",
+    ".webp": "-c:v libwebp_anim -lossless 0 -q:v 80 -compression_level 2 -loop 0",
     ".gif": "-loop 0",
 }
 
@@ -121,14 +123,19 @@ def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_fr
             *(_encoder(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
             *("-s", f"{width}x{height}", "-r", str(timeline.fps), "-i", "-"),
             *(_palette_options(composer, timeline, Path(folder)) if suffix == ".gif" else []),
-            *(*_CODECS[suffix].split(), "-metadata", f"comment={made}", str(part)),
+            *(*CODECS[suffix].split(), "-metadata", f"comment={made}", str(part)),
         ]
         # in a session of its own: Ctrl-C is for this process, which ends the encoder
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=log, start_new_session=True) as encoder:
+        with (
+            subprocess.Popen(
+                command, stdin=subprocess.PIPE, stderr=log, start_new_session=True, pipesize=_PIPE
+            ) as encoder,
+            closing(frames_of(composer, timeline)) as frames,
+        ):
             assert encoder.stdin is not None
             try:
-                for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
-                    encoder.stdin.write(composer.draw(float(time), float(rate)).tobytes())
+                for n, frame in enumerate(frames, start=1):
+                    encoder.stdin.write(frame)
                     if on_frame:
                         on_frame(n, timeline.times.size)
             except BrokenPipeError:
@@ -167,7 +174,7 @@ def _palette_options(composer: Composer, timeline: Timeline, folder: Path) -> li
     square = np.resize(table, (256, 3)).reshape(16, 16, 3)
     file = folder / "palette.png"
     Image.fromarray(square).save(file)
-    return ["-i", str(file), "-lavfi", "paletteuse=dither=none"]
+    return ["-i", str(file), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle"]
 
 
 def _check_times(story: Story, times: Sequence[float]) -> None:

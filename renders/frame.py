@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import matplotlib as mpl
 import numpy as np
 from PIL import Image, ImageDraw
 
 from oblique_impact.contact.state import State
+from renders.beam3d import contact_force
 from renders.charts import Chart, energy_curves, force_curves
 from renders.layout import Box, lay_out
 from renders.letters import Letters
-from renders.scene import View, contact_force
+from renders.scene import View
 from renders.story import Story
 from renders.style import COLOUR_MAP, Style
 from renders.timeline import Timeline
@@ -20,12 +23,15 @@ from renders.timeline import Timeline
 _TITLE, _NAME, _HEADING, _LINE, _SMALL = 20, 15, 14, 13, 12  # pixels of letters in a picture of 1280 x 720
 _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
 
+PlacedChart = tuple[Chart, Box]
+
 
 class Composer:
     """Draws frames of a story, in its style or in another one.
 
     Without the timeline of a film there are no charts and no rate.  The positions between the times of `span` (s)
-    fit into the picture, by default those of the whole run.
+    fit into the picture, by default those of the whole run.  `charts` are those of another
+    composer of the film.
     """
 
     def __init__(
@@ -34,6 +40,7 @@ class Composer:
         timeline: Timeline | None = None,
         style: Style | None = None,
         span: tuple[float, float] | None = None,
+        charts: Sequence[PlacedChart] | None = None,
     ) -> None:
         self.story, self.timeline, self.style = story, timeline, style or story.style
         self.theme, size = self.style.colours, self.style.size
@@ -45,6 +52,7 @@ class Composer:
             size, len(pictures), inset=self.style.inset and alone, charts=self.style.charts and bool(timeline)
         )
         self._compact = plan.views[0][3] < _LOW
+        self._paper = Image.new("RGB", size, self.theme.background)
         self._views: list[tuple[View, Box, int]] = []
         for n, (shown, box) in enumerate(zip(pictures, plan.views, strict=True)):
             view = View(story, shown, box[2:], style=self.style, span=span, room=self._room())
@@ -55,11 +63,16 @@ class Composer:
             close = replace(self.style, ghosts=False)
             view = View(story, numbers, (wide, high - band), style=close, close=True)
             self._views.append((view, (left, top + band, wide, high - band), -1))
-        curves = ((force_curves(story), "force (N)"), (energy_curves(story), "energy (J)"))
-        self._charts = [
-            (Chart(found, label, box[2:], timeline, story, self.letters), box)
-            for (found, label), box in zip(curves, plan.charts, strict=False)
-            if timeline
+        self.charts = self._drawn_charts(plan.charts) if charts is None else charts
+
+    def _drawn_charts(self, boxes: Sequence[Box]) -> list[PlacedChart]:
+        """Draw the charts of a film."""
+        if self.timeline is None:
+            return []
+        curves = ((force_curves(self.story), "force (N)"), (energy_curves(self.story), "energy (J)"))
+        return [
+            (Chart(found, label, box[2:], self.timeline, self.story, self.letters), box)
+            for (found, label), box in zip(curves, boxes, strict=False)
         ]
 
     def _room(self) -> tuple[float, float]:
@@ -85,21 +98,23 @@ class Composer:
 
     def draw(self, time: float, rate: float | None = None) -> Image.Image:
         """Return the frame at a physical time (s); `rate` is physical over film time."""
-        frame = Image.new("RGB", self.style.size, self.theme.background)
+        frame = self._paper.copy()
         for view, (left, top, _, _), _ in self._views:
             frame.paste(view.draw(time), (left, top))
-        for chart, (left, top, _, _) in self._charts:
+        for chart, (left, top, _, _) in self.charts:
             frame.paste(chart.at(time), (left, top))
         pen = ImageDraw.Draw(frame)
         for view, box, number in self._views:
             if number >= 0:
                 self._describe(pen, box, number, time, rate)
+                if not self.story.overlay and self.style.caption:
+                    self._colour_bar(frame, box)
             else:
                 self._describe_inset(pen, (*box[:2], *view.size), time)
         return frame
 
     def _describe(self, pen: ImageDraw.ImageDraw, box: Box, number: int, time: float, rate: float | None) -> None:
-        """Time, state, rate and factor above a view; the colour bar below."""
+        """Time, state, rate and factor above a view."""
         letters, theme = self.letters, self.theme
         margin = max(10.0, 22.0 * letters.scale)
         left, y, right = box[0] + margin, self._top(box[1]), box[0] + box[2] - 0.5 * margin
@@ -121,8 +136,6 @@ class Composer:
             line = letters.fitting(texts, right - left, _LINE)
             pen.text((left, y), line, fill=theme.dim, font=letters.font(_LINE))
             y += 1.5 * letters.size(_LINE)
-        if not self.story.overlay and self.style.caption:
-            self._colour_bar(pen, box)
 
     def _lines(self, rate: float | None) -> list[list[str]]:
         """Rate and factor in words, each in several lengths."""
@@ -167,16 +180,16 @@ class Composer:
             text = f"gap {text.replace('-0.000', '0.000').replace('-', '−')} mm"
             pen.text((left, y), text, fill=theme.dim, font=letters.font(_LINE))
 
-    def _colour_bar(self, pen: ImageDraw.ImageDraw, box: Box) -> None:
+    def _colour_bar(self, frame: Image.Image, box: Box) -> None:
         s, letters, theme, scale = self.letters.scale, self.letters, self.theme, self.story.colours
         width = min(max(260 * s, 14.0 * letters.size(_SMALL)), (0.38 if self._compact else 0.8) * box[2])
         height = max(8.0, 12 * s)
         left = box[0] + (0.55 * box[2] if self._compact else 0.5 * (box[2] - width))
         top = box[1] + box[3] - height - 1.3 * letters.size(_SMALL) - 8 * s
-        colours = mpl.colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, round(width)))
-        for k, colour in enumerate(colours):
-            pen.line([(left + k, top), (left + k, top + height)], fill=tuple(int(255 * c) for c in colour[:3]))
-        small = letters.size(_SMALL)
+        # a pixel for each colour, as high as the lines from the top of the bar to its end
+        bar = colour_strip(round(width)).resize((round(width), int(top + height) - int(top) + 1))
+        frame.paste(bar, (int(left), int(top)))
+        pen, small = ImageDraw.Draw(frame), letters.size(_SMALL)
         if self._compact:  # the title beside it
             at, anchor, free = (left - 2.0 * small, top + height), "rs", left - box[0] - 3.0 * small
         else:
@@ -192,6 +205,13 @@ class Composer:
         """Free the windows."""
         for view, _, _ in self._views:
             view.close()
+
+
+@cache
+def colour_strip(width: int) -> Image.Image:
+    """Return the colour map from its lowest value to its highest one, as a row of so many pixels."""
+    colours = mpl.colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, width))
+    return Image.fromarray((255.0 * colours[None, :, :3]).astype(np.uint8))
 
 
 def _shortened(name: str) -> list[str]:

@@ -189,9 +189,15 @@ class BeamGeometry:
 
     def centreline(self, k: float) -> Array:
         """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
+        return _flat(self._drawn_axis(k))
+
+    def _drawn_axis(self, k: float) -> Array:
+        """Return the drawn axis at the rings, (rings, 2)."""
         true = self._axis(k)
-        drawn = self._chord(k) + self.factor * (true - self._chord(k)) if self.factor != 1.0 else true
-        return np.concatenate([drawn, np.zeros((drawn.shape[0], 1))], axis=1)
+        if self.factor == 1.0:
+            return true
+        chord = self._chord(k)
+        return np.asarray(chord + self.factor * (true - chord))
 
     @cached_property
     def _touch(self) -> int:
@@ -256,9 +262,13 @@ class BeamGeometry:
         return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
 
     def surface(self, k: float) -> Surface:
-        """Tube at sample k: its points follow the drawn axis, its rings the rotated sections."""
+        """Tube at sample k with all results."""
+        return Surface(*self.tube(k), {name: self.result(name, k) for name in QUANTITIES})
+
+    def tube(self, k: float) -> tuple[Array, Array]:
+        """Points and outward normals (np, 3) of the tube at sample k, whose rings are turned as the sections."""
         rings, offsets = self._template
-        axis = self.centreline(k)[:, :2]
+        axis = self._drawn_axis(k)
         tangent = np.gradient(axis, self.places, axis=0, edge_order=2)
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
@@ -269,24 +279,36 @@ class BeamGeometry:
 
         points = turned(offsets)
         points[:, :2] += axis[rings]
-        return Surface(points, turned(self._directions), self._arrays(k, rings, offsets[:, 1]))
+        return points, turned(self._directions)
+
+    def result(self, name: str, k: float) -> Array:
+        """Values (np, ...) of one of `QUANTITIES` at the points of the tube at sample k.
+
+        Stresses follow the height in the section.
+        """
+        rings, offsets = self._template
+        if not name.endswith("_stress"):
+            return np.asarray(self._result_along(name, k)[rings])
+        stress = -(self._result_along("bending_moment", k) / self._second_moments)[rings] * offsets[:, 1]
+        if name == "axial_stress":
+            stress += (self._result_along("axial_force", k) / self._areas)[rings]
+        return np.asarray(stress)
+
+    @cached_property
+    def _second_moments(self) -> Array:
+        """Second moments of area (m^4) at the rings."""
+        return self.sections.second_moment(self.places)
+
+    @cached_property
+    def _areas(self) -> Array:
+        """Areas (m^2) at the rings."""
+        return self.sections.area(self.places)
 
     def outline(self, k: float) -> Array:
         """Outline (points, 2) of the tube at sample k in the plane: along one side, around the tip and back."""
-        points = self.surface(k).points[:, :2]
+        points = self.tube(k)[0][:, :2]
         sides = points[:-2].reshape(-1, SIDES, 2)
         return np.concatenate([sides[:, 0], points[-2:-1], sides[::-1, SIDES // 2]])
-
-    def _arrays(self, k: float, rings: NDArray[np.int64], across: Array) -> dict[str, Array]:
-        """Results at the points of the tube; stresses follow their height in the section."""
-        along = self.along(k)
-        section = self.sections
-        x = self.places
-        area = section.area(x)
-        stress = -(along["bending_moment"] / section.second_moment(x))[rings] * across
-        normal = (along["axial_force"] / area)[rings]
-        found = {name: values[rings] for name, values in along.items()}
-        return found | {"bending_stress": stress, "axial_stress": stress + normal}
 
     def along(self, k: float) -> dict[str, Array]:
         """Results on the axis at the rings: vectors (rings, 3) in the inertial frame, scalars (rings,).
@@ -294,18 +316,21 @@ class BeamGeometry:
         The elastic displacement is that from the straight beam in the floating frame, the section's rotation that
         against this frame.
         """
-        theta, spin = self.value("theta", k), self.value("theta_dot", k)
-        radius = self.scenario.root.hub_radius
-        ux, uy, u_rate, v_rate = (self._between(name, k) for name in ("ux", "uy", "ux_dot", "uy_dot"))
-        arm = radius + self.places + ux
-        return {
-            "elastic_displacement": _flat(_turned(theta, ux, uy)),
-            "velocity": _flat(_turned(theta, u_rate - spin * uy, v_rate + spin * arm)),
-            "section_rotation": np.asarray(self._splines[1] @ self.value("uy", k)),
-            "bending_moment": self._between("moment", k),
-            "shear_force": self._linear("shear", k),
-            "axial_force": self._linear("axial_force", k),
-        }
+        return {name: self._result_along(name, k) for name in QUANTITIES if not name.endswith("_stress")}
+
+    def _result_along(self, name: str, k: float) -> Array:
+        if name == "elastic_displacement":
+            return _flat(_turned(self.value("theta", k), *(self._between(n, k) for n in ("ux", "uy"))))
+        if name == "velocity":
+            theta, spin = self.value("theta", k), self.value("theta_dot", k)
+            ux, uy, u_rate, v_rate = (self._between(n, k) for n in ("ux", "uy", "ux_dot", "uy_dot"))
+            arm = self.scenario.root.hub_radius + self.places + ux
+            return _flat(_turned(theta, u_rate - spin * uy, v_rate + spin * arm))
+        if name == "section_rotation":
+            return np.asarray(self._splines[1] @ self.value("uy", k))
+        if name == "bending_moment":
+            return self._between("moment", k)
+        return self._linear({"shear_force": "shear"}.get(name, name), k)
 
     # Samples --------------------------------------------------------------------------------------------------
 

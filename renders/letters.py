@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import matplotlib as mpl
@@ -39,4 +39,8 @@ def _font(size: int, bold: bool) -> ImageFont.FreeTypeFont:
     """Return DejaVu Sans at a size in pixels; it comes with matplotlib."""
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     path = Path(mpl.get_data_path()) / "fonts" / "ttf" / name
-    return ImageFont.truetype(str(path) if path.exists() else font_manager.findfont("DejaVu Sans"), size)
+    font = ImageFont.truetype(str(path) if path.exists() else font_manager.findfont("DejaVu Sans"), size)
+    # most texts of a film are in every frame: the last masks and lengths are kept, as drawing them takes long
+    font.getmask2 = lru_cache(maxsize=256)(font.getmask2)  # type: ignore[method-assign,assignment]
+    font.getlength = lru_cache(maxsize=256)(font.getlength)  # type: ignore[method-assign,assignment]
+    return font

@@ -3,119 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from renders.geometry import BeamGeometry
+from renders.beam3d import CAMERAS, SUPERSAMPLING, Beam3D, contact_force
 from renders.offscreen import prepare
 from renders.scenery import pin, slope_wedge
 from renders.story import Story
-from renders.style import COLOUR_MAP, Style
+from renders.style import Style, Theme
 
 Array = NDArray[np.float64]
+Pixels = NDArray[np.uint32]
 
-#: the window is drawn twice as large and reduced: smooth edges at a moderate price
-SUPERSAMPLING = 2
-_GHOST_STRENGTH = (0.36, 0.25, 0.15)  # newest first
-_TRACE_POINTS = 600
 _ARROW = 0.16  # length of the largest force's arrow, over that of the beam
 _CLOSE = 12.0  # height of a picture close to the contact point, over the radius of the beam there
 _CLOSE_ARROW = 0.36  # length of the largest force's arrow there, over that height
+_BACK = 0  # the buffer that VTK draws into
+_SOLID = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
+_AROUND = 4 * SUPERSAMPLING  # pixels of the window that lines and edges reach beyond their points
+_EMPTY = "#00ff00"  # where nothing moves in a picture of what moves: a colour that neither beam nor path has
+_COLOUR, _EMPTY_PIXEL = np.frombuffer(b"\xff\xff\xff\x00\x00\xff\x00\x00", np.uint32)
 _MARK = 3.0  # pixels: radius of the point of contact, in a picture of 720 pixels
 
-#: where the camera looks from: direction of the eye
-CAMERAS = {
-    "oblique": np.array([0.22, 0.30, 1.0]),
-    "front": np.array([0.0, 0.0, 1.0]),
-    "above": np.array([0.15, 0.9, 1.0]),
-}
+
+class _Arrow(NamedTuple):
+    """A force on the beam in pixels of the window: its point of contact, and the arrow's corners if it is seen."""
+
+    to: Array  # (2,)
+    corners: Array | None  # (7, 2)
+    unit: float
+    colour: str
+
+    @property
+    def places(self) -> Array:
+        """Points (n, 2) between which it is drawn."""
+        mark = self.to + 2.0 * _MARK * self.unit * np.array([(-1.0, -1.0), (1.0, 1.0)])
+        return mark if self.corners is None else np.concatenate([mark, self.corners])
+
+    def draw(self, picture: Image.Image, origin: tuple[int, int], theme: Theme) -> None:
+        """Draw it and the point of contact into the part of the window that begins at some pixel."""
+        pen, to = ImageDraw.Draw(picture), self.to - origin
+        if self.corners is not None:
+            corners = [tuple(p) for p in [*(self.corners - origin), self.corners[0] - origin]]
+            pen.polygon(corners, fill=self.colour)
+            pen.line(corners, fill=theme.background, width=round(0.8 * self.unit))
+        box = (*(to - _MARK * self.unit).tolist(), *(to + _MARK * self.unit).tolist())
+        pen.ellipse(box, fill=theme.background, outline=theme.ink, width=round(self.unit))
 
 
-class Beam3D:
-    """One beam in a window, with its ghosts and trace; `number` is its place among the beams of the window."""
+class _Ground(NamedTuple):
+    """What stands still, with the ghosts that are there by now."""
 
-    def __init__(
-        self, plotter: pv.Plotter, geometry: BeamGeometry, story: Story, style: Style, number: int
-    ) -> None:
-        theme, self._eye = style.colours, CAMERAS[style.camera] / np.linalg.norm(CAMERAS[style.camera])
-        self.geometry, self._shown = geometry, None if story.overlay else style.quantity
-        self.colour = theme.series[number] if story.overlay else theme.arrow
-        # beams in one place are not to show through each other
-        self._depth = -0.02 * number * geometry.radii.max()
-        surface = geometry.surface(0)
-        self._mesh = pv.PolyData(surface.points, geometry.faces)
-        self._mesh.point_data["Normals"] = surface.normals
-        self._mesh.point_data.active_normals_name = "Normals"
-        options: dict[str, Any] = {"ambient": 0.38, "diffuse": 0.65, "specular": 0.06, "specular_power": 30.0}
-        if self._shown:
-            self._mesh.point_data["shown"] = surface.arrays[self._shown]
-            limit = story.colours.limit
-            options |= {"scalars": "shown", "cmap": COLOUR_MAP, "clim": (-limit, limit), "show_scalar_bar": False}
-            options["interpolate_before_map"] = True
-        else:
-            options["color"] = self.colour
-        plotter.add_mesh(self._mesh, **options).prop.interpolation = "Phong"
-        self._ghosts = []
-        for strength in _GHOST_STRENGTH if style.ghosts else ():
-            ghost = pv.PolyData(surface.points, geometry.faces)
-            # mixed with the background instead of transparent, which would take half of the time of a frame
-            colour = mixed(theme.ghost, theme.background, strength)
-            self._ghosts.append((ghost, plotter.add_mesh(ghost, color=colour, lighting=False)))
-        self._trace = None
-        if style.trace:
-            colour = self.colour if story.overlay else theme.trace
-            self._trace = self._path()
-            plotter.add_mesh(self._trace, color=colour, line_width=2 * SUPERSAMPLING, lighting=False)
-            self._whole = np.array(self._trace.points)
-
-    def _path(self) -> pv.PolyData:
-        """Path of the contact point, in front of the beam, so that it is seen where it was."""
-        samples = np.unique(np.linspace(0, self.geometry.times.size - 1, _TRACE_POINTS).astype(int))
-        self._trace_times = self.geometry.times[samples]
-        depth = 1.2 * self.geometry.radii.max() + self._depth
-        return pv.lines_from_points(np.array([[*self.geometry.contact_point(k), depth] for k in samples]))
-
-    def move(self, time: float) -> None:
-        """Take the shapes of a physical time (s)."""
-        k = self.geometry.index(time)
-        surface = self.geometry.surface(k)
-        self._mesh.points = surface.points + np.array([0.0, 0.0, self._depth])
-        self._mesh.point_data["Normals"] = surface.normals
-        if self._shown:
-            self._mesh.point_data["shown"] = np.nan_to_num(surface.arrays[self._shown])
-        self._move_ghosts(time)
-        if self._trace is not None:
-            shown = self._whole.copy()
-            shown[self._trace_times > time, :2] = self.geometry.contact_point(k)
-            self._trace.points = shown
-
-    def _move_ghosts(self, time: float) -> None:
-        """Earlier positions at fixed instants, the last few of them."""
-        times = self.geometry.times
-        step = float(times[-1] - times[0]) / 12.0
-        newest = int(np.floor((time - times[0]) / step - 0.25))
-        for n, (mesh, actor) in enumerate(self._ghosts):
-            instant = newest - n
-            actor.visibility = instant >= 0
-            if instant >= 0:
-                surface = self.geometry.surface(self.geometry.index(times[0] + instant * step))
-                # away from the camera, where it covers nothing and is seen at the same place
-                mesh.points = surface.points - 4.0 * (n + 1) * self.geometry.radii.max() * self._eye
-
-    def force_at(self, time: float) -> tuple[Array, Array] | None:
-        """Return the point of contact on the slope (3,) and the force on the beam there over its peak (2,).
-
-        None where there is no force.
-        """
-        k = self.geometry.index(time)
-        force = contact_force(self.geometry, k)
-        if np.linalg.norm(force) <= 1e-3 * self.geometry.peak_force:
-            return None
-        return self.geometry.contact_place(k), force / self.geometry.peak_force
+    newest: list[int | None]  # number of the latest ghost of each beam
+    pixels: Pixels  # of the window
+    picture: Image.Image  # of the size of the view
 
 
 class View:
@@ -145,18 +91,54 @@ class View:
             off_screen=True, window_size=[SUPERSAMPLING * n for n in size], lighting="light kit"
         )
         cast(Any, self.plotter).set_background(self._theme.background)
+        self._window = cast(Any, self.plotter.render_window)
         # supersampling smooths the edges; VTK's own samples besides would cost ten times as much
-        cast(Any, self.plotter.render_window).SetMultiSamples(0)
+        self._window.SetMultiSamples(0)
+        self._window.SwapBuffersOff()  # what is drawn is read where it is drawn
+        self._bytes: Any = vtkUnsignedCharArray()
         shown = [story.geometries[n].true if close else story.geometries[n] for n in numbers]
         self._beams = [Beam3D(self.plotter, g, story, self._style, n) for n, g in enumerate(shown)]
         solids = [pin(shown[0])]
-        self.plotter.add_mesh(solids[0], color=self._theme.pin, ambient=0.45, diffuse=0.6, specular=0.0)
+        # actors of what stands still: in its colours, and in that of an empty picture
+        self._still: list[pv.Actor] = []
+        self._hiding: list[pv.Actor] = []
+        self._add_still(solids[0], color=self._theme.pin, **_SOLID)
         if story.slope:
             solids.append(slope_wedge(shown[0], story.slope))
-            self.plotter.add_mesh(solids[1], color=self._theme.slope, ambient=0.45, diffuse=0.6, specular=0.0)
+            # its faces are plane, and VTK takes half of the time of a frame to light them pixel by pixel
+            solids[1].cell_data["lit"] = self._lit(solids[1], self._theme.slope)
+            self._add_still(solids[1], scalars="lit", rgb=True, lighting=False, culling="back")
             edges = solids[1].extract_feature_edges(20.0)
-            self.plotter.add_mesh(edges, color=self._theme.slope_edge, line_width=SUPERSAMPLING, lighting=False)
+            look = {"line_width": SUPERSAMPLING, "lighting": False}
+            self._add_still(edges, color=self._theme.slope_edge, **look)
+        self._ground: _Ground | None = None
         self._aim(solids, span)
+
+    def _lit(self, solid: pv.PolyData, colour: str) -> NDArray[np.uint8]:
+        """Return the colours (faces, 3) of plane faces that do not shine, lit as VTK lights them.
+
+        The lights are far away and so is the eye, so that a face has one colour: its ambient part and, from each
+        light, a diffuse one with the cosine of the angle between normal and light.
+        """
+        eye = CAMERAS[self._style.camera] / np.linalg.norm(CAMERAS[self._style.camera])
+        right = np.cross([0.0, 1.0, 0.0], eye) / np.linalg.norm(np.cross([0.0, 1.0, 0.0], eye))
+        facing = np.asarray(solid.face_normals) @ np.stack([right, np.cross(eye, right), eye], axis=1)
+        light = np.full((solid.n_cells, 3), _SOLID["ambient"])
+        for lamp in self.plotter.renderer.GetLights():
+            at = np.array([0.0, 0.0, 1.0])  # of the one at the eye
+            if lamp.LightTypeIsCameraLight():
+                at = np.subtract(lamp.GetPosition(), lamp.GetFocalPoint())
+            cosine = np.maximum(facing @ at / np.linalg.norm(at), 0.0)
+            light += _SOLID["diffuse"] * lamp.GetIntensity() * np.outer(cosine, lamp.GetDiffuseColor())
+        own = np.frombuffer(bytes.fromhex(colour[1:]), np.uint8)
+        return np.asarray(np.round(np.minimum(light * own, 255.0)).astype(np.uint8))
+
+    def _add_still(self, mesh: pv.PolyData, **look: Any) -> None:
+        self._still.append(self.plotter.add_mesh(mesh, **look))
+        if not self._close:
+            shape: dict[str, Any] = {name: look.get(name) for name in ("line_width", "culling")}
+            self._hiding.append(self.plotter.add_mesh(mesh, color=_EMPTY, lighting=False, **shape))
+            self._hiding[-1].visibility = False
 
     def _aim(self, solids: Sequence[pv.PolyData], span: tuple[float, float] | None) -> None:
         """Place the camera so that everything of the runs fits between text and colour bar."""
@@ -183,11 +165,11 @@ class View:
         self._look_at(focus)
 
     def _look_at(self, focus: Array) -> None:
-        camera = self.plotter.camera
-        camera.focal_point = focus
-        camera.position = np.asarray(focus) + 10.0 * self._eye
-        camera.up = self._up
-        camera.clipping_range = (1.0, 30.0)
+        camera = self.plotter.camera  # VTK's own calls: PyVista's would look for the bounds of everything
+        camera.SetFocalPoint(*focus)
+        camera.SetPosition(*(np.asarray(focus) + 10.0 * self._eye))
+        camera.SetViewUp(*self._up)
+        camera.SetClippingRange(1.0, 30.0)
 
     def _extent(self, solids: Sequence[pv.PolyData], span: tuple[float, float] | None) -> Array:
         """Points that have to be seen: axes through the runs, pin and slope, arrows of the largest force."""
@@ -210,32 +192,93 @@ class View:
             geometry = self._beams[0].geometry
             point = geometry.contact_point(geometry.index(time))
             self._look_at(np.append(point - 1.5 * geometry.touch_radius * geometry.slope_axes[1], 0.0))
-        self.plotter.render()
-        picture = self.plotter.screenshot(return_img=True, transparent_background=False)
-        drawn = Image.fromarray(np.asarray(picture)[..., :3])
-        for beam in self._beams if self._style.arrow else ():
-            self._draw_force(ImageDraw.Draw(drawn), beam, time)
-        return drawn.reduce(SUPERSAMPLING)
+        ground = None if self._close else self._ground_now()
+        arrows = self._arrows(time) if self._style.arrow else []
+        left, top, right, bottom = self._touched(arrows) if ground else (0, 0, *self._window.GetSize())
+        pixels = self._read(left, top, right, bottom)
+        if ground:
+            empty = pixels & _COLOUR == _EMPTY_PIXEL
+            pixels = np.where(empty, ground.pixels[top:bottom, left:right], pixels)
+        large = _picture(pixels)
+        for arrow in arrows:
+            arrow.draw(large, (left, top), self._theme)
+        small = _reduced(large)
+        if ground is None:
+            return small
+        whole = ground.picture.copy()
+        whole.paste(small, (left // SUPERSAMPLING, top // SUPERSAMPLING))
+        return whole
 
-    def _draw_force(self, pen: ImageDraw.ImageDraw, beam: Beam3D, time: float) -> None:
-        """Mark the point of contact; the arrow of the force ends just before it, outside of the beam."""
-        found = beam.force_at(time)
-        if found is None:
-            return
-        place, force = found
+    def _ground_now(self) -> _Ground:
+        """Return what does not move from frame to frame; it is drawn anew when the earlier positions are others.
+
+        From then on the window shows what moves alone: what stands still hides it in the colour of an empty
+        picture.
+        """
+        newest = [beam.newest for beam in self._beams]
+        if self._ground is None or self._ground.newest != newest:
+            self._show(still=True)
+            pixels = self._read(0, 0, *self._window.GetSize()).copy()
+            self._ground = _Ground(newest, pixels, _reduced(_picture(pixels)))
+            self._show(still=False)
+        return self._ground
+
+    def _show(self, still: bool) -> None:
+        """Let the window show what stands still, or what moves."""
+        cast(Any, self.plotter).set_background(self._theme.background if still else _EMPTY)
+        for actors, shown in ((self._still, still), (self._hiding, not still)):
+            for actor in actors:
+                actor.visibility = shown
+        for beam in self._beams:
+            beam.show_ghosts(still)
+            beam.show_moving(not still)
+
+    def _read(self, left: int, top: int, right: int, bottom: int) -> Pixels:
+        """Draw, and return a part of the window, (rows from the top, columns).
+
+        It is read as VTK draws it, four bytes for each pixel: VTK takes seven times as long to make it three.
+        """
+        self._window.Render()
+        height = self._window.GetSize()[1]
+        box = (left, height - bottom, right - 1, height - 1 - top)
+        self._window.GetRGBACharPixelData(*box, _BACK, self._bytes)
+        pixels = np.frombuffer(memoryview(self._bytes), np.uint32)
+        return np.asarray(pixels.reshape(bottom - top, right - left)[::-1])
+
+    def _touched(self, arrows: Sequence[_Arrow]) -> tuple[int, int, int, int]:
+        """Return the part of the window (left, top, right, bottom) outside of which nothing moves."""
+        size = self._window.GetSize()
+        points = [SUPERSAMPLING * self.project(beam.moving_points()) for beam in self._beams]
+        places = np.concatenate([*points, *(arrow.places for arrow in arrows)])
+        if not np.all(np.isfinite(places)):
+            return (0, 0, *size)
+        ends = np.stack([places.min(axis=0) - _AROUND, places.max(axis=0) + _AROUND])
+        (left, top), (right, bottom) = SUPERSAMPLING * np.clip(ends / SUPERSAMPLING, 0, self.size).astype(int)
+        return (
+            int(left),
+            int(top),
+            max(int(right), int(left) + SUPERSAMPLING),
+            max(int(bottom), int(top) + SUPERSAMPLING),
+        )
+
+    def _arrows(self, time: float) -> list[_Arrow]:
+        """Where forces are marked; an arrow ends just before the point of contact, outside of the beam."""
+        found = []
         unit = SUPERSAMPLING * max(1.0, min(self.size[1] / 480.0, 3.0))
-        to = SUPERSAMPLING * self.project(place[None])[0]
-        along = np.array([force @ self._right[:2], -force @ self._up[:2]])
-        # foreshortened like everything else that does not lie across the line of sight
-        length = SUPERSAMPLING * self._longest * float(np.linalg.norm(along) / np.sqrt(np.linalg.norm(force)))
-        along /= np.linalg.norm(along)
-        if length > 6.0 * unit:
-            shape = arrow_outline(to - (_MARK + 2.5) * unit * along, along, length, unit)
-            corners = [tuple(p) for p in [*shape, shape[0]]]
-            pen.polygon(corners, fill=beam.colour)
-            pen.line(corners, fill=self._theme.background, width=round(0.8 * unit))
-        box = (*(to - _MARK * unit).tolist(), *(to + _MARK * unit).tolist())
-        pen.ellipse(box, fill=self._theme.background, outline=self._theme.ink, width=round(unit))
+        for beam in self._beams:
+            acting = beam.force_at(time)
+            if acting is None:
+                continue
+            place, force = acting
+            to = SUPERSAMPLING * self.project(place[None])[0]
+            along = np.array([force @ self._right[:2], -force @ self._up[:2]])
+            # foreshortened like everything else that does not lie across the line of sight
+            length = SUPERSAMPLING * self._longest * float(np.linalg.norm(along) / np.sqrt(np.linalg.norm(force)))
+            along /= np.linalg.norm(along)
+            seen = length > 6.0 * unit
+            corners = arrow_outline(to - (_MARK + 2.5) * unit * along, along, length, unit) if seen else None
+            found.append(_Arrow(to, corners, unit, beam.colour))
+        return found
 
     def project(self, points: Array) -> Array:
         """Pixels (n, 2), from the left and from the top, at which points (n, 3) are drawn."""
@@ -249,10 +292,15 @@ class View:
         self.plotter.close()
 
 
-def mixed(colour: str, background: str, part: float) -> str:
-    """Return a colour with so large a part of it over the background (#rrggbb)."""
-    pairs = zip(*(bytes.fromhex(c[1:]) for c in (colour, background)), strict=True)
-    return "#" + "".join(f"{round(part * a + (1.0 - part) * b):02x}" for a, b in pairs)
+def _picture(pixels: Pixels) -> Image.Image:
+    """Return pixels (rows, columns) as a picture; it shares their memory."""
+    height, width = pixels.shape
+    return Image.frombuffer("RGBX", (width, height), np.ascontiguousarray(pixels), "raw", "RGBX", 0, 1)
+
+
+def _reduced(large: Image.Image) -> Image.Image:
+    """Return the picture of a window in the size of the view."""
+    return large.reduce(SUPERSAMPLING).convert("RGB")
 
 
 def arrow_outline(tip: Array, along: Array, length: float, unit: float) -> Array:
@@ -262,8 +310,3 @@ def arrow_outline(tip: Array, along: Array, length: float, unit: float) -> Array
     back = np.array([length, head, head, 0.0, head, head, length])[:, None]
     aside = np.array([shaft, shaft, wide, 0.0, -wide, -shaft, -shaft])[:, None]
     return np.asarray(tip - back * along + aside * np.array([-along[1], along[0]]))
-
-
-def contact_force(geometry: BeamGeometry, k: float) -> Array:
-    """Force (2,) of the slope on the beam in the inertial frame (N)."""
-    return np.asarray(np.nan_to_num(sum(geometry.contact_forces(k))))

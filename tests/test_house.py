@@ -14,7 +14,7 @@ CORE = "oblique_impact"
 #: rooms of the core from the bottom to the top: each imports from the floors below its own only
 FLOORS = (
     {"errors", "public"},
-    {"files", "installed", "progress", "kernels"},
+    {"files", "installed", "machine", "progress", "kernels"},
     {"scenario"},
     {"contact"},
     {"beam"},

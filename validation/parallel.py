@@ -25,6 +25,7 @@ from typing import Any, NamedTuple, TypeVar
 from oblique_impact.errors import InputError
 from oblique_impact.history.provenance import NUMERIC_PACKAGES, package_version, source_digest
 from oblique_impact.kernels.compiling import announce, listen
+from oblique_impact.machine import cores
 from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
@@ -47,11 +48,6 @@ class Crash(NamedTuple):
     """Stands for the result of an item that took its process down twice."""
 
     reason: str
-
-
-def default_workers() -> int:
-    """Return the number of cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def compute_each(
@@ -81,7 +77,7 @@ def compute_each(
     InputError
         In one line if the cluster cannot be used, or is lost.
     """
-    count = min(workers or default_workers(), len(items))
+    count = min(workers or cores(), len(items))
     if scheduler is not None:
         yield from _on_cluster(scheduler, function, items)
     elif count <= 1 and not isolated:

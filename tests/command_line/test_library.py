@@ -20,10 +20,10 @@ import typer
 from oblique_impact import InputError, Progress, Scenario, natural_frequencies, simulate
 from oblique_impact.command_line import application as cli
 from renders import Style, campbell_diagram, export, render
+from renders.beam3d import CAMERAS
 from renders.exports.command import Format
 from renders.exports.target import SUFFIXES
 from renders.geometry import QUANTITIES
-from renders.scene import CAMERAS
 from renders.style import THEMES, CameraName, Colour, ThemeName
 from validation import AxisSection, SweepFile, compare, refine, reproduce, sweep, validate
 from validation.refinement.command import ShippedStudy

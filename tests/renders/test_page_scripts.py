@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from renders import player
+from renders.beam3d import contact_force
 from renders.envelope import drawn
 from renders.geometry import BETWEEN
 from renders.player.document import SCRIPTS
 from renders.player.payload import payload, unpacked
-from renders.scene import contact_force
 from renders.slope import drawn_slope
 from renders.story import story_of
 from renders.style import DARK, LIGHT, STATE_COLOURS, Style

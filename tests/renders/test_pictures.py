@@ -9,9 +9,10 @@ import pytest
 
 from oblique_impact import InputError
 from renders import scene
+from renders.beam3d import CAMERAS, contact_force
 from renders.difference import magnify_difference
 from renders.frame import Composer
-from renders.scene import CAMERAS, View, contact_force
+from renders.scene import View
 from renders.story import story_of
 from renders.style import DARK, LIGHT, Style
 from renders.timeline import make_timeline
@@ -189,6 +190,50 @@ def test_trace_and_ghosts_are_the_past(story, geometry):
         behind = 4.0 * (n + 1) * geometry.radii.max() * beam._eye
         np.testing.assert_allclose(mesh.points, surface.points - behind, atol=1e-6)
     view.close()
+
+
+@pytest.mark.parametrize("layout", ["one", "overlay"])
+def test_what_moves_and_what_stands_still_are_one_picture(run, layout):
+    """Drawn in two parts or all at once, after other frames or alone, behind pin and slope or before them."""
+    names = ["hybrid", "frictionless"][: 1 if layout == "one" else 2]
+    runs = [run("paper", f"contact.friction={name}") for name in names]
+    story = story_of(runs, replace(BARE, ghosts=True, trace=True, layout="overlay"), names)
+    numbers = list(range(len(runs)))
+    for camera in ("oblique", "above"):
+        view, style = View(story, numbers, SIZE, style=replace(story.style, camera=camera)), story.style
+        for time in (0.0, 0.1, 0.3232, 0.42, 0.9):
+            picture = drawn(view, time)
+            alone = View(story, numbers, SIZE, style=replace(style, camera=camera))
+            np.testing.assert_array_equal(drawn(alone, time), picture)
+            alone._show(still=True)
+            for beam in alone._beams:
+                beam.show_moving(True)
+            whole = scene._reduced(scene._picture(alone._read(0, 0, *alone._window.GetSize())))
+            alone.close()
+            np.testing.assert_array_equal(np.asarray(whole), picture)
+        view.close()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("camera", ["oblique", "above"])  # from the front the slope's surface is a line
+def test_the_slope_is_lit_as_vtk_lights_it(story, camera, theme):
+    view = view_of(story, camera=camera, theme=theme)
+    view.draw(0.1)
+    view._show(still=True)
+    flat = view._still[1]
+    plain = flat.mapper.dataset.copy()
+    plain.clear_data()
+    colours = DARK if theme == "dark" else LIGHT
+    lit = view.plotter.add_mesh(plain, color=colours.slope, **scene._SOLID)
+    pictures = []
+    for shown in (flat, lit):
+        for actor in view.plotter.actors.values():
+            actor.visibility = actor is shown
+        pixels = view._read(0, 0, *view._window.GetSize())
+        pictures.append(np.asarray(scene._picture(pixels).convert("RGB")).astype(int))
+    view.close()
+    assert (np.abs(pictures[0] - rgb(colours.background)).max(axis=2) > 20).sum() > 1000
+    assert np.abs(pictures[0] - pictures[1]).max() <= 1
 
 
 def test_the_force_is_that_of_the_slope_on_the_beam(geometry):

@@ -167,7 +167,7 @@ def test_the_beams_are_coloured_by_the_scale_that_the_bar_shows(run):
             limits = [
                 actor.mapper.scalar_range
                 for actor in view.plotter.actors.values()
-                if actor.mapper.scalar_visibility
+                if actor.mapper.scalar_visibility and actor.mapper.color_mode == "map"
             ]
             assert limits == [(-story.colours.limit, story.colours.limit)]
         composer.close()
