@@ -314,7 +314,7 @@ _ABSOLUTE = (
     ),
     Rule(
         "solver.scheme",
-        f'{_EXACT} is marched by "energy-consistent" only; leave this key out',
+        f'{_EXACT} is marched by "energy-consistent" only, which is the default',
         lambda s, scheme: s.is_absolute and scheme != "energy-consistent",
     ),
     Rule(

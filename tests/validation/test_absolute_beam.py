@@ -256,8 +256,8 @@ def test_order_of_the_step_in_time():
                 places.append((b.M @ stage.q).reshape(-1, 3)[:, :2].sum(axis=0) / 10.0)
         ends.append(np.array(places))
     differences = [np.abs(b - a).max() for a, b in pairwise(ends)]
-    orders = np.log2(np.divide(differences[:-1], differences[1:]))
-    assert np.all((orders > 1.75) & (orders < 2.25)), differences
+    order = 0.5 * np.log2(differences[0] / differences[-1])
+    assert 1.85 < order < 2.15, differences
     assert differences[-1] < 5e-5
 
 
