@@ -71,7 +71,9 @@ def refine(
     ] = False,
     study: Annotated[
         str | None,
-        typer.Option(help="A shipped study: elements, steps, remedies, grading, rigid-stop or predictability."),
+        typer.Option(
+            help="A shipped study: elements, steps, remedies, grading, rigid-stop, predictability or small-deflection."
+        ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
@@ -104,6 +106,19 @@ def refine(
     if study is not None and scenario != "paper":
         raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
     shown = [] if study else [scenario]
+    if study == "small-deflection":
+        refused = {
+            **texts,
+            "quantity": quantities,
+            "within": within,
+            "set": changes,
+            "predictability": predictability,
+        }
+        refused |= {"scheduler": scheduler, "timeout": timeout}
+        for name in (name for name, value in refused.items() if value not in (None, [], False)):
+            raise InputError(f"--{name} together with --study {study}: does not apply")
+        _map_small_deflection(out, workers)
+        return
     if predictability or study == "predictability":
         refused = {**texts, "quantity": quantities, "within": within, "set": changes if study else []}
         for name in (name for name, value in refused.items() if value not in (None, [])):
@@ -142,6 +157,18 @@ def _predict(
         result = predictability(
             scenario or predictability_cases(), name=name, command=repeat, on_progress=show, **how
         )
+    for line in [*lines(result), f"report: {result.report}"]:
+        print_line(line)
+
+
+def _map_small_deflection(out: Path, workers: int | None) -> None:
+    """Hold the floating frame against the exact beam."""
+    from validation.absolute.small_deflection import lines, small_deflection
+    from validation.report.provenance import command_line
+
+    repeat = command_line("refine", study="small-deflection", out=out, workers=workers)
+    with counting_bar("small-deflection") as show:
+        result = small_deflection(out=out, workers=workers, command=repeat, on_progress=show)
     for line in [*lines(result), f"report: {result.report}"]:
         print_line(line)
 

@@ -91,8 +91,9 @@ def test_a_transition_of_slip_is_located_where_the_slip_velocity_vanishes(rough)
 def test_rebound_of_a_stiff_bar_with_friction_is_the_closed_form():
     """A rigid bar that pivots loads the spring against friction and is unloaded with it.
 
-    With the angle phi of slope and bar the arm of the contact force is cos(phi) + mu sin(phi) while slip goes one way
-    and cos(phi) - mu sin(phi) on the way back; the spring gives back what it took, so
+    With the angle phi of slope and bar the arm of the contact force is cos(phi) + mu sin(phi) while slip goes one
+    way
+    and cos(phi) - mu sin(phi) the other; the spring gives back what it took, so
     w1/w0 = sqrt((cos phi - mu sin phi)/(cos phi + mu sin phi)) (reference 6i). Reversal is at the deepest point.
     """
     words = ["contact.normal=spring", "contact.stiffness=1e4", "contact.friction=hybrid", "contact.mu_kinetic=0.2"]
