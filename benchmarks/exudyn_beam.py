@@ -3,6 +3,7 @@
     python benchmarks/exudyn_beam.py [RUNS]     time the chosen configurations
     python benchmarks/exudyn_beam.py --scan     convergence scan over elements and steps
     python benchmarks/exudyn_beam.py --limit    recompute the converged impulses
+    python benchmarks/exudyn_beam.py --limit 1e5    the same, and the other contacts, for another stiffness (N/m)
 
 Exudyn (optional: pip install exudyn) marches 2D ANCF cable elements (extensible, geometrically exact,
 Bernoulli-Euler) for 1 s. The frame is turned so that the slope is horizontal: the stop then acts on one
@@ -68,6 +69,8 @@ class Configuration:
         Relative and absolute (N).
     reduced_quadrature : bool
         Fewer Gauss points in the elements.
+    stiffness : float
+        Of the stop (N/m).
     """
 
     name: str
@@ -79,6 +82,7 @@ class Configuration:
     end_time: float = END_TIME
     newton_tolerances: tuple[float, float] = (1e-3, 1e-3)
     reduced_quadrature: bool = True
+    stiffness: float = STIFFNESS
 
     def segments(self) -> list[tuple[float, float]]:
         """Return ends of segments and their steps (s)."""
@@ -190,7 +194,7 @@ def build(configuration: Configuration, record: bool) -> tuple[Any, Any, int | N
     state = system.AddNode(items.NodeGenericData(initialCoordinates=[-touch], numberOfDataCoordinates=1))
     system.AddObject(
         items.ObjectContactCoordinate(
-            markerNumbers=[ground, tip], nodeNumber=state, contactStiffness=STIFFNESS, offset=touch
+            markerNumbers=[ground, tip], nodeNumber=state, contactStiffness=configuration.stiffness, offset=touch
         )
     )
     sensor = None
@@ -279,20 +283,24 @@ def march(configuration: Configuration, record: bool = False) -> Run:
     return Run(finish - start, processor, finish - begin, history[:, 0], history[:, 2] - touch)
 
 
-def impulses(run: Run) -> Impulses:
+def impulses(run: Run, stiffness: float = STIFFNESS, end: float = 0.331) -> Impulses:
     """Integrate the stop's force, whose kinks lie where the gap vanishes.
 
     Parameters
     ----------
     run : Run
         With a record.
+    stiffness : float
+        Of the stop (N/m).
+    end : float
+        End of the first collision (s) or later.
 
     Returns
     -------
     Impulses
         NaN where nothing was touched or released.
     """
-    force = STIFFNESS * np.maximum(0.0, -run.gap)
+    force = stiffness * np.maximum(0.0, -run.gap)
     switched = np.flatnonzero((run.gap[1:] < 0.0) != (run.gap[:-1] < 0.0))
     before, after = run.gap[switched], run.gap[switched + 1]
     switches = run.time[switched] + (run.time[switched + 1] - run.time[switched]) * before / (before - after)
@@ -302,7 +310,7 @@ def impulses(run: Run) -> Impulses:
     order = np.argsort(times, kind="stable")
     times, force = times[order], np.concatenate([force, np.zeros(switches.size)])[order]
     running = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(times))])
-    begin, release, last = np.interp([switches[0], switches[1], 0.331], times, running)
+    begin, release, last = np.interp([switches[0], switches[1], end], times, running)
     return Impulses(float(release - begin), float(last - begin), float(force.max()), switches)
 
 
@@ -381,10 +389,12 @@ def scan(radii: Iterable[float] = (0.9, 1.0)) -> None:
                 print(" ", numbers, *(whole_motion(Configuration("", *key, each, radius)) for each in WINDOWS))
 
 
-def limit() -> None:
-    """Print the impulses of fine meshes and steps."""
-    for n, step in ((24, 2e-6), (32, 2e-6), (32, 1e-6), (48, 2e-6), (48, 1e-6), (64, 2e-6)):
-        found = impulses(march(replace(LIMIT, elements=n, contact_step=step), record=True))
+def limit(stiffness: float = STIFFNESS) -> None:
+    """Print the impulses of fine meshes and steps; the first collision with other stops ends by 0.345 s."""
+    end = 0.331 if stiffness == STIFFNESS else 0.345
+    fine = replace(LIMIT, stiffness=stiffness, end_time=end, windows=((0.317, end),))
+    for n, step in ((24, 2e-6), (32, 2e-6), (32, 1e-6), (48, 2e-6), (48, 1e-6), (64, 2e-6), (64, 1e-6)):
+        found = impulses(march(replace(fine, elements=n, contact_step=step), record=True), stiffness, end)
         print(
             f"{n:3d} elements, {step:.0e} s: first contact {found.first_contact:.7f} N s, "
             f"collision {found.first_collision:.7f} N s, peak {found.peak_force:.2f} N, "
@@ -401,7 +411,7 @@ def main(arguments: list[str]) -> None:
     if "--scan" in arguments:
         scan()
     elif "--limit" in arguments:
-        limit()
+        limit(*map(float, arguments[arguments.index("--limit") + 1 :]))
     else:
         runs = int(arguments[0]) if arguments else 7
         print(

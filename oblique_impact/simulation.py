@@ -29,6 +29,7 @@ from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.problem import beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
+from oblique_impact.scenario.user_defined import discretization
 
 ProgressCallback = Callable[[Status], None]
 
@@ -62,6 +63,10 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
     require_scenario(scenario, "simulate")
+    # a discretization may bring its own mechanics, and marches itself
+    own = getattr(discretization(scenario.discretization.method), "simulate", None)
+    if own is not None:
+        return _finished(own(scenario, on_progress))
     beam = beam_of(scenario)
     problem = beam_problem(beam)
     record, wall = _march(problem, on_progress)

@@ -65,7 +65,10 @@ def refine(
     ] = False,
     study: Annotated[
         str | None,
-        typer.Option(help="A shipped study: elements, steps, remedies, grading, rigid-stop or predictability."),
+        typer.Option(
+            help="A shipped study: elements, steps, remedies, grading, rigid-stop, predictability or "
+            "small-deflection."
+        ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
     changes: SetOption = None,
@@ -83,6 +86,9 @@ def refine(
     texts = levels_by_axis(elements, modes, steps, stiffness, tolerances)
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
     given: dict[str, Any] = {"study": study, **texts, "quantity": quantities, "within": within, "set": changes}
+    if study == "small-deflection":
+        _map_small_deflection(scenario, {**given, "predictability": predictability}, how)
+        return
     if predictability or study == "predictability":
         _predict(scenario, predictability, given, how)
         return
@@ -124,11 +130,8 @@ def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any
 
     study, changes = given["study"], given["set"]
     asked = "--predictability" if own else "--study predictability"
-    allowed = ("set",) if own else ("study",)
-    for name, value in given.items():
-        if value and name not in allowed:
-            option = f"--{name} {value}" if name == "study" else f"--{name}"
-            raise InputError(f"{option} together with {asked}: does not apply")
+    allowed = "set" if own else "study"
+    _refuse({name: value for name, value in given.items() if name != allowed}, asked)
     base = _refined(scenario, study, changes)
     repeat = command_line(
         "refine", *([scenario] if own else []), predictability=own, study=study, set=changes, **how
@@ -138,6 +141,29 @@ def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any
         result = predictability(base or predictability_cases(), name=name, command=repeat, on_progress=show, **how)
     for line in [*lines(result), f"report: {result.report}"]:
         print_line(line)
+
+
+def _map_small_deflection(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> None:
+    """Hold the floating frame against the exact beam."""
+    from validation.absolute.small_deflection import lines, small_deflection
+    from validation.report.provenance import command_line
+
+    _refined(scenario, given.pop("study"), None)
+    out, workers = how.pop("out"), how.pop("workers")
+    _refuse({**given, **how}, "--study small-deflection")
+    repeat = command_line("refine", study="small-deflection", out=out, workers=workers)
+    with counting_bar("small-deflection") as show:
+        result = small_deflection(out=out, workers=workers, command=repeat, on_progress=show)
+    for line in [*lines(result), f"report: {result.report}"]:
+        print_line(line)
+
+
+def _refuse(options: dict[str, Any], asked: str) -> None:
+    """Raise InputError for the first option that is given, besides what was asked for."""
+    for name, value in options.items():
+        if value:
+            option = f"--{name} {value}" if name == "study" else f"--{name}"
+            raise InputError(f"{option} together with {asked}: does not apply")
 
 
 def reproduce(

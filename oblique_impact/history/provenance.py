@@ -134,7 +134,12 @@ def _module(part: Any) -> str:
 
 
 def part_digest(part: Any) -> str:
-    """Return the digest of a class or module: of its file, or of its source or functions if it has no file."""
+    """Return the digest of a class or module: of its file, or of its source or functions if it has no file.
+
+    Of a package it is that of all its files.
+    """
+    if hasattr(part, "__path__"):
+        return source_digest((part.__name__,))
     module = sys.modules.get(_module(part))
     try:
         source = inspect.getsource(part if module is None or module.__name__ == "__main__" else module)

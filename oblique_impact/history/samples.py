@@ -10,6 +10,7 @@ import numpy as np
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
 from oblique_impact.beam.section_forces import Motion, fields_along
+from oblique_impact.beam.small_deflection import deflection_warnings
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
@@ -117,10 +118,7 @@ def warnings_of(beam: Beam, variables: Mapping[str, Array], events: Sequence[flo
     """Say where the model leaves its range of validity; `events` are the times (s) of the transitions."""
     deflection = variables["uy"]
     largest = float(max(np.max(deflection), -np.min(deflection)))
-    said = slope_warnings(beam.scenario, variables, events)
-    if largest > 0.1 * beam.scenario.beam.length:
-        said.append(
-            f"largest deflection {largest:.3g} m is more than a tenth of the length: "
-            "the small-deflection model is stretched beyond its range"
-        )
-    return said
+    return [
+        *slope_warnings(beam.scenario, variables, events),
+        *deflection_warnings(beam.scenario, largest),
+    ]

@@ -25,8 +25,15 @@ TABLE = "derived"
 DERIVED: dict[str, Callable[[ScenarioKeys], Any]] = {
     "contact.point": lambda s: s.beam.length,
     "discretization.frame": lambda s: "mean-axis" if s.is_nodal else "tangent",
-    "solver.scheme": lambda s: "generalized-alpha" if s.is_nodal else "event",
+    "solver.scheme": lambda s: _own_scheme(s),
 }
+
+
+def _own_scheme(s: ScenarioKeys) -> str:
+    """Return the scheme of a discretization that does not name one."""
+    if s.is_absolute:
+        return "energy-consistent"
+    return "generalized-alpha" if s.is_nodal else "event"
 
 
 def derived_values(scenario: ScenarioKeys) -> dict[str, Any]:
@@ -91,7 +98,7 @@ def check(scenario: ScenarioKeys) -> None:
 def _values_per_sample(s: ScenarioKeys) -> int:
     """Count the numbers of one sample in memory: states and accelerations, results at 33 stations, scalars."""
     d = s.discretization
-    shapes = d.modes or 2 * d.elements
+    shapes = 6 * d.elements if s.is_absolute else d.modes or 2 * d.elements
     return 3 * (shapes + 1) + 8 * 33 + 60
 
 
@@ -112,6 +119,10 @@ def _build_parts(s: ScenarioKeys) -> None:
 
 def _is_modal(s: ScenarioKeys) -> bool:
     return s.discretization.method == "modal"
+
+
+def _has_mesh(s: ScenarioKeys) -> bool:
+    return s.discretization.method in ("fem", "absolute")
 
 
 def _root_is_moved(s: ScenarioKeys) -> bool:
@@ -273,6 +284,46 @@ _NODAL = (
     ),
 )
 
+#: what the beam in absolute coordinates does not have
+_EXACT, _OTHERS = "the beam in absolute coordinates", 'discretization.method = "fem" takes it'
+_ABSOLUTE = (
+    Rule(
+        "contact.normal",
+        f'{_EXACT} meets an elastic stop only: contact.normal = "spring", as stiff as need be',
+        lambda s, law: s.is_absolute and s.contact.enabled and law != "spring",
+    ),
+    Rule(
+        "contact.friction",
+        f'{_EXACT} takes "frictionless" or "hybrid"',
+        lambda s, law: s.is_absolute and law not in ("frictionless", "hybrid"),
+    ),
+    Rule(
+        "contact.shortening",
+        f"{_EXACT} has no contact point without its shortening; leave this key out",
+        lambda s, shortening: s.is_absolute and not shortening,
+    ),
+    Rule(
+        "beam.mass_proportional beam.modal_damping_ratio",
+        f"{_EXACT} has no frame or modes that would move without it; use beam.kelvin_voigt",
+        lambda s, damping: s.is_absolute and damping > 0.0,
+    ),
+    Rule(
+        "root.hub_radius",
+        f"{_EXACT} turns with a hub of radius 0; a driven root may have a radius; {_OTHERS}",
+        lambda s, radius: s.is_absolute and s.root.kind == "hub" and radius > 0.0,
+    ),
+    Rule(
+        "solver.scheme",
+        f'{_EXACT} is marched by "energy-consistent" only, which is the default',
+        lambda s, scheme: s.is_absolute and scheme != "energy-consistent",
+    ),
+    Rule(
+        "solver.scheme",
+        'only with discretization.method = "absolute"',
+        lambda s, scheme: not s.is_absolute and scheme == "energy-consistent",
+    ),
+)
+
 _DISCRETIZATION = (
     Rule(
         "discretization.grading",
@@ -292,7 +343,7 @@ _DISCRETIZATION = (
     Rule(
         "discretization.elements",
         "should be at least 2 with a contact point inside the span",
-        lambda s, elements: s.discretization.method == "fem" and elements < 2 and s.contact.point < s.beam.length,
+        lambda s, elements: _has_mesh(s) and elements < 2 and s.contact.point < s.beam.length,
     ),
     Rule(
         "discretization.modes",
@@ -307,8 +358,8 @@ _DISCRETIZATION = (
     ),
     Rule(
         "discretization.nodes",
-        'only with discretization.method = "fem"',
-        lambda s, nodes: bool(nodes) and s.discretization.method != "fem",
+        'only with discretization.method = "fem" or "absolute"',
+        lambda s, nodes: bool(nodes) and not _has_mesh(s),
     ),
     Rule(
         "discretization.elements",
@@ -350,4 +401,14 @@ _SOLVER = (
 )
 
 #: in the order in which they are asked: each may rely on those before it
-RULES: tuple[Rule, ...] = (*_ROOT, *_BEAM, *_SLOPE, *_CONTACT, *_MASSLESS, *_NODAL, *_DISCRETIZATION, *_SOLVER)
+RULES: tuple[Rule, ...] = (
+    *_ROOT,
+    *_BEAM,
+    *_SLOPE,
+    *_CONTACT,
+    *_MASSLESS,
+    *_NODAL,
+    *_ABSOLUTE,
+    *_DISCRETIZATION,
+    *_SOLVER,
+)

@@ -17,6 +17,8 @@ MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
 #: keys that may name a user-defined part, and their sections
 PARTS = {"friction": "contact", "normal": "contact", "impact": "contact", "profile": "root", "scheme": "solver"}
+#: built-in schemes; the last is that of absolute coordinates, and of nothing else
+SCHEMES = ("event", "fixed-step", "generalized-alpha", "energy-consistent")
 
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
@@ -138,7 +140,9 @@ class DiscretizationSection(Section):
     """How the beam becomes a finite number of coordinates."""
 
     method: Annotated[str, Choice("discretizations")] = key(
-        "modal", "assumed modes (`modal`), Hermite finite elements (`fem`), or a user-defined discretization"
+        "modal",
+        "assumed modes (`modal`), Hermite finite elements (`fem`), a geometrically exact beam in absolute "
+        "coordinates (`absolute`, which has neither `kinetics` nor `modes`), or a user-defined discretization",
     )
     frame: Literal["tangent", "mean-axis"] = key(
         "tangent",
@@ -175,16 +179,16 @@ class DiscretizationSection(Section):
 class SolverSection(Section):
     """How time is marched."""
 
-    scheme: Annotated[str, Choice("integrators", ("event", "fixed-step", "generalized-alpha"))] = key(
+    scheme: Annotated[str, Choice("integrators", SCHEMES)] = key(
         "event",
         "adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of "
-        "the full nodal model), or a user-defined one",
+        "the full nodal model), energy-consistent (that of absolute coordinates), or a user-defined one",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = key(
-        1e-10, "relative tolerance of a step (event), of the iterations (generalized-alpha)"
+        1e-10, "relative tolerance of a step (event), of the iterations (generalized-alpha, energy-consistent)"
     )
-    free_step: Annotated[Positive, Unit("s")] = key(1e-4, "step in flight (fixed-step, generalized-alpha)")
-    contact_step: Annotated[Positive, Unit("s")] = key(1e-6, "step in contact (fixed-step, generalized-alpha)")
+    free_step: Annotated[Positive, Unit("s")] = key(1e-4, "step in flight (all but event)")
+    contact_step: Annotated[Positive, Unit("s")] = key(1e-6, "step in contact (all but event)")
     rho_infinity: Annotated[float, Field(ge=0.0, le=1.0)] = key(
         0.8, "spectral radius of generalized-alpha at infinite frequency"
     )
@@ -237,6 +241,11 @@ class ScenarioKeys(Section):
     def is_nodal(self) -> bool:
         """Whether the full nodal model is marched: finite elements, nothing reduced."""
         return self.discretization.method == "fem" and self.discretization.modes == 0
+
+    @property
+    def is_absolute(self) -> bool:
+        """Whether the beam is in absolute coordinates, with mechanics of its own."""
+        return self.discretization.method == "absolute"
 
     @property
     def initial_gap(self) -> float:

@@ -27,7 +27,8 @@ from oblique_impact.scenario.messages import one_of
 T = TypeVar("T")
 
 #: kinds of parts and the class of each part, as "module:class"; a discretization is a module with
-#: ``build_operators(scenario) -> BeamOperators`` and ``spectrum(scenario) -> SpinningBeam``
+#: ``build_operators(scenario) -> BeamOperators`` and ``spectrum(scenario) -> SpinningBeam``, or, with mechanics of
+#: its own, ``simulate(scenario, on_progress) -> History`` in place of the first
 KINDS = {
     "friction_laws": "oblique_impact.contact.friction:FrictionLaw",
     "contact_laws": "oblique_impact.contact.stops:ContactLaw",

@@ -43,7 +43,7 @@ def test_reference_page_has_every_key_and_every_rule(extension):
         ["``modes``", "1", "whole number, ≥ 0, ≤ 100", "``2``"],
         ["``enabled``", "–", "``true``, ``false``", "``true``", "whether the slope is there at all"],
         ["``point``", "m", "number, > 0", "not given"],
-        ["``method``", "–", '``"fem"``, ``"modal"``', '``"modal"``'],
+        ["``method``", "–", '``"absolute"``, ``"fem"``, ``"modal"``', '``"modal"``'],
         ["``root.inertia``, ``root.torque``", 'only with root.kind = "hub" (it is "…")'],
         ["``beam.modal_damping_ratio``", r"the full nodal model has no modes to damp; use beam.kelvin\_voigt"],
     ]:

@@ -28,6 +28,8 @@ INSTEAD = "or keep modes: discretization.modes >= 1"
 MARCHED = "the full nodal model (discretization.modes = 0) is marched"
 
 #: key that is refused, changes of the paper's case, what is allowed
+ABSOLUTE = "discretization.method=absolute contact.normal=spring"
+EXACT = "the beam in absolute coordinates"
 REFUSED = [
     ("root.inertia", "root.inertia=1", ON_HUB),
     ("root.inertia", f"{DRIVEN} root.inertia=1", 'only with root.kind = "hub" (it is "driven")'),
@@ -140,7 +142,50 @@ REFUSED = [
         "discretization.mesh=beam.msh",
         "is read with a scenario file or by --set; give discretization.nodes",
     ),
-    ("discretization.nodes", "discretization.nodes=[0,0.5,1]", 'only with discretization.method = "fem"'),
+    (
+        "discretization.nodes",
+        "discretization.nodes=[0,0.5,1]",
+        'only with discretization.method = "fem" or "absolute"',
+    ),
+    (
+        "contact.normal",
+        "discretization.method=absolute",
+        f'{EXACT} meets an elastic stop only: contact.normal = "spring", as stiff as need be',
+    ),
+    (
+        "contact.friction",
+        f"{ABSOLUTE} contact.friction=modified-coulomb",
+        f'{EXACT} takes "frictionless" or "hybrid"',
+    ),
+    (
+        "contact.shortening",
+        f"{ABSOLUTE} contact.shortening=false",
+        f"{EXACT} has no contact point without its shortening; leave this key out",
+    ),
+    *(
+        (
+            f"beam.{key}",
+            f"{ABSOLUTE} beam.{key}=0.1",
+            f"{EXACT} has no frame or modes that would move without it; use beam.kelvin_voigt",
+        )
+        for key in ("mass_proportional", "modal_damping_ratio")
+    ),
+    (
+        "root.hub_radius",
+        f"{ABSOLUTE} root.kind=hub root.hub_radius=0.1",
+        f"{EXACT} turns with a hub of radius 0; a driven root may have a radius; "
+        'discretization.method = "fem" takes it',
+    ),
+    (
+        "solver.scheme",
+        f"{ABSOLUTE} solver.scheme=event",
+        f'{EXACT} is marched by "energy-consistent" only, which is the default',
+    ),
+    (
+        "solver.scheme",
+        "solver.scheme=energy-consistent",
+        'only with discretization.method = "absolute"',
+    ),
     (
         "discretization.elements",
         f"{MESH} discretization.elements=3",

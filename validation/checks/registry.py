@@ -47,6 +47,7 @@ _ORDER = (
     "frames",
     "orders",
     "exact_geometry",
+    "absolute",
 )
 
 

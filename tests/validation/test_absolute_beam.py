@@ -1,0 +1,274 @@
+"""The geometrically exact beam itself: strains, tangents, statics, steps, conservation, literature problems."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
+
+from validation.absolute import ElasticSections, ExactBeam, Stage, advance, equilibrium
+from validation.absolute.beam import BANDWIDTH, strains
+
+EI = 541.27
+#: a slender beam of unit length: radius of gyration 1e-4
+SLENDER = ElasticSections.uniform(EI / 1e-8, 0.4 * EI / 1e-8, EI, 0.87)
+#: Simo and Vu-Quoc's flying rod (1986, Part II): E A = G A = 1e4, E I = 500, rho A = 1, rho I = 10, length 10
+FLYING = ElasticSections.uniform(1e4, 1e4, 500.0, 1.0, 10.0)
+UNEVEN = np.array([0.0, 0.1, 0.35, 0.6, 1.0])
+
+
+def beam(elements: int = 8, sections: ElasticSections = SLENDER, length: float = 1.0) -> ExactBeam:
+    return ExactBeam(np.linspace(0.0, length, elements + 1), sections)
+
+
+def shaken(b: ExactBeam, size: float, seed: int) -> np.ndarray:
+    return b.straight(0.4) + size * np.random.default_rng(seed).normal(size=b.size)
+
+
+def product(band: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Product of a banded matrix with a vector, from the definition of its storage."""
+    dense = np.zeros((v.size, v.size))
+    for i in range(v.size):
+        for j in range(max(0, i - BANDWIDTH), min(v.size, i + BANDWIDTH + 1)):
+            dense[i, j] = band[BANDWIDTH + i - j, j]
+    return dense @ v
+
+
+@pytest.mark.parametrize(("extension", "shear"), [(0.1, 0.0), (0.0, 0.2), (-0.05, 0.3)])
+def test_patch_of_constant_strain(extension, shear):
+    """On an uneven mesh: the strain is the constant one, and only the ends feel a force."""
+    b = ExactBeam(UNEVEN, SLENDER)
+    turn = np.exp(0.7j)
+    r = turn * (1.0 + extension + 1j * shear) * b.x
+    q = np.stack([r.real, r.imag, np.full(b.x.size, 0.7)], axis=1).ravel()
+    found = strains(b.fields(q))
+    assert np.abs(found - (extension + 1j * shear)).max() < 1e-13
+    forces = b.static_forces(q).forces
+    expected = turn * (EI / 1e-8 * extension + 0.4j * EI / 1e-8 * shear)
+    assert forces[-3] + 1j * forces[-2] == pytest.approx(expected, rel=1e-10)
+    assert np.abs(forces.reshape(-1, 3)[1:-1, :2]).max() < 1e-10 * abs(expected)
+
+
+def test_patch_of_constant_curvature():
+    """Nodes on a circle with the rotations of its sections: no forces, to the order of the elements."""
+    errors = []
+    for elements in (4, 8, 16):
+        b = beam(elements, ElasticSections.uniform(1e6, 1e6, EI, 1.0))
+        r = (np.exp(1.2j * b.x) - 1.0) / 1.2j
+        q = np.stack([r.real, r.imag, 1.2 * b.x], axis=1).ravel()
+        assert np.abs(b.fields(q).curvature - 1.2).max() < 1e-13
+        errors.append(np.abs(strains(b.fields(q))).max())
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all((orders > 2.9) & (orders < 3.1))
+    assert errors[-1] < 4e-6
+
+
+def test_rigid_motion_changes_no_strain():
+    """Turned by a thousand radians and moved by a kilometre: energy and resultants stay, forces turn along."""
+    b = beam(6, FLYING, 10.0)
+    q, v = shaken(b, 0.1, 1), np.zeros(b.size)
+    moved = q.reshape(-1, 3).copy()
+    z = np.exp(1000j) * (moved[:, 0] + 1j * moved[:, 1]) + 1e3 * (1.0 - 2.0j)
+    turned = np.stack([z.real, z.imag, moved[:, 2] + 1000.0], axis=1).ravel()
+    assert b.elastic_energy(turned) == pytest.approx(float(b.elastic_energy(q)), rel=1e-10)
+    for a, c in zip(b.resultants(q, v), b.resultants(turned, v), strict=True):
+        assert np.abs(a - c).max() < 1e-8 * np.abs(a).max()
+    before, after = (b.static_forces(p).forces.reshape(-1, 3) for p in (q, turned))
+    expected = np.exp(1000j) * (before[:, 0] + 1j * before[:, 1])
+    assert np.abs(after[:, 0] + 1j * after[:, 1] - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_forces_of_a_step_do_the_work_of_the_strain_energy():
+    b = beam(5, FLYING, 10.0)
+    for size, turn in ((1e-3, 1e-4), (0.3, 0.5), (1.0, 3.0)):
+        q0, q1 = shaken(b, 0.5, 2), shaken(b, 0.5, 2) + turn * shaken(b, size, 3)
+        work = b.step_forces(q0, q1).forces @ (q1 - q0)
+        gain = b.elastic_energy(q1) - b.elastic_energy(q0)
+        assert work == pytest.approx(float(gain), abs=1e-13 * float(b.elastic_energy(q0) + b.elastic_energy(q1)))
+
+
+@pytest.mark.parametrize("turn", [1e-4, 0.5])
+@pytest.mark.parametrize("relaxation", [0.0, 0.3])
+def test_tangent_of_a_step_is_the_derivative_of_its_forces(turn, relaxation):
+    b = beam(3, FLYING, 10.0)
+    q0 = shaken(b, 0.3, 4)
+    q1 = q0 + turn * np.random.default_rng(5).normal(size=b.size)
+    direction, step = np.random.default_rng(6).normal(size=b.size), 1e-5
+    ahead, behind = (b.step_forces(q0, q1 + s * step * direction, relaxation).forces for s in (1, -1))
+    exact = product(b.step_forces(q0, q1, relaxation).tangent, direction)
+    assert np.abs(exact - (ahead - behind) / (2 * step)).max() < 1e-8 * np.abs(exact).max()
+
+
+def test_static_tangent_is_symmetric_and_the_derivative_of_the_forces():
+    b = beam(3, FLYING, 10.0)
+    q, step = shaken(b, 0.3, 7), 1e-5
+    directions = np.random.default_rng(8).normal(size=(2, b.size))
+    products = [product(b.static_forces(q).tangent, d) for d in directions]
+    assert directions[0] @ products[1] == pytest.approx(directions[1] @ products[0], rel=1e-12)
+    ahead, behind = (b.static_forces(q + s * step * directions[0]).forces for s in (1, -1))
+    assert np.abs(products[0] - (ahead - behind) / (2 * step)).max() < 1e-8 * np.abs(products[0]).max()
+
+
+def test_newton_converges_quadratically():
+    """Each increment is of the order of the square of the one before, down to rounding."""
+    b = beam(8, ElasticSections.uniform(1e4, 1e4, 100.0, 1.0, 1.0))
+    load = np.zeros(b.size)
+    load[-2] = 30.0
+    _, increments = equilibrium(b, b.straight(0.0), load, 3, tolerance=1e-13)
+    assert len(increments) > 3
+    for before, after in pairwise(increments[1:]):
+        assert after < 20.0 * before**2 + 1e-13, increments
+    assert increments[-1] < 1e-13
+    b = beam(8, FLYING, 10.0)
+    start = Stage(shaken(b, 0.05, 9), np.random.default_rng(10).normal(size=b.size))
+    found = advance(b, start, 0.1, np.zeros(b.size), held=np.zeros(0)).increments
+    assert found[-1] < 1e-10
+    assert found[-1] < 10.0 * found[-2] ** 2 + 1e-14
+
+
+# --- statics
+
+
+@pytest.mark.parametrize("elements", [2, 8])
+def test_cantilever_is_rolled_up_by_an_end_moment(elements):
+    """M = 2 pi E I/L bends it into a full circle: the tip is back at the root (Simo and Vu-Quoc 1986)."""
+    b, load = beam(elements), np.zeros(elements * 6 + 3)
+    q = b.straight(0.0)
+    for part in np.arange(1, 11) / 10:
+        load[-1] = 2.0 * np.pi * EI * part
+        q, _ = equilibrium(b, q, load, 3)
+    assert np.abs(q[-3:] - [0.0, 0.0, 2.0 * np.pi]).max() < 1e-9
+
+
+def elastica(load: float) -> tuple[float, float, float]:
+    """Deflection, place and slope of the tip of an inextensible cantilever of unit length, load P L^2/E I.
+
+    Elliptic integrals of the modulus p, 2 p^2 = 1 + sin(slope) (Bisshopp and Drucker, Quart. Appl. Math. 3, 1945).
+    """
+    root = np.sqrt(load)
+
+    def amplitude(p: float) -> float:
+        return float(np.arcsin(1.0 / (p * np.sqrt(2.0))))
+
+    p = brentq(
+        lambda p: ellipk(p**2) - ellipkinc(amplitude(p), p**2) - root,
+        np.sqrt(0.5) + 1e-12,
+        1.0 - 1e-12,
+        xtol=1e-15,
+    )
+    deflection = 1.0 - 2.0 / root * (ellipe(p**2) - ellipeinc(amplitude(p), p**2))
+    slope = float(np.arcsin(2.0 * p**2 - 1.0))
+    return float(deflection), float(np.sqrt(2.0 * (2.0 * p**2 - 1.0)) / root), slope
+
+
+def bent(elements: int, load: float) -> np.ndarray:
+    b = beam(elements)
+    q, forces = b.straight(0.0), np.zeros(b.size)
+    for part in np.arange(1, 9) / 8:
+        forces[-2] = load * EI * part
+        q, _ = equilibrium(b, q, forces, 3)
+    return q[-3:]
+
+
+def test_elastica_by_elliptic_integrals_is_the_published_one():
+    """Mattiasson, Int. J. Numer. Meth. Engng 17 (1981), pp. 145-153, P L^2/E I = 10, to its 5 decimals."""
+    deflection, place, slope = elastica(10.0)
+    assert (deflection, 1.0 - place, slope) == pytest.approx((0.81061, 0.55500, 1.43029), abs=6e-6)
+
+
+def test_elastica_and_the_order_in_the_mesh():
+    """Slender, so that extension (1e-8) and shear are nothing; nodes of these elements converge like h^4."""
+    deflection, place, slope = elastica(4.0)
+    errors = []
+    for elements in (4, 8, 16):
+        x, y, angle = bent(elements, 4.0)
+        errors.append(max(abs(x - place), abs(y - deflection), abs(angle - slope)))
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all((orders > 3.6) & (orders < 4.4)), (errors, orders)
+    assert errors[-1] < 5e-7
+
+
+def test_frequencies_of_the_slender_hinged_beam():
+    """Small vibrations about the straight beam: roots of tan b = tanh b, reference 1.2."""
+    from validation.reference_values import VALUES
+
+    b = beam(24, ElasticSections.uniform(EI / 1e-6, 10.0 * EI / 1e-6, EI, 0.87, 0.87e-6))
+    size, tangent = b.size, b.static_forces(b.straight(0.3)).tangent
+    K = np.array([product(tangent, e) for e in np.eye(size)]).T[2:, 2:]
+    M = b.M.toarray()[2:, 2:]
+    squares = eigh(K, M, eigvals_only=True, subset_by_index=(0, 3))
+    assert abs(squares[0]) < 1.0
+    computed = (squares[1:] * 0.87 / EI) ** 0.25
+    assert computed == pytest.approx(VALUES["1.2"][:3], rel=1e-4)
+
+
+# --- dynamics
+
+
+def flight(elements: int, length: float, end: float) -> tuple[ExactBeam, list[Stage]]:
+    """Simo and Vu-Quoc's flying rod: from (6, 0) to (0, 8), pushed and turned at its lower end for 2.5 s."""
+    b = beam(elements, FLYING, 10.0)
+    q = b.straight(np.pi - np.arctan2(8.0, 6.0))
+    q[0::3] += 6.0
+    stages, load = [Stage(q, np.zeros(b.size))], np.zeros(b.size)
+    for k in range(round(end / length)):
+        load[0], load[2] = (8.0, -80.0) if (k + 0.5) * length < 2.5 else (0.0, 0.0)
+        stages.append(advance(b, stages[-1], length, load, held=np.zeros(0)).stage)
+    return b, stages
+
+
+def test_flying_rod_keeps_energy_and_momentum():
+    """The push of 8 N for 2.5 s moves the 10 kg at 2 m/s, for ever; the energy stays to rounding."""
+    b, stages = flight(10, 0.05, 15.0)
+    free = stages[50:]
+    energy = np.array([b.kinetic_energy(s.v) + b.elastic_energy(s.q) for s in free])
+    assert np.ptp(energy) < 1e-12 * energy[0]
+    momentum = np.array([(b.M @ s.v).reshape(-1, 3)[:, :2].sum(axis=0) for s in free])
+    assert np.abs(momentum - [20.0, 0.0]).max() < 1e-10
+    place = (b.M @ free[-1].q).reshape(-1, 3)[:, :2].sum(axis=0) / 10.0
+    # 3 m at rest, 1/2 a t^2 while it is pushed, 2 m/s afterwards
+    assert place == pytest.approx([3.0 + 0.5 * 0.8 * 2.5**2 + 2.0 * 12.5, 4.0], abs=1e-9)
+
+
+def test_angular_momentum_of_the_flying_rod_drifts_like_the_square_of_the_step():
+    spans = []
+    for length in (0.05, 0.025, 0.0125):
+        b, stages = flight(10, length, 10.0)
+        turning = np.array([b.angular_momentum(s.q, s.v) for s in stages[round(2.5 / length) :]])
+        spans.append(np.ptp(turning) / abs(turning[0]))
+    orders = np.log2(np.divide(spans[:-1], spans[1:]))
+    assert np.all((orders > 1.6) & (orders < 2.6)), spans
+    assert spans[-1] < 5e-6
+
+
+def test_order_of_the_step_in_time():
+    """A pinned rod falls from the horizontal and bends: its centre of mass in the first second."""
+    b, ends = beam(4, FLYING, 10.0), []
+    for length in (0.01, 0.005, 0.0025, 0.00125):
+        stage, every, places = Stage(b.straight(0.0), np.zeros(b.size)), round(0.02 / length), []
+        for k in range(round(1.0 / length)):
+            stage = advance(b, stage, length, b.weight(9.8), held=np.zeros(2)).stage
+            if (k + 1) % every == 0:
+                places.append((b.M @ stage.q).reshape(-1, 3)[:, :2].sum(axis=0) / 10.0)
+        ends.append(np.array(places))
+    differences = [np.abs(b - a).max() for a, b in pairwise(ends)]
+    order = 0.5 * np.log2(differences[0] / differences[-1])
+    assert 1.85 < order < 2.15, differences
+    assert differences[-1] < 5e-5
+
+
+def test_damping_takes_what_the_energy_loses():
+    b, viscosity, length = beam(6, FLYING, 10.0), 1e-3, 0.02
+    start = stage = Stage(shaken(b, 0.05, 11), np.zeros(b.size))
+    lost = 0.0
+    for _ in range(20):
+        step = advance(b, stage, length, np.zeros(b.size), held=np.zeros(0), viscosity=viscosity)
+        lost += b.damping_loss(stage.q, step.stage.q, viscosity / length)
+        stage = step.stage
+    gone = b.elastic_energy(start.q) - b.elastic_energy(stage.q) - b.kinetic_energy(stage.v)
+    assert lost == pytest.approx(float(gone), rel=1e-9)
+    assert lost > 0.0

@@ -1,0 +1,29 @@
+"""A second mechanics: a plane, geometrically exact beam in absolute coordinates, without a floating frame.
+
+`simulate`         a scenario with this beam, as a history: `discretization.method = "absolute"`
+`ExactBeam`        elements, strains, energies, forces
+`ElasticSections`  stiffnesses and inertias
+`advance`          a step in time, `equilibrium` a state of rest
+`Run`              the loop with its contact states
+`spectrum`         refuses: frequencies are those of the other discretizations
+"""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+from oblique_impact.errors import InputError
+from oblique_impact.scenario.scenario import Scenario
+from validation.absolute.beam import ExactBeam
+from validation.absolute.history import simulate
+from validation.absolute.run import Run
+from validation.absolute.sections import ElasticSections
+from validation.absolute.step import Stage, advance, equilibrium
+
+__all__ = ["ElasticSections", "ExactBeam", "Run", "Stage", "advance", "equilibrium", "simulate", "spectrum"]
+
+
+def spectrum(scenario: Scenario) -> NoReturn:
+    """Raise InputError: this beam is marched, not linearized."""
+    words = 'has no natural frequencies of its own; use "fem" or "modal"'
+    raise InputError(f'discretization.method = "absolute": {words}')

@@ -1,0 +1,209 @@
+"""What a run leaves as a history: the variables of all methods, in the floating frame that the scenario names."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from oblique_impact.beam.clearance import closest, nearest, slope_warnings
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.determinacy import without_limit
+from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.operators import station_points
+from oblique_impact.beam.plausibility import doubts
+from oblique_impact.contact.state import Instant
+from oblique_impact.history.history import History
+from oblique_impact.history.sample_times import ascending
+from oblique_impact.history.samples import Column, Samples
+from oblique_impact.history.summary import summarize
+from oblique_impact.history.variables import dataset
+from oblique_impact.marching.loop import Status
+from oblique_impact.scenario.scenario import Scenario
+from validation.absolute.beam import NODE, Complex, ExactBeam
+from validation.absolute.run import Run
+from validation.absolute.sections import Array, ElasticSections
+
+#: samples that are processed at a time
+_BLOCK = 512
+#: Gauss points through which section forces are read at a station
+_NEAREST = 4
+
+
+def simulate(
+    scenario: Scenario,
+    on_progress: Callable[[Status], None] | None = None,
+    sections: ElasticSections | None = None,
+) -> History:
+    """Run a scenario with the beam in absolute coordinates and return its history, whatever the outcome.
+
+    Coordinates `q` are places (m) and rotation (rad) of the nodes, [x, y, phi] node by node from the root; all
+    other variables mean what they mean for every method: `theta` is the rotation of the first section in the
+    tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections` replace those
+    of the scenario.
+    """
+    run, started = Run(scenario, on_progress, sections), time.perf_counter()
+    run.execute()
+    wall = time.perf_counter() - started
+    return _Frame(run).history(wall)
+
+
+class _Stations(NamedTuple):
+    """Matrices from nodes to values and slopes, and from Gauss points to section forces, at output stations."""
+
+    x: Array
+    values: Array  # (stations, nodes)
+    slopes: Array
+    recovery: Array  # (stations, Gauss points)
+
+
+def stations_of(beam: ExactBeam, x: Array, point: float) -> _Stations:
+    """Read the elements at places x (m).
+
+    Section forces are polynomials through the nearest Gauss points, where they are most accurate, on the near side
+    of the contact point: there the shear force jumps.
+    """
+    values, slopes = np.zeros((2, x.size, beam.x.size))
+    gauss = beam.points.ravel()
+    recovery = np.zeros((x.size, gauss.size))
+    for row, place in enumerate(x):
+        e = max(0, int(np.searchsorted(beam.ends, place * (1.0 - 1e-12))) - 1)
+        nodes = np.arange(2 * e, 2 * e + 3)
+        values[row, nodes], slopes[row, nodes] = _lagrange(beam.x[nodes], place)
+        inboard = place <= point * (1.0 + 1e-12)
+        side = np.flatnonzero((gauss < point) == inboard)
+        chosen = side[np.sort(np.argsort(np.abs(gauss[side] - place), kind="stable")[:_NEAREST])]
+        recovery[row, chosen] = _lagrange(gauss[chosen], place)[0]
+    return _Stations(x, values, slopes, recovery)
+
+
+def _lagrange(nodes: Array, x: float) -> tuple[Array, Array]:
+    """Values and slopes at x of the Lagrange polynomials of some nodes."""
+    values, slopes = np.ones(nodes.size), np.zeros(nodes.size)
+    for k, node in enumerate(nodes):
+        others = np.delete(nodes, k)
+        scale = np.prod(node - others)
+        values[k] = np.prod(x - others) / scale
+        slopes[k] = sum(np.prod(x - np.delete(others, j)) for j in range(others.size)) / scale
+    return values, slopes
+
+
+class _Frame:
+    """The samples of a run, seen from the floating frame of its scenario."""
+
+    def __init__(self, run: Run) -> None:
+        self.run, self.scenario, self.beam = run, run.scenario, run.beam
+        self.q = np.array([sample.stage.q for sample in run.samples])
+        self.v = np.array([sample.stage.v for sample in run.samples])
+        self.time = ascending(np.array([sample.time for sample in run.samples]))
+        s = self.scenario
+        self.sections = Sections.from_scenario(s)
+        self.stations = stations_of(self.beam, station_points(s.beam.length, s.contact.point), s.contact.point)
+
+    def history(self, wall: float) -> History:
+        """Return the history; `wall` is the time of the marching (s)."""
+        s, record, samples = self.scenario, self.run.record, self._samples()
+        variables = {**samples.variables(), **self._at_the_contact(), **self._along()}
+        variables["station"] = self.stations.x
+        summary = summarize(record, samples, wall, macro_gap(s), s)
+        summary["clearance"] = closest(variables, s.beam.length)
+        summary["without_limit"] = list(without_limit(s))
+        events = [event.time for event in record.events]
+        summary["warnings"] = [*doubts(s), *slope_warnings(s, variables, events)]
+        return History(dataset(variables), record.events, summary, s.to_toml(), record.contacts)
+
+    def _samples(self) -> Samples:
+        run = self.run
+        instants = [
+            Instant(*sample.place)._replace(
+                normal_force=sample.normal_force, tangential_force=sample.tangential_force
+            )
+            for sample in run.samples
+        ]
+        quadratures = np.zeros((len(run.samples), len(run.totals)))
+        quadratures[-1] = run.totals
+        state = np.array([int(sample.state) for sample in run.samples], dtype=np.int8)
+        weight = self.beam.weight(self.scenario.gravity)
+        energies = self.beam.kinetic_energy(self.v), self.beam.elastic_energy(self.q), -self.q @ weight
+        none = np.zeros((len(run.samples), 0))
+        return Samples(self.time, self.q, self.v, none, quadratures, state, np.array(instants), *energies)
+
+    @cached_property
+    def frame(self) -> tuple[Array, Array]:
+        """Angle (rad) and angular velocity (rad/s) of the floating frame at the samples."""
+        if self.scenario.discretization.frame == "tangent":
+            return self.q[:, 2], self.v[:, 2]
+        # the mean axis: places have no static moment about the radius, int m (r + x) u_y dx = 0
+        static = (self.beam.M[::NODE, ::NODE] @ (self.beam.radius + self.beam.x)).astype(complex)
+        sums, rates = _complex(self.q) @ static, _complex(self.v) @ static
+        near = self.q[:, 2::NODE].mean(axis=1)
+        theta = near + np.angle(sums * np.exp(-1j * near))
+        return theta, np.imag(sums.conj() * rates) / np.abs(sums) ** 2
+
+    def _displacement(self, weights: Array, x: Array) -> tuple[Complex, Complex]:
+        """Displacements u_x + i u_y (m) and their rates in the frame, of places that `weights` take from nodes."""
+        theta, spin = (values[:, None] for values in self.frame)
+        r = np.exp(-1j * theta) * (_complex(self.q) @ weights.T)
+        rate = np.exp(-1j * theta) * (_complex(self.v) @ weights.T) - 1j * spin * r
+        return r - (self.beam.radius + x), rate
+
+    def _at_the_contact(self) -> dict[str, Column]:
+        node = self.run.slope.node
+        unit = np.eye(1, self.beam.x.size, node)
+        u, _ = self._displacement(unit, self.beam.x[node : node + 1])
+        place, velocity = _complex(self.q)[:, node], _complex(self.v)[:, node]
+        theta, spin = self.frame
+        return {
+            "theta": theta,
+            "theta_dot": spin,
+            "tip_x": place.real,
+            "tip_y": place.imag,
+            "tip_vx": velocity.real,
+            "tip_vy": velocity.imag,
+            "deflection": u[:, 0].imag,
+            "shortening": u[:, 0].real,
+        }
+
+    def _along(self) -> dict[str, Column]:
+        """Results along the beam, each (samples, stations), and the distance from the slope."""
+        t = self.stations
+        u, rate = self._displacement(t.values, t.x)
+        found: dict[str, Column] = {"ux": u.real, "uy": u.imag, "ux_dot": rate.real, "uy_dot": rate.imag}
+        found |= {name: np.empty(u.shape) for name in ("moment", "shear", "axial_force")}
+        for start in range(0, len(self.q), _BLOCK):
+            part = slice(start, start + _BLOCK)
+            for name, values in self._section_forces(part).items():
+                found[name][part] = values
+        modulus = self.sections.fibre_distance(t.x) / self.sections.second_moment(t.x)
+        found["bending_stress"] = modulus * found["moment"]
+        if self.scenario.contact.enabled:
+            slope = self.scenario.slope
+            height, along = slope.offsets
+            turn = np.exp(-1j * slope.angle)
+            z = turn * (_complex(self.q) @ t.values.T) - (along + 1j * height)
+            tangent = turn * (_complex(self.q) @ t.slopes.T)
+            found["clearance"], found["clearance_at"] = nearest(t.x, z, tangent, slope)
+        return found
+
+    def _section_forces(self, part: slice) -> dict[str, Array]:
+        """Moment, its slope along the beam, and the force along the frame's axis, of some samples.
+
+        M' = -Im(conj(r') f) with the force f = exp(i phi) (N + i Q) in the inertial frame; the moment that turns
+        the sections themselves is left out.
+        """
+        q, v, samples = self.q[part], self.v[part], len(self.q[part])
+        found = self.beam.resultants(q, v, self.scenario.beam.kelvin_voigt)
+        fields = self.beam.fields(q)
+        force = np.exp(1j * fields.rotation) * found.force
+        shear = -np.imag(fields.tangent.conj() * force)
+        axial = np.real(np.exp(-1j * self.frame[0][part, None, None]) * force)
+        by_name = {"moment": found.moment, "shear": shear, "axial_force": axial}
+        return {name: f.reshape(samples, -1) @ self.stations.recovery.T for name, f in by_name.items()}
+
+
+def _complex(q: Array) -> Complex:
+    """Places (samples, nodes) as complex numbers."""
+    return q[:, 0::NODE] + 1j * q[:, 1::NODE]

@@ -1,0 +1,331 @@
+"""Marching a scenario: steps, contact states and their transitions, samples, and the balance of energy."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import cached_property
+from math import ceil, copysign
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fem_beam.mesh import beam_mesh
+from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
+from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.state import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.marching import records
+from oblique_impact.marching.equations import Quadratures
+from oblique_impact.marching.loop import Status
+from oblique_impact.problem import NEAR
+from oblique_impact.scenario.scenario import Scenario
+from validation.absolute.beam import ExactBeam
+from validation.absolute.sections import Array, ElasticSections
+from validation.absolute.step import NotConvergedError, Stage, Step, advance
+from validation.absolute.stop import Contact, Place, Slope
+
+#: a guard that has fallen within this part of a step has fallen at its beginning
+_AT_ONCE = 1e-6
+#: so many transitions at one instant are chattering
+_MOST_AT_ONCE = 40
+#: tolerance of Newton's iterations that rounding leaves possible
+_LEAST_TOLERANCE = 1e-12
+_NO_IMPULSE = Impulse(0.0, 0.0, 0.0)
+_REPORT = 0.1  # s of computing between two reports of progress
+
+
+class Sample(NamedTuple):
+    """What is kept of an instant."""
+
+    time: float
+    stage: Stage
+    state: State
+    place: Place
+    normal_force: float
+    tangential_force: float
+
+
+class Phase(NamedTuple):
+    """A contact state; the direction of slip is that of the slip velocity, 0 without friction."""
+
+    state: State
+    direction: float = 0.0
+
+
+def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> ExactBeam:
+    """Discretize the beam of a scenario: nodes as those of its finite elements; `sections` replace its own."""
+    d, length, point = scenario.discretization, scenario.beam.length, scenario.contact.point
+    kinks = sorted({float(x) for table in (scenario.beam.area, scenario.beam.second_moment) for x in _rows(table)})
+    inside = np.array([x for x in kinks if 0.0 < x < length])
+    ends = np.array(d.nodes) if d.nodes else np.sort(beam_mesh(length, d.elements, point, inside, d.grading).p[0])
+    ends[np.argmin(np.abs(ends - point))], ends[-1] = point, length
+    root = scenario.root
+    hub = root.inertia if root.kind == "hub" else 0.0
+    sections = sections or ElasticSections.of(scenario)
+    return ExactBeam(ends, sections, scenario.beam.tip_mass, hub, root.hub_radius)
+
+
+def _rows(table: object) -> list[float]:
+    return [row[0] for row in table] if isinstance(table, tuple) else []
+
+
+class Run:
+    """One run; `execute` marches it, and `samples`, `totals` and `record` hold what it leaves.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.marching.loop.Status` several times a second.
+    sections : ElasticSections, optional
+        In place of those of the scenario.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        on_progress: Callable[[Status], None] | None = None,
+        sections: ElasticSections | None = None,
+    ) -> None:
+        self.scenario, self.beam = scenario, beam_of(scenario, sections)
+        self.record, self.samples = records.Record(), list[Sample]()
+        self.totals = Quadratures(*[0.0] * 7)
+        self._report, self._reported = on_progress or (lambda status: None), -np.inf
+        node = int(np.argmin(np.abs(self.beam.x - scenario.contact.point)))
+        self.slope = Slope.of(scenario, node)
+        self.load = self.beam.weight(scenario.gravity)
+        if scenario.root.kind == "hub":
+            self.load[2] += scenario.root.torque
+        q = self.beam.straight(scenario.initial.angle)
+        self.stage = Stage(q, self.beam.turning(q, scenario.initial_angular_velocity))
+        self.time, self.phase = 0.0, Phase(State.FREE)
+        self._reaction = 0.0
+        self._open: records.OpenContact | None = None
+        self._recent = 0
+        rough = scenario.contact.friction == "hybrid"
+        self._kinetic = scenario.contact.mu_kinetic if rough else 0.0
+        self._static = scenario.contact.mu_static if rough else 0.0
+
+    @cached_property
+    def motion(self) -> BaseMotion:
+        """How a driven root turns."""
+        motion: BaseMotion = self.scenario.part("profile") or base_motion_of(self.scenario.root)
+        return motion
+
+    def execute(self) -> records.Record:
+        """March to the end, to a named outcome, or to an interrupt."""
+        solver, end = self.scenario.solver, self.scenario.end_time
+        count = ceil(end / solver.output_interval - 1e-9)
+        stops = [min(k * solver.output_interval, end) for k in range(1, count)] + [end]
+        breaks = self.motion.breakpoints if self.scenario.root.kind == "driven" else ()
+        self._sample()
+        try:
+            for stop in stops:
+                for part in sorted({stop, *(b for b in breaks if self.time < b < stop)}):
+                    self._march_to(part)
+                self._sample()
+        except PhysicsStop as stopped:
+            self.record.outcome = stopped.outcome
+            self._sample()
+        except KeyboardInterrupt:
+            self.record.outcome = Outcome.INTERRUPTED
+            self._sample()
+        if self.phase.state is not State.FREE:
+            self.record.stored = self.slope.energy(self.slope.place(self.stage))
+            self._close()
+        return self.record
+
+    # --- steps
+
+    def _march_to(self, stop: float) -> None:
+        """March to an instant, in equal steps that are at most as long as the state asks for."""
+        while self.time < stop:
+            left = stop - self.time
+            length = left / ceil(left / self._longest() - 1e-9)
+            last = length >= left * (1.0 - 1e-12)
+            if self._try(length) and last:
+                self.time = stop
+            if time.perf_counter() > self._reported + _REPORT:
+                self._reported = time.perf_counter()
+                status = Status(self.time, self.scenario.end_time, self.phase.state, len(self.record.events))
+                self._report(status)
+
+    def _longest(self) -> float:
+        """Longest step (s) in the present state."""
+        solver, contact = self.scenario.solver, self.scenario.contact.enabled
+        near = contact and self.slope.place(self.stage).gap < NEAR * self.scenario.beam.length
+        return min(solver.contact_step, solver.free_step) if near else solver.free_step
+
+    def _try(self, length: float) -> bool:
+        """Take a step, or the part of it up to the first transition; True if it was the whole."""
+        step, found = self._step(length, self._contact()), None
+        for kind in self._guards() if self.scenario.contact.enabled else ():
+            if self._guard(kind, step, length) < 0.0:
+                at = self._locate(kind, length)
+                if found is None or at < found[0]:
+                    found = at, kind
+        if found is None:
+            self._accept(step, length)
+            return True
+        at, kind = found
+        if at > 0.0:
+            self._accept(self._step(at, self._contact()), at)
+        self._change(kind)
+        self._recent = 0 if at > 0.0 else self._recent + 1
+        if self._recent > _MOST_AT_ONCE:
+            raise PhysicsStop(Outcome.CHATTERING)
+        return False
+
+    def _step(self, length: float, contact: Contact | None) -> Step:
+        """Return a step with a contact; raises PhysicsStop if its iterations do not converge."""
+        try:
+            return advance(
+                self.beam,
+                self.stage,
+                length,
+                self.load,
+                held=self._held(self.time + length),
+                viscosity=self.scenario.beam.kelvin_voigt,
+                point=contact,
+                tolerance=max(self.scenario.solver.tolerance, _LEAST_TOLERANCE),
+            )
+        except NotConvergedError:
+            raise PhysicsStop(Outcome.NOT_CONVERGED) from None
+
+    def _held(self, at: float) -> Array:
+        """Values of the prescribed unknowns at an instant (s)."""
+        if self.scenario.root.kind != "driven":
+            return np.zeros(2)
+        angle = self.scenario.initial.angle + self.motion.at(at).angle
+        return np.array([self.beam.radius * np.cos(angle), self.beam.radius * np.sin(angle), angle])
+
+    def _contact(self) -> Contact | None:
+        if self.phase.state is State.FREE:
+            return None
+        if self.phase.state is State.STICK:
+            return Contact(self.slope, sticks=True)
+        return Contact(self.slope, friction=-self._kinetic * self.phase.direction)
+
+    def _accept(self, step: Step, length: float) -> None:
+        """Go to the end of a step and book what it did."""
+        before, after = self.slope.place(self.stage), self.slope.place(step.stage)
+        gained = dict.fromkeys(Quadratures._fields, 0.0)
+        relaxation = self.scenario.beam.kelvin_voigt / length
+        if relaxation:
+            gained["damping_loss"] = self.beam.damping_loss(self.stage.q, step.stage.q, relaxation)
+        held = step.held.size
+        supplied = float(step.held @ (step.stage.q - self.stage.q)[:held])
+        if self.scenario.root.kind == "hub":
+            supplied += self.scenario.root.torque * float(step.stage.q[2] - self.stage.q[2])
+        gained["supplied"] = supplied
+        contact = self._contact()
+        if contact is not None:
+            force, _ = contact.normal_force(before.gap, after.gap, length)
+            tangential = step.reaction if contact.sticks else contact.friction * force
+            gained["normal_impulse"], gained["tangential_impulse"] = force * length, tangential * length
+            gained["friction_loss"] = -tangential * (after.slip - before.slip)
+            elastic = -0.5 * self.slope.stiffness * (before.gap + after.gap)
+            gained["stop_loss"] = (force - elastic) * (before.gap - after.gap)
+        self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
+        self.stage, self.time, self._reaction = step.stage, self.time + length, step.reaction
+        self.record.steps += 1
+        if self._open is not None:
+            self._open.peak_force = max(self._open.peak_force, self.slope.force(after))
+            self._open.depth = max(self._open.depth, -after.gap)
+
+    # --- contact states
+
+    def _guards(self) -> tuple[EventKind, ...]:
+        """Return what may happen next."""
+        if self.phase.state is State.FREE:
+            return (EventKind.IMPACT,)
+        if self.phase.state is State.STICK:
+            return (EventKind.RELEASE, EventKind.SLIP)
+        return (EventKind.RELEASE, EventKind.REVERSAL) if self.phase.direction else (EventKind.RELEASE,)
+
+    def _guard(self, kind: EventKind, step: Step, length: float) -> float:
+        """Return a function that is positive at the end of a step before something has happened."""
+        after = self.slope.place(step.stage)
+        if kind is EventKind.IMPACT:
+            return after.gap
+        if kind is EventKind.RELEASE:
+            return -after.gap
+        if kind is EventKind.REVERSAL:
+            return self.phase.direction * after.slip_rate
+        force, _ = Contact(self.slope).normal_force(self.slope.place(self.stage).gap, after.gap, length)
+        return self._static * force - abs(step.reaction)
+
+    def _locate(self, kind: EventKind, length: float) -> float:
+        """Length (s) of the step at whose end a guard falls to zero; 0 if it falls at once."""
+
+        def at(part: float) -> float:
+            return self._guard(kind, self._step(part * length, self._contact()), part * length)
+
+        if at(_AT_ONCE) <= 0.0:
+            return 0.0
+        return float(brentq(at, _AT_ONCE, 1.0, xtol=1e-12, rtol=1e-14)) * length
+
+    def _change(self, kind: EventKind) -> None:
+        """Go through a transition, with a sample on either side of it."""
+        self._sample()
+        place = self.slope.place(self.stage)
+        if kind is EventKind.RELEASE:
+            event = self._close(place)
+            self.phase = Phase(State.FREE)
+        else:
+            if kind is EventKind.IMPACT:
+                self._begin(place)
+            else:
+                kind = self._at_zero_slip()
+            event = self._event(kind, place)
+        self.record.events.append(event._replace(state=self.phase.state))
+        self._sample()
+
+    def _begin(self, place: Place) -> None:
+        """Close the contact: it slips, with a direction where there is friction."""
+        self._open = records.OpenContact(self.time, _NO_IMPULSE, np.array(self.totals))
+        direction = copysign(1.0, place.slip_rate) if self._static > 0.0 else 0.0
+        self.phase = Phase(State.SLIP, direction)
+
+    def _at_zero_slip(self) -> EventKind:
+        """Choose stick or slip at an instant without slip, by the force that would hold the point for a step."""
+        was = self.phase
+        length = min(self.scenario.solver.contact_step, self.scenario.solver.free_step)
+        trial = self._step(length, Contact(self.slope, sticks=True))
+        after = self.slope.place(trial.stage)
+        force, _ = Contact(self.slope).normal_force(self.slope.place(self.stage).gap, after.gap, length)
+        if was.state is not State.STICK and abs(trial.reaction) <= self._static * force:
+            self.phase = Phase(State.STICK)
+            return EventKind.STICK
+        # the force of friction is on the side of the force that would hold the point
+        self.phase = Phase(State.SLIP, -copysign(1.0, trial.reaction))
+        return EventKind.SLIP if was.state is State.STICK else EventKind.REVERSAL
+
+    def _event(self, kind: EventKind, place: Place) -> records.Event:
+        return records.Event(self.time, kind, 0.0, 0.0, place.gap_rate, place.slip_rate, 0.0, self.phase.state)
+
+    def _close(self, place: Place | None = None) -> records.Event:
+        """End the contact and return its row of the event log."""
+        assert self._open is not None
+        opened = self._open
+        gained = Quadratures(*(np.array(self.totals) - opened.quadratures))
+        stored = 0.5 * self.slope.stiffness * opened.depth**2
+        loss = gained.friction_loss + gained.stop_loss
+        contact = records.Contact(
+            *(opened.start, self.time, gained.normal_impulse, gained.tangential_impulse),
+            *(opened.peak_force, stored, loss),
+        )
+        self.record.contacts.append(contact)
+        self._open = None
+        return self._event(EventKind.RELEASE, place or self.slope.place(self.stage)).with_share(contact)
+
+    def _sample(self) -> None:
+        place = self.slope.place(self.stage)
+        force = 0.0 if self.phase.state is State.FREE else self.slope.force(place)
+        sticks = self.phase.state is State.STICK
+        tangential = self._reaction if sticks else -self._kinetic * self.phase.direction * force
+        self.samples.append(Sample(self.time, self.stage, self.phase.state, place, force, tangential))
