@@ -75,7 +75,8 @@ def test_motions_are_those_of_small_steps(case, monkeypatch):
     monkeypatch.setattr("oblique_impact.marching.event.WORTHWHILE", 100.0)
     long = simulate(scenario)
     without_leaps(monkeypatch)
-    short = simulate(scenario)
+    # at the limit of their stability the short steps leave noise in damped modes, as large as the tolerance
+    short = simulate(scenario.replace(solver__tolerance=1e-12))
     assert long.summary["steps"] < 0.5 * short.summary["steps"]
     assert [e.kind for e in long.events] == [e.kind for e in short.events]
     np.testing.assert_allclose([e.time for e in long.events], [e.time for e in short.events], rtol=0, atol=2e-11)
