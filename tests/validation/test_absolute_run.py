@@ -297,3 +297,15 @@ def test_no_module_of_it_takes_mechanics_or_kernels_of_the_floating_frame():
 def test_bad_sections_are_no_scenario():
     with pytest.raises(InputError):
         simulate("paper")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "extreme",
+    ["beam.youngs_modulus=1e-300", "beam.density=1e30", "initial.angular_velocity=1e30", "gravity=1e6"],
+)
+def test_extreme_numbers_end_by_a_name(extreme):
+    """No warning, no traceback, no endless loop; whatever can be computed is finite or said to have diverged."""
+    words = [*ABSOLUTE, extreme, "discretization.elements=2", "end_time=0.01", "solver.contact_step=1e-4"]
+    history = simulate(Scenario.builtin("paper", [*words, "solver.output_interval=1e-3"]))
+    assert history.outcome in set(Outcome)
+    assert len(history["time"]) > 0

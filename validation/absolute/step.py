@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.linalg import LinAlgError
 
 from validation.absolute.beam import NODE, ExactBeam, solve
 from validation.absolute.sections import Array
@@ -117,10 +118,13 @@ def advance(
         internal = beam.step_forces(q0, q1, relaxation)
         residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - load
         band = inertia * beam.mass_band + internal.tangent
-        if point is None:
-            change = solve(band, -residual, count)
-        else:
-            change, reaction = _with_point(point, (q0, q1), length, residual, band, count, reaction)
+        try:
+            if point is None:
+                change = solve(band, -residual, count)
+            else:
+                change, reaction = _with_point(point, (q0, q1), length, residual, band, count)
+        except LinAlgError:
+            break
         move = move + change
         increments.append(float(np.max(np.abs(change / size))))
         if not np.isfinite(increments[-1]):
@@ -139,7 +143,6 @@ def _with_point(
     residual: Array,
     band: Array,
     count: int,
-    reaction: float,
 ) -> tuple[Array, float]:
     """One iteration with the forces on a node, and with the force that keeps it in one direction."""
     at = slice(NODE * point.node, NODE * point.node + 2)
