@@ -4,7 +4,8 @@ A step of the length h from (q0, v0) to (q1, v1) is the mid-point rule for the i
 
     M (v1 - v0)/h = f        q1 - q0 = h (v1 + v0)/2
 
-with internal forces whose work is the change of the strain energy (:meth:`ExactBeam.step_forces`), so that
+with internal forces whose work is the change of the strain energy
+(:meth:`~validation.absolute.beam.ExactBeam.step_forces`), so that
 
     T(v1) + V(q1) - T(v0) - V(q0) = work of the other forces on q1 - q0
 
