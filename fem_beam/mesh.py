@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 from skfem import MeshLine
 
 Array = NDArray[np.float64]
@@ -104,6 +103,9 @@ def _solve_rate(
 
     if excess(0.0) >= 0.0:
         return 0.0
+
+    from scipy.optimize import brentq  # takes a quarter of a second to load, for graded meshes alone
+
     upper = guess
     while excess(upper) < 0.0:
         upper *= 2.0

@@ -4,6 +4,7 @@
 `compare`    two histories, events aligned: a `Comparison`
 `refine`     elements, modes, steps or tolerances, and what converges: a `StudyResult`
 `predictability`  shadow runs, and which macro-collisions mean anything: a `Predictability`
+`small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
 `reproduce`  the paper's figures and claims: a `Reproduction`
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
 
@@ -24,6 +25,7 @@ __all__ = [
     "Reproduction",
     "Result",
     "SampledSection",
+    "SmallDeflection",
     "StudyResult",
     "SweepFile",
     "SweepResult",
@@ -32,11 +34,13 @@ __all__ = [
     "predictability",
     "refine",
     "reproduce",
+    "small_deflection",
     "sweep",
     "validate",
 ]
 
 if TYPE_CHECKING:
+    from validation.absolute.small_deflection import SmallDeflection, small_deflection
     from validation.comparison import Comparison, compare
     from validation.refinement.command import refine
     from validation.refinement.predictability import Predictability, predictability
@@ -50,6 +54,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = on_first_use(
     __name__,
     {
+        "absolute.small_deflection": "SmallDeflection small_deflection",
         "comparison": "Comparison compare",
         "refinement.command": "refine",
         "refinement.predictability": "Predictability predictability",

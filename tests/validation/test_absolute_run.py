@@ -297,3 +297,36 @@ def test_no_module_of_it_takes_mechanics_or_kernels_of_the_floating_frame():
 def test_bad_sections_are_no_scenario():
     with pytest.raises(InputError):
         simulate("paper")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "extreme",
+    ["beam.youngs_modulus=1e-300", "beam.density=1e30", "initial.angular_velocity=1e30", "gravity=1e6"],
+)
+def test_extreme_numbers_end_by_a_name(extreme):
+    """No warning, no traceback, no endless loop; whatever can be computed is finite or said to have diverged."""
+    words = [*ABSOLUTE, extreme, "discretization.elements=2", "end_time=0.01", "solver.contact_step=1e-4"]
+    history = simulate(Scenario.builtin("paper", [*words, "solver.output_interval=1e-3"]))
+    assert history.outcome in set(Outcome)
+    assert len(history["time"]) > 0
+
+
+def test_its_history_is_compared_exported_and_shown_like_any_other(cli, smooth, tmp_path):
+    smooth.save(tmp_path / "exact")
+    words = [*NEAR, "contact.normal=spring", "contact.friction=frictionless", "discretization.frame=mean-axis"]
+    floating = simulate(Scenario.builtin("paper", [*words, "discretization.modes=8", "end_time=0.006"]))
+    floating.save(tmp_path / "floating")
+    pair = tmp_path / "floating", tmp_path / "exact"
+    code, out, _ = cli("compare", *pair, "--out", tmp_path / "difference.json")
+    assert code == 0
+    assert "shared" in out
+    assert cli("export", pair[1], "--format", "vtkhdf", "--out", tmp_path / "beam.vtkhdf")[0] == 0
+    assert cli("render", pair[1], "--out", tmp_path / "page.html")[0] == 0
+    assert "<canvas" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    found = json.loads((tmp_path / "difference.json").read_text())
+    assert found
+    # one beam against the other, from frames of the same kind
+    from renders.difference import magnify_difference
+
+    drawn = magnify_difference(floating, simulate(Scenario.load(str(tmp_path / "exact" / "scenario.toml"))), 2.0)
+    assert drawn["uy"].shape == smooth["uy"].shape

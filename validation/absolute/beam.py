@@ -282,7 +282,10 @@ def bands_of(matrix: csr_array) -> Array:
 
 
 def solve(band: Array, right: Array, held: int) -> Array:
-    """Solve a banded system whose first `held` unknowns are 0; `right` (3 n,) or (3 n, k)."""
+    """Solve a banded system whose first `held` unknowns are 0; `right` (3 n,) or (3 n, k).
+
+    Raises LinAlgError for a singular one.
+    """
     found = np.zeros_like(right)
     found[held:] = solve_banded((BANDWIDTH, BANDWIDTH), band[:, held:], right[held:], check_finite=False)
     return found

@@ -19,7 +19,7 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.marching import records
 from oblique_impact.marching.equations import Quadratures
-from oblique_impact.marching.loop import Status
+from oblique_impact.marching.loop import MAX_EVENTS, Status
 from oblique_impact.problem import NEAR
 from oblique_impact.scenario.scenario import Scenario
 from validation.absolute.beam import ExactBeam
@@ -175,6 +175,8 @@ class Run:
         if at > 0.0:
             self._accept(self._step(at, self._contact()), at)
         self._change(kind)
+        if len(self.record.events) > MAX_EVENTS:
+            raise PhysicsStop(Outcome.TOO_MANY_EVENTS)
         self._recent = 0 if at > 0.0 else self._recent + 1
         if self._recent > _MOST_AT_ONCE:
             raise PhysicsStop(Outcome.CHATTERING)

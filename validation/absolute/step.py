@@ -4,7 +4,8 @@ A step of the length h from (q0, v0) to (q1, v1) is the mid-point rule for the i
 
     M (v1 - v0)/h = f        q1 - q0 = h (v1 + v0)/2
 
-with internal forces whose work is the change of the strain energy (:meth:`ExactBeam.step_forces`), so that
+with internal forces whose work is the change of the strain energy
+(:meth:`~validation.absolute.beam.ExactBeam.step_forces`), so that
 
     T(v1) + V(q1) - T(v0) - V(q0) = work of the other forces on q1 - q0
 
@@ -17,6 +18,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.linalg import LinAlgError
 
 from validation.absolute.beam import NODE, ExactBeam, solve
 from validation.absolute.sections import Array
@@ -117,10 +119,13 @@ def advance(
         internal = beam.step_forces(q0, q1, relaxation)
         residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - load
         band = inertia * beam.mass_band + internal.tangent
-        if point is None:
-            change = solve(band, -residual, count)
-        else:
-            change, reaction = _with_point(point, (q0, q1), length, residual, band, count, reaction)
+        try:
+            if point is None:
+                change = solve(band, -residual, count)
+            else:
+                change, reaction = _with_point(point, (q0, q1), length, residual, band, count)
+        except LinAlgError:
+            break
         move = move + change
         increments.append(float(np.max(np.abs(change / size))))
         if not np.isfinite(increments[-1]):
@@ -139,7 +144,6 @@ def _with_point(
     residual: Array,
     band: Array,
     count: int,
-    reaction: float,
 ) -> tuple[Array, float]:
     """One iteration with the forces on a node, and with the force that keeps it in one direction."""
     at = slice(NODE * point.node, NODE * point.node + 2)

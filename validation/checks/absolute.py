@@ -331,7 +331,7 @@ def friction() -> list[Measurement]:
     ]
 
 
-@check("A damped beam on ever stiffer springs: the rigid stop without inertia of the contact point.", seconds=40.0)
+@check("A damped beam on ever stiffer springs: the rigid stop without inertia of the contact point.", seconds=7.0)
 def rigid_limit() -> list[Measurement]:
     """Impulse within the first 1.2 ms; the error falls like 1/k from 10⁸ N/m on."""
     damped = (*NEAR, "beam.kelvin_voigt=1e-5", "end_time=0.0012")
