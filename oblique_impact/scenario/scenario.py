@@ -70,8 +70,7 @@ class Scenario(ScenarioKeys):
         if name not in builtin_names():
             known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
             raise InputError(f"scenario = {short(name)}: built-in scenarios are {known}")
-        text = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
-        return cls.from_toml(text, overrides, name="", folder=Path())
+        return cls.from_toml(builtin_text(name), overrides, name="", folder=Path())
 
     @classmethod
     def load(cls, source: str, overrides: list[str] | None = None) -> Scenario:
@@ -107,10 +106,9 @@ class Scenario(ScenarioKeys):
         Its table `derived` lists the values that follow other keys.
         """
         data = self._with_derived()
-        given = {part: numbers for part, numbers in data["parameters"].items() if numbers}
-        parameters = f"\n{tomli_w.dumps({'parameters': given})}" if given else ""
+        data["parameters"] = {part: numbers for part, numbers in data["parameters"].items() if numbers}
         followers = tomli_w.dumps({TABLE: data[TABLE]})
-        return f"{commented(data)}{parameters}\n# not given: these values follow other keys\n{followers}"
+        return f"{commented(data)}\n# not given: these values follow other keys\n{followers}"
 
     def _with_derived(self) -> dict[str, Any]:
         """Return the data of a resolved file."""
@@ -128,6 +126,12 @@ def builtin_names() -> list[str]:
     """Return the names of the built-in scenarios, `paper` first."""
     names = sorted(p.name[:-5] for p in _builtin_folder().iterdir() if p.name.endswith(".toml"))
     return ["paper", *(name for name in names if name != "paper")]
+
+
+def builtin_text(name: str) -> str:
+    """Return the text of the file of a built-in scenario."""
+    text: str = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    return text
 
 
 def _builtin_folder() -> Any:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -100,19 +100,23 @@ def export_command(
     format: str | None,
     selection: Selection,
     deformation: float,
-) -> Iterator[str]:
-    """Read a history and export it with a progress bar; yields the lines to print.  Raises InputError."""
+    announce: Callable[[str], None],
+) -> tuple[list[str], dict[str, Any]]:
+    """Read a history and export it with a progress bar; returns the lines to print, and the same as data.
+
+    What is about to be written goes to `announce` before.  Raises InputError.
+    """
     job = _Job.of(History.load(source), out, format, selection, deformation)
-    yield job.forecast(thinned=selection.every is None)
+    announce(job.forecast(thinned=selection.every is None))
     with counting_bar(f"export {job.format}") as show:
         result = job.write(show)
     shapes = "true shapes" if result.factor == 1.0 else "magnified shapes"
-    yield (
+    what = (
         f"{result.samples} of {result.of} samples, {result.span[0]:g} to {result.span[1]:g} s, "
         f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})"
     )
-    yield f"  {result.format}: {result.file}"
-    yield f"  read by {READERS[result.format]}"
+    lines = [what, f"  {result.format}: {result.file}", f"  read by {READERS[result.format]}"]
+    return lines, asdict(result)
 
 
 @dataclass(frozen=True)
