@@ -239,6 +239,8 @@ class BeamGeometry:
 
         The rings, those of the hemispherical cap, its pole, and the centre of the root.
         """
+        if self.sections.shape in ("rectangle", "i-beam"):
+            return self._angular[0]
         angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
         elevation = 0.5 * np.pi * np.arange(1, CAP_RINGS) / CAP_RINGS
         r, count = self.radii[-1], self.places.size
@@ -251,6 +253,8 @@ class BeamGeometry:
     @cached_property
     def _directions(self) -> Array:
         """Outward normals of the tube at its points, along the axis, across it, and out of the plane."""
+        if self.sections.shape in ("rectangle", "i-beam"):
+            return self._angular[1]
         found = self._template[1].copy()
         found[-2:] = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
         return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))

@@ -17,7 +17,7 @@ from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.rules import TABLE, check, derive, derived_values, drop_derived_values
 from oblique_impact.scenario.schema import commented
 from oblique_impact.scenario.sections import ScenarioKeys
-from oblique_impact.scenario.toml import apply_change, parse_toml, set_key, with_line
+from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key, with_line
 
 #: bytes; a scenario file has a hundred lines, and tables of a thousand
 MAX_FILE = 1_000_000
@@ -94,8 +94,7 @@ class Scenario(ScenarioKeys):
 
         Keys that were not given and follow others (the contact point is at the tip) go on following them.
         """
-        data = self._with_derived()
-        drop_derived_values(data)
+        data = self.model_dump(mode="json", exclude_unset=True)
         for name, value in values.items():
             set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
@@ -107,12 +106,15 @@ class Scenario(ScenarioKeys):
         """
         data = self._with_derived()
         data["parameters"] = {part: numbers for part, numbers in data["parameters"].items() if numbers}
+        # sizes of other shapes are left out
+        data["beam"]["section"] = {key: value for key, value in data["beam"]["section"].items() if value}
         followers = tomli_w.dumps({TABLE: data[TABLE]})
         return f"{commented(data)}\n# not given: these values follow other keys\n{followers}"
 
     def _with_derived(self) -> dict[str, Any]:
         """Return the data of a resolved file."""
-        return {**self.model_dump(mode="json"), TABLE: derived_values(self)}
+        data = self.model_dump(mode="json")
+        return {**data, TABLE: {path: flat_keys(data)[path] for path in derived_values(self)}}
 
 
 def require_scenario(value: object, where: str) -> None:

@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Collection
-from functools import cache
+from functools import cache, reduce
 from pathlib import Path
 from typing import Any
 
@@ -82,8 +82,11 @@ def key_schemas() -> dict[str, dict[str, Any]]:
 def _keys_of(scenario: dict[str, Any]) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for name, schema in scenario["properties"].items():
-        inside = schema.get("properties")
-        found |= {name: schema} if inside is None else {f"{name}.{key}": inside[key] for key in inside}
+        found |= (
+            {f"{name}.{key}": s for key, s in _keys_of(schema).items()}
+            if "properties" in schema
+            else {name: schema}
+        )
     return found
 
 
@@ -121,13 +124,13 @@ def commented(data: dict[str, Any], given: Collection[str] | None = None) -> str
     lines, present = [], ""
     for path, schema in key_schemas().items():
         section, _, key = path.rpartition(".")
-        if section and key not in data[section]:
+        home = reduce(lambda inside, part: inside.get(part, {}), section.split("."), data) if section else data
+        if key not in home:
             continue
         if section != present:
             lines.append(f"\n[{section}]")
             present = section
-        value = data[section][key] if section else data[key]
-        text = toml_entry(key, value)
+        text = toml_entry(key, home[key])
         if given is not None and path not in given:
             text = re.sub("^", "#", text, flags=re.MULTILINE)
         lines += [f"# {comment_of(schema)}", text]

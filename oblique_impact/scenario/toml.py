@@ -80,7 +80,8 @@ def apply_change(data: dict[str, Any], item: str) -> str:
     """
     path, separator, text = item.partition("=")
     keys = [part.strip() for part in path.split(".")]
-    if not separator or not all(keys) or len(keys) > (3 if keys[0] == "parameters" else 2):
+    most = 3 if keys[0] == "parameters" or keys[:2] == ["beam", "section"] else 2
+    if not separator or not all(keys) or len(keys) > most:
         raise InputError(f"--set {item}: expected section.key=value")
     try:
         parsed = parse_toml(f"value = {text}", "--set")

@@ -1,11 +1,11 @@
 """The package of examples/own_parts, installed beside the program as a user would install it."""
 
 import json
-import tomllib
 import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
