@@ -34,11 +34,11 @@ def _of_material(key: str, s: ScenarioKeys) -> Any:
 #: keys that follow others as long as they are not given; a resolved file lists their values in this table too
 TABLE = "derived"
 DERIVED: dict[str, Callable[[ScenarioKeys], Any]] = {
-    **{f"beam.{key}": partial(_of_section, key) for key in FOLLOWING},
-    **{f"beam.{key}": partial(_of_material, key) for key in GIVEN},
     "contact.point": lambda s: s.beam.length,
     "discretization.frame": lambda s: "mean-axis" if s.is_nodal else "tangent",
     "solver.scheme": lambda s: "generalized-alpha" if s.is_nodal else "event",
+    **{f"beam.{key}": partial(_of_section, key) for key in FOLLOWING},
+    **{f"beam.{key}": partial(_of_material, key) for key in GIVEN},
 }
 
 

@@ -94,8 +94,9 @@ class Scenario(ScenarioKeys):
 
         Keys that were not given and follow others (the contact point is at the tip) go on following them.
         """
-        data = self.model_dump(mode="json", exclude_unset=True)
+        data, whole = self.model_dump(mode="json", exclude_unset=True), self.model_dump(mode="json")
         for name, value in values.items():
+            set_key(whole, name.split("__"), value, name)  # which knows what is no section
             set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 

@@ -29,7 +29,11 @@ def _number_or_table(value: Any) -> float | Table:
 
 def _size_or_table(value: Any) -> float | Table:
     """Check a number that may be 0, which is as if it were not given, or a table of positive ones."""
-    return 0.0 if _is_number(value) and value == 0.0 else _number_or_table(value)
+    if _is_number(value) and value <= 0.0:
+        if value < 0.0:
+            raise not_allowed("a finite number greater than or equal to 0, or a table of pairs [x, value]")
+        return 0.0
+    return _number_or_table(value)
 
 
 def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:

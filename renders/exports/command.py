@@ -13,9 +13,10 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.files import cannot_write, only_writer
+from oblique_impact.files import cannot_write, only_writer, write_text
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
+from renders.exports.paraview_state import state_file, state_text
 from renders.exports.scene import Scene
 from renders.exports.selection import Integers, Selection
 from renders.exports.target import READERS, resolve
@@ -38,6 +39,7 @@ class Exported:
     span: tuple[float, float]  # first and last time (s)
     jumps: int  # of which both sides are there
     factor: float  # by which the bending is magnified; 1 for true shapes
+    state: Path  # Python for ParaView, which opens the file with colours and arrows
 
 
 def export(
@@ -116,6 +118,7 @@ def export_command(
         f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})"
     )
     lines = [what, f"  {result.format}: {result.file}", f"  read by {READERS[result.format]}"]
+    lines.append(f"  in ParaView with colours and arrows: paraview --script={result.state}")
     return lines, asdict(result)
 
 
@@ -169,11 +172,13 @@ class _Job:
         try:
             with only_writer(self.target):
                 _write(self.scene, self.target, self.format, advance)
+                state = state_file(self.target)
+                write_text(state, state_text(self.scene, self.target, self.format))
         except OSError as error:
             raise cannot_write(self.target, error) from None
         span = float(frames.time[0]), float(frames.time[-1])
         jumps, geometry = int((frames.side > 0).sum()), self.scene.geometry
-        return Exported(self.target, self.format, count, geometry.times.size, span, jumps, geometry.factor)
+        return Exported(self.target, self.format, count, geometry.times.size, span, jumps, geometry.factor, state)
 
 
 def _megabytes(size: float) -> str:

@@ -218,7 +218,7 @@ section = {shape = "tube", diameter = "40 mm", thickness = "2 mm"}
         ("section = 3", "beam.section = 3: should be"),
         (
             "section = {shape = 'circle', diameter = -1.0}",
-            "beam.section.diameter = -1.0: should be a finite number",
+            "beam.section.diameter = -1.0: should be a finite number greater than or equal to 0",
         ),
         (
             "section = {shape = 'circle', diameter = '3 kg'}",

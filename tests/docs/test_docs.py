@@ -216,7 +216,14 @@ def test_the_how_to_of_the_library_runs(tmp_path, monkeypatch, capsys):
     assert "3 of 3" in shown
     assert "t = 0.340 s" in shown
     written = {path.relative_to(tmp_path).as_posix() for path in (tmp_path / "out").iterdir()}
-    pictures = {"out/page.html", "out/impact.png", "out/beam.vtkhdf", "out/film.gif"}
+    pictures = {
+        "out/page.html",
+        "out/impact.png",
+        "out/beam.vtkhdf",
+        "out/film.gif",
+        "out/beam.vtp",
+        "out/beam.paraview.py",
+    }
     assert written == {"out/paper", "out/both", "out/refine", "out/friction", *pictures}
 
 
