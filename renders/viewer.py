@@ -47,6 +47,11 @@ class Viewer:
             "title": f"{self._quantity.replace('_', ' ')} ({QUANTITIES[self._quantity]})",
             "color": theme.ink,
             "n_labels": 3,
+            "title_font_size": 15,
+            "label_font_size": 13,
+            "position_x": 0.3,
+            "width": 0.4,
+            "height": 0.09,
         }
         self.mesh_actor = self.plotter.add_mesh(
             self.mesh,
@@ -67,8 +72,8 @@ class Viewer:
             (float(self.times[0]), float(self.times[-1])),
             title="time (s)",
             color=theme.ink,
-            pointa=(0.32, 0.94),
-            pointb=(0.95, 0.94),
+            pointa=(0.45, 0.9),
+            pointb=(0.95, 0.9),
             title_height=0.02,
             tube_width=0.004,
             slider_width=0.012,
