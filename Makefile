@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install demo test test-slow test-pythons lint docs bench clean
+.PHONY: install demo test test-slow test-pythons lint docs package bench clean
 
 install: $(VENV)/.installed
 
@@ -40,6 +40,10 @@ lint: install
 docs: install
 	$(BIN)/python -m sphinx -b html -W --keep-going -n -q docs docs/_build/html
 	@echo "documentation: docs/_build/html/index.html"
+
+# wheel and source distribution, each installed and used outside of the checkout
+package: install
+	$(BIN)/python .ci/package
 
 bench: install
 	$(BIN)/python benchmarks/bench.py

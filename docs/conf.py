@@ -61,7 +61,7 @@ sphinx_gallery_conf = {
     "image_scrapers": ("pictures.scrape",),
     "capture_repr": (),
     "reset_modules": (),
-    "notebook_extensions": set(),
+    "notebook_extensions": {".py"},
     "download_all_examples": False,
     "write_computation_times": False,
     "min_reported_time": 1000,

@@ -29,7 +29,8 @@ Weight = Callable[[Array], Array]
 HALF_BANDWIDTH = 3
 #: exact for a linear mass times two cubics, and for the cubic weight of C times two slopes
 _INTEGRATION_ORDER = 7
-_GAUSS_POINTS = 4
+#: of sizes over x: m of degree 2, weights of C of degree 4
+_INTEGRATION_ORDER_OF_SHAPES = 9
 
 
 @BilinearForm
@@ -58,7 +59,8 @@ class NodalBeam:
 
     Attributes are in the notation of :class:`~oblique_impact.beam.operators.BeamOperators`, for all
     2 (elements + 1) degrees of freedom; matrices are sparse and banded.  The integrals are exact for
-    piecewise linear m and E I wherever their kinks lie: an element with kinks inside gets a rule for each piece.
+    piecewise linear m and E I, and for shapes whose sizes are, wherever their kinks lie: an element with kinks
+    inside gets a rule for each piece.
     """
 
     scenario: Scenario
@@ -80,7 +82,12 @@ class NodalBeam:
     @cached_property
     def basis(self) -> Basis:
         """The Hermite basis on the mesh."""
-        return Basis(self.mesh, LocalHermite(), intorder=_INTEGRATION_ORDER)
+        return Basis(self.mesh, LocalHermite(), intorder=self._order)
+
+    @property
+    def _order(self) -> int:
+        """Degree up to which elements are integrated exactly."""
+        return _INTEGRATION_ORDER if self.sections.degree == 1 else _INTEGRATION_ORDER_OF_SHAPES
 
     @property
     def nodes(self) -> Array:
@@ -158,16 +165,23 @@ class NodalBeam:
         return value, slope, curvature
 
     def curvature_factor(self) -> csr_array:
-        """Matrix G with K = G^T G: weighted curvatures at two Gauss points per piece.
+        """Matrix G with K = G^T G: weighted curvatures at two Gauss points per piece, at four for shapes over x.
 
-        Exact for a linear E I times two linear curvatures.  The square root has half the condition exponent
-        of K, so frequencies and reduced stiffness taken from it keep their digits on fine meshes.
+        Exact for a linear E I (of shapes: one of degree 4) times two linear curvatures.  The square root has
+        half the condition exponent of K, so frequencies and reduced stiffness taken from it keep their digits on
+        fine meshes.
         """
         widths = np.diff(self.edges)
         middle = 0.5 * (self.edges[1:] + self.edges[:-1])
-        offset = 0.5 * widths / np.sqrt(3.0)
-        points = np.stack([middle - offset, middle + offset], axis=1).ravel()
-        weights = np.sqrt(self.sections.bending_stiffness(points) * np.repeat(0.5 * widths, 2))
+        if self.sections.degree == 1:
+            offset = 0.5 * widths / np.sqrt(3.0)
+            points = np.stack([middle - offset, middle + offset], axis=1).ravel()
+            shares = np.repeat(0.5 * widths, 2)
+        else:
+            z, w = np.polynomial.legendre.leggauss(self.sections.degree // 2 + 2)
+            points = (middle[:, None] + 0.5 * widths[:, None] * z).ravel()
+            shares = (0.5 * widths[:, None] * w).ravel()
+        weights = np.sqrt(self.sections.bending_stiffness(points) * shares)
         return csr_array(self.evaluate(points)[2].multiply(weights[:, None]))
 
     def free_dofs(self, root: str) -> NDArray[np.int64]:
@@ -196,10 +210,8 @@ class NodalBeam:
         if split.size == 0:
             return [self.basis]
         whole = np.setdiff1d(np.arange(self.mesh.nelements), split)
-        bases = (
-            [Basis(self.mesh, LocalHermite(), elements=whole, intorder=_INTEGRATION_ORDER)] if whole.size else []
-        )
-        z, w = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+        bases = [Basis(self.mesh, LocalHermite(), elements=whole, intorder=self._order)] if whole.size else []
+        z, w = np.polynomial.legendre.leggauss((self._order + 1) // 2)
         for cell in split:
             a, b = self.nodes[cell : cell + 2]
             ends = (np.union1d(self.edges[:-1][cells == cell], b) - a) / (b - a)

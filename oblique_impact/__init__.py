@@ -3,6 +3,8 @@
 `Scenario`             what to simulate (`Scenario.builtin`, `Scenario.load`)
 `simulate`             run it: returns a `History`
 `natural_frequencies`  of the spinning beam: returns `Frequencies`
+`builtin_cases`        the built-in scenarios, and what happens in each
+`start_scenario`       write a scenario file with every key explained, to start from
 `History`              labelled samples, event log, summary; `save` and `load`
 `concatenate`          histories of consecutive spans joined to one
 `scenario_schema`      what a scenario file may hold, for editors
@@ -26,9 +28,11 @@ if TYPE_CHECKING:
     from oblique_impact.progress import Progress
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.scenario.schema import scenario_schema
+    from oblique_impact.scenario.starting import BuiltinCase, builtin_cases, start_scenario
     from oblique_impact.simulation import simulate, simulate_system
 
 __all__ = [
+    "BuiltinCase",
     "Frequencies",
     "History",
     "InputError",
@@ -37,11 +41,13 @@ __all__ = [
     "Outcome",
     "Progress",
     "Scenario",
+    "builtin_cases",
     "concatenate",
     "natural_frequencies",
     "scenario_schema",
     "simulate",
     "simulate_system",
+    "start_scenario",
 ]
 
 __getattr__, __dir__ = on_first_use(
@@ -55,6 +61,7 @@ __getattr__, __dir__ = on_first_use(
         "progress": "Progress",
         "scenario.scenario": "Scenario",
         "scenario.schema": "scenario_schema",
+        "scenario.starting": "BuiltinCase builtin_cases start_scenario",
         "simulation": "simulate simulate_system",
     },
 )

@@ -1,6 +1,8 @@
 """Pictures of results, from histories.
 
 `render`            a still, a strip, a film or an interactive page: a `Rendered`; `Style` says how it looks
+`show`              an interactive window on a run, in a notebook a view in the page
+`beam_mesh`         the beam at a time as a mesh of PyVista
 `export`            a time series for ParaView, PVD, VTKHDF or XDMF: an `Exported`
 `campbell_diagram`  frequencies of the spinning beam
 `overview_figure`   a run at a glance, one or several histories side by side
@@ -14,14 +16,26 @@ from typing import TYPE_CHECKING
 
 from oblique_impact.public import on_first_use
 
-__all__ = ["Exported", "Rendered", "Style", "campbell_diagram", "export", "overview_figure", "render"]
+__all__ = [
+    "Exported",
+    "Rendered",
+    "Style",
+    "beam_mesh",
+    "campbell_diagram",
+    "export",
+    "overview_figure",
+    "render",
+    "show",
+]
 
 if TYPE_CHECKING:
     from renders.campbell import campbell_diagram
     from renders.command import Rendered, render
     from renders.exports.command import Exported, export
+    from renders.meshes import beam_mesh
     from renders.overview import overview_figure
     from renders.style import Style
+    from renders.viewer import show
 
 __getattr__, __dir__ = on_first_use(
     __name__,
@@ -29,7 +43,9 @@ __getattr__, __dir__ = on_first_use(
         "campbell": "campbell_diagram",
         "command": "Rendered render",
         "exports.command": "Exported export",
+        "meshes": "beam_mesh",
         "overview": "overview_figure",
         "style": "Style",
+        "viewer": "show",
     },
 )

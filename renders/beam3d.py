@@ -78,7 +78,7 @@ class Beam3D:
         """Path of the contact point, in front of the beam, so that it is seen where it was."""
         samples = np.unique(np.linspace(0, self.geometry.times.size - 1, _TRACE_POINTS).astype(int))
         self._trace_times = self.geometry.times[samples]
-        depth = 1.2 * self.geometry.radii.max() + self._depth
+        depth = 1.2 * self.geometry.half_width + self._depth
         return pv.lines_from_points(np.array([[*self.geometry.contact_point(k), depth] for k in samples]))
 
     def move(self, time: float) -> None:

@@ -194,18 +194,22 @@ def _film(story: Story, timeline: Timeline, file: Path, on_progress: OnProgress)
     write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
 
 
-def render_command(paths: Sequence[Path], out: Path, style: Style, **options: Any) -> list[str]:
-    """Call `render` with a progress bar; returns the lines to print.  Raises InputError."""
+def render_command(
+    paths: Sequence[Path], out: Path, style: Style, **options: Any
+) -> tuple[list[str], dict[str, Any]]:
+    """Call `render` with a progress bar; returns the lines to print, and the same as data.  Raises InputError."""
     kind = kind_of(out, options["strip"])
     with counting_bar("film" if kind == FILM else "picture") as show:
         result = render(paths, out, style, on_progress=show, **options)
     lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
+    data: dict[str, Any] = {"file": result.file, "factor": result.factor, "size": result.size}
     if (film := result.timeline) is not None:
         lines.append(
             f"{film.times.size} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at {film.fps} "
             f"per second; time runs at {film.rates.max():.3g} to {film.rates.min():.3g} of real time"
         )
-    return [*lines, f"picture: {out}" if kind in (STILL, STRIP) else f"written: {out}"]
+        data |= {"frames": film.times.size, "fps": film.fps, "duration": film.duration}
+    return [*lines, f"picture: {out}" if kind in (STILL, STRIP) else f"written: {out}"], data
 
 
 def parse_size(text: str) -> tuple[tuple[int, int], str]:

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import typer
 from typer import Option
 
-from oblique_impact.command_line.words import print_line, print_note
+from oblique_impact.command_line.words import JsonOption, print_line, print_note, print_result
 from oblique_impact.errors import InputError
 
-Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY...", help="Run folders or history.nc files.")]
+Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY", help="Run folders or history.nc files.")]
 Times = Annotated[list[float] | None, Option("--time", help="Stills, strips: time (s); of a strip repeatable.")]
 Strip = Annotated[bool, Option("--strip", help="Strips: instead of a still, one row for each time.")]
 Between = Annotated[str | None, Option(metavar="T0,T1", help="Films: part of the run (s).")]
@@ -50,6 +50,7 @@ def render(
     names: Names = None,
     magnify: Magnify = None,
     bare: Annotated[bool, Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Draw a still, a strip, a film or an interactive page from histories, as the suffix of --out says.
 
@@ -68,8 +69,7 @@ def render(
     options: dict[str, Any] = {"times": times or (), "event": event, "strip": strip, "names": names or ()}
     options |= {"fps": fps, "speed": speed, "contact_speed": contact_speed, "frames": frames}
     options |= {"between": _pair("--between", between), "magnify_difference": magnify}
-    for line in render_command(histories, out, style, **options):
-        print_line(line)
+    print_result(*render_command(histories, out, style, **options), as_json)
 
 
 def export(
@@ -81,6 +81,7 @@ def export(
     between: Annotated[str | None, Option(metavar="T0,T1", help="Only this span of time (s).")] = None,
     around_events: Near = None,
     deformation: Annotated[float, Option(metavar="FACTOR", help="Magnify the bending; 1: true shapes.")] = 1.0,
+    as_json: JsonOption = False,
 ) -> None:
     """Write a history as a time series for ParaView: VTKHDF, PVD with .vtp files, or XDMF with an .h5 file."""
     from renders.exports.command import export_command
@@ -89,8 +90,8 @@ def export(
     if all_samples and every is not None:
         raise InputError("--all and --every: one of the two at a time")
     selection = Selection(1 if all_samples else every, _pair("--between", between), around_events)
-    for line in export_command(history, out, format, selection, deformation):
-        print_line(line)
+    announce = print_note if as_json else print_line
+    print_result(*export_command(history, out, format, selection, deformation, announce), as_json)
 
 
 def _pair(option: str, text: str | None) -> tuple[float, float] | None:

@@ -19,13 +19,13 @@ from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.scenario.scenario import Scenario
+from renders.outlines import SIDES, Solid, solid_of
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
-SIDES = 24  # of the tube's polygon
 BETWEEN = 1  # rings between two stations
-CAP_RINGS = 6  # of the hemispherical tip cap
+CAP_RINGS = 6  # of the hemispherical tip cap; twice as many of a mass
 _FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)
 _SMOOTH = 1e100  # what is larger, or no number, has no spline
 _VISIBLE = 0.06  # of the length: what a deviation is magnified to
@@ -123,13 +123,30 @@ class BeamGeometry:
 
     @cached_property
     def radii(self) -> Array:
-        """Radius (m) of the drawn tube at the rings: that of the outer fibre."""
+        """Distance (m) of the outer fibre from the axis at the rings, the radius of a round beam."""
         return np.asarray(self.sections.fibre_distance(self.places) * np.ones_like(self.places))
 
     @cached_property
     def touch_radius(self) -> float:
         """Radius (m) at the contact point: the drawn surface of the slope lies that much below its line."""
-        return float(self.sections.fibre_distance(self.scenario.contact.point))
+        point = self.scenario.contact.point
+        at_tip = point == self.scenario.beam.length
+        return max(float(self.sections.fibre_distance(point)), self.mass_radius if at_tip else 0.0)
+
+    @cached_property
+    def mass_radius(self) -> float:
+        """Radius (m) of the sphere that a mass at the tip is drawn as, of the beam's density; 0 without one."""
+        volume = self.sections.tip_mass / self.sections.density
+        return max(float(np.cbrt(0.75 * volume / np.pi)), float(self.radii[-1])) if volume > 0.0 else 0.0
+
+    @cached_property
+    def half_width(self) -> float:
+        """Largest extent (m) of the beam out of the plane of motion, to one side."""
+        return float(self._solid.offsets[:, 2].max())
+
+    @property
+    def _cap_rings(self) -> int:
+        return 2 * CAP_RINGS if self.mass_radius > 0.0 else CAP_RINGS
 
     @cached_property
     def slope_axes(self) -> Array:
@@ -229,7 +246,7 @@ class BeamGeometry:
     @cached_property
     def faces(self) -> Faces:
         """Triangles and quadrilaterals of the tube in VTK's form (3 or 4, then points), wound outward."""
-        rings = self.places.size + CAP_RINGS - 1
+        rings = self.places.size + self._cap_rings - 1
         i, j = np.arange(rings - 1)[:, None], np.arange(SIDES)[None]
         a, b = i * SIDES + j, i * SIDES + (j + 1) % SIDES
         quads = np.stack([np.full_like(a, 4), a, b, b + SIDES, a + SIDES], axis=-1).reshape(-1)
@@ -240,26 +257,22 @@ class BeamGeometry:
         return np.concatenate([quads, tip.reshape(-1), root.reshape(-1)])
 
     @cached_property
-    def _template(self) -> tuple[NDArray[np.int64], Array]:
-        """Per point of the tube: its ring, and its offsets (m) along the axis, across it, and out of the plane.
+    def _solid(self) -> Solid:
+        beam = self.scenario.beam
+        return solid_of(beam, self.places, self.radii, self.mass_radius, self._cap_rings)
 
-        The rings, those of the hemispherical cap, its pole, and the centre of the root.
+    @cached_property
+    def _template(self) -> tuple[NDArray[np.int64], Array]:
+        """Per point of the solid: its ring, and its offsets (m) along the axis, across it, and out of the plane.
+
+        The rings, those of the tip, its pole, and the centre of the root.
         """
-        angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
-        elevation = 0.5 * np.pi * np.arange(1, CAP_RINGS) / CAP_RINGS
-        r, count = self.radii[-1], self.places.size
-        along = np.concatenate([np.zeros(count), r * np.sin(elevation)])[:, None] * np.ones(SIDES)
-        size = np.concatenate([self.radii, r * np.cos(elevation)])[:, None]
-        offsets = np.stack([along, size * np.cos(angle), size * np.sin(angle)], axis=-1).reshape(-1, 3)
-        rings = np.repeat(np.minimum(np.arange(size.size), count - 1), SIDES)
-        return np.append(rings, [count - 1, 0]), np.concatenate([offsets, [(r, 0.0, 0.0), (0.0, 0.0, 0.0)]])
+        return self._solid.rings, self._solid.offsets
 
     @cached_property
     def _directions(self) -> Array:
-        """Outward normals of the tube at its points, along the axis, across it, and out of the plane."""
-        found = self._template[1].copy()
-        found[-2:] = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
-        return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
+        """Outward normals of the solid at its points, along the axis, across it, and out of the plane."""
+        return self._solid.directions
 
     def surface(self, k: float) -> Surface:
         """Tube at sample k with all results."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
+from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def validate(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Leave out the checks that take long.")] = False,
     workers: WorkersOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Check everything against something outside it; writes report.html, results.json and results.csv."""
     from validation.report.provenance import command_line
@@ -45,7 +47,7 @@ def validate(
     failed = [result for result in results if result.verdict == "fail"]
     for result in failed:
         print_note(f"{result.id}: {result.quantity}: {result.computed} against {result.reference} {result.unit}")
-    print_line(f"{counts(results)}; report: {out / 'report.html'}")
+    print_result([f"{counts(results)}; report: {out / 'report.html'}"], lambda: _written(out), as_json)
     if failed:
         raise typer.Exit(1)
 
@@ -76,6 +78,7 @@ def refine(
     scheduler: SchedulerOption = None,
     workers: WorkersOption = None,
     timeout: TimeoutOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
     from validation.refinement.command import ShippedStudy, lines
@@ -87,10 +90,11 @@ def refine(
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
     given: dict[str, Any] = {"study": study, **texts, "quantity": quantities, "within": within, "set": changes}
     if study == "small-deflection":
-        _map_small_deflection(scenario, {**given, "predictability": predictability}, how)
+        told = _map_small_deflection(scenario, {**given, "predictability": predictability}, how)
+        print_result(told, lambda: _written(out), as_json)
         return
     if predictability or study == "predictability":
-        _predict(scenario, predictability, given, how)
+        print_result(_predict(scenario, predictability, given, how), lambda: _written(out), as_json)
         return
     base = _refined(scenario, study, changes)
     levels: dict[str, Any] = {axis: parse_levels(axis, text) for axis, text in texts.items()}
@@ -107,8 +111,7 @@ def refine(
             **levels,
             **how,
         )
-    for line in [*lines(result), f"report: {result.report}"]:
-        print_line(line)
+    print_result([*lines(result), f"report: {result.report}"], lambda: _written(out), as_json)
 
 
 def _refined(scenario: str, study: str | None, changes: list[str] | None) -> Scenario | None:
@@ -122,8 +125,8 @@ def _refined(scenario: str, study: str | None, changes: list[str] | None) -> Sce
     return None
 
 
-def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any]) -> None:
-    """Ask by shadow runs what of a scenario (`own`), or of the shipped cases, is predictable."""
+def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
+    """Ask by shadow runs what of a scenario (`own`), or of the shipped cases, is predictable; returns lines."""
     from validation.refinement.predictability import lines, predictability
     from validation.refinement.shipped import predictability_cases
     from validation.report.provenance import command_line
@@ -139,12 +142,11 @@ def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any
     name = Path(scenario).name if own else "predictability"
     with counting_bar("predictability") as show:
         result = predictability(base or predictability_cases(), name=name, command=repeat, on_progress=show, **how)
-    for line in [*lines(result), f"report: {result.report}"]:
-        print_line(line)
+    return [*lines(result), f"report: {result.report}"]
 
 
-def _map_small_deflection(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> None:
-    """Hold the floating frame against the exact beam."""
+def _map_small_deflection(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
+    """Hold the floating frame against the exact beam; returns lines."""
     from validation.absolute.small_deflection import lines, small_deflection
     from validation.report.provenance import command_line
 
@@ -154,8 +156,7 @@ def _map_small_deflection(scenario: str, given: dict[str, Any], how: dict[str, A
     repeat = command_line("refine", study="small-deflection", out=out, workers=workers)
     with counting_bar("small-deflection") as show:
         result = small_deflection(out=out, workers=workers, command=repeat, on_progress=show)
-    for line in [*lines(result), f"report: {result.report}"]:
-        print_line(line)
+    return [*lines(result), f"report: {result.report}"]
 
 
 def _refuse(options: dict[str, Any], asked: str) -> None:
@@ -169,6 +170,7 @@ def _refuse(options: dict[str, Any], asked: str) -> None:
 def reproduce(
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/reproduce"),
     workers: WorkersOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
     from validation.report.provenance import command_line
@@ -177,8 +179,7 @@ def reproduce(
 
     with counting_bar("reproduce") as show:
         result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
-    for line in lines(result):
-        print_line(line)
+    print_result(lines(result), lambda: _written(out), as_json)
 
 
 def sweep(
@@ -189,6 +190,7 @@ def sweep(
     scheduler: SchedulerOption = None,
     workers: WorkersOption = None,
     timeout: TimeoutOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Run a scenario over axes of its keys; writes results.parquet and report.html."""
     from validation.parallel import check_limits
@@ -205,8 +207,7 @@ def sweep(
     repeat = command_line("sweep", source, out=out, **how)
     with counting_bar("sweep", rate="runs") as show:
         result = compute(plan, out, on_progress=show, command=repeat, **how)
-    for line in [*lines(result), f"results: {out}"]:
-        print_line(line)
+    print_result([*lines(result), f"results: {out}"], result.to_dict, as_json)
 
 
 def compare(
@@ -215,15 +216,22 @@ def compare(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="A report: .html or .json.")] = Path(
         "out/compare.html"
     ),
+    as_json: JsonOption = False,
 ) -> None:
     """Compare two runs, events aligned; writes a page, or the numbers as JSON."""
     from oblique_impact.history.history import History
     from validation.comparison import compare as compute
-    from validation.comparison_report import check_target, save_comparison
+    from validation.comparison_report import check_target, comparison_data, save_comparison
     from validation.report.provenance import command_line
 
     check_target(out)
     found = compute(History.load(left), History.load(right), names=(str(left), str(right)))
-    save_comparison(found, out, command_line("compare", left, right, out=out))
-    for line in [*found.summary(), f"report: {out}"]:
-        print_line(line)
+    repeat = command_line("compare", left, right, out=out)
+    save_comparison(found, out, repeat)
+    print_result([*found.summary(), f"report: {out}"], lambda: comparison_data(found, repeat), as_json)
+
+
+def _written(folder: Path) -> dict[str, Any]:
+    """Return what a study has written for machines, with its folder."""
+    data: dict[str, Any] = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    return data | {"results": str(folder)}

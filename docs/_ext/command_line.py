@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import typer
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact.command_line.application import application
+from oblique_impact.command_line.application import application, value_name
 
 PROGRAM = "oblique-impact"
-_VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}
 
 
 def commands() -> dict[str, Any]:
@@ -48,16 +46,8 @@ def _is_option(parameter: Any) -> bool:
     return parameter.opts[0].startswith("-")
 
 
-def _type(parameter: Any) -> type:
-    """Type of one value of a parameter."""
-    annotation = parameter.type_descriptor.annotation
-    while not isinstance(annotation, type) or get_args(annotation):
-        annotation = next(part for part in get_args(annotation) if part is not type(None))
-    return annotation
-
-
 def _value(parameter: Any) -> str:
-    return parameter.metavar or _VALUES[_type(parameter)]
+    return parameter.metavar or value_name(parameter)
 
 
 def _parameter(parameter: Any) -> list[str]:
@@ -71,7 +61,7 @@ def _facts(parameter: Any) -> list[str]:
     facts = []
     if parameter.required:
         facts.append("Required.")
-    elif parameter.default is not None and _type(parameter) is not bool and str(parameter.default) != "":
+    elif parameter.default is not None and value_name(parameter) and str(parameter.default) != "":
         facts.append(f"Default: ``{parameter.default}``.")
     least, most = getattr(parameter, "min", None), getattr(parameter, "max", None)
     if least is not None or most is not None:

@@ -9,6 +9,7 @@ from typing import Any
 from sphinx_gallery.scrapers import figure_rst
 
 ORDER = (
+    "session",
     "paper_case",
     "film_strip",
     "two_discretizations",

@@ -28,7 +28,10 @@ def reference() -> str:
     lines: list[str] = []
     about = scenario_schema()["properties"]
     for section, rows in tables.items():
-        words = _plain(about[section]["description"]) if section else "These stand first in the file."
+        found = {"properties": about}
+        for part in section.split(".") if section else ():
+            found = found["properties"][part]
+        words = _plain(found["description"]) if section else "These stand first in the file."
         lines += _headed(f"``[{section}]``" if section else "Without a section", words)
         lines += _table(["key", "unit", "allowed", "default", "meaning"], rows, "22 10 24 18 36")
     lines += _headed("Rules between keys", "What is refused, in the words of the error (… is a value).")

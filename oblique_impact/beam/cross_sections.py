@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.scenario.shapes import DEGREE, at, rows_of
 from oblique_impact.scenario.tables import Table
 
 if TYPE_CHECKING:
@@ -38,6 +40,17 @@ class Profile:
 
 
 @dataclass(frozen=True)
+class ShapedProfile(Profile):
+    """What follows from a shape whose sizes are linear between the rows: a polynomial of x there."""
+
+    function: Callable[[Array | float], Array]
+
+    def __call__(self, x: Array | float) -> Array:
+        """Values at x (m), of the shape of x."""
+        return np.asarray(self.function(x))
+
+
+@dataclass(frozen=True)
 class Sections:
     """Cross-sections, material and tip mass of a beam, in SI units.
 
@@ -48,7 +61,7 @@ class Sections:
         outer_moment(x) = int_x^L m (r + xi) dxi + M_t (r + L)
 
     All integrals are exact: m (r + x)^2 is at most cubic between two rows of the table, where Simpson's
-    rule makes no error.
+    rule makes no error.  Of a shape with sizes over x it is quartic, which Boole's rule integrates without one.
     """
 
     length: float
@@ -58,21 +71,30 @@ class Sections:
     area: Profile
     second_moment: Profile
     tip_mass: float = 0.0  # kg
-    outer_fibre: float = 0.0  # m, 0: circular sections of the given area
+    outer_fibre: Profile | None = None  # m, None: circular sections of the given area
+    degree: int = 1  # of E I in x between two kinks
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Sections:
         """Read the beam of `scenario`."""
         beam = scenario.beam
+        varies = beam.section.shape != "" and len(rows_of(beam.section)) > 0
+
+        def profile(name: str) -> Profile:
+            value = getattr(beam, name)
+            plain = Profile.of(value, beam.length)
+            return ShapedProfile(plain.x, plain.values, partial(at, beam.section, name)) if varies else plain
+
         return cls(
             beam.length,
             scenario.root.hub_radius,
             beam.density,
             beam.youngs_modulus,
-            Profile.of(beam.area, beam.length),
-            Profile.of(beam.second_moment, beam.length),
+            profile("area"),
+            profile("second_moment"),
             beam.tip_mass,
-            beam.outer_fibre,
+            profile("outer_fibre") if beam.outer_fibre else None,
+            DEGREE if varies else 1,
         )
 
     @property
@@ -90,9 +112,7 @@ class Sections:
 
     def fibre_distance(self, x: Array | float) -> Array:
         """Distance (m) of the outer fibre from the axis, of the shape of x; sqrt(A/pi) if none is given."""
-        if self.outer_fibre > 0.0:
-            return np.full(np.shape(x), self.outer_fibre)
-        return np.sqrt(self.area(x) / np.pi)
+        return np.sqrt(self.area(x) / np.pi) if self.outer_fibre is None else self.outer_fibre(x)
 
     def outer_mass(self, x: Array | float) -> Array:
         """Mass (kg) outside of x, of the shape of x."""
@@ -126,14 +146,23 @@ class Sections:
     def _outer(self, x: Array | float, power: int) -> Array:
         """Int_x^L m (r + xi)^power dxi, summed from the tip inwards so that it keeps its digits there."""
         edges = self.area.x
-        pieces = self._simpson(edges[:-1], edges[1:], power)
+        pieces = self._integral(edges[:-1], edges[1:], power)
         beyond = np.append(np.cumsum(pieces[::-1])[::-1], 0.0)
-        at = np.asarray(x, dtype=float)
-        piece = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, edges.size - 2)
-        return np.asarray(self._simpson(at, edges[piece + 1], power) + beyond[piece + 1])
+        place = np.asarray(x, dtype=float)
+        piece = np.clip(np.searchsorted(edges, place, side="right") - 1, 0, edges.size - 2)
+        return np.asarray(self._integral(place, edges[piece + 1], power) + beyond[piece + 1])
+
+    def _integral(self, a: Array, b: Array, power: int) -> Array:
+        """Exact integral of m (r + xi)^power over [a, b] inside one piece of the table."""
+        once = self._simpson(a, b, power)
+        if self.degree == 1:
+            return once
+        middle = 0.5 * (a + b)
+        twice = self._simpson(a, middle, power) + self._simpson(middle, b, power)
+        return twice + (twice - once) / 15.0
 
     def _simpson(self, a: Array, b: Array, power: int) -> Array:
-        """Exact integral of m (r + xi)^power over [a, b] inside one piece of the table."""
+        """Integral of m (r + xi)^power over [a, b] by Simpson's rule."""
         middle = 0.5 * (a + b)
         left, centre, right = (self.mass_per_length(s) * (self.hub_radius + s) ** power for s in (a, middle, b))
         return np.asarray((b - a) / 6.0 * (left + 4.0 * centre + right))

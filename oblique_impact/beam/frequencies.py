@@ -44,8 +44,9 @@ class Frequencies:
     chordwise: Array
 
     def to_dict(self) -> dict[str, list[float] | list[list[float]]]:
-        """Return plain lists, as ``oblique-impact modes --json`` prints them."""
-        return {name: values.tolist() for name, values in vars(self).items()}
+        """Return plain lists, as ``oblique-impact modes --json`` prints them: in rad/s, and with ``_hz`` in Hz."""
+        in_hertz = {f"{name}_hz": vars(self)[name] / (2.0 * math.pi) for name in ("flapwise", "chordwise")}
+        return {name: values.tolist() for name, values in {**vars(self), **in_hertz}.items()}
 
 
 def natural_frequencies(

@@ -42,7 +42,7 @@ def _of_material(s: Scenario) -> Iterator[str]:
 
 
 def _of_shape(s: Scenario) -> Iterator[str]:
-    sections, length, fibre = Sections.from_scenario(s), s.beam.length, s.beam.outer_fibre
+    sections, length = Sections.from_scenario(s), s.beam.length
     stiffness = np.min(sections.bending_stiffness(sections.second_moment.x))
     # m g L^4/(8 E I) of the beam, M g L^3/(3 E I) of the tip mass, which is in the total mass
     sag = s.gravity * length**3 * (sections.mass / 8.0 + sections.tip_mass * (1 / 3 - 1 / 8)) / stiffness
@@ -50,13 +50,17 @@ def _of_shape(s: Scenario) -> Iterator[str]:
         bend = f"a beam of {length:g} m would bend by {sag:.3g} m under its own weight"
         yield f"beam.length: {bend}; are the units right?"
     x = np.union1d(sections.area.x, sections.second_moment.x)
-    radius = float(np.sqrt(np.max(sections.second_moment(x) / sections.area(x))))
+    radii = np.sqrt(sections.second_moment(x) / sections.area(x))
+    radius = float(np.max(radii))
     gyration = f"the radius of gyration, sqrt(I/A) = {radius:.3g} m"
     if not radius <= STOUT * length:
         more = f"is more than a fifth of beam.length = {length:g} m: Euler-Bernoulli theory does not hold"
         yield f"beam.second_moment: {gyration}, {more}"
-    if 0.0 < fibre < radius * (1.0 - 1e-9):
-        yield f"beam.outer_fibre: {fibre:g} m is less than {gyration}: no section is like that"
+    fibres = sections.fibre_distance(x)
+    worst = int(np.argmin(fibres / radii))
+    if sections.outer_fibre is not None and fibres[worst] < radii[worst] * (1.0 - 1e-9):
+        there = f"the radius of gyration, sqrt(I/A) = {radii[worst]:.3g} m"
+        yield f"beam.outer_fibre: {fibres[worst]:g} m is less than {there}: no section is like that"
 
 
 def _of_slope_and_step(s: Scenario) -> Iterator[str]:

@@ -5,39 +5,94 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from importlib.metadata import EntryPoint
-from typing import Any
+from importlib.metadata import EntryPoint, version
+from pathlib import Path
+from typing import Annotated, Any, get_args
 
 import typer
 
+from oblique_impact.command_line.init import init
 from oblique_impact.command_line.modes import modes
 from oblique_impact.command_line.run import run
+from oblique_impact.command_line.scenarios import scenarios
 from oblique_impact.command_line.schema import schema
 from oblique_impact.command_line.words import print_note
 from oblique_impact.errors import InputError, Interrupted, Outcome
 from oblique_impact.installed import installed, load
 
 #: order of the commands on the help page; those of other packages follow by their names
-ORDER = ("run", "modes", "validate", "refine", "reproduce", "sweep", "compare", "render", "export", "schema")
+ORDER = (
+    *("scenarios", "init", "run", "render", "modes", "refine", "compare", "sweep", "export"),
+    *("validate", "reproduce", "schema"),
+)
 #: what every command line of this program is made with
-OPTIONS: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False}
+OPTIONS: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable": False}
+#: what help calls a value of a type
+VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}
+#: shells ask for completions by this variable (typer derives it from the name of the program)
+_COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"
 
 
 def application() -> typer.Typer:
-    """Return the application: `run`, `modes`, `schema`, and the commands of the group ``oblique_impact.commands``.
+    """Return the application: the core's commands, and those of the group ``oblique_impact.commands``.
 
     A command whose package cannot be imported says so when it is called; the others still work.
     """
     about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
     app = typer.Typer(name="oblique-impact", help=about, **OPTIONS)
+    app.callback()(_program)
     commands = {name: _load(point) for name, point in installed("commands").items()}
-    commands |= {"run": run, "modes": modes, "schema": schema}
+    commands |= {"run": run, "modes": modes, "schema": schema, "init": init, "scenarios": scenarios}
     for name in sorted(commands, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name)):
         # the arguments of a broken command are not known: it takes any
         unchecked = getattr(commands[name], "broken", False)
         settings = {"allow_extra_args": True, "ignore_unknown_options": True} if unchecked else {}
-        app.command(name, context_settings=settings)(commands[name])
+        # a short help that is given is not cut off
+        short = (commands[name].__doc__ or "").partition("\n\n")[0]
+        app.command(name, short_help=" ".join(short.split()), context_settings=settings)(commands[name])
     return app
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"oblique-impact {version('oblique-impact')}")
+        raise typer.Exit
+
+
+def _program(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            help="Show the version and exit.",
+            callback=_print_version,
+            is_eager=True,
+            expose_value=False,
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+def _command() -> Any:
+    """Return the application for the command line: each command takes --version, no help shows a Python type."""
+    command: Any = typer.main.get_command(application())
+    shown = next(parameter for parameter in command.params if "--version" in parameter.opts)
+    for inner in command.commands.values():
+        for parameter in inner.params:
+            parameter.metavar = parameter.metavar or value_name(parameter) or None
+            if parameter.param_type_name == "argument":
+                parameter.display_type_rich = lambda ctx: None
+        inner.params.append(shown)
+    return command
+
+
+def value_name(parameter: Any) -> str:
+    """Return what help calls the value of a parameter of a command, such as NUMBER; nothing for a flag."""
+    annotation = parameter.type_descriptor.annotation
+    while not isinstance(annotation, type) or get_args(annotation):
+        annotation = next(part for part in get_args(annotation) if part is not type(None))
+    return VALUES.get(annotation, "TEXT")
 
 
 def _load(point: EntryPoint) -> Callable[..., None]:
@@ -59,6 +114,8 @@ def _load(point: EntryPoint) -> Callable[..., None]:
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: exit 0 done, 1 stopped by the physics, 2 bad input, 130 interrupted."""
     given = sys.argv[1:] if arguments is None else arguments
+    if _COMPLETE in os.environ:  # the shell asks what may stand here
+        _command().main(prog_name="oblique-impact", complete_var=_COMPLETE)
     try:
         code = _call(given or ["--help"])
     except KeyboardInterrupt as stop:
@@ -72,7 +129,7 @@ def _call(arguments: list[str]) -> int:
     """Run a command and return its exit code; what is wrong with the input is said in one line."""
     try:
         # not through typer's own main: it swallows interrupts
-        command = typer.main.get_command(application())
+        command = _command()
         with command.make_context("oblique-impact", arguments) as context:
             command.invoke(context)
         sys.stdout.flush()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
+from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import InputError
 from oblique_impact.installed import installed, load
 
@@ -21,13 +21,13 @@ def modes(
     scenario: ScenarioArgument = "paper",
     speeds: Annotated[str, typer.Option(help="Spin rates in rad/s, separated by commas.")] = "0",
     count: Annotated[int | None, typer.Option(min=1, max=100, help="Frequencies per speed.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    as_json: JsonOption = False,
     out: Annotated[
         Path | None, typer.Option("--out", help="Campbell diagram: a picture file or a folder.")
     ] = None,
     changes: SetOption = None,
 ) -> None:
-    """Natural frequencies (rad/s) of the spinning beam, flapwise and chordwise."""
+    """Natural frequencies (rad/s and Hz) of the spinning beam, flapwise and chordwise."""
     from oblique_impact.beam.frequencies import natural_frequencies
     from oblique_impact.command_line.bars import counting_bar
     from oblique_impact.files import prepare_folder
@@ -41,10 +41,7 @@ def modes(
         prepare_folder(out.parent if out.suffix else out)
     with counting_bar("frequencies"):
         found = natural_frequencies(chosen, rates, count)
-    if as_json:
-        typer.echo(json.dumps(found.to_dict()))
-    else:
-        _print_frequencies(found)
+    print_result(_lines(found), found.to_dict(), as_json)
     if out is not None:
         draw = load(installed("drawings")["campbell"])
         print_note(f"Campbell diagram: {draw(chosen, rates, found.flapwise.shape[1], out)}")
@@ -60,8 +57,9 @@ def _speeds(text: str) -> list[float]:
     return rates
 
 
-def _print_frequencies(found: Frequencies) -> None:
+def _lines(found: Frequencies) -> Iterator[str]:
     for direction, table in (("flapwise", found.flapwise), ("chordwise", found.chordwise)):
-        print_line(f"{direction} (rad/s)")
+        yield f"{direction} (rad/s, below in Hz)"
         for rate, row in zip(found.speeds, table, strict=True):
-            print_line(f"  at {rate:10.4g} rad/s: " + " ".join(f"{value:14.6f}" for value in row))
+            yield f"  at {rate:10.4g} rad/s: " + " ".join(f"{value:14.6f}" for value in row)
+            yield f"{'Hz:':>22} " + " ".join(f"{value / (2.0 * math.pi):14.6f}" for value in row)

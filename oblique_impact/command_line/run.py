@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oblique_impact.command_line.words import ScenarioArgument, SetOption, print_line, print_note
+from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import InputError, Interrupted, Outcome
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ def run(
     scenario: ScenarioArgument = "paper",
     out: Annotated[Path, typer.Option("--out", help="Folder for the results.")] = Path("out"),
     changes: SetOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
     from oblique_impact.beam.plausibility import doubts
@@ -52,7 +53,9 @@ def run(
         except Interrupted as stop:
             history, interrupted = stop.history, True
         folder = _save(history, out)
-    print_summary(history, folder, replaced, warnings)
+    print_result(
+        summary_lines(history, folder, replaced, warnings), {**history.summary, "results": folder}, as_json
+    )
     outcome = history.outcome
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
@@ -101,24 +104,24 @@ def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
         yield restore
 
 
-def print_summary(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> None:
-    """Print what a run was like; `known` warnings, which were printed before it, are not repeated."""
+def summary_lines(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> Iterator[str]:
+    """Yield what a run was like, for a terminal; `known` warnings, which were printed before, are not repeated."""
     summary, energy = history.summary, history.summary["energy"]
-    print_line(f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events")
+    yield f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events"
     for number, m in enumerate(summary["macro_collisions"], start=1):
         # the force of a rigid stop has no largest value that more modes or elements would not exceed
         peak = "" if "peak_force" in summary.get("without_limit", ()) else f", peak {m['peak_force']:.4g} N"
-        print_line(
+        yield (
             f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts "
             f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s{peak}"
         )
     losses = ", ".join(
         f"{name} {energy[f'lost_{name}']:.4g}" for name in ("impact", "friction", "damping", "scheme")
     )
-    print_line(f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J")
-    print_line(f"  lost: {losses} J")
+    yield f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J"
+    yield f"  lost: {losses} J"
     unaccounted, steps, seconds = energy["unaccounted"], summary["steps"], summary["wall_time"]
-    print_line(f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s")
+    yield f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s"
     for warning in (words for words in summary.get("warnings", []) if words not in known):
-        print_line(f"  warning: {warning}")
-    print_line(f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}")
+        yield f"  warning: {warning}"
+    yield f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}"

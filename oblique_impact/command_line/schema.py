@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from oblique_impact.command_line.words import print_line
+from oblique_impact.command_line.words import JsonOption, print_line
 
 
 def schema(
     out: Annotated[Path | None, typer.Option("--out", help="File to write it to.")] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Print the JSON Schema of scenario files, with which editors complete and check them."""
+    import json
+
     from oblique_impact.scenario.schema import scenario_schema
 
     found = scenario_schema(out)
-    if out is None:
-        typer.echo(json.dumps(found, indent=2))
+    if out is None or as_json:
+        typer.echo(json.dumps(found, indent=None if as_json else 2))
     else:
         print_line(f"schema: {out}")

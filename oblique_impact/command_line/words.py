@@ -2,17 +2,66 @@
 
 from __future__ import annotations
 
+import json
+import math
 import shutil
 import sys
 import textwrap
-from typing import Annotated
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
-ScenarioArgument = Annotated[str, typer.Argument(help="A built-in name (paper, ...) or a TOML file.")]
-SetOption = Annotated[
-    list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change a key; repeatable.")
+
+def _scenarios(incomplete: str) -> list[str]:
+    """Return the built-in cases that begin so, for a shell that completes; files it knows itself."""
+    from oblique_impact.scenario.scenario import builtin_names
+
+    return [name for name in builtin_names() if name.startswith(incomplete)]
+
+
+def _keys(incomplete: str) -> list[str]:
+    """Return the keys of a scenario that begin so, for a shell that completes."""
+    from oblique_impact.scenario.schema import key_schemas
+
+    return [f"{name}=" for name in key_schemas() if name.startswith(incomplete)]
+
+
+ScenarioArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO", help="A built-in name (paper, ...) or a TOML file.", autocompletion=_scenarios
+    ),
 ]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change a key; repeatable.", autocompletion=_keys),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
+
+
+def print_result(lines: Iterable[str], data: object, as_json: bool) -> None:
+    """Write a result to standard output: in lines, or as one JSON object and nothing else.
+
+    `data` is that object, or a function that returns it.
+    """
+    if as_json:
+        typer.echo(json.dumps(plain(data() if callable(data) else data), allow_nan=False))
+    else:
+        for line in lines:
+            print_line(line)
+
+
+def plain(data: Any) -> Any:
+    """Return data as JSON holds it: paths as text, NaN and infinity as null."""
+    if isinstance(data, dict):
+        return {str(name): plain(value) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [plain(value) for value in data]
+    if isinstance(data, float) and not math.isfinite(data):
+        return None
+    return str(data) if isinstance(data, Path) else data
 
 
 def print_line(line: str) -> None:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.figure import Figure
+    from pyvista import PolyData
     from xarray.core.resample import DatasetResample
 
 FORMAT = "oblique-impact history 2"
@@ -200,12 +201,26 @@ class History:
 
         Raises InputError for a system that is no beam, or if the package that draws is not installed.
         """
-        if "theta" not in self:
-            raise InputError("plot: this is the history of a system that is no beam")
-        if "overview" not in installed("drawings"):
-            raise InputError("plot: needs the package renders, which is not installed")
-        figure: Figure = load(installed("drawings")["overview"])({"run": self})
+        figure: Figure = self._drawing("overview", "plot")({"run": self})
         return figure
+
+    def to_pyvista(self, time: float, deformation: float = 1.0) -> PolyData:
+        """Return the surface of the beam at a time (s) as a mesh with all results, in SI units.
+
+        `deformation` magnifies the bending, not the results.  Raises InputError for a system that is no beam, a
+        time outside of the run, or if the package that makes meshes is not installed.
+        """
+        mesh: PolyData = self._drawing("mesh", "to_pyvista")(self, time, deformation)
+        return mesh
+
+    def _drawing(self, name: str, caller: str) -> Callable[..., Any]:
+        """Load what an installed package announces as a drawing of a beam."""
+        if "theta" not in self:
+            raise InputError(f"{caller}: this is the history of a system that is no beam")
+        if name not in installed("drawings"):
+            raise InputError(f"{caller}: needs the package renders, which is not installed")
+        drawing: Callable[..., Any] = load(installed("drawings")[name])
+        return drawing
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write scenario.toml, history.nc, events.csv and summary.json into `folder`, all of them or none.

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 from oblique_impact.errors import InputError
+from oblique_impact.scenario.materials import GIVEN, MATERIALS
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.sections import MAX_MODES, PARTS, ScenarioKeys
+from oblique_impact.scenario.shapes import FOLLOWING, SHAPES, SIZES, following, misfit
 
 MAX_STEPS = 1_000_000_000
 MAX_VALUES = 500_000_000
@@ -20,12 +23,22 @@ TOUCHING = 1e-12
 ON_NODE = 1e-9
 
 
+def _of_section(key: str, s: ScenarioKeys) -> Any:
+    return following(s.beam.section, key)
+
+
+def _of_material(key: str, s: ScenarioKeys) -> Any:
+    return getattr(MATERIALS[s.beam.material], key) if s.beam.material else None
+
+
 #: keys that follow others as long as they are not given; a resolved file lists their values in this table too
 TABLE = "derived"
 DERIVED: dict[str, Callable[[ScenarioKeys], Any]] = {
     "contact.point": lambda s: s.beam.length,
     "discretization.frame": lambda s: "mean-axis" if s.is_nodal else "tangent",
     "solver.scheme": lambda s: _own_scheme(s),
+    **{f"beam.{key}": partial(_of_section, key) for key in FOLLOWING},
+    **{f"beam.{key}": partial(_of_material, key) for key in GIVEN},
 }
 
 
@@ -43,7 +56,7 @@ def derived_values(scenario: ScenarioKeys) -> dict[str, Any]:
         section, key = name.split(".")
         if key not in getattr(scenario, section).model_fields_set:
             found[name] = follow(scenario)
-    return found
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def derive(scenario: ScenarioKeys) -> None:
@@ -117,6 +130,12 @@ def _build_parts(s: ScenarioKeys) -> None:
             raise ValueError(f"parameters.{key} = {short(numbers)}: {words}")
 
 
+def _sizes(s: ScenarioKeys) -> tuple[str, ...]:
+    """Return the names of the sizes of the cross-section's shape."""
+    shape = SHAPES.get(s.beam.section.shape)
+    return shape.sizes if shape else ()
+
+
 def _is_modal(s: ScenarioKeys) -> bool:
     return s.discretization.method == "modal"
 
@@ -164,15 +183,64 @@ _ROOT = (
 )
 
 _UNIFORM = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
-_BEAM = (
+_SIZES = " ".join(f"beam.section.{size}" for size in SIZES)
+
+
+def _given(key: str, name: str) -> Callable[[ScenarioKeys, Any], bool]:
+    """Whether a key of [beam] is given together with another one, which it follows."""
+    return lambda s, value: bool(attrgetter(name)(s.beam)) and key in s.beam.model_fields_set
+
+
+def _foreign(size: str) -> Callable[[ScenarioKeys, Any], bool]:
+    return lambda s, value: value != 0.0 and size not in _sizes(s)
+
+
+def _lacking(size: str) -> Callable[[ScenarioKeys, Any], bool]:
+    return lambda s, value: value == 0.0 and size in _sizes(s)
+
+
+_SHAPE = 'beam.section.shape = "{s.beam.section.shape}"'
+_SECTION = (
+    *(
+        Rule(f"beam.{key}", f"follows from {_SHAPE}; give one of the two", _given(key, "section.shape"))
+        for key in FOLLOWING
+    ),
+    *(
+        Rule(
+            f"beam.{key}",
+            'follows from beam.material = "{s.beam.material}"; give one of the two',
+            _given(key, "material"),
+        )
+        for key in GIVEN
+    ),
+    *(
+        Rule(
+            f"beam.section.{size}",
+            f"is no size of {_SHAPE}, which takes {{found}}",
+            _foreign(size),
+            lambda s, value: ", ".join(_sizes(s)) or "none; name a shape",
+        )
+        for size in SIZES
+    ),
+    *(Rule(f"beam.section.{size}", f"should be greater than 0 for {_SHAPE}", _lacking(size)) for size in SIZES),
     Rule(
-        "beam.area beam.second_moment",
+        "beam.section.shape",
+        "these sizes are not possible: {found}",
+        lambda s, shape: bool(misfit(s.beam.section)),
+        lambda s, shape: misfit(s.beam.section),
+    ),
+)
+
+_BEAM = (
+    *_SECTION,
+    Rule(
+        f"{_SIZES} beam.area beam.second_moment beam.outer_fibre",
         "should end at x = beam.length = {s.beam.length}, not at {found}; a new length needs new tables",
         lambda s, table: isinstance(table, tuple) and table[-1][0] != s.beam.length,
         lambda s, table: table[-1][0],
     ),
     Rule(
-        "beam.area beam.second_moment",
+        f"{_SIZES} beam.area beam.second_moment",
         f"{_UNIFORM} tables",
         lambda s, table: isinstance(table, tuple) and _is_modal(s),
     ),

@@ -17,7 +17,7 @@ from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.rules import TABLE, check, derive, derived_values, drop_derived_values
 from oblique_impact.scenario.schema import commented
 from oblique_impact.scenario.sections import ScenarioKeys
-from oblique_impact.scenario.toml import apply_change, parse_toml, set_key, with_line
+from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key, with_line
 
 #: bytes; a scenario file has a hundred lines, and tables of a thousand
 MAX_FILE = 1_000_000
@@ -70,8 +70,7 @@ class Scenario(ScenarioKeys):
         if name not in builtin_names():
             known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
             raise InputError(f"scenario = {short(name)}: built-in scenarios are {known}")
-        text = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
-        return cls.from_toml(text, overrides, name="", folder=Path())
+        return cls.from_toml(builtin_text(name), overrides, name="", folder=Path())
 
     @classmethod
     def load(cls, source: str, overrides: list[str] | None = None) -> Scenario:
@@ -95,9 +94,9 @@ class Scenario(ScenarioKeys):
 
         Keys that were not given and follow others (the contact point is at the tip) go on following them.
         """
-        data = self._with_derived()
-        drop_derived_values(data)
+        data, whole = self.model_dump(mode="json", exclude_unset=True), self.model_dump(mode="json")
         for name, value in values.items():
+            set_key(whole, name.split("__"), value, name)  # which knows what is no section
             set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 
@@ -107,14 +106,16 @@ class Scenario(ScenarioKeys):
         Its table `derived` lists the values that follow other keys.
         """
         data = self._with_derived()
-        given = {part: numbers for part, numbers in data["parameters"].items() if numbers}
-        parameters = f"\n{tomli_w.dumps({'parameters': given})}" if given else ""
+        data["parameters"] = {part: numbers for part, numbers in data["parameters"].items() if numbers}
+        # sizes of other shapes are left out
+        data["beam"]["section"] = {key: value for key, value in data["beam"]["section"].items() if value}
         followers = tomli_w.dumps({TABLE: data[TABLE]})
-        return f"{commented(data)}{parameters}\n# not given: these values follow other keys\n{followers}"
+        return f"{commented(data)}\n# not given: these values follow other keys\n{followers}"
 
     def _with_derived(self) -> dict[str, Any]:
         """Return the data of a resolved file."""
-        return {**self.model_dump(mode="json"), TABLE: derived_values(self)}
+        data = self.model_dump(mode="json")
+        return {**data, TABLE: {path: flat_keys(data)[path] for path in derived_values(self)}}
 
 
 def require_scenario(value: object, where: str) -> None:
@@ -128,6 +129,12 @@ def builtin_names() -> list[str]:
     """Return the names of the built-in scenarios, `paper` first."""
     names = sorted(p.name[:-5] for p in _builtin_folder().iterdir() if p.name.endswith(".toml"))
     return ["paper", *(name for name in names if name != "paper")]
+
+
+def builtin_text(name: str) -> str:
+    """Return the text of the file of a built-in scenario."""
+    text: str = (_builtin_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    return text
 
 
 def _builtin_folder() -> Any:

@@ -6,11 +6,11 @@ import json
 import math
 import os
 import re
-from functools import cache
+from collections.abc import Collection
+from functools import cache, reduce
 from pathlib import Path
 from typing import Any
 
-import tomli_w
 from pydantic.fields import FieldInfo
 
 from oblique_impact import installed
@@ -19,6 +19,7 @@ from oblique_impact.scenario.rules import DERIVED, TABLE
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.sections import ScenarioKeys
 from oblique_impact.scenario.tables import LARGEST
+from oblique_impact.scenario.toml import toml_entry
 from oblique_impact.scenario.units import unit_of
 from oblique_impact.scenario.user_defined import Choice
 
@@ -81,8 +82,11 @@ def key_schemas() -> dict[str, dict[str, Any]]:
 def _keys_of(scenario: dict[str, Any]) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     for name, schema in scenario["properties"].items():
-        inside = schema.get("properties")
-        found |= {name: schema} if inside is None else {f"{name}.{key}": inside[key] for key in inside}
+        found |= (
+            {f"{name}.{key}": s for key, s in _keys_of(schema).items()}
+            if "properties" in schema
+            else {name: schema}
+        )
     return found
 
 
@@ -112,18 +116,24 @@ def comment_of(schema: dict[str, Any]) -> str:
     return f"{schema['description']} ({words})"
 
 
-def commented(data: dict[str, Any]) -> str:
-    """Return the text of a file with the keys in `data`, each below its comment; without `parameters`."""
+def commented(data: dict[str, Any], given: Collection[str] | None = None) -> str:
+    """Return the text of a file with the keys in `data`, each below its comment.
+
+    If `given` says which keys ("section.key") a file needs, the others are put behind a "#".
+    """
     lines, present = [], ""
     for path, schema in key_schemas().items():
         section, _, key = path.rpartition(".")
-        if section == "parameters":
+        home = reduce(lambda inside, part: inside.get(part, {}), section.split("."), data) if section else data
+        if key not in home:
             continue
         if section != present:
             lines.append(f"\n[{section}]")
             present = section
-        value = data[section][key] if section else data[key]
-        lines += [f"# {comment_of(schema)}", tomli_w.dumps({key: value}).rstrip()]
+        text = toml_entry(key, home[key])
+        if given is not None and path not in given:
+            text = re.sub("^", "#", text, flags=re.MULTILINE)
+        lines += [f"# {comment_of(schema)}", text]
     return "\n".join([*lines, ""])
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from oblique_impact.scenario.section import Section, key
-from oblique_impact.scenario.tables import LARGEST, Parameters, Tabulated
+from oblique_impact.scenario.tables import LARGEST, Parameters, Size, Tabulated
 from oblique_impact.scenario.units import Unit
 from oblique_impact.scenario.user_defined import Choice, build
 
@@ -27,6 +27,20 @@ Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi), Unit("rad")
 Pair = Annotated[tuple[Finite, Finite], Field(strict=False)]
 
 
+class CrossSection(Section):
+    """The cross-section by its shape; sizes are numbers, or tables [[x, value], ...] from x = 0 to the length."""
+
+    shape: Literal["", "rectangle", "circle", "tube", "i-beam"] = key(
+        "", "shape of the cross-section, of which area, second moment and outer fibre follow; none: they are given"
+    )
+    width: Annotated[Size, Unit("m")] = key(0.0, "size across the plane of motion (rectangle, i-beam)")
+    height: Annotated[Size, Unit("m")] = key(0.0, "size in the plane of motion (rectangle, i-beam)")
+    diameter: Annotated[Size, Unit("m")] = key(0.0, "outer diameter (circle, tube)")
+    thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of the wall (tube)")
+    flange_thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of each of the two flanges (i-beam)")
+    web_thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of the web (i-beam)")
+
+
 class BeamSection(Section):
     """The beam; `area` and `second_moment` are numbers, or tables [[x, value], ...] from x = 0 to the length."""
 
@@ -35,6 +49,9 @@ class BeamSection(Section):
     second_moment: Annotated[Tabulated, Unit("m^4")] = key(7.85e-9, "second moment of area of the cross-section")
     density: Annotated[Positive, Unit("kg/m^3")] = key(2766.7, "mass per volume")
     youngs_modulus: Annotated[Positive, Unit("Pa")] = key(68.952e9, "Young's modulus")
+    material: Literal["", "steel", "stainless-steel", "aluminium", "titanium", "brass", "copper"] = key(
+        "", "a material by its name, which gives density and Young's modulus; none: they are given"
+    )
     kelvin_voigt: Annotated[NonNegative, Unit("s")] = key(
         0.0, "Kelvin-Voigt damping: the damping matrix is kelvin_voigt K"
     )
@@ -43,9 +60,10 @@ class BeamSection(Section):
     )
     modal_damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = key(0.0, "damping ratio of each elastic mode")
     tip_mass: Annotated[NonNegative, Unit("kg")] = key(0.0, "point mass at x = length")
-    outer_fibre: Annotated[NonNegative, Unit("m")] = key(
+    outer_fibre: Annotated[Size, Unit("m")] = key(
         0.0, "distance of the outer fibre from the axis, for the bending stress; 0: circular sections"
     )
+    section: CrossSection = CrossSection()
 
 
 class RootSection(Section):

@@ -27,6 +27,15 @@ def _number_or_table(value: Any) -> float | Table:
     return _positive(value, "")
 
 
+def _size_or_table(value: Any) -> float | Table:
+    """Check a number that may be 0, which is as if it were not given, or a table of positive ones."""
+    if _is_number(value) and value <= 0.0:
+        if value < 0.0:
+            raise not_allowed("a finite number greater than or equal to 0, or a table of pairs [x, value]")
+        return 0.0
+    return _number_or_table(value)
+
+
 def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
     if not 2 <= len(rows) <= MAX_ROWS:
         raise not_allowed(f"a number, or a table of 2 to {MAX_ROWS} pairs [x, value], not of {len(rows)}")
@@ -79,6 +88,13 @@ Tabulated = Annotated[
     PlainValidator(_number_or_table),
     PlainSerializer(lambda value: value, return_type=Any),
     WithJsonSchema({"anyOf": [_POSITIVE, _PAIRS]}),
+]
+#: the same, or 0
+Size = Annotated[
+    float | Table,
+    PlainValidator(_size_or_table),
+    PlainSerializer(lambda value: value, return_type=Any),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0.0, "maximum": LARGEST}, _PAIRS]}),
 ]
 #: the numbers of a user-defined part
 Parameters = Annotated[

@@ -7,6 +7,8 @@ import tomllib
 from collections.abc import Collection
 from typing import Any
 
+import tomli_w
+
 from oblique_impact.errors import InputError
 
 _MOST_PARTS = 20
@@ -17,6 +19,7 @@ _LINE = re.compile(r"(.*) \(at line (\d+), column (\d+)\)", re.DOTALL)
 _KEY = rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+"
 _HEADER = re.compile(rf"[ \t]*+(\[\[?)[ \t]*+({_KEY})[ \t]*+\]\]?[ \t]*+(?:#.*)?")
 _ERROR_KEY = re.compile(r"([\w-]+(?:\.[\w-]+)*)(?: =|:)")
+_WIDTH = 100
 _ENTRY = re.compile(rf"[ \t]*+({_KEY})[ \t]*+=")
 
 
@@ -34,6 +37,22 @@ def parse_toml(text: str, what: str) -> dict[str, Any]:
         raise InputError(f"{what}: nested too deeply; sections have one level") from None
     except ValueError as error:  # integers of thousands of digits
         raise InputError(f"{what}: {error}") from None
+
+
+def toml_entry(key: str, value: Any) -> str:
+    """Return "key = value" in TOML; lists and tables stand in one line, long lists in a line for each item."""
+    text = f"{key} = {_inline(value)}"
+    if len(text) <= _WIDTH or not isinstance(value, list | tuple):
+        return text
+    return "\n".join([f"{key} = [", *(f"    {_inline(item)}," for item in value), "]"])
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{name} = {_inline(item)}" for name, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    return tomli_w.dumps({"x": value}).partition(" = ")[2].rstrip()
 
 
 def flat_keys(sections: dict[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -61,7 +80,8 @@ def apply_change(data: dict[str, Any], item: str) -> str:
     """
     path, separator, text = item.partition("=")
     keys = [part.strip() for part in path.split(".")]
-    if not separator or not all(keys) or len(keys) > (3 if keys[0] == "parameters" else 2):
+    most = 3 if keys[0] == "parameters" or keys[:2] == ["beam", "section"] else 2
+    if not separator or not all(keys) or len(keys) > most:
         raise InputError(f"--set {item}: expected section.key=value")
     try:
         parsed = parse_toml(f"value = {text}", "--set")

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 
 from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.files import cannot_write, only_writer
+from oblique_impact.files import cannot_write, only_writer, write_text
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
+from renders.exports.paraview_state import state_file, state_text
 from renders.exports.scene import Scene
 from renders.exports.selection import Integers, Selection
 from renders.exports.target import READERS, resolve
@@ -38,6 +39,7 @@ class Exported:
     span: tuple[float, float]  # first and last time (s)
     jumps: int  # of which both sides are there
     factor: float  # by which the bending is magnified; 1 for true shapes
+    state: Path  # Python for ParaView, which opens the file with colours and arrows
 
 
 def export(
@@ -100,19 +102,24 @@ def export_command(
     format: str | None,
     selection: Selection,
     deformation: float,
-) -> Iterator[str]:
-    """Read a history and export it with a progress bar; yields the lines to print.  Raises InputError."""
+    announce: Callable[[str], None],
+) -> tuple[list[str], dict[str, Any]]:
+    """Read a history and export it with a progress bar; returns the lines to print, and the same as data.
+
+    What is about to be written goes to `announce` before.  Raises InputError.
+    """
     job = _Job.of(History.load(source), out, format, selection, deformation)
-    yield job.forecast(thinned=selection.every is None)
+    announce(job.forecast(thinned=selection.every is None))
     with counting_bar(f"export {job.format}") as show:
         result = job.write(show)
     shapes = "true shapes" if result.factor == 1.0 else "magnified shapes"
-    yield (
+    what = (
         f"{result.samples} of {result.of} samples, {result.span[0]:g} to {result.span[1]:g} s, "
         f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})"
     )
-    yield f"  {result.format}: {result.file}"
-    yield f"  read by {READERS[result.format]}"
+    lines = [what, f"  {result.format}: {result.file}", f"  read by {READERS[result.format]}"]
+    lines.append(f"  in ParaView with colours and arrows: paraview --script={result.state}")
+    return lines, asdict(result)
 
 
 @dataclass(frozen=True)
@@ -165,11 +172,13 @@ class _Job:
         try:
             with only_writer(self.target):
                 _write(self.scene, self.target, self.format, advance)
+                state = state_file(self.target)
+                write_text(state, state_text(self.scene, self.target, self.format))
         except OSError as error:
             raise cannot_write(self.target, error) from None
         span = float(frames.time[0]), float(frames.time[-1])
         jumps, geometry = int((frames.side > 0).sum()), self.scene.geometry
-        return Exported(self.target, self.format, count, geometry.times.size, span, jumps, geometry.factor)
+        return Exported(self.target, self.format, count, geometry.times.size, span, jumps, geometry.factor, state)
 
 
 def _megabytes(size: float) -> str:

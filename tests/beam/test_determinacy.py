@@ -4,7 +4,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.determinacy import undetermined, without_limit
-from oblique_impact.command_line.run import print_summary
+from oblique_impact.command_line.run import summary_lines
 from oblique_impact.problem import beam_of
 
 DAMPED = "beam.kelvin_voigt=1e-5"
@@ -75,7 +75,7 @@ def test_a_soft_stop_that_is_met_very_often_is_named_too():
 def test_a_peak_that_has_no_limit_is_not_printed(normal, peak, tmp_path, capsys):
     changes = (f"contact.normal={normal}", "end_time=0.34", "discretization.frame=mean-axis")
     history = simulate(Scenario.builtin("paper", changes))
-    print_summary(history, tmp_path, False)
+    print("\n".join(summary_lines(history, tmp_path, False)))
     shown = capsys.readouterr().out
     assert (", peak " in shown) is peak
     assert ("warning: contact.normal: a rigid stop" in shown) is not peak

@@ -32,10 +32,10 @@ def listed(shown: str) -> list[str]:
 def test_the_order_of_the_help_page():
     found = [command.name for command in application.application().registered_commands]
     assert found == [
-        *("run", "modes", "validate", "refine", "reproduce", "sweep"),
-        *("compare", "render", "export", "schema"),
+        *("scenarios", "init", "run", "render", "modes", "refine", "compare", "sweep", "export"),
+        *("validate", "reproduce", "schema"),
     ]
-    assert set(found) == {"run", "modes", "schema", *installed("commands")}
+    assert set(found) == {"run", "modes", "schema", "init", "scenarios", *installed("commands")}
 
 
 def test_without_other_packages_the_commands_of_the_core_remain(cli):

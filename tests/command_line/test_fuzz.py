@@ -129,7 +129,7 @@ def use(file: Path) -> None:
         history = History.load(file)
         with tempfile.TemporaryDirectory() as folder, np.errstate(over="ignore", invalid="ignore"):
             for name in ("a.vtkhdf", "a.pvd", "a.xdmf"):
-                list(export_command(file, Path(folder) / name, None, Selection(50), 1.0))
+                export_command(file, Path(folder) / name, None, Selection(50), 1.0, lambda line: None)
             payload(story_of([history]), 50)
     except InputError as error:
         one_line(error)

@@ -19,7 +19,7 @@ from oblique_impact import History, Scenario
 from oblique_impact.beam.frequencies import Frequencies
 from oblique_impact.command_line import modes
 from oblique_impact.command_line.application import main
-from oblique_impact.command_line.run import print_summary
+from oblique_impact.command_line.run import summary_lines
 from oblique_impact.scenario.scenario import builtin_names
 
 
@@ -233,7 +233,7 @@ def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
         "macro_gap": 0.03,
     }
     summary = told | {"macro_collisions": [collision], "energy": energy, "warnings": ["mind the step"]}
-    print_summary(replace(history, summary=summary), tmp_path, True)
+    print("\n".join(summary_lines(replace(history, summary=summary), tmp_path, True)))
     assert capsys.readouterr().out.splitlines() == [
         "completed: t = 0.75 s, 9 events",
         "  collision 1: 0.250000 to 0.500000 s, 3 contacts (gap < 0.03 s), 1.5 N s, peak 250 N",

@@ -11,6 +11,7 @@ import typer
 
 from oblique_impact import Scenario
 from oblique_impact.command_line.application import application
+from oblique_impact.scenario.scenario import builtin_text
 from validation.checks.registry import all_checks
 from validation.quantities import quantity
 from validation.refinement.shipped import STUDIES
@@ -48,8 +49,12 @@ def parse(words: list[str]) -> dict:
 
 
 def files_of(page: Path) -> dict[str, str]:
-    """Files that a page tells the reader to write: TOML blocks that begin with their name."""
+    """Files that a page tells the reader to write: by `init`, or as TOML blocks that begin with their name."""
     found = {}
+    for words in lines_of(page):
+        if words[:2] == ["oblique-impact", "init"]:
+            understood = parse(words)
+            found[str(understood["file"])] = builtin_text(understood["base"])
     for text in blocks(page, "toml"):
         name = re.match(r"# (\S+\.toml)\n", text)
         if name:
@@ -68,6 +73,8 @@ def check_values(understood: dict, files: dict[str, str]) -> None:
             Scenario.builtin(scenario, changes)
     for name in understood.get("quantities") or []:
         quantity(name)
+    if understood.get("base"):
+        Scenario.builtin(understood["base"])
     if understood.get("study"):
         assert understood["study"] in STUDIES
     if understood.get("source"):  # of a sweep
@@ -126,9 +133,9 @@ def test_links_lead_to_files(page):
 
 def test_first_run_prints_what_its_page_shows(run, capsys):
     """The same lines; numbers as far as they are the same on every machine."""
-    from oblique_impact.command_line.run import print_summary
+    from oblique_impact.command_line.run import summary_lines
 
-    print_summary(run("paper"), Path("out/paper"), False)
+    print("\n".join(summary_lines(run("paper"), Path("out/paper"), False)))
     printed = capsys.readouterr().out.splitlines()
     shown = blocks(DOCS / "first-run.md", "text")[0].splitlines()
     assert printed[:5] == shown[:5]

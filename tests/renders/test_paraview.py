@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from renders import export
 from renders.exports.command import _write
 from renders.exports.scene import Scene
 from renders.exports.selection import Selection
@@ -67,6 +69,30 @@ def test_paraview_reads_times_and_values(scene, sampled, tmp_path, reader):
             assert set(mesh["arrays"]) - {"position"} == set(expected.arrays)
             for name, array in expected.arrays.items():
                 np.testing.assert_array_equal(np.array(mesh["arrays"][name]).reshape(array.shape), array)
+
+
+@pytest.mark.parametrize("format", ["pvd", "xdmf"])
+def test_the_state_beside_an_export_opens_it_in_colour_with_its_arrow(scene, sampled, tmp_path, display, format):
+    """As `pvpython NAME.paraview.py` starts it, in another folder; the picture of the largest force."""
+    out = tmp_path / "exported"
+    out.mkdir()
+    exported = export(scene.geometry.history, out / f"beam.{format}", every=100)
+    moved = out.rename(tmp_path / "moved")
+    state, picture = moved / exported.state.name, tmp_path / "a.png"
+    time = float(scene.frames.time[sampled[2]])
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    environment["DISPLAY"] = display
+    command = [PVPYTHON, str(state), str(picture), repr(time)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "Error" not in done.stderr, done.stderr
+    pixels = np.asarray(Image.open(picture).convert("RGB")).astype(int)
+    red, green, blue = np.moveaxis(pixels, -1, 0)
+    assert np.sum(pixels.min(axis=2) < 250) > 0.02 * red.size  # not blank
+    assert np.sum((blue > red + 40) & (green < blue)) > 100  # compression
+    assert np.sum((red > green + 60) & (red > blue + 60)) > 100  # tension and the arrow
+    orange = (abs(red - 214) < 25) & (abs(green - 94) < 30) & (blue < 60)
+    assert np.sum(orange) > 20
 
 
 def test_paraview_reads_what_its_version_can_of_vtkhdf(scene, sampled, tmp_path):

@@ -27,6 +27,39 @@ NO_IMPACTS = 'should be "kept" with contact.restitution or contact.impact: "none
 INSTEAD = "or keep modes: discretization.modes >= 1"
 MARCHED = "the full nodal model (discretization.modes = 0) is marched"
 
+RECTANGLE = "beam.section.shape=rectangle beam.section.width=0.02 beam.section.height=0.01"
+BY_SHAPE = 'follows from beam.section.shape = "rectangle"; give one of the two'
+BY_MATERIAL = 'follows from beam.material = "steel"; give one of the two'
+#: a size of another shape for each shape, and one that a shape lacks
+WRONG_SIZES = [
+    ("width", "circle", "diameter"),
+    ("height", "tube", "diameter, thickness"),
+    ("diameter", "rectangle", "width, height"),
+    ("thickness", "circle", "diameter"),
+    ("flange_thickness", "tube", "diameter, thickness"),
+    ("web_thickness", "rectangle", "width, height"),
+]
+LACKING = [
+    ("width", "rectangle"),
+    ("height", "rectangle"),
+    ("diameter", "circle"),
+    ("thickness", "tube"),
+    ("flange_thickness", "i-beam"),
+    ("web_thickness", "i-beam"),
+]
+WHOLE = {
+    "rectangle": {"width": 0.02, "height": 0.01},
+    "circle": {"diameter": 0.02},
+    "tube": {"diameter": 0.02, "thickness": 0.002},
+    "i-beam": {"width": 0.02, "height": 0.04, "flange_thickness": 0.002, "web_thickness": 0.002},
+}
+
+
+def shaped(shape: str, **sizes: object) -> str:
+    given = {"shape": shape, **WHOLE[shape], **sizes}
+    return " ".join(f"beam.section.{key}={value}" for key, value in given.items() if value is not None)
+
+
 #: key that is refused, changes of the paper's case, what is allowed
 ABSOLUTE = "discretization.method=absolute contact.normal=spring"
 EXACT = "the beam in absolute coordinates"
@@ -47,6 +80,62 @@ REFUSED = [
         f"{DRIVEN} initial.angular_velocity=1",
         "a driven root prescribes its own speed; leave it 0",
     ),
+    ("beam.area", f"{RECTANGLE} beam.area=1e-4", BY_SHAPE),
+    ("beam.second_moment", f"{RECTANGLE} beam.second_moment=1e-8", BY_SHAPE),
+    ("beam.outer_fibre", f"{RECTANGLE} beam.outer_fibre=0.01", BY_SHAPE),
+    ("beam.density", "beam.material=steel beam.density=7800.0", BY_MATERIAL),
+    ("beam.youngs_modulus", "beam.material=steel beam.youngs_modulus=2e11", BY_MATERIAL),
+    *[
+        (
+            f"beam.section.{size}",
+            shaped(shape, **{size: 0.001}),
+            f'is no size of beam.section.shape = "{shape}", which takes {sizes}',
+        )
+        for size, shape, sizes in WRONG_SIZES
+    ],
+    (
+        "beam.section.width",
+        "beam.section.width=1",
+        'is no size of beam.section.shape = "", which takes none; name a shape',
+    ),
+    *[
+        (
+            f"beam.section.{size}",
+            shaped(shape, **{size: None}),
+            f'should be greater than 0 for beam.section.shape = "{shape}"',
+        )
+        for size, shape in LACKING
+    ],
+    (
+        "beam.section.shape",
+        shaped("tube", thickness=0.011),
+        "these sizes are not possible: thickness is more than half of diameter",
+    ),
+    (
+        "beam.section.shape",
+        shaped("i-beam", flange_thickness=0.021),
+        "these sizes are not possible: flange_thickness is more than half of height",
+    ),
+    (
+        "beam.section.shape",
+        shaped("i-beam", web_thickness=0.021),
+        "these sizes are not possible: web_thickness is more than width",
+    ),
+    *[
+        (
+            f"beam.section.{size}",
+            f"{FEM} beam.length=2 {shaped(shape, **{size: f'[[0,{value}],[1,{value}]]'})}",
+            NEW_TABLES,
+        )
+        for shape, sizes in WHOLE.items()
+        for size, value in sizes.items()
+    ],
+    *[
+        (f"beam.section.{size}", shaped(shape, **{size: f"[[0,{value}],[1,{value}]]"}), f"{UNIFORM} tables")
+        for shape, sizes in WHOLE.items()
+        for size, value in sizes.items()
+    ],
+    ("beam.outer_fibre", f"{FEM} beam.length=2 beam.outer_fibre=[[0,0.01],[1,0.01]]", NEW_TABLES),
     ("beam.area", f"{FEM} beam.length=2 beam.area=[[0,1e-4],[1,2e-4]]", NEW_TABLES),
     ("beam.second_moment", f"{FEM} beam.length=2 beam.second_moment=[[0,1e-8],[1,2e-8]]", NEW_TABLES),
     ("beam.area", "beam.area=[[0,1e-4],[1,2e-4]]", f"{UNIFORM} tables"),

@@ -15,12 +15,15 @@ from oblique_impact.command_line.application import main
 from oblique_impact.scenario import user_defined
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import comment_of, key_schemas, words_of
+from oblique_impact.scenario.toml import flat_keys, set_key
 
 # the unit of each key, written down a second time
 UNITS = {
     "s": "end_time beam.kelvin_voigt root.spin_up_time solver.free_step solver.contact_step "
     "solver.output_interval",
-    "m": "beam.length beam.outer_fibre root.hub_radius slope.origin slope.extent contact.point "
+    "m": "beam.length beam.outer_fibre beam.section.width beam.section.height beam.section.diameter "
+    "beam.section.thickness beam.section.flange_thickness beam.section.web_thickness "
+    "root.hub_radius slope.origin slope.extent contact.point "
     "discretization.nodes",
     "rad": "initial.angle slope.angle",
     "rad/s": "root.spin_rate initial.angular_velocity",
@@ -57,16 +60,16 @@ def valid():
 
 
 def data_of(path: str, value) -> dict:
-    section, _, key = path.rpartition(".")
-    return {section: {key: value}} if section else {key: value}
+    data: dict = {}
+    set_key(data, path.split("."), value, path)
+    return data
 
 
 def test_every_key_has_its_unit_and_a_meaning():
     data = Scenario().model_dump()
-    keys = {f"{s}.{k}" for s, section in data.items() if isinstance(section, dict) for k in section}
-    keys |= {key for key, value in data.items() if not isinstance(value, dict)}
+    parameters = {f"parameters.{part}" for part in data.pop("parameters")}
     schemas = key_schemas()
-    assert schemas.keys() == keys
+    assert schemas.keys() == flat_keys(data).keys() | parameters
     expected = {key: unit for unit, keys in UNITS.items() for key in keys.split()}
     assert {key: schema["unit"] for key, schema in schemas.items() if "unit" in schema} == expected
     for key, schema in schemas.items():
@@ -177,7 +180,7 @@ def test_a_resolved_file_has_each_key_below_its_comment():
     lines = Scenario().to_toml().splitlines()
     assert lines[:2] == ["# duration of the run (number in s, > 0)", "end_time = 1.0"]
     for path, schema in key_schemas().items():
-        if not path.startswith("parameters."):
+        if not path.startswith(("parameters.", "beam.section.")):
             place = lines.index(f"# {comment_of(schema)}")
             assert lines[place + 1].startswith(f"{path.rpartition('.')[2]} = ")
 

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -76,7 +77,8 @@ def test_all_parts_run_in_one_scenario(results):
     assert abs(own["energy"]["unaccounted"]) < 1e-5
     for entry in ("lost_friction", "lost_damping", "supplied"):
         assert own["energy"][entry] == pytest.approx(exact["energy"][entry], rel=1e-4)
-    assert (results[0] / "own" / "scenario.toml").read_text(encoding="utf-8").count("[parameters.") == 3
+    resolved = tomllib.loads((results[0] / "own" / "scenario.toml").read_text(encoding="utf-8"))
+    assert len(resolved["parameters"]) == 3
 
 
 def test_an_own_impact_law_runs_by_changes_alone(results):

@@ -71,6 +71,8 @@ def prepare(form: Form, folder: Path, run: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
     (folder / "small.toml").write_text(SWEEP, encoding="utf-8")
     understood = parse(list(form.words))
+    if form.command == "init":
+        (folder / understood["file"]).unlink()
     names = [understood.get(name) for name in ("history", "left", "right")]
     for source in [*names, *(understood.get("histories") or [])]:
         if source is not None and not (folder / source).exists():

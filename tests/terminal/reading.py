@@ -28,6 +28,8 @@ RESULTS = {
     "compare": r"report: [\w/]+\.html",
     "render": "(picture|written): ",
     "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd)\s+read by ParaView",
+    "init": r"next: oblique-impact run mine\.toml",
+    "scenarios": r"with a tip mass strikes a rigid slope: nodal model, mesh",
     "schema": r"schema: oblique-impact\.json",
 }
 

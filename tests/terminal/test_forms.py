@@ -17,8 +17,10 @@ from tests.terminal.forms import Form, demo, forms, prepare, reduced
 from validation import compare
 
 FORMS = {form.name: form for form in forms()}
+#: commands that end at once
+NO_BAR = ("schema", "init", "scenarios")
 #: one form of each command with a bar; a run and a call that counts have all there is to bars
-EACH = {form.command: form for form in reversed(FORMS.values()) if form.command != "schema"}
+EACH = {form.command: form for form in reversed(FORMS.values()) if form.command not in NO_BAR}
 KINDS = [pytest.param(EACH[name], marks=[] if name in ("run", "export") else pytest.mark.slow) for name in EACH]
 #: the first form of each command, of `render` for each kind of file
 FIRST = {
@@ -34,7 +36,7 @@ SMALL = [
 
 def bar_of(form: Form, narrow: bool = False) -> str:
     """The bar that a command shows."""
-    if form.command in ("schema", "compare"):
+    if form.command in (*NO_BAR, "compare"):
         return reading.RESULTS[form.command]  # too quick for a bar
     if form.command == "run":
         return reading.NARROW_RUN if narrow else reading.RUN

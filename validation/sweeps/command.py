@@ -60,6 +60,10 @@ class SweepResult:
         counts = Counter(self.table["outcome"].to_pylist())
         return dict(sorted(counts.items(), key=lambda item: -item[1]))
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: the rows of the table, the counts of outcomes, the place of the files."""
+        return {"outcomes": self.outcomes, "runs": self.table.to_pylist(), "results": str(self.folder)}
+
     def to_dataframe(self) -> pd.DataFrame:
         """Return the table for pandas."""
         frame: pd.DataFrame = self.table.to_pandas()

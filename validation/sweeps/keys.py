@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from operator import attrgetter
 from typing import Any
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.sections import ParametersSection, ScenarioKeys
+from oblique_impact.scenario.toml import set_key
 from oblique_impact.scenario.units import Unit
 
 _KINDS = {"number": float, "integer": int, "boolean": bool, "string": str, "array": tuple}
@@ -56,12 +58,12 @@ def coerce(key: str, value: Any, where: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
             raise InputError(f"{where}: {key} = {short(value)}: should be a finite number")
         return float(value)
-    section, _, name = key.rpartition(".")
+    data: dict[str, Any] = {}
+    set_key(data, key.split("."), value, where)
     try:
-        found = ScenarioKeys.model_validate({section: {name: value}} if section else {name: value})
+        return attrgetter(key)(ScenarioKeys.model_validate(data))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    return getattr(getattr(found, section) if section else found, name)
 
 
 def kind(key: str) -> type:

@@ -1,0 +1,118 @@
+"""Scenarios to start from: the built-in cases with what happens in each, and files with every key explained."""
+
+from __future__ import annotations
+
+import os
+import textwrap
+from itertools import takewhile
+from pathlib import Path
+from typing import NamedTuple
+
+from oblique_impact.errors import InputError
+from oblique_impact.files import write_text
+from oblique_impact.scenario.scenario import Scenario, builtin_names, builtin_text
+from oblique_impact.scenario.schema import commented
+from oblique_impact.scenario.section import Section
+
+#: when the macro-collisions of each built-in case begin (s), as `History.macro_collisions` tells
+_COLLISIONS: dict[str, tuple[float, ...]] = {
+    "paper": (0.317, 0.676, 0.926),
+    "bouncing": (0.317, 0.644, 0.908),
+    "damped": (0.317, 0.659, 0.853, 0.977),
+    "elastic-stop": (0.317, 0.865),
+    "many-modes": (0.317, 0.700),
+    "mid-span": (0.333, 0.610),
+    "rigid-limit": (0.174, 0.345, 0.377),
+    "spin-up": (),
+    "sticking": (0.551,),
+    "tapered": (0.315,),
+}
+_HOW = """\
+# Numbers are in SI units; a text with a unit, such as "12 mm", will do as well. A key behind a "#" has the
+# value that holds without it: take the # away to change it."""
+
+
+class BuiltinCase(NamedTuple):
+    """A built-in scenario in words."""
+
+    name: str
+    happens: str  # in a sentence or two
+    end_time: float  # s
+    collisions: tuple[float, ...]  # s, when the macro-collisions until then begin
+
+
+def builtin_cases() -> list[BuiltinCase]:
+    """Return the built-in scenarios with what happens in each, `paper` first.
+
+    Returns
+    -------
+    list of BuiltinCase
+        Name, what happens, duration (s), when its macro-collisions begin (s).
+
+    Examples
+    --------
+    >>> builtin_cases()[0].name
+    'paper'
+    """
+    return [
+        BuiltinCase(name, _about(name), Scenario.builtin(name).end_time, _COLLISIONS[name])
+        for name in builtin_names()
+    ]
+
+
+def start_scenario(file: str | os.PathLike[str], base: str = "paper") -> Scenario:
+    """Write a scenario file to start from, each key below its meaning, unit and range; returns the scenario.
+
+    Keys that `base` does not give stand behind a "#", with the values that hold without them.
+
+    Parameters
+    ----------
+    file : str or path
+        The file to write, TOML; it must not be there yet.
+    base : str
+        The built-in case or the scenario file that it is to be the same as.
+
+    Returns
+    -------
+    Scenario
+        What the file says.
+
+    Raises
+    ------
+    InputError
+        In one line, if the file is there, cannot be written or is no .toml, or if `base` is no scenario.
+
+    Examples
+    --------
+    >>> from oblique_impact import start_scenario
+    >>> start_scenario("mine.toml", "tapered").beam.tip_mass  # doctest: +SKIP
+    0.05
+    """
+    path = Path(file)
+    if path.suffix != ".toml":
+        raise InputError(f"{path}: should end in .toml")
+    if path.exists():
+        raise InputError(f"{path}: is there already; choose another name, or remove it first")
+    scenario = Scenario.load(base)
+    about = [_wrapped(f"# {_about(base)}")] if base in builtin_names() else []
+    given = set(scenario.model_fields_set)
+    for name, section in scenario:
+        given |= {f"{name}.{key}" for key in section.model_fields_set} if isinstance(section, Section) else set()
+    body = commented(scenario.model_dump(mode="json"), given).splitlines()
+    lines = [_wrapped(line) if line.startswith("# ") else line for line in body]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, "\n".join([*about, _HOW, *lines, ""]))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    return Scenario.load(str(path))
+
+
+def _wrapped(comment: str) -> str:
+    return textwrap.fill(comment, 110, subsequent_indent="#   ")
+
+
+def _about(name: str) -> str:
+    """Return what the comment at the head of a built-in case says."""
+    head = takewhile(lambda line: line.startswith("#"), builtin_text(name).splitlines())
+    return " ".join(line.removeprefix("#").strip() for line in head)

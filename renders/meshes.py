@@ -1,0 +1,49 @@
+"""The beam at a time as a mesh of PyVista with its results; `History.to_pyvista` finds it by its entry point."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+
+from oblique_impact.history.history import History, require_history
+from renders.geometry import QUANTITIES, BeamGeometry
+from renders.metadata import made_by
+
+
+def beam_mesh(history: History, time: float, deformation: float = 1.0) -> pv.PolyData:
+    """Return the surface of the beam at a time (s), at a jump just after it, with its results as point arrays.
+
+    Parameters
+    ----------
+    history : History
+        Of a beam.
+    time : float
+        Physical time (s) within the run.
+    deformation : float
+        Factor by which the bending is magnified; 1 for the true shape.  The results are never magnified.
+
+    Returns
+    -------
+    pyvista.PolyData
+        Points in m; point arrays as in :data:`renders.geometry.QUANTITIES`, in SI units; field data `time` (s),
+        `units` and `made_by`.
+
+    Raises
+    ------
+    InputError
+        For a system that is no beam, a time outside of the run, or a factor that is not positive.
+    """
+    require_history(history, "to_pyvista")
+    geometry = BeamGeometry(history, deformation)
+    history.at(time)  # which refuses times outside of the run
+    surface = geometry.surface(geometry.index(time))
+    mesh = pv.PolyData(surface.points, geometry.faces)
+    for name, values in surface.arrays.items():
+        mesh.point_data[name] = values
+    mesh.point_data["Normals"] = surface.normals
+    mesh.point_data.active_normals_name = "Normals"
+    mesh.set_active_scalars("bending_stress")
+    mesh.field_data["time"] = np.array([time])
+    mesh.field_data["units"] = ["points = m", *(f"{name} = {unit}" for name, unit in QUANTITIES.items())]
+    mesh.field_data["made_by"] = [made_by([history])]
+    return mesh

@@ -1,0 +1,234 @@
+"""Cross-sections by their shapes, materials by their names: closed forms, and bending stress of tapered beams."""
+
+from __future__ import annotations
+
+import math
+from typing import get_args
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from scipy.integrate import quad
+
+from fem_beam.nodal import NodalBeam
+from oblique_impact import InputError, Scenario, natural_frequencies, simulate
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.scenario.materials import MATERIALS
+from oblique_impact.scenario.sections import BeamSection, CrossSection
+from oblique_impact.scenario.shapes import SHAPES, SIZES
+
+FEM = {"discretization__method": "fem", "discretization__modes": 3, "discretization__frame": "mean-axis"}
+
+
+def shaped(shape: str, **sizes) -> Scenario:
+    keys = {f"beam__section__{name}": size for name, size in sizes.items()}
+    return Scenario().replace(beam__section__shape=shape, **keys, **FEM)
+
+
+def by_strips(width_at, height: float) -> tuple[float, float]:
+    """Area and second moment of a section of some width at the height y over its centre."""
+    half = 0.5 * height
+    corners = [-half, half]
+    area = quad(width_at, -half, half, points=corners, limit=500, epsabs=1e-14)[0]
+    return area, quad(lambda y: width_at(y) * y * y, -half, half, limit=500, epsabs=1e-18)[0]
+
+
+#: sizes (m), the width of the section at the height y, its height
+BY_STRIPS = {
+    "rectangle": ({"width": 0.03, "height": 0.01}, lambda y: 0.03, 0.01),
+    "circle": ({"diameter": 0.02}, lambda y: 2.0 * math.sqrt(max(0.01**2 - y * y, 0.0)), 0.02),
+    "tube": (
+        {"diameter": 0.03, "thickness": 0.004},
+        lambda y: 2.0 * (math.sqrt(max(0.015**2 - y * y, 0.0)) - math.sqrt(max(0.011**2 - y * y, 0.0))),
+        0.03,
+    ),
+    "i-beam": (
+        {"width": 0.04, "height": 0.06, "flange_thickness": 0.006, "web_thickness": 0.004},
+        lambda y: 0.04 if abs(y) > 0.024 else 0.004,
+        0.06,
+    ),
+}
+
+
+@pytest.mark.parametrize("shape", BY_STRIPS)
+def test_area_second_moment_and_outer_fibre_by_strips(shape):
+    sizes, width_at, height = BY_STRIPS[shape]
+    beam = shaped(shape, **sizes).beam
+    area, second_moment = by_strips(width_at, height)
+    assert beam.area == pytest.approx(area, rel=1e-5)
+    assert beam.second_moment == pytest.approx(second_moment, rel=1e-5)
+    assert beam.outer_fibre == height / 2.0
+
+
+def test_every_shape_is_tried_and_every_name_is_known():
+    assert BY_STRIPS.keys() == SHAPES.keys()
+    assert ("", *SHAPES) == get_args(CrossSection.model_fields["shape"].annotation)
+    assert ("", *MATERIALS) == get_args(BeamSection.model_fields["material"].annotation)
+    assert set(SIZES) == CrossSection.model_fields.keys() - {"shape"}
+
+
+def test_a_rolled_profile_of_the_tables():
+    """IPE 100 without its fillets (EN 10365): with them the table says 10.3 cm^2 and 171 cm^4."""
+    beam = shaped("i-beam", width="55 mm", height="100 mm", flange_thickness="5.7 mm", web_thickness="4.1 mm").beam
+    fillets = 4.0 * (1.0 - math.pi / 4.0) * 0.007**2
+    assert beam.area + fillets == pytest.approx(10.3e-4, rel=3e-3)
+    assert beam.second_moment + fillets * 0.0427**2 == pytest.approx(171e-8, rel=3e-3)
+
+
+#: a rectangle whose height falls to a half, and another kink inside
+TAPER = {"width": [[0.0, 0.02], [0.4, 0.03], [1.0, 0.015]], "height": [[0.0, 0.02], [1.0, 0.01]]}
+HEIGHT = Polynomial([0.02, -0.01])
+WIDTHS = ((0.0, 0.4, Polynomial([0.02, 0.025])), (0.4, 1.0, Polynomial([0.04, -0.025])))
+
+
+def integral(weight) -> float:
+    """Integral over the beam of a polynomial that depends on the width."""
+    total = 0.0
+    for a, b, width in WIDTHS:
+        whole = weight(width).integ()
+        total += whole(b) - whole(a)
+    return total
+
+
+def test_sizes_over_x_are_met_exactly():
+    scenario = shaped("rectangle", **TAPER)
+    sections = Sections.from_scenario(scenario)
+    x = np.array([0.0, 0.1, 0.4, 0.77, 1.0])
+    width, height = np.interp(x, [0.0, 0.4, 1.0], [0.02, 0.03, 0.015]), HEIGHT(x)
+    np.testing.assert_allclose(sections.area(x), width * height, rtol=1e-14)
+    np.testing.assert_allclose(sections.second_moment(x), width * height**3 / 12.0, rtol=1e-14)
+    np.testing.assert_allclose(sections.fibre_distance(x), height / 2.0, rtol=1e-14)
+    rho, X = scenario.beam.density, Polynomial([0.0, 1.0])
+    assert sections.mass == pytest.approx(rho * integral(lambda w: w * HEIGHT), rel=1e-14)
+    assert sections.static_moment == pytest.approx(rho * integral(lambda w: w * HEIGHT * X), rel=1e-14)
+    assert sections.inertia == pytest.approx(rho * integral(lambda w: w * HEIGHT * X**2), rel=1e-14)
+    assert float(sections.outer_mass(0.4)) == pytest.approx(
+        rho * ((WIDTHS[1][2] * HEIGHT).integ()(1.0) - (WIDTHS[1][2] * HEIGHT).integ()(0.4)), rel=1e-14
+    )
+
+
+def test_finite_elements_integrate_such_sections_exactly():
+    """The work of the deflection x^2 + x^3 and its kinetic energy are integrals of polynomials."""
+    scenario = shaped("rectangle", **TAPER).replace(discretization__elements=5)
+    nodal = NodalBeam.from_scenario(scenario)
+    shape = Polynomial([0.0, 0.0, 1.0, 1.0])
+    values = np.stack([shape(nodal.nodes), shape.deriv()(nodal.nodes)], axis=1).ravel()
+    bent, rho, E = shape.deriv(2), scenario.beam.density, scenario.beam.youngs_modulus
+    stiffness = E / 12.0 * integral(lambda w: w * HEIGHT**3 * bent**2)
+    assert values @ (nodal.K @ values) == pytest.approx(stiffness, rel=1e-12)
+    factor = nodal.curvature_factor() @ values
+    assert factor @ factor == pytest.approx(stiffness, rel=1e-12)
+    mass = rho * integral(lambda w: w * HEIGHT * shape**2)
+    assert values @ (nodal.M1 @ values) == pytest.approx(mass, rel=1e-12)
+
+
+def test_frequencies_of_a_wedge():
+    """A cantilever of constant width whose height falls to nearly nothing.
+
+    Exact for the wedge: omega = 5.315 sqrt(E h^2 / (12 rho L^4)) with the height h at the root (Kirchhoff 1879;
+    Naguleswaran, J. Sound Vib. 172, 1994, 289-304, table 1: 5.3151, 15.2072).
+    """
+    wedge = shaped("rectangle", width=0.02, height=[[0.0, 0.02], [1.0, 1e-5]])
+    clamped = wedge.replace(
+        root__kind="hub", root__inertia=1.0, discretization__frame="tangent", discretization__elements=80
+    )
+    beam = wedge.beam
+    unit = math.sqrt(beam.youngs_modulus * 0.02**2 / (12.0 * beam.density))
+    found = natural_frequencies(clamped, [0.0], 2).flapwise[0] / unit
+    assert found[0] == pytest.approx(5.3151, rel=2e-3)
+    assert found[1] == pytest.approx(15.2072, rel=5e-3)
+
+
+def test_bending_stress_of_a_tapered_beam_by_hand():
+    """A clamped beam that hangs at rest under its own weight: 6 M / (b h^2) at every station."""
+    scenario = shaped("rectangle", width=0.02, height=[[0.0, 0.03], [1.0, 0.01]]).replace(
+        root__kind="driven",
+        initial__angle=0.0,
+        contact__enabled=False,
+        discretization__frame="tangent",
+        beam__kelvin_voigt=1e-3,
+        end_time=1e-3,
+        discretization__modes=8,
+        beam__material="steel",
+    )
+    history = simulate(scenario)
+    at_end = history.at(1e-3)
+    x, moment = at_end["station"].values, at_end["moment"].values
+    expected = moment * 6.0 / (0.02 * (0.03 - 0.02 * x) ** 2)
+    np.testing.assert_allclose(at_end["bending_stress"].values, expected, rtol=1e-12, atol=1e-3)
+    assert np.max(np.abs(expected)) > 1e3
+
+
+def test_an_outer_fibre_over_x_is_that_of_the_shape():
+    taper = [[0.0, 0.03], [1.0, 0.01]]
+    by_shape = Sections.from_scenario(shaped("rectangle", width=0.02, height=taper))
+    fibre = [[x, h / 2.0] for x, h in taper]
+    given = Sections.from_scenario(Scenario().replace(beam__outer_fibre=fibre, **FEM))
+    x = np.linspace(0.0, 1.0, 7)
+    np.testing.assert_allclose(given.fibre_distance(x), by_shape.fibre_distance(x), rtol=1e-15)
+    assert Scenario.from_toml("[beam]\nouter_fibre = '12 mm'").beam.outer_fibre == 0.012
+
+
+def test_the_resolved_file_is_the_same_beam_and_follows_what_is_changed_in_it():
+    scenario = shaped("rectangle", **TAPER).replace(beam__material="titanium")
+    text = scenario.to_toml()
+    again = Scenario.from_toml(text)
+    assert again == scenario
+    followers = {"area", "second_moment", "outer_fibre", "density", "youngs_modulus"}
+    assert not followers & (again.beam.model_fields_set | scenario.beam.model_fields_set)
+    assert "[beam.section]\n" in text
+    assert 'shape = "rectangle"' in text
+    assert "diameter" not in text
+    first = Sections.from_scenario(scenario)
+    x = np.linspace(0.0, 1.0, 11)
+    np.testing.assert_array_equal(Sections.from_scenario(again).second_moment(x), first.second_moment(x))
+    changed = Scenario.from_toml(text, ["beam.section.width=0.02", "beam.material=steel"])
+    assert (changed.beam.density, changed.beam.youngs_modulus) == (7850.0, 210e9)
+    np.testing.assert_allclose(Sections.from_scenario(changed).area(0.5), 0.02 * 0.015)
+    assert scenario.replace(beam__section__height=0.01).beam.area[0] == (0.0, pytest.approx(2e-4))
+
+
+def test_a_file_without_a_shape_says_nothing_of_one():
+    assert "beam.section" not in Scenario().to_toml()
+    assert '"beam.area"' not in Scenario().to_toml()
+
+
+def test_words_of_an_engineer_in_a_file():
+    text = """
+[beam]
+length = "2 m"
+material = "aluminium"
+section = {shape = "tube", diameter = "40 mm", thickness = "2 mm"}
+"""
+    beam = Scenario.from_toml(text).beam
+    assert (beam.density, beam.youngs_modulus) == (2700.0, 70e9)
+    assert beam.area == pytest.approx(math.pi * (0.02**2 - 0.018**2), rel=1e-14)
+    assert beam.second_moment == pytest.approx(math.pi / 4.0 * (0.02**4 - 0.018**4), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("material = 'steal'", "beam.material = 'steal': should be '', 'steel'.*did you mean 'steel'?"),
+        ("section = {shape = 'tubes'}", "beam.section.shape = 'tubes': .*did you mean 'tube'?"),
+        (
+            "section = {shape = 'circle', diametre = 1}",
+            "line 2: beam.section.diametre = 1: unknown key; did you mean diameter?",
+        ),
+        ("section = 3", "beam.section = 3: should be"),
+        (
+            "section = {shape = 'circle', diameter = -1.0}",
+            "beam.section.diameter = -1.0: should be a finite number greater than or equal to 0",
+        ),
+        (
+            "section = {shape = 'circle', diameter = '3 kg'}",
+            "beam.section.diameter = '3 kg': should be in m, not in kg",
+        ),
+    ],
+)
+def test_wrong_words_are_one_line(text, words):
+    with pytest.raises(InputError) as error:
+        Scenario.from_toml(f"[beam]\n{text}\n")
+    assert len(str(error.value).splitlines()) == 1
+    for part in words.split(".*"):
+        assert part in str(error.value)

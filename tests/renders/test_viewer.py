@@ -1,0 +1,175 @@
+"""The interactive window, the mesh at a time, and what is said where neither can be."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from oblique_impact import InputError
+from renders import Style, beam_mesh, show
+from renders.geometry import QUANTITIES, BeamGeometry
+from renders.offscreen import prepare
+from renders.viewer import Viewer
+
+
+@pytest.fixture(scope="module")
+def history(run):
+    return run("paper", "end_time=0.35")
+
+
+@pytest.fixture
+def viewer(history):
+    prepare()
+    viewer = Viewer(history, Style(size=(640, 360), deformation=1.0), off_screen=True)
+    yield viewer
+    viewer.plotter.close()
+
+
+@pytest.fixture(scope="module")
+def pressed(history):
+    """The time (s) of the largest force."""
+    return float(history["time"].values[int(np.argmax(np.nan_to_num(history["lambda_n"].values)))])
+
+
+def said(viewer: Viewer) -> str:
+    """The text in the upper left corner."""
+    return viewer._text.GetText(2)
+
+
+def test_the_mesh_is_the_beam_with_its_results(history, pressed):
+    mesh = history.to_pyvista(pressed)
+    geometry = BeamGeometry(history, 1.0)
+    surface = geometry.surface(geometry.index(pressed))
+    np.testing.assert_array_equal(mesh.points, surface.points)
+    for name in QUANTITIES:
+        np.testing.assert_array_equal(mesh[name], surface.arrays[name])
+    assert mesh.n_open_edges == 0
+    # the bending stress at the outer fibre is that of the history (Pa), the axis that of the beam (m)
+    ends = np.abs(mesh["bending_stress"]).max()
+    assert ends == pytest.approx(float(np.abs(history.at(pressed)["bending_stress"]).max()), rel=1e-2)
+    assert mesh.active_scalars_name == "bending_stress"
+    assert float(mesh.field_data["time"][0]) == pressed
+    units = dict(line.split(" = ") for line in mesh.field_data["units"])
+    assert units == {"points": "m", **QUANTITIES}
+    larger = history.to_pyvista(pressed, deformation=5.0)
+    np.testing.assert_array_equal(larger["bending_stress"], mesh["bending_stress"])
+    assert np.abs(larger.points - mesh.points).max() > 1e-3
+    assert np.array_equal(beam_mesh(history, pressed).points, mesh.points)
+
+
+def test_what_cannot_be_a_mesh_is_one_line(history):
+    for call, words in (
+        (lambda: history.to_pyvista(9.0), "time = 9.0: should be from 0 to 0.35 s"),
+        (lambda: history.to_pyvista(0.1, deformation=0.0), "--deformation 0.0: should be a positive number"),
+        (lambda: beam_mesh("paper", 0.1), "to_pyvista: history = 'paper': should be a History"),
+        (lambda: show("paper"), "show: history = 'paper': should be a History"),
+    ):
+        with pytest.raises(InputError) as error:
+            call()
+        assert str(error.value).startswith(words)
+
+
+def test_the_window_shows_the_beam_at_the_time_of_the_slider(viewer, history, pressed):
+    viewer.go_to(pressed)
+    geometry = viewer.geometry
+    k = geometry.index(pressed)
+    surface = geometry.surface(k)
+    np.testing.assert_allclose(viewer.mesh.points, surface.points, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(viewer.mesh["bending_stress"], surface.arrays["bending_stress"])
+    force = sum(geometry.contact_forces(k))
+    assert f"t = {pressed:.5f} s  SLIP  {np.linalg.norm(force):.4g} N" == said(viewer)
+    # the arrow ends where the beam touches, points along the force, and is longest for the largest one
+    points = viewer.arrow.points
+    along = np.append(force / np.linalg.norm(force), 0.0)
+    reach = (points - geometry.contact_place(k)) @ along
+    assert reach.max() == pytest.approx(0.0, abs=1e-6)
+    assert -reach.min() == pytest.approx(0.16, rel=1e-2)
+    viewer.go_to(0.1)
+    assert not viewer._force.visibility
+    assert said(viewer) == "t = 0.10000 s  FREE"
+
+
+def test_colours_keep_their_scale_and_something_is_drawn(viewer, pressed):
+    viewer.go_to(pressed)
+    bars = viewer.plotter.scalar_bars
+    assert list(bars.keys()) == ["bending stress (Pa)"]
+    picture = np.asarray(viewer.plotter.screenshot(return_img=True))[..., :3].astype(int)
+    red, blue = picture[..., 0], picture[..., 2]
+    assert np.sum(red > blue + 40) > 50
+    assert np.sum(blue > red + 40) > 50
+    limit = viewer.limit
+    assert limit >= np.abs(viewer.mesh["bending_stress"]).max()
+    assert tuple(viewer.mesh_actor.mapper.scalar_range) == (-limit, limit)
+
+
+def test_the_space_bar_plays_the_film_and_starts_it_again(viewer):
+    viewer.step()
+    assert viewer._frame == 0  # it stands still until it is asked to play
+    viewer._toggle()
+    viewer.step()
+    assert viewer._frame == 1
+    assert viewer._slider.GetRepresentation().GetValue() == pytest.approx(viewer.times[1])
+    viewer.go_to(float(viewer.times[-1]))
+    viewer.step()
+    assert viewer._frame == 0
+    viewer._toggle()
+    viewer.step()
+    assert viewer._frame == 0
+    assert np.all(np.diff(viewer.times) > 0.0)
+
+
+def test_without_a_display_or_trame_it_says_so(history, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    if sys.platform.startswith("linux"):
+        with pytest.raises(InputError, match=r"^show: there is no display here; render draws"):
+            show(history)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"^show: a view in a notebook needs trame: pip install"):
+        show(history, notebook=True)
+
+
+WINDOW = """
+import sys, threading, time
+import pyvista as pv
+from oblique_impact import History
+from renders import show
+
+def stop(plotter):
+    plotter.screenshot(sys.argv[2])
+    plotter.close()
+
+old = pv.Plotter.show
+def brief(self, **options):
+    self.add_timer_event(max_steps=1, duration=1500, callback=lambda step: self.iren.terminate_app())
+    old(self, auto_close=False, **options)
+    self.screenshot(sys.argv[2])
+    self.close()
+pv.Plotter.show = brief
+show(History.load(sys.argv[1]), size=(640, 360))
+print("closed")
+"""
+
+
+@pytest.mark.slow
+def test_a_real_window_opens(history, display, tmp_path):
+    history.save(tmp_path / "run")
+    words = [sys.executable, "-c", WINDOW, str(tmp_path / "run"), str(tmp_path / "a.png")]
+    done = subprocess.run(
+        words, env={**os.environ, "DISPLAY": display}, capture_output=True, text=True, timeout=300
+    )
+    assert (done.returncode, done.stdout) == (0, "closed\n"), done.stderr
+    pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
+    assert np.sum(pixels.min(axis=2) < 200) > 500
+
+
+def test_a_system_that_is_no_beam_has_no_mesh(history):
+    other = replace(history, data=history.data.drop_vars("theta"))
+    with pytest.raises(InputError, match=r"^to_pyvista: this is the history of a system that is no beam"):
+        other.to_pyvista(0.05)

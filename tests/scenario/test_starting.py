@@ -1,0 +1,103 @@
+"""Scenarios to start from: what the list says happens, and files that explain every key."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from oblique_impact import InputError, Scenario, builtin_cases, start_scenario
+from oblique_impact.scenario.scenario import builtin_names
+from oblique_impact.scenario.schema import key_schemas
+
+#: cases whose run takes more than a few seconds
+LONG = ("damped", "many-modes")
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(c, id=c.name, marks=[pytest.mark.slow] if c.name in LONG else []) for c in builtin_cases()],
+)
+def test_what_the_list_says_happens_in_a_run(run, case):
+    history = run(case.name)
+    assert case.end_time == history.summary["end_time"]
+    begins = [m["start"] for m in history.macro_collisions]
+    assert begins == pytest.approx(case.collisions, abs=6e-4)
+
+
+def test_every_case_is_in_the_list_with_a_sentence():
+    cases = builtin_cases()
+    assert [case.name for case in cases] == builtin_names()
+    for case in cases:
+        assert re.fullmatch(r"[A-Z].{40,}\.", case.happens), case.name
+        assert "#" not in case.happens
+
+
+def test_the_command_lists_them(cli):
+    code, out, err = cli("scenarios")
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[0] == "paper: 1 s, 3 macro-collisions, at 0.317, 0.676, 0.926 s"
+    assert "spin-up: 20 s, no collision" in lines
+    assert "tapered: 0.6 s, 1 macro-collision, at 0.315 s" in lines
+    assert lines[1::2] == [f"    {case.happens}" for case in builtin_cases()]
+    code, out, err = cli("scenarios", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out)["scenarios"]
+    assert [entry["name"] for entry in found] == builtin_names()
+    assert found[0]["collisions"] == list(builtin_cases()[0].collisions)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tmp_path, name):
+    file = tmp_path / "mine.toml"
+    made = start_scenario(file, name)
+    text = file.read_text(encoding="utf-8")
+    assert made == Scenario.load(str(file)) == Scenario.builtin(name)
+    taken = re.sub(r"^#(?=[\w]+ = |    |\])", "", text, flags=re.MULTILINE)
+    assert Scenario.from_toml(taken) == made
+    for path in key_schemas():
+        assert re.search(rf"^{path.rpartition('.')[2]} = ", taken, re.MULTILINE), path
+    assert max(map(len, text.splitlines())) <= 110
+    # what is given stays given, what follows other keys goes on following them
+    assert made.contact.model_fields_set == Scenario.builtin(name).contact.model_fields_set
+
+
+def test_each_key_stands_below_its_meaning_unit_and_range(tmp_path):
+    start_scenario(tmp_path / "a.toml", "tapered")
+    text = (tmp_path / "a.toml").read_text(encoding="utf-8")
+    assert text.startswith("# A tapered beam with a tip mass strikes a rigid slope")
+    assert "\n# point mass at x = length (number in kg, >= 0)\ntip_mass = 0.05\n" in text
+    assert "\n# Young's modulus (number in Pa, > 0)\n#youngs_modulus = 68952000000.0\n" in text
+
+
+def test_a_file_of_ones_own_is_taken_with_its_parameters(tmp_path):
+    (tmp_path / "old.toml").write_text("end_time = 0.2\n[beam]\nlength = '500 mm'\n", encoding="utf-8")
+    made = start_scenario(tmp_path / "new" / "a.toml", str(tmp_path / "old.toml"))
+    assert (made.end_time, made.beam.length, made.contact.point) == (0.2, 0.5, 0.5)
+    assert "contact.point" not in (tmp_path / "new" / "a.toml").read_text(encoding="utf-8")
+
+
+def test_a_file_that_is_there_stays(tmp_path, refused):
+    file = tmp_path / "a.toml"
+    file.write_text("end_time = 0.2\n", encoding="utf-8")
+    assert refused("init", file).endswith("a.toml: is there already; choose another name, or remove it first\n")
+    assert file.read_text(encoding="utf-8") == "end_time = 0.2\n"
+
+
+def test_bad_input_is_one_line(tmp_path, refused):
+    assert refused("init", tmp_path / "a.txt").endswith("a.txt: should end in .toml\n")
+    assert "did you mean tapered?" in refused("init", tmp_path / "a.toml", "--from", "taperd")
+    assert "cannot be written" in refused("init", "/proc/nowhere/a.toml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_says_what_to_do_next(tmp_path, cli):
+    code, out, err = cli("init", tmp_path / "mine.toml", "--from", "damped")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[1] == f"  next: oblique-impact run {tmp_path}/mine.toml --out out/mine"
+    code, out, _ = cli("init", tmp_path / "b.toml", "--json")
+    assert json.loads(out) == {"file": str(tmp_path / "b.toml"), "from": "paper"}
+    with pytest.raises(InputError):
+        start_scenario(tmp_path / "b.toml")

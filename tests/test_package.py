@@ -1,0 +1,69 @@
+"""What the distribution says of itself; `make package` builds, installs and uses it."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+LOCKED = dict(
+    re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "requirements.lock").read_text(encoding="utf-8"), re.MULTILINE)
+)
+LOCKED = {name.lower().replace("_", "-"): version for name, version in LOCKED.items()}
+#: of another program, which only the benchmarks take and no lock holds
+UNLOCKED = {"exudyn"}
+NEEDS = [
+    *PROJECT["dependencies"],
+    *(need for extra in PROJECT["optional-dependencies"].values() for need in extra),
+]
+
+
+@pytest.mark.parametrize("need", sorted(set(NEEDS)))
+def test_what_the_project_and_its_extras_need_is_locked_at_a_version_that_will_do(need):
+    """So what the tests run with is what an extra installs."""
+    wanted = Requirement(need)
+    if wanted.name == PROJECT["name"]:
+        assert wanted.extras <= PROJECT["optional-dependencies"].keys()
+    elif wanted.name not in UNLOCKED:
+        assert wanted.specifier.contains(LOCKED[wanted.name.lower().replace("_", "-")])
+
+
+def test_metadata_are_complete():
+    assert {
+        "authors",
+        "description",
+        "keywords",
+        "classifiers",
+        "license",
+        "readme",
+        "requires-python",
+    } <= PROJECT.keys()
+    least = PROJECT["requires-python"].removeprefix(">=")
+    assert f"Programming Language :: Python :: {least}" in PROJECT["classifiers"]
+
+
+def test_the_citation_is_of_this_version():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert {"cff-version", "message", "title", "authors", "version"} <= cited.keys()
+    assert cited["version"] == PROJECT["version"]
+    assert cited["license"] == PROJECT["license"]
+    assert cited["authors"] == PROJECT["authors"]
+    assert set(cited["keywords"]) == set(PROJECT["keywords"])
+    (paper,) = cited["references"]
+    assert [author["family-names"] for author in paper["authors"]] == ["Yuan", "Li", "Zhang", "Hong"]
+
+
+def test_every_module_and_file_of_the_packages_is_named():
+    tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    folders = {
+        ".".join(file.parent.relative_to(ROOT).parts)
+        for package in {name.partition(".")[0] for name in tool["packages"]}
+        for file in (ROOT / package).rglob("*.py")
+    }
+    assert folders == set(tool["packages"])
