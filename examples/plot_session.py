@@ -16,7 +16,8 @@ from renders import Style, render
 from validation import compare, refine
 
 for case in builtin_cases():
-    print(f"{case.name:13s} {case.end_time:4g} s  {len(case.collisions)} collisions  {case.happens[:60]}")
+    print(f"{case.name}, {case.end_time:g} s, {len(case.collisions)} collisions:")
+    print(f"  {case.happens}")
 
 # %%
 # A file with every key, its meaning, unit and range, which begins as one of them (it never replaces a file that is

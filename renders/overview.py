@@ -169,14 +169,19 @@ def _draw_differences(axes: Axes, histories: dict[str, History]) -> None:
 
 def _draw_losses(axes: Axes, histories: dict[str, History]) -> None:
     kinds = ("impact", "friction", "damping", "scheme")
-    width = 0.8 / len(histories)
+    width, drawn = 0.8 / len(histories), False
     for number, ((name, history), colour) in enumerate(zip(histories.items(), SERIES, strict=False)):
         energy = history.summary["energy"]
-        values = [energy[f"lost_{kind}"] for kind in kinds]
+        # what rounding leaves is nothing: it would be all there is to see of a run that loses none
+        noise = 1e-9 * max(abs(energy["initial"]), abs(energy["kinetic"]) + abs(energy["elastic"]))
+        values = [lost if abs(lost) > noise else 0.0 for lost in (energy[f"lost_{kind}"] for kind in kinds)]
         places = np.arange(len(kinds)) + (number - 0.5 * (len(histories) - 1)) * width
+        drawn |= any(values)
         bars = axes.bar(places, values, width=0.92 * width, color=colour, label=name)
         axes.bar_label(bars, labels=[f"{v:.3g}" if abs(v) > 1e-9 else "0" for v in values], fontsize=7, padding=2)
     axes.set(ylabel="energy lost (J)", title="Where the energy went")
     axes.set_xticks(range(len(kinds)), kinds)
     axes.margins(y=0.15)
+    if not drawn:
+        axes.set_ylim(0.0, 1.0)
     axes.legend()

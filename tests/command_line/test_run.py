@@ -245,13 +245,17 @@ def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     ]
 
 
-def test_what_modes_prints_has_its_units(capsys):
-    modes._print_frequencies(Frequencies(np.array([0.0, 6.0]), np.array([[1.0], [2.0]]), np.array([[3.0], [4.0]])))
-    assert [line.split() for line in capsys.readouterr().out.splitlines()] == [
-        ["flapwise", "(rad/s)"],
+def test_what_modes_prints_has_its_units():
+    found = Frequencies(np.array([0.0, 6.0]), np.array([[1.0], [2.0]]), np.array([[3.0], [4.0]]))
+    assert [line.split() for line in modes._lines(found)] == [
+        ["flapwise", "(rad/s,", "below", "in", "Hz)"],
         ["at", "0", "rad/s:", "1.000000"],
+        ["Hz:", "0.159155"],
         ["at", "6", "rad/s:", "2.000000"],
-        ["chordwise", "(rad/s)"],
+        ["Hz:", "0.318310"],
+        ["chordwise", "(rad/s,", "below", "in", "Hz)"],
         ["at", "0", "rad/s:", "3.000000"],
+        ["Hz:", "0.477465"],
         ["at", "6", "rad/s:", "4.000000"],
+        ["Hz:", "0.636620"],
     ]

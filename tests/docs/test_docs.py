@@ -129,7 +129,7 @@ def test_the_tutorial_is_a_notebook_whose_cells_run(tmp_path, monkeypatch, capsy
     for cell in cells:
         exec(cell, names)
     said = capsys.readouterr().out
-    assert "paper            1 s  3 collisions" in said
+    assert "paper, 1 s, 3 collisions:\n" in said
     assert names["history"].outcome.label == "completed"
     assert names["study"].quantity("impulse").analysis.verdict == "converged"
     assert names["found"].largest_shift < 1e-5

@@ -31,12 +31,15 @@ def test_export_says_what_it_wrote_and_nothing_else(folder, tmp_path, cli, forma
     assert code == 0
     assert err == ""
     frames = read(target)
-    forecast, done, file, readers = out.splitlines()
+    forecast, done, file, readers, opened = out.splitlines()
     assert re.fullmatch(rf"{len(frames)} frames, about [\d.]+ MB", forecast)
     assert re.match(rf"{len(frames)} of \d+ samples, 0 to 0.34 s, both sides of \d+ jumps; ", done)
     assert "true shapes (deformation factor 1)" in done
     assert file == f"  {format}: {target}"
     assert readers.startswith("  read by ParaView 5.1")
+    assert (
+        opened == f"  in ParaView with colours and arrows: paraview --script={target.with_suffix('.paraview.py')}"
+    )
     assert float(frames[0].fields["deformation_factor"]) == 1.0
 
 
@@ -83,7 +86,10 @@ def test_suffix_and_format(folder, tmp_path, cli, refused):
     assert (tmp_path / "b.h5").is_file()
     assert "should end in .pvd" in refused("export", folder, "--format", "pvd", "--out", tmp_path / "c.vtkhdf")
     assert "--format" in refused("export", folder, "--out", tmp_path / "c")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "a.pvd", "b.h5", "b.xdmf"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        *("a", "a.paraview.py", "a.pvd"),
+        *("b.h5", "b.paraview.py", "b.xdmf"),
+    ]
 
 
 BAD = {
