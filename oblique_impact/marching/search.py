@@ -88,8 +88,14 @@ def _dip(s: Scratch, half: int, guard: int, width: float) -> tuple[float, float]
 
 @jitable
 def _highest(s: Scratch, column: int, half: int, width: float) -> float:
-    """Largest value of a column, the normal force (N) or a guard, in a half of the part."""
+    """Largest value of a column, the normal force (N) or a guard, in a half of the part.
+
+    A force that jumps as contact begins, against a damped flexibility, has a slope there that means nothing.
+    """
     values = s.values[half, column], s.values[half + 1, column]
+    low, high = min(values[0], values[1]), max(values[0], values[1])
+    if _defect(s, column, width) > _FORETOLD * (high - low):
+        return float(high)
     slopes = 0.5 * width * s.slopes[half, column], 0.5 * width * s.slopes[half + 1, column]
     return float(-cubic_dip(-values[0], -values[1], -slopes[0], -slopes[1])[0])
 

@@ -204,3 +204,22 @@ def test_a_discretization_that_leaves_nothing_out_is_refused():
     whole = (*whole, "discretization.frame=tangent")
     with pytest.raises(InputError, match=r"contact\.point_inertia"):
         beam_problem(beam_of(paper(*MASSLESS, *whole)))
+
+
+def test_a_force_that_begins_with_a_jump_has_the_peak_of_its_samples():
+    """A damped flexibility pushes at once; the slope of the force across the jump means nothing."""
+    scenario = Scenario.builtin(
+        "paper",
+        [
+            "discretization.frame=mean-axis",
+            "discretization.modes=6",
+            "contact.normal=spring",
+            "contact.stiffness=1e6",
+            "beam.kelvin_voigt=1e-5",
+            "solver.output_interval=1e-5",
+            "end_time=0.335",
+        ],
+    )
+    history = simulate(scenario)
+    peak = max(m["peak_force"] for m in history.macro_collisions)
+    assert peak == pytest.approx(float(history["lambda_n"].max()), rel=1e-3)
