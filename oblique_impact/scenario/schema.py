@@ -115,7 +115,7 @@ def comment_of(schema: dict[str, Any]) -> str:
 def commented(data: dict[str, Any]) -> str:
     """Return the text of a file with the keys in `data`, each below its comment; without `parameters`."""
     lines, present = [], ""
-    for path, schema in key_schemas().items():
+    for path in key_schemas():
         section, _, key = path.rpartition(".")
         if section == "parameters":
             continue
@@ -123,8 +123,13 @@ def commented(data: dict[str, Any]) -> str:
             lines.append(f"\n[{section}]")
             present = section
         value = data[section][key] if section else data[key]
-        lines += [f"# {comment_of(schema)}", tomli_w.dumps({key: value}).rstrip()]
+        lines += [_comments()[path], tomli_w.dumps({key: value}).rstrip()]
     return "\n".join([*lines, ""])
+
+
+@cache
+def _comments() -> dict[str, str]:
+    return {path: f"# {comment_of(schema)}" for path, schema in key_schemas().items()}
 
 
 def _section_schema(model: type[Section]) -> dict[str, Any]:
