@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.beam.beam import Beam, FullBeam
+from oblique_impact.beam.floating_frame import BeamModel
+from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.friction import friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
@@ -57,7 +59,9 @@ def beam_problem(beam: Beam) -> Problem:
     machine, scales = contact_machine(s, scheme, tolerances), np.ones(2 * q0.size)
     times = s.end_time, s.solver.output_interval
     contact, breakpoints = s.contact.enabled, beam.breakpoints
-    return Problem(beam.model, q0, qd0, machine, scheme, *times, scales, contact, breakpoints, beam.residual)
+    modes = normal_modes(beam.model) if isinstance(beam.model, BeamModel) else None
+    given = machine, scheme, *times, scales, contact, breakpoints, beam.residual, modes
+    return Problem(beam.model, q0, qd0, *given)
 
 
 def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:

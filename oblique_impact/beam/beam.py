@@ -90,19 +90,23 @@ class Beam:
         full = s.discretization.kinetics == "full"
         drive, parameters = self.motion.acceleration
         shortening = kept if s.contact.shortening else 0.0
+        elastic_mass, coupling = o.M1 + hub * np.outer(o.root_slope, o.root_slope), o.S + hub * o.root_slope
+        inverse = np.linalg.inv(elastic_mass)
         matrices = {
-            frame.ELASTIC_MASS: o.M1 + hub * np.outer(o.root_slope, o.root_slope),
+            frame.ELASTIC_MASS: elastic_mass,
             frame.SPIN_STIFFNESS: o.M1 - kept * o.C,
             frame.STIFFNESS: o.K,
             frame.DAMPING: damping_matrix(s, o),
             frame.GRAVITY_STIFFNESS: kept * o.D,
             frame.CONTACT_SHORTENING: shortening * o.contact_shortening,
+            frame.MASS_INVERSE: 0.5 * (inverse + inverse.T),
         }
         vectors = {
-            frame.COUPLING: o.S + hub * o.root_slope,
+            frame.COUPLING: coupling,
             frame.LOAD: o.P,
             frame.ROOT_SLOPE: o.root_slope,
             frame.CONTACT_SHAPE: o.contact_shape,
+            frame.FOLLOWING: -inverse @ coupling * (s.root.kind != "driven"),
         }
         slopes = o.stations.quadrature.slopes
         return BeamModel(

@@ -12,17 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.dense import DenseAlgebra
+from oblique_impact.kernels.dense import DenseAlgebra, solve_dense_mass
 from oblique_impact.kernels.jit import Law, inlined, jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
 PIN, HUB, DRIVEN = 0, 1, 2
 
 # BeamModel.matrices: elastic mass with the hub's share, M1 - C of the beam alone, stiffness, damping,
-# gravity stiffness D, H at the contact point
-ELASTIC_MASS, SPIN_STIFFNESS, STIFFNESS, DAMPING, GRAVITY_STIFFNESS, CONTACT_SHORTENING = range(6)
-# BeamModel.vectors: S with the hub's share, P, slope of the root, shape functions at the contact point
-COUPLING, LOAD, ROOT_SLOPE, CONTACT_SHAPE = range(4)
+# gravity stiffness D, H at the contact point, inverse of the elastic mass matrix
+ELASTIC_MASS, SPIN_STIFFNESS, STIFFNESS, DAMPING, GRAVITY_STIFFNESS, CONTACT_SHORTENING, MASS_INVERSE = range(7)
+# BeamModel.vectors: S with the hub's share, P, slope of the root, shape functions at the contact point, elastic
+# accelerations by a unit one of theta (of a driven root 0: theta is prescribed)
+COUPLING, LOAD, ROOT_SLOPE, CONTACT_SHAPE, FOLLOWING = range(5)
 
 
 class _BeamData(NamedTuple):
@@ -31,8 +32,8 @@ class _BeamData(NamedTuple):
     Few arrays with named rows, because compiled code hands every array on by value.
     """
 
-    matrices: Array  # (6, n, n)
-    vectors: Array  # (4, n)
+    matrices: Array  # (7, n, n)
+    vectors: Array  # (5, n)
     full: bool  # exact kinetic energy by quadrature
     quad_points: Array  # (2, nq) r + x (m) and mass (kg)         (full only, else empty)
     quad_shapes: Array  # (nq, n)
@@ -253,6 +254,45 @@ def evaluate_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace)
     return Evaluation(k.gap, k.slip, gap_rate, slip_rate, gap_bias, slip_bias, damping, supplied, 0.0)
 
 
+@inlined
+def _solve(model: BeamModel, pivot: float, right: Array, x: Array) -> None:
+    """Solve M x = right: only the entry of theta in M, less that of the elastic part, changes with q."""
+    _multiply_inner(model.matrices, MASS_INVERSE, right, x)
+    following, total = model.vectors[FOLLOWING], right[0]
+    for i in range(following.shape[0]):
+        total += following[i] * right[i + 1]
+    x[0] = total / pivot
+    for i in range(following.shape[0]):
+        x[i + 1] += following[i] * x[0]
+
+
+@inlined
+def _multiply_inner(matrices: Array, which: int, x: Array, product: Array) -> None:
+    """One of the model's matrices times x[1:] into product[1:]."""
+    for i in range(product.shape[0] - 1):
+        total = 0.0
+        for j in range(product.shape[0] - 1):
+            total += matrices[which, i, j] * x[j + 1]
+        product[i + 1] = total
+
+
+@jitable
+def solve_beam_mass(model: BeamModel, rank_one: float, w: Workspace, contact: bool) -> bool:
+    """Solve for the free acceleration and, with `contact`, the responses; False if M is not positive definite."""
+    if model.full:
+        return solve_dense_mass(w, contact)
+    v, pivot, following = w.vectors, w.mass[0, 0], model.vectors[FOLLOWING]
+    for i in range(following.shape[0]):
+        pivot += following[i] * w.mass[0, i + 1]
+    if not pivot > 0.0:
+        return False
+    _solve(model, pivot, v[row.FORCES], v[row.FREE_ACCELERATION])
+    if contact:
+        _solve(model, pivot, v[row.NORMAL], v[row.NORMAL_RESPONSE])
+        _solve(model, pivot, v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
+    return True
+
+
 @jitable
 def add_beam_tangent(
     model: BeamModel, t: float, q: Array, velocity: float, position: float, target: Array
@@ -279,6 +319,7 @@ class BeamModel(_BeamData, DenseAlgebra):
     __slots__ = ()
 
     evaluate = evaluate_beam
+    solve_mass = solve_beam_mass
     add_tangent = add_beam_tangent
     damping_at = beam_damping
 

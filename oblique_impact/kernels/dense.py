@@ -57,18 +57,24 @@ def multiply(matrix: Array, x: Array, product: Array) -> None:
         product[i] = total
 
 
+@jitable
+def solve_dense_mass(w: Workspace, contact: bool) -> bool:
+    """Solve for the free acceleration and, with `contact`, the responses; False if M is not positive definite."""
+    v = w.vectors
+    if not factor(w.mass, w.factor):
+        return False
+    solve(w.factor, v[row.FORCES], v[row.FREE_ACCELERATION])
+    if contact:
+        solve(w.factor, v[row.NORMAL], v[row.NORMAL_RESPONSE])
+        solve(w.factor, v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
+    return True
+
+
 class DenseAlgebra:
     """The protocol of :class:`~oblique_impact.kernels.system.System` for a dense mass matrix."""
 
     def solve_mass(self: Any, rank_one: float, w: Workspace, contact: bool) -> bool:  # noqa: D102
-        v = w.vectors
-        if not factor(w.mass, w.factor):
-            return False
-        solve(w.factor, v[row.FORCES], v[row.FREE_ACCELERATION])
-        if contact:
-            solve(w.factor, v[row.NORMAL], v[row.NORMAL_RESPONSE])
-            solve(w.factor, v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
-        return True
+        return solve_dense_mass(w, contact)
 
     def take_residual(  # noqa: D102
         self: Any, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace

@@ -15,6 +15,7 @@ from abc import ABC, abstractmethod
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.dense import DenseAlgebra
@@ -66,6 +67,21 @@ class System(Protocol):
 
     def add_tangent(self, t: float, q: Array, velocity: float, position: float, target: Array) -> None:
         """Add velocity * damping matrix + position * stiffness matrix to `target` (d, d); dense systems."""
+
+
+class NormalModes(NamedTuple):
+    """Modes of the linear part of a system with d degrees of freedom, z'' + damping z' + stiffness z = f."""
+
+    shapes: Array  # (d, d) q = shapes z
+    projection: Array  # (d, d) z = projection q
+    stiffness: Array  # (d,) squares of circular frequencies (1/s^2)
+    damping: Array  # (d,) 1/s
+
+    @property
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """Those of the larger absolute value of each mode (1/s)."""
+        root = np.sqrt((0.25 * self.damping**2 - self.stiffness).astype(complex))
+        return np.asarray(-0.5 * self.damping - root)
 
 
 class ContactRows(NamedTuple):

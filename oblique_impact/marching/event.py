@@ -15,6 +15,7 @@ from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.state import FREE, NORMAL, Phase
 from oblique_impact.kernels.jit import jitable, kernel
 from oblique_impact.kernels.reference import by_reference
+from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.dop853 import (
     DENSE_STAGES,
@@ -26,6 +27,7 @@ from oblique_impact.marching.dop853 import (
     take_stages,
 )
 from oblique_impact.marching.equations import derivative
+from oblique_impact.marching.leaps import WORTHWHILE, Leaps, Position, new_leaps, no_leaps, try_leap
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
@@ -48,6 +50,7 @@ from oblique_impact.marching.search import UNDEFINED, DenseStep, first_fall
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0
 _EXPONENT = -1.0 / 8.0
 _SHARE_OF_A_STEP = 0.02
+_LEAP, _PATIENCE = 4.0, 8  # a leap is worth so many steps; so many are taken until another one is tried
 _SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # smaller steps, as a part of the time (in time scales), are lost
 
 
@@ -113,17 +116,36 @@ def march_event(
     if status != 0:
         unchanged = (t, h, front.sample, front.origin, front.done, taken)
         return -status, NO_GUARD, unchanged, steps, rejected, count, peak, depth
-    gap = c.gap
+    gap, speed = c.gap, abs(c.gap_rate)
+    level, patience = s.leaps.lengths.shape[0] - 1, 0
+    leaping = level >= 0 and phase.state == FREE
     while t < leg.t_stop:
         if count > capacity // 2 or steps >= leg.most_steps:
             reason = LEG_FULL
             break
+        if leaping and patience == 0:
+            now = Position(t, gap, speed, front.sample + count, count)
+            level = level if level >= 0 else s.leaps.lengths.shape[0] - 1
+            level, now = try_leap(system, phase, now, y, level, tolerance, _LEAP * h, leg, s)
+            if level >= 0:
+                t, gap, speed, count = now.t, now.gap, now.speed, now.kept
+                s.armed[NORMAL] = True
+                steps += 1
+                if not bounded(y, s):
+                    reason = FAILED_FINITE
+                    break
+                continue
+            patience = _PATIENCE
+        patience = max(patience - 1, 0)
         h = min(h, 0.45 * capacity * leg.interval)
         if h <= _SMALLEST * max(t, _SMALLEST_TIME * s.tolerances.time):
             reason = -status if status != 0 else FAILED_STEP
             break
         last = t + h * (1.0 + 1e-9) >= leg.t_stop
         length = leg.t_stop - t if last else h
+        following = (front.sample + count) * leg.interval
+        meets = leaping and t < following * (1.0 - 1e-14) and following < t + length  # leaps begin at samples
+        length = following - t if meets else length
         status, c, speed = take_stages(system, phase, t, y, length, 1, STAGES, s, s.y_new)
         error = error_norm(length, y, s, tolerance) if status == 0 else np.inf
         if not error <= 1.0:
@@ -156,10 +178,11 @@ def march_event(
                 continue
             t, reason, fallen = t + landed, AT_GUARD, guard
         else:
-            t = leg.t_stop if last else t + length
+            t = leg.t_stop if last and not meets else following if meets else t + length
             copy(s.K[STAGES], s.K[0])
             gap = gap_new
-            if not last:
+            patience = 0 if meets else patience
+            if not last and not meets:
                 h = length * _step_factor(error)
         count = kept
         steps += 1
@@ -185,6 +208,11 @@ class EventScheme(Scheme):
     tolerance: float = 1e-10
     name = "event"
     order = ORDER
+
+    def leaps(self, modes: NormalModes | None, interval: float, end_time: float) -> Leaps:  # noqa: D102
+        if modes is None or np.max(np.abs(modes.eigenvalues)) * end_time < WORTHWHILE:
+            return no_leaps()
+        return new_leaps(modes, interval)
 
     def march(  # noqa: D102
         self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch

@@ -92,7 +92,8 @@ class Run:
         extra = np.full(problem.scheme.extra_state(size), np.nan)
         self._y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
         work = problem.system.new_workspace()
-        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances)
+        leaps = problem.scheme.leaps(problem.modes, problem.output_interval, problem.end_time)
+        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances, leaps)
         self._front = Front(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
         self._phase = problem.machine.free()._replace(watched=problem.contact)
         self._before: Phase | None = None

@@ -8,6 +8,7 @@ from typing import Any
 
 from oblique_impact.contact.state import Residual
 from oblique_impact.contact.transitions import ContactMachine
+from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.scheme import Scheme
 
@@ -31,3 +32,4 @@ class Problem:
     contact: bool = True
     breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
     residual: Callable[[Array], Residual] = _no_residual  # of the contact point at q (d,)
+    modes: NormalModes | None = None  # of what is linear in the system

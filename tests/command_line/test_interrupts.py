@@ -30,9 +30,10 @@ def check(process, said):
     ("number", "group"), [(signal.SIGINT, True), pytest.param(signal.SIGTERM, False, marks=pytest.mark.slow)]
 )
 def test_a_run_keeps_its_history(history, tmp_path, number, group):
-    for seconds in (4.0, 8.0, 16.0):  # until it marches: that depends on the machine
-        few = ("--set", "solver.output_interval=1e-3")  # what is computed has to be written within the second
-        with started("run", "paper", "--out", tmp_path, *LONG, *few) as process:
+    for seconds in (3.0, 6.0, 12.0):  # until it marches: that depends on the machine
+        # what is computed has to be written within the second
+        changes = ("--set", "end_time=1000", "--set", "solver.output_interval=1e-2")
+        with started("run", "paper", "--out", tmp_path, *changes) as process:
             wait_for(lambda pid=process.pid, least=seconds: cpu_time(pid) > least)
             said = interrupt(process, group=group, number=number)
         check(process, said)
@@ -41,7 +42,7 @@ def test_a_run_keeps_its_history(history, tmp_path, number, group):
     assert files_in(tmp_path) == FOUR
     history = History.load(tmp_path)
     assert history.summary["outcome"] == "interrupted"
-    assert 0.0 < float(history["time"][-1]) < 10.0
+    assert 0.0 < float(history["time"][-1]) < 1000.0
 
 
 #: long before they end

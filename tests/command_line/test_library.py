@@ -178,7 +178,7 @@ def test_packages_load_little():
 
 @pytest.mark.parametrize("case", ["paper", "elastic-stop"])
 def test_a_run_loads_what_it_uses(tmp_path, case):
-    """Labelled arrays and tables are made when they are asked for: their libraries load longer than a run."""
+    """Labelled arrays and tables are made when asked for: their libraries load longer than a run takes."""
     code = (
         "import sys\n"
         "from oblique_impact import Scenario, simulate\n"

@@ -1,0 +1,332 @@
+"""Long steps of a free flight: the fast vibrations of a beam are linear, and exactly known between two impacts.
+
+In the normal modes z of the beam at rest, q = Phi z, the motion is
+
+    z_k'' + c_k z_k' + omega_k^2 z_k = f_k(t, z, z')
+
+where all that is not linear with constant coefficients is in f: the spin, gravity, what they do to the stiffness.
+It is small and changes slowly, so that a polynomial through s Gauss-Lobatto points of a step follows it, and
+
+    z_k(t + tau) = free vibration from t + int_0^tau g_k(tau - s) f_k(s) ds,   g_k the response to an impulse
+
+holds at these points with weights that depend on omega_k h alone: they are computed once, for steps h that are
+the output interval times powers of two.  Two or three rounds through the points find f (Picard iteration).  This
+is the collocation form of an exponential integrator (Hochbruck and Ostermann, Acta Numerica 2010, Sec. 2).  The
+step may be longer than the period of the fastest mode that is excited, and is as long as the highest Legendre
+coefficients of f allow.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import Legendre
+
+from oblique_impact.contact.state import Phase
+from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.system import NormalModes
+from oblique_impact.kernels.workspace import Array, copy
+from oblique_impact.marching.equations import QUADRATURES, derivative
+
+if TYPE_CHECKING:
+    from oblique_impact.marching.scheme import Leg, Scratch
+
+POINTS = 16
+_HIGHEST = 4  # the longest step is so many doublings of the output interval
+_WIDEST = 120.0  # largest |lambda| h of a step, lambda an eigenvalue: more has no accurate weights
+_NARROWEST = 2.0  # for shorter steps those of a Runge-Kutta method are cheaper
+_ROUNDS = 6
+_SETTLED = 0.1  # change by a round, relative to the tolerance, after which there is no other
+_EASY = 2.0 ** -(POINTS + 1)  # error after which the step is doubled
+_SAME = 1e-9  # of the interval
+_CLEAR = 2.0  # leaps stay so many times the way of the contact point from the slope
+_TAIL = 2  # Legendre coefficients that estimate the error
+#: fastest phase (rad) of a run from which leaps are worth their weights
+WORTHWHILE = 5e3
+
+
+class Leaps(NamedTuple):
+    """Tables of the leaps of a run: a row for each length h, each twice the one before."""
+
+    lengths: Array  # (levels,) s
+    shapes: Array  # (d, d)
+    projection: Array  # (d, d)
+    stiffness: Array  # (d,)
+    damping: Array  # (d,)
+    nodes: Array  # (s,) of a step, from 0 to 1
+    free: Array  # (levels, rows, 4, d) z and z' of a free vibration, of z and z' at the start
+    forced: Array  # (levels, rows, 2, s, d) z and z' of f at the points
+    areas: Array  # (levels, rows, s) integrals (s) of what is known at the points
+    tail: Array  # (2, s) the last Legendre coefficients of what is known at the points
+    of_tail: Array  # (levels, 2, 2, d) z and z' at the end of these
+    force: Array  # (2, s, d) f at the points, of this round and of the last one
+    rates: Array  # (s, 7) of the quadratures at the points
+    state: Array  # (2, d) z and z' at the start
+    ends: Array  # (2, d) z and z' somewhere, or their errors
+
+
+def no_leaps() -> Leaps:
+    """Return what a run has that makes none."""
+    return Leaps(*(np.zeros((0,) * rank) for rank in (1, 2, 2, 1, 1, 1, 4, 5, 3, 2, 4, 3, 2, 2, 2)))
+
+
+def new_leaps(modes: NormalModes, interval: float) -> Leaps:
+    """Return the tables of a run with samples every `interval` (s).
+
+    The rows of a table are the points of a step but the first, the last of them its end, and then the samples
+    inside of it.
+    """
+    fastest = np.max(np.abs(modes.eigenvalues))
+    highest = min(_HIGHEST, int(np.floor(np.log2(_WIDEST / (fastest * interval)))))
+    lowest = min(highest, int(np.ceil(np.log2(_NARROWEST / (fastest * interval)))))
+    levels = range(lowest, highest + 1)
+    d, nodes = modes.stiffness.size, _lobatto(POINTS)
+    rows = POINTS - 1 + (2 ** max(highest, 1) - 1)
+    lengths = interval * 2.0 ** np.array(levels)
+    free, forced = np.zeros((len(levels), rows, 4, d)), np.zeros((len(levels), rows, 2, POINTS, d))
+    areas, of_tail = np.zeros((len(levels), rows, POINTS)), np.zeros((len(levels), _TAIL, 2, d))
+    fit = np.linalg.inv(np.polynomial.legendre.legvander(2.0 * nodes - 1.0, POINTS - 1))
+    for i, level in enumerate(levels):
+        inside = np.arange(1, 2 ** max(level, 0)) / 2.0 ** max(level, 0)
+        places = np.concatenate([nodes[1:], inside])
+        used = slice(0, places.size)
+        free[i, used] = _free(modes, lengths[i] * places)
+        of_coefficients, integrals = _forced(modes, lengths[i], places)
+        forced[i, used] = np.einsum("pvmd,mj->pvjd", of_coefficients, fit)
+        areas[i, used] = integrals @ fit
+        of_tail[i] = of_coefficients[POINTS - 2, :, -_TAIL:].swapaxes(0, 1)
+    work = np.zeros((2, POINTS, d)), np.zeros((POINTS, QUADRATURES)), np.zeros((2, d)), np.zeros((2, d))
+    tables = lengths, *modes, nodes, free, forced, areas, fit[-_TAIL:], of_tail
+    return Leaps(*[*map(np.ascontiguousarray, tables), *work])
+
+
+def _lobatto(count: int) -> Array:
+    """Return the Gauss-Lobatto points of [0, 1]."""
+    inner = Legendre.basis(count - 1).deriv().roots()
+    return 0.5 * (1.0 + np.concatenate([[-1.0], np.sort(inner.real), [1.0]]))
+
+
+def _impulse_response(modes: NormalModes, t: Array) -> tuple[Array, Array]:
+    """g(t) (s) and g'(t) of each mode, (..., d): g'' + damping g' + stiffness g = 0, g(0) = 0, g'(0) = 1."""
+    t, root = t[..., None], -modes.eigenvalues - 0.5 * modes.damping
+    decay, u = -0.5 * modes.damping * t, root * t
+    grow, fade = np.exp(decay + u), np.exp(decay - u)
+    small = np.abs(u) < 1e-3
+    series = t * np.exp(decay) * (1.0 + u * u / 6.0 * (1.0 + u * u / 20.0))
+    g = np.where(small, series, (grow - fade) / np.where(small, 1.0, 2.0 * root))
+    rate = 0.5 * (grow + fade) - 0.5 * modes.damping * g
+    return g.real, rate.real
+
+
+def _free(modes: NormalModes, t: Array) -> Array:
+    """Return z and z' of a free vibration at times t (p,) of z and z' at 0: (p, 4, d)."""
+    g, rate = _impulse_response(modes, t)
+    return np.stack([rate + modes.damping * g, g, -modes.stiffness * g, rate], axis=1)
+
+
+def _forced(modes: NormalModes, h: float, places: Array) -> tuple[Array, Array]:
+    """Return z and z' at places (p,) of a step for each Legendre polynomial in f, and the integrals of these."""
+    count = POINTS + int(np.max(np.abs(modes.eigenvalues)) * h)
+    x, weights = np.polynomial.legendre.leggauss(count)
+    x, weights = 0.5 * (1.0 + x), 0.5 * weights
+    back = places[:, None] * (1.0 - x)  # from the place to where f acts
+    g, rate = _impulse_response(modes, h * back)
+    basis = np.polynomial.legendre.legvander(2.0 * places[:, None] * x - 1.0, POINTS - 1)
+    basis = basis * (h * places[:, None, None] * weights[:, None])
+    return np.stack([basis.swapaxes(1, 2) @ g, basis.swapaxes(1, 2) @ rate], axis=1), basis.sum(axis=1)
+
+
+@jitable
+def _at(leaps: Leaps, level: int, row: int, before: int, z: Array) -> None:
+    """Put z and z' at a row of the tables into z (2, d); f is that of this round, or of the one before."""
+    free, forced, force, start = leaps.free, leaps.forced, leaps.force, leaps.state
+    for k in range(z.shape[1]):
+        z[0, k] = free[level, row, 0, k] * start[0, k] + free[level, row, 1, k] * start[1, k]
+        z[1, k] = free[level, row, 2, k] * start[0, k] + free[level, row, 3, k] * start[1, k]
+    for v in range(2):
+        for j in range(force.shape[1]):
+            for k in range(z.shape[1]):
+                z[v, k] += forced[level, row, v, j, k] * force[before, j, k]
+
+
+@jitable
+def _apply(matrix: Array, x: Array, product: Array) -> None:
+    for i in range(matrix.shape[0]):
+        total = 0.0
+        for j in range(matrix.shape[1]):
+            total += matrix[i, j] * x[j]
+        product[i] = total
+
+
+@jitable
+def _keep_force(leaps: Leaps, point: int, z: Array, dy: Array) -> None:
+    """Keep f at a point, from the derivative `dy` there."""
+    d, force, stiffness, damping, rates = z.shape[1], leaps.force, leaps.stiffness, leaps.damping, leaps.rates
+    _apply(leaps.projection, dy[d : 2 * d], force[0, point])
+    for k in range(d):
+        force[0, point, k] += damping[k] * z[1, k] + stiffness[k] * z[0, k]
+    for i in range(QUADRATURES):
+        rates[point, i] = dy[2 * d + i]
+
+
+@jitable
+def _norm(leaps: Leaps, y: Array, scales: Array, tolerance: float) -> float:
+    """Size of errors of z and z', which are in `ends`, as errors of q and q' relative to the tolerance."""
+    d, shapes, ends, total = leaps.ends.shape[1], leaps.shapes, leaps.ends, 0.0
+    for v in range(2):
+        for i in range(d):
+            error = 0.0
+            for k in range(d):
+                error += shapes[i, k] * ends[v, k]
+            m = v * d + i
+            total += (error / (tolerance * (scales[m] + abs(y[m])))) ** 2
+    return float(np.sqrt(total / (2 * d)))
+
+
+@jitable
+def _error(leaps: Leaps, level: int, y: Array, s: Scratch, tolerance: float) -> float:
+    """Error of the end of a step that the last Legendre coefficients of f and of powers make, relative."""
+    ends, tail, of_tail, force, rates = leaps.ends, leaps.tail, leaps.of_tail, leaps.force, leaps.rates
+    largest, energy = 0.0, tolerance * s.tolerances.energy
+    for m in range(tail.shape[0]):
+        for k in range(ends.shape[1]):
+            coefficient = 0.0
+            for j in range(tail.shape[1]):
+                coefficient += tail[m, j] * force[0, j, k]
+            ends[0, k] = of_tail[level, m, 0, k] * coefficient
+            ends[1, k] = of_tail[level, m, 1, k] * coefficient
+        largest = max(largest, _norm(leaps, y, s.scales, tolerance))
+        for i in range(QUADRATURES):
+            coefficient = 0.0
+            for j in range(tail.shape[1]):
+                coefficient += tail[m, j] * rates[j, i]
+            largest = max(largest, abs(coefficient) * leaps.lengths[level] / energy)
+    return float(largest)
+
+
+@jitable
+def _change(leaps: Leaps, level: int, y: Array, scales: Array, tolerance: float) -> float:
+    """Change of the end of a step by the last round, relative to the tolerance."""
+    ends, forced, force, end = leaps.ends, leaps.forced, leaps.force, leaps.nodes.shape[0] - 2
+    for v in range(2):
+        for k in range(ends.shape[1]):
+            total = 0.0
+            for j in range(force.shape[1]):
+                total += forced[level, end, v, j, k] * (force[0, j, k] - force[1, j, k])
+            ends[v, k] = total
+    return float(_norm(leaps, y, scales, tolerance))
+
+
+@jitable
+def _write(leaps: Leaps, level: int, row: int, y: Array, target: Array) -> None:
+    """Write the state at a row of the tables."""
+    d, areas, rates = leaps.ends.shape[1], leaps.areas, leaps.rates
+    _at(leaps, level, row, 0, leaps.ends)
+    _apply(leaps.shapes, leaps.ends[0], target[:d])
+    _apply(leaps.shapes, leaps.ends[1], target[d : 2 * d])
+    for i in range(QUADRATURES):
+        total = y[2 * d + i]
+        for j in range(rates.shape[0]):
+            total += areas[level, row, j] * rates[j, i]
+        target[2 * d + i] = total
+
+
+@jitable
+def _leap(
+    system: Any, phase: Phase, t: float, y: Array, level: int, tolerance: float, s: Scratch
+) -> tuple[float, float]:
+    """Leap from (t, y), whose derivative is in s.K[0], to s.y_new; its error, relative, and the largest gap rate.
+
+    The error is infinite where f is not found.
+    """
+    leaps = s.leaps
+    d, points, force, h, speed = leaps.ends.shape[1], leaps.nodes.shape[0], leaps.force, leaps.lengths[level], 0.0
+    _apply(leaps.projection, y[:d], leaps.state[0])
+    _apply(leaps.projection, y[d : 2 * d], leaps.state[1])
+    _keep_force(leaps, 0, leaps.state, s.K[0])
+    for j in range(1, points):
+        copy(force[0, 0], force[0, j])
+    for _ in range(_ROUNDS):
+        for j in range(points):
+            copy(force[0, j], force[1, j])
+        for j in range(1, points):
+            _at(leaps, level, j - 1, 1, leaps.ends)
+            _apply(leaps.shapes, leaps.ends[0], s.at[:d])
+            _apply(leaps.shapes, leaps.ends[1], s.at[d : 2 * d])
+            status, c = derivative(system, phase, t + leaps.nodes[j] * h, s.at, s.work, s.K[1])
+            if status != 0:
+                return np.inf, speed
+            speed = max(speed, abs(c.gap_rate))
+            _keep_force(leaps, j, leaps.ends, s.K[1])
+        if _change(leaps, level, y, s.scales, tolerance) <= _SETTLED:
+            _write(leaps, level, points - 2, y, s.y_new)
+            return _error(leaps, level, y, s, tolerance), speed
+    return np.inf, speed
+
+
+class Position(NamedTuple):
+    """Where a march is."""
+
+    t: float  # s
+    gap: float  # m
+    speed: float  # m/s, the largest gap rate of the last step
+    sample: int  # number of the next output sample
+    kept: int  # samples
+
+
+@jitable
+def try_leap(
+    system: Any,
+    phase: Phase,
+    now: Position,
+    y: Array,
+    level: int,
+    tolerance: float,
+    shortest: float,
+    leg: Leg,
+    s: Scratch,
+) -> tuple[int, Position]:
+    """Advance y in place by the longest leap of a level up to `level` that stays clear of the slope.
+
+    The derivative at the start and then at the end is in s.K[0].  Returns the level for the next leap, -1 if there
+    is none now of at least the length `shortest` (s), and the new position.
+    """
+    leaps, interval, t = s.leaps, leg.interval, now.t
+    here = abs(now.sample * interval - t) <= _SAME * interval
+    following = (now.sample + 1) * interval if here else now.sample * interval
+    while level >= 0 and leaps.lengths[level] >= shortest:
+        h = leaps.lengths[level]
+        inside = int(h / interval * (1.0 + _SAME)) - 1  # samples
+        fits = here if inside >= 0 else t + h <= following + _SAME * interval
+        near = phase.watched and now.gap <= _CLEAR * h * now.speed
+        if fits and not near and t + h <= leg.t_stop and now.kept + inside + 2 < s.times.shape[0]:
+            error, speed = _leap(system, phase, t, y, level, tolerance, s)
+            if error <= 1.0:
+                status, c = derivative(system, phase, t + h, s.y_new, s.work, s.K[1])
+                if status == 0 and (not phase.watched or min(now.gap, c.gap) > _CLEAR * h * speed):
+                    count = _keep_samples(now, y, level, here, inside, leg, s)
+                    copy(s.y_new, y)
+                    copy(s.K[1], s.K[0])
+                    end = t + h if inside < 0 else (now.sample + inside + 1) * interval
+                    end = following if abs(end - following) <= _SAME * interval else end
+                    sample = now.sample + count - now.kept
+                    longer = error < _EASY and level + 1 < leaps.lengths.shape[0]
+                    return level + 1 if longer else level, Position(end, c.gap, speed, sample, count)
+        level -= 1
+    return -1, now
+
+
+@jitable
+def _keep_samples(now: Position, y: Array, level: int, here: bool, inside: int, leg: Leg, s: Scratch) -> int:
+    """Keep the sample at the start of a leap and those inside of it; the number of all."""
+    count = now.kept
+    if here:
+        s.times[count] = now.t
+        copy(y, s.states[count])
+        count += 1
+    for m in range(1, inside + 1):
+        s.times[count] = (now.sample + m) * leg.interval
+        _write(s.leaps, level, s.leaps.nodes.shape[0] - 2 + m, y, s.states[count])
+        count += 1
+    return count
