@@ -21,7 +21,7 @@ STORE = Path(__file__).parents[1] / "docs" / "friction-slope.json"
 COUNT, STEEPEST, ROUGHEST = 100, math.pi / 4, 1.0  # rad, 1
 DIGITS = 5
 SWEEP = f"""
-quantities = ["impulse", "second_impact", "lost_friction", "energy_final"]
+quantities = ["lost_friction", "energy_final"]
 changes.solver.output_interval = 0.01
 changes.solver.tolerance = 1e-7
 [[axes]]
