@@ -24,8 +24,8 @@ print(stored["outcomes"])
 # %%
 # Of its 3 J the beam keeps up to two thirds in bands of the slope's angle, which friction shifts and does not wipe
 # out. Between them it keeps less, and near their edges neighbouring runs differ by half a joule: where a rigid
-# stop is struck many times, the last impacts are left to chance. Friction takes a tenth of a joule at most, and most
-# of it in the bands.
+# stop is struck many times, the last impacts are left to chance. Friction takes a tenth of a joule at most,
+# and most of it in the bands.
 
 panels = {
     "energy_final": ("energy left after 1 s (J)", "magma"),
