@@ -14,18 +14,18 @@ from matplotlib.figure import Figure
 
 from renders.style import figure_style
 
-here = Path(__file__) if "__file__" in globals() else Path.cwd() / "examples" / "plot.py"
-stored = json.loads((here.parents[1] / "docs" / "friction-slope.json").read_text())
+store = Path(__file__).parents[1] / "docs" / "friction-slope.json"
+stored = json.loads(store.read_text(encoding="utf-8"))
 count = stored["count"]
 angle, friction = (np.linspace(*stored[key], count) for key in ("slope.angle", "contact.mu_kinetic"))
 values = {name: np.array(stored[name]).reshape(count, count) for name in ("energy_final", "lost_friction")}
 print(stored["outcomes"])
 
 # %%
-# Of its 3 J the beam keeps up to two thirds in bands of the slope's angle, which friction shifts and does not wipe
-# out. Between them it keeps less, and near their edges neighbouring runs differ by half a joule: where a rigid
-# stop is struck many times, the last impacts are left to chance. Friction takes a tenth of a joule at most,
-# and most of it in the bands.
+# On gentle slopes the beam keeps up to two thirds of its 3 J in bands of the slope angle, which friction shifts
+# and does not wipe out. Between them it keeps less; near their edges, and in the bands of steeper slopes, runs
+# side by side differ by half a joule: where a rigid stop is struck many times, the last impacts are left to
+# chance. Friction takes a tenth of a joule, and most of it in the bands.
 
 panels = {
     "energy_final": ("energy left after 1 s (J)", "magma"),
