@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+import renders
 from renders.style import figure_style
 
-store = Path(__file__).parents[1] / "docs" / "friction-slope.json"
+store = Path(renders.__file__).parents[1] / "docs" / "friction-slope.json"
 stored = json.loads(store.read_text(encoding="utf-8"))
 count = stored["count"]
 angle, friction = (np.linspace(*stored[key], count) for key in ("slope.angle", "contact.mu_kinetic"))
