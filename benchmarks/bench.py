@@ -1,88 +1,153 @@
-"""Speed of the main cases: medians over several runs, in one table.
+"""What each use costs, as ratios over something that does the least: the table of docs/speed.md.
 
-    python benchmarks/bench.py [RUNS]
+    python benchmarks/bench.py [TURNS]      some minutes; keeps docs/speed.csv
 
-Marching and whole calls are timed in this process after imports and with warm kernel caches; start-up
-and first compilation are timed as whole processes.
+Both sides of a ratio take turns, and processor time is what counts, so that a machine with other work to do
+disturbs both alike; what is given is the median of the turns' ratios.  Films are measured by `films.py`, work over
+precision by `work_precision.py`.
 """
 
 from __future__ import annotations
 
+import csv
 import os
+import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.table import Table
 
-from oblique_impact import Scenario, simulate
+sys.path.insert(0, str(Path(__file__).parent))
+import nodal
+import sweep
+import work_precision
 
-CASES = (
-    ("paper, 2 modes, event", [], 0.3),
-    (
-        "paper, 16 mean-axis modes, event",
-        ["discretization.frame=mean-axis", "discretization.modes=16"],
-        5.0,
-    ),
-    ("paper, 2 modes, fixed-step", ["solver.scheme=fixed-step"], 1.0),
-    (
-        "paper, 64 elements, 2 modes, event",
-        ["discretization.method=fem", "discretization.elements=64"],
-        None,
-    ),
-    ("paper, 2 modes, full kinetics", ["discretization.kinetics=full"], None),
-)
+from oblique_impact import Scenario
+from oblique_impact.marching.loop import Run
+from oblique_impact.problem import beam_of, beam_problem
+from oblique_impact.scenario.scenario import builtin_names
+
+STORE = Path(__file__).parents[1] / "docs" / "speed.csv"
+IMPORTS = "import numpy, scipy.linalg, numba, xarray, h5netcdf"
+SIXTEEN = ("discretization.frame=mean-axis", "discretization.modes=16")
+FIRST_RUNS = 1  # it is long, and one is enough to tell 15 from 34
 
 
-def time_case(overrides: list[str], runs: int) -> tuple[float, float, float, float]:
-    """Median, least and largest seconds of `simulate`, and the median of its marching."""
-    scenario = Scenario.builtin("paper", overrides)
-    simulate(scenario)  # loads the kernels
-    walls, marches = [], []
-    for _ in range(runs):
-        start = time.perf_counter()
-        history = simulate(scenario)
-        walls.append(time.perf_counter() - start)
-        marches.append(history.summary["wall_time"])
-    return statistics.median(walls), min(walls), max(walls), statistics.median(marches)
+class Row(NamedTuple):
+    """A ratio: what it is of, what was measured, what was asked for."""
+
+    what: str
+    ratio: float
+    asked: str
 
 
-def time_process(arguments: list[str], runs: int, **environment: str) -> tuple[float, float, float]:
-    """Median, least and largest seconds of a whole process."""
-    seconds = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        subprocess.run(
-            [sys.executable, "-m", "oblique_impact", *arguments],
-            check=True,
-            capture_output=True,
-            env={**os.environ, **environment},
-        )
-        seconds.append(time.perf_counter() - start)
-    return statistics.median(seconds), min(seconds), max(seconds)
+def processor(arguments: list[str], **environment: str) -> float:
+    """Processor seconds of a whole process and of those that it starts."""
+
+    def used() -> float:
+        children = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return children.ru_utime + children.ru_stime
+
+    before, variables = used(), {**os.environ, **environment}
+    subprocess.run([sys.executable, *arguments], check=True, capture_output=True, env=variables)
+    return used() - before
 
 
-def main(runs: int = 7) -> None:
-    """Measure and print."""
-    table = Table(title=f"Seconds, {runs} runs each")
-    for heading in ("case", "median", "min", "max", "of it marching", "asked"):
-        table.add_column(heading, justify="left" if heading == "case" else "right")
+def over(turns: int, one: Callable[[], float], other: Callable[[], float]) -> float:
+    """Return the median of the ratios of two costs that take turns."""
+    return statistics.median(one() / other() for _ in range(turns))
 
-    def row(name: str, timing: tuple[float, ...], asked: float | None) -> None:
-        cells = [f"{value:.3f}" for value in timing] + [""] * (4 - len(timing))
-        table.add_row(name, *cells, "" if asked is None else f"{asked:g}")
 
-    for name, overrides, asked in CASES:
-        row(name, time_case(overrides, runs), asked)
-    row("oblique-impact --help (process)", time_process(["--help"], runs), 0.5)
+def imports() -> float:
+    """Processor seconds of the libraries alone."""
+    return processor(["-c", IMPORTS])
+
+
+def start_up(turns: int) -> Iterator[Row]:
+    """Yield runs from the command line over the imports of their libraries."""
     with tempfile.TemporaryDirectory() as folder:
-        run = ["run", "paper", "--out", os.path.join(folder, "run")]
-        row("oblique-impact run paper (process, warm)", time_process(run, 3), None)
-        fresh = os.path.join(folder, "cache")
-        row("first run, compilation included (process)", time_process(run, 1, NUMBA_CACHE_DIR=fresh), 30.0)
+
+        def run(name: str, **environment: str) -> float:
+            return processor(["-m", "oblique_impact", "run", name, "--out", f"{folder}/{name}"], **environment)
+
+        for name in builtin_names():
+            run(name)  # compiles what is missing
+            yield Row(
+                f"warm run of `{name}` over imports", over(turns, lambda name=name: run(name), imports), "1.8"
+            )
+        fresh = iter(f"{folder}/cache{k}" for k in range(FIRST_RUNS))
+        first = over(FIRST_RUNS, lambda: run("paper", NUMBA_CACHE_DIR=next(fresh)), imports)
+        yield Row("first run of `paper` over imports", first, "15")
+
+
+def many_modes(turns: int) -> Iterator[Row]:
+    """Yield the march of sixteen mean-axis modes over the imports."""
+
+    def march() -> float:
+        run = Run(beam_problem(beam_of(Scenario.builtin("paper", SIXTEEN))))
+        started = time.process_time()
+        run.execute()
+        return time.process_time() - started
+
+    march()
+    yield Row("marching 1 s with 16 mean-axis modes over imports", over(turns, march, imports), "1.1")
+
+
+def nodal_steps(turns: int) -> Iterator[Row]:
+    """Yield the costs of steps of the nodal model over each other."""
+    for name, ratio in nodal.step_ratios(nodal.step_costs(turns)).items():
+        yield Row(f"nodal step, {name}", ratio, "1.5" if name.startswith("flight") else "9")
+
+
+def sweeps(turns: int) -> Iterator[Row]:
+    """Yield the processor time of a sweep over that of marching its runs."""
+    yield Row("sweep of 1,000 runs over their marching", sweep.cost(1000)["processor"], f"{sweep.ASKED}")
+
+
+def others(turns: int) -> Iterator[Row]:
+    """Yield how much longer other solvers take; Exudyn's cheapest configuration whatever its error."""
+    points = work_precision.measure(turns)
+    work_precision.keep(points)
+    yield from _against(points)
+
+
+def _against(points: list[work_precision.Point]) -> Iterator[Row]:
+    for largest in (1e-3, 1e-4, 1e-5):
+        for solver, ratio in work_precision.ratios(points, largest).items():
+            yield Row(f"{solver} over oblique-impact, error {largest:g}", ratio, "at least 10")
+    own = min(p.seconds for p in points if p.solver == "oblique-impact" and p.error <= 1e-4)
+    for point in points:
+        if point.label == work_precision.label_of(work_precision.exudyn_beam.LUCKY):
+            row = f"{point.solver}, over oblique-impact with an error of 1e-4"
+            yield Row(row, point.seconds / own, "at least 10")
+
+
+GROUPS = (start_up, many_modes, nodal_steps, sweeps, others)
+
+
+def main(turns: int = 5) -> None:
+    """Measure, keep and print."""
+    rows = []
+    for group in GROUPS:
+        for row in group(turns):
+            rows.append(row)
+            print(f"{row.what}: {row.ratio:.3g}", flush=True)
+    with STORE.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("cost", "ratio", "asked"))
+        writer.writerows((row.what, f"{row.ratio:.3g}", row.asked) for row in rows)
+    table = Table(title="Ratios, medians")
+    for heading in ("cost", "ratio", "asked"):
+        table.add_column(heading, justify="left" if heading == "cost" else "right")
+    for row in rows:
+        table.add_row(row.what, f"{row.ratio:.3g}", row.asked)
     Console(width=110).print(table)
 
 

@@ -1,70 +1,110 @@
-"""What a sweep costs: overhead over plain runs of some 50 ms, and the gain of a second process.
+"""What a sweep costs: the paper's second with coarse output over friction and slope, on two processes.
 
-Everything is measured in turns, so that a machine with other work to do disturbs all alike.  What it takes to
-start processes (some 2 s of imports, once) is left out: the clock starts with the first row.
+    python benchmarks/sweep.py [RUNS]
+
+The cost is the processor time of all processes from the first row on, starting them (some 2 s of imports, once)
+left out, over the time that the runs are marched; the wall time, times the processes, over the same says what the
+machine gave besides, which is less on one that has other work to do.
 """
 
 from __future__ import annotations
 
 import os
 import statistics
+import sys
 import tempfile
 import time
+from typing import Any, NamedTuple
 
 # like the processes of a sweep: one thread each, for a fair comparison
 os.environ.update({"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"})
 
-from oblique_impact import simulate
-from validation.measuring import measure_each
+from oblique_impact import simulation
+from validation.measuring import Done, Task, measure_run
+from validation.parallel import Crash, compute_each
 from validation.sweeps.plan import make_plan
 from validation.sweeps.store import open_store
 
-RUNS, ROUNDS = 100, 7
-SWEEP = f"""
-quantities = ["theta@end", "energy_final"]
-changes.end_time = 0.15
+WORKERS = 2
+ASKED = 1.15
+_SWEEP = """
+quantities = ["impulse", "energy_final"]
+changes.solver.output_interval = 0.01
 [[axes]]
-key = "initial.angle"
-range = [0.75, 0.85]
-count = {RUNS}
+key = "contact.mu_kinetic"
+range = [0.0, 0.6]
+count = {frictions}
+[[axes]]
+key = "slope.angle"
+range = [0.2, 0.4]
+count = {slopes}
 """
 
 
-def main() -> None:
+class Timed(NamedTuple):
+    """A finished run, the seconds (wall, processor) of its march, and its process with its processor time."""
+
+    done: Done
+    march: tuple[float, float]
+    process: int
+    processor: float
+
+
+def timed(task: Task) -> Timed:
+    """Run and measure one of a sweep, its march timed."""
+    plain, seconds = simulation._march, (0.0, 0.0)
+
+    def march(*arguments: Any) -> Any:
+        nonlocal seconds
+        wall, processor = time.perf_counter(), time.process_time()
+        found = plain(*arguments)
+        seconds = time.perf_counter() - wall, time.process_time() - processor
+        return found
+
+    simulation._march = march
+    try:
+        done = measure_run(task)
+    finally:
+        simulation._march = plain
+    return Timed(done, seconds, os.getpid(), time.process_time())
+
+
+def cost(runs: int, workers: int = WORKERS) -> dict[str, float]:
+    """Return seconds of marching per run, and the ratios of processor and wall time to it."""
+    slopes = max(1, round(runs**0.5))
+    plan = make_plan(_SWEEP.format(frictions=-(-runs // slopes), slopes=slopes))
+    tasks = [plan.task(run) for run in range(runs)]
+    found: list[Timed] = []
+    known: set[int] = set()
+    with tempfile.TemporaryDirectory() as folder, open_store(folder, plan) as store:
+        wall = processor = 0.0
+        for _, each in compute_each(timed, tasks, workers, isolated=True):
+            assert not isinstance(each, Crash), each
+            if each.process not in known:
+                wall, processor = time.perf_counter(), time.process_time()
+                known.add(each.process)
+                found.clear()  # until all processes are there
+            found.append(each)
+            store.add(each.done)
+        wall, processor = time.perf_counter() - wall, time.process_time() - processor
+    runs_of = [[each for each in found if each.process == process] for process in known]
+    # of each process what it has used since its first run was done
+    processor += sum(own[-1].processor - own[0].processor for own in runs_of)
+    counted = [each.march for own in runs_of for each in own[1:]]
+    return {
+        "march": statistics.median(seconds for _, seconds in counted),
+        "processor": processor / sum(seconds for _, seconds in counted),
+        "wall": wall * workers / sum(seconds for seconds, _ in counted),
+    }
+
+
+def main(runs: int = 1000) -> None:
     """Print the table."""
-    plan = make_plan(SWEEP)
-    tasks = [plan.task(run) for run in range(RUNS)]
-    scenarios = [task.scenario() for task in tasks]
-
-    def plain() -> float:
-        started = time.perf_counter()
-        for scenario in scenarios:
-            simulate(scenario)
-        return (time.perf_counter() - started) / RUNS
-
-    def sweep(workers: int) -> float:
-        with tempfile.TemporaryDirectory() as folder, open_store(folder, plan) as store:
-            found = measure_each(tasks, workers, isolated=True)
-            store.add(next(found))
-            started = time.perf_counter()
-            for done in found:
-                store.add(done)
-            return (time.perf_counter() - started) / (RUNS - 1)
-
-    cases = {"plain runs": plain, "1 process": lambda: sweep(1), "2 processes": lambda: sweep(2)}
-    times: dict[str, list[float]] = {name: [] for name in cases}
-    for case in cases.values():
-        case()
-    for _ in range(ROUNDS):
-        for name, case in cases.items():
-            times[name].append(1e3 * case())
-    for name, each in times.items():
-        print(f"{name:12} {statistics.median(each):7.2f} ms a run ({min(each):.2f} to {max(each):.2f})")
-    ratios = [100.0 * (a / b - 1.0) for a, b in zip(times["1 process"], times["plain runs"], strict=True)]
-    print(f"over plain runs {statistics.median(ratios):.2f} % ({min(ratios):.2f} to {max(ratios):.2f})")
-    gain = [one / two for one, two in zip(times["1 process"], times["2 processes"], strict=True)]
-    print(f"gain of a second process {statistics.median(gain):.2f} ({min(gain):.2f} to {max(gain):.2f})")
+    found = cost(runs)
+    print(f"{runs} runs on {WORKERS} processes, {1e3 * found['march']:.1f} ms of marching each (asked: {ASKED})")
+    print(f"processor time of all processes over marching  {found['processor']:.3f}")
+    print(f"wall time x processes over marching            {found['wall']:.3f}")
 
 
 if __name__ == "__main__":
-    main()
+    main(*(int(argument) for argument in sys.argv[1:2]))

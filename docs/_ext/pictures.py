@@ -17,6 +17,7 @@ ORDER = (
     "damped_stop",
     "elastic_stop",
     "sticking",
+    "friction_slope",
     "campbell",
     "own_laws",
     "own_system",

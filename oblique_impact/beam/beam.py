@@ -224,7 +224,7 @@ class FullBeam(Beam):
         """Everything the kernels need, a :class:`~oblique_impact.kernels.system.System`."""
         s, o, frame, rigid = self.scenario, self.operators, nodal_frame, self.operators.rigid
         shortening = o.contact_shortening * float(s.contact.shortening)
-        bands = np.zeros((5, 2 * HALF_BANDWIDTH + 1, self.size))
+        bands = np.zeros((5, HALF_BANDWIDTH + 1, self.size))
         for which, matrix in (
             (frame.MASS_BAND, o.M1),
             (frame.STIFFNESS_BAND, o.K),
@@ -232,10 +232,10 @@ class FullBeam(Beam):
             (frame.GRAVITY_BAND, o.D),
             (frame.SHORTENING_BAND, shortening),
         ):
-            for k in range(-HALF_BANDWIDTH, HALF_BANDWIDTH + 1):
+            for k in range(HALF_BANDWIDTH + 1):
                 diagonal = matrix.diagonal(k)
-                bands[which, HALF_BANDWIDTH + k, max(0, -k) :][: diagonal.size] = diagonal
-        bands[frame.MASS_BAND, HALF_BANDWIDTH, 0] += self.hub_inertia
+                bands[which, k, : diagonal.size] = diagonal
+        bands[frame.MASS_BAND, 0, 0] += self.hub_inertia
         vectors = np.zeros((7, self.size))
         vectors[frame.CONTACT_SHAPE], at = o.contact_shape, np.flatnonzero(o.contact_shape)
         vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.S, o.P, rigid

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigvals
 
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.operators import Undeformed
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from oblique_impact.scenario.user_defined import discretization
@@ -103,7 +105,12 @@ def lowest_elastic_frequency(scenario: Scenario) -> float:
     Hinged on a pin, clamped otherwise.  By Rayleigh and Ritz with ten polynomials, whatever the discretization: to
     1e-9 for a uniform beam, to about a hundredth for sections that change abruptly.
     """
-    sections, hinged = Sections.from_scenario(scenario), scenario.root.kind == "pin"
+    return _lowest_elastic_frequency(Undeformed.of(scenario))
+
+
+@lru_cache(maxsize=8)
+def _lowest_elastic_frequency(which: Undeformed) -> float:
+    sections, hinged = Sections.from_scenario(which.scenario), which.root.kind == "pin"
     length = sections.length
     nodes, weights = legendre.leggauss(_POINTS)
     edges = np.concatenate([[0.0], sections.kinks, [length]]) / length

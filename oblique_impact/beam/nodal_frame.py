@@ -21,13 +21,20 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from oblique_impact.beam.floating_frame import ContactKinematics, kinematics
 from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.banded import HALF_BANDWIDTH, band_multiply, factor_band, solve_band
+from oblique_impact.kernels.banded import (
+    HALF_BANDWIDTH,
+    band_multiply,
+    factor_band,
+    solve_band,
+    solve_band_columns,
+)
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import (
     EFFECTIVE_SLOTS,
     Array,
     Evaluation,
     Workspace,
+    copy,
     dot,
 )
 
@@ -41,7 +48,7 @@ _LANES = 4
 class _NodalData(NamedTuple):
     """A nodal beam on a pin or a hub of radius 0; n free degrees of freedom, constant during a run."""
 
-    bands: Array  # (5, 7, n) diagonals -3..3: bands[b, 3 + k, i] is the entry (i, i + k)
+    bands: Array  # (5, 4, n) diagonals 0..3: bands[b, k, i] is the entry (i, i + k)
     mass_factor: Array  # (n + 3, 4) of the mass matrix
     vectors: Array  # (7, n)
     inertia: float  # J of the beam (kg m^2)
@@ -222,27 +229,33 @@ def multiply_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, x: Arr
 
 
 @jitable
-def _solve(
-    model: NodalModel,
-    rank_one: float,
-    factors: Array,
-    response: Array,
-    right: Array,
-    x: Array,
-    contact: bool,
-    w: Workspace,
-) -> bool:
-    """Solve for a vector and, with `contact`, for the contact rows; the rank-one part by Sherman and Morrison.
+def _solve(model: NodalModel, rank_one: float, factors: Array, response: Array, right: Array, x: Array) -> bool:
+    """Solve for a vector; the rank-one part by Sherman and Morrison with the `response` of S.
 
-    `response` is that of S.  False if the matrix with its rank-one part is not positive definite.
+    False if the matrix with its rank-one part is not positive definite.
     """
+    coupling = model.vectors[COUPLING]
+    copy(right, x)
+    solve_band(factors, x)
+    pivot = 1.0 + rank_one * dot(coupling, response)
+    if not pivot > 0.0:
+        return False
+    share = rank_one / pivot * dot(coupling, x)
+    for i in range(x.shape[0]):
+        x[i] -= share * response[i]
+    return True
+
+
+@jitable
+def _solve_contact(
+    model: NodalModel, rank_one: float, factors: Array, response: Array, right: Array, x: Array, w: Workspace
+) -> bool:
+    """Solve for a vector and for the contact rows side by side; see `_solve`."""
     columns, v, u = w.factor, w.vectors, model.vectors
     n = right.shape[0]
     for i in range(n):
-        columns[i, 0] = right[i]
-        columns[i, 1] = v[row.NORMAL, i]  # of an earlier instant if there is no contact: not used
-        columns[i, 2] = v[row.TANGENTIAL, i]
-    solve_band(factors, columns)
+        columns[i, 0], columns[i, 1], columns[i, 2] = right[i], v[row.NORMAL, i], v[row.TANGENTIAL, i]
+    solve_band_columns(factors, columns)
     a, b, c, own = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         a += u[COUPLING, i] * columns[i, 0]
@@ -255,21 +268,19 @@ def _solve(
     share = rank_one / pivot
     for i in range(n):
         x[i] = columns[i, 0] - share * a * response[i]
-    if contact:
-        for i in range(n):
-            v[row.NORMAL_RESPONSE, i] = columns[i, 1] - share * b * response[i]
-            v[row.TANGENTIAL_RESPONSE, i] = columns[i, 2] - share * c * response[i]
+        v[row.NORMAL_RESPONSE, i] = columns[i, 1] - share * b * response[i]
+        v[row.TANGENTIAL_RESPONSE, i] = columns[i, 2] - share * c * response[i]
     return True
 
 
 @jitable
 def solve_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, contact: bool) -> bool:
     """Acceleration without contact force and, with `contact`, M^-1 D^T; False if M is not positive definite."""
-    v = w.vectors
-    response = model.vectors[MASS_RESPONSE]
-    return _solve(
-        model, rank_one, model.mass_factor, response, v[row.FORCES], v[row.FREE_ACCELERATION], contact, w
-    )
+    v, factors, response = w.vectors, model.mass_factor, model.vectors[MASS_RESPONSE]
+    right, x = v[row.FORCES], v[row.FREE_ACCELERATION]
+    if contact:
+        return _solve_contact(model, rank_one, factors, response, right, x, w)
+    return _solve(model, rank_one, factors, response, right, x)
 
 
 @jitable
@@ -284,27 +295,21 @@ def factor_nodal_effective(
     factors = w.effective[slot]
     if not factor_band(model.bands, MASS_BAND, mass, STIFFNESS_BAND, stiffness, factors):
         return False
-    _respond(model.vectors[COUPLING], factors, w.factor, w.vectors[row.RANK_ONE + slot])
+    response = w.vectors[row.RANK_ONE + slot]
+    copy(model.vectors[COUPLING], response)
+    solve_band(factors, response)
     return True
-
-
-@jitable
-def _respond(coupling: Array, factors: Array, columns: Array, response: Array) -> None:
-    """Response of S to a factored matrix; `columns` (n + 3, 4) is scratch."""
-    for i in range(coupling.shape[0]):
-        columns[i, 0], columns[i, 1], columns[i, 2] = coupling[i], 0.0, 0.0
-    solve_band(factors, columns)
-    for i in range(coupling.shape[0]):
-        response[i] = columns[i, 0]
 
 
 @jitable
 def solve_nodal_effective(model: NodalModel, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
     """S^-1 of the residual and, with `contact`, of the contact rows."""
-    v = w.vectors
-    _solve(
-        model, rank_one, w.effective[slot], v[row.RANK_ONE + slot], v[row.RESIDUAL], v[row.INCREMENT], contact, w
-    )
+    v, factors, response = w.vectors, w.effective[slot], w.vectors[row.RANK_ONE + slot]
+    right, x = v[row.RESIDUAL], v[row.INCREMENT]
+    if contact:
+        _solve_contact(model, rank_one, factors, response, right, x, w)
+    else:
+        _solve(model, rank_one, factors, response, right, x)
 
 
 class NodalModel(_NodalData):
@@ -341,7 +346,7 @@ def factored_mass(bands: Array, coupling: Array) -> tuple[Array, Array]:
     n = coupling.size
     lower = np.zeros((HALF_BANDWIDTH + 1, n))  # by diagonals: lower[k, i] is the entry (i + k, i)
     for k in range(HALF_BANDWIDTH + 1):
-        lower[k, : n - k] = bands[MASS_BAND, HALF_BANDWIDTH + k, : n - k]
+        lower[k, : n - k] = bands[MASS_BAND, k, : n - k]
     cholesky = cholesky_banded(lower, lower=True)
     factors = np.zeros((n + HALF_BANDWIDTH, _LANES))
     factors[:n, 0] = cholesky[0] ** -2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +16,11 @@ from oblique_impact.scenario.user_defined import discretization
 
 if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
+    from oblique_impact.scenario.sections import BeamSection, DiscretizationSection, RootSection
 
 Array = NDArray[np.float64]
+#: discretizations that read what `Undeformed` compares and nothing else
+_KEEPING = ("modal", "fem")
 #: a matrix of operators, (n, n) or (points, n): dense, or a `csr_array` of a nodal model
 Matrix = Any
 
@@ -161,8 +164,44 @@ def station_points(length: float, contact_point: float) -> Array:
     return points
 
 
+@dataclass(frozen=True)
+class Undeformed:
+    """A scenario as far as its beam at rest goes: those with equal beams are equal."""
+
+    beam: BeamSection
+    root: RootSection
+    discretization: DiscretizationSection
+    contact_point: float
+    scenario: Scenario = field(compare=False)
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Undeformed:
+        """Return the beam of a scenario."""
+        return cls(scenario.beam, scenario.root, scenario.discretization, scenario.contact.point, scenario)
+
+
 def build_operators(scenario: Scenario) -> BeamOperators:
-    """Discretize the beam of `scenario` with the method that it names."""
+    """Discretize the beam of `scenario` with the method that it names.
+
+    Those of the last few beams are kept, for studies whose runs differ in other things; their arrays are
+    read-only.  A discretization of another package is asked each time: what it reads is not known here.
+    """
+    own = scenario.discretization.method in _KEEPING
+    return _kept(Undeformed.of(scenario)) if own else _built(scenario)
+
+
+@lru_cache(maxsize=8)
+def _kept(which: Undeformed) -> BeamOperators:
+    operators = _built(which.scenario)
+    stations = operators.stations
+    for part in (operators, stations, stations.quadrature):
+        for value in vars(part).values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+    return operators
+
+
+def _built(scenario: Scenario) -> BeamOperators:
     operators = discretization(scenario.discretization.method).build_operators(scenario)
     assert isinstance(operators, BeamOperators)
     return operators

@@ -95,6 +95,20 @@ def fields_along(beam: Beam, motion: Motion, block: int | None = None) -> Fields
     return result
 
 
+def displacements_along(beam: Beam, q: Array) -> tuple[Array, Array]:
+    """Displacements u_x and u_y (m) at the stations, each (samples, stations), of coordinates q (samples, n + 1).
+
+    They are those of :func:`fields_along`, without what takes rates, accelerations and forces.
+    """
+    stations = beam.operators.stations
+    table, B = stations.quadrature, q[:, 1:].T
+    slopes = np.asarray(table.slopes @ B)
+    sums = np.zeros((table.points.size // table.order + 1, len(q)))
+    weights = table.weights.reshape(-1, 1, table.order)
+    _add_panels(weights, -0.5 * beam.foreshortening * slopes * slopes, sums[1:])
+    return sums[stations.cells // table.order].T, np.asarray(stations.values @ B).T
+
+
 def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     """Fields of some samples, (stations, samples)."""
     o, stations = beam.operators, beam.operators.stations
@@ -171,7 +185,7 @@ def _sum_along(points: _Points, spins: Array, slopes: Array, y: Array, sums: Arr
     rates = -points.foreshortening * np.stack([0.5 * s * s, s * s1, s1 * s1 + s * s2], axis=1)
     panels = rates.reshape(-1, order, 3 * samples)
     weights = points.weights.reshape(-1, 1, order)
-    np.cumsum((weights @ panels).reshape(-1, 3, samples), axis=0, out=sums[1:, :3])
+    _add_panels(weights, rates, sums[1:, :3])
     inside = weights.sum(axis=2)[:, :, None] * points.inside
     x = (inside @ panels).reshape(-1, order, 3, samples) + sums[:-1, None, :3]
     x = x.reshape(count, 3, samples)
@@ -179,8 +193,13 @@ def _sum_along(points: _Points, spins: Array, slopes: Array, y: Array, sums: Arr
     turned = _turning(x.swapaxes(0, 1), y.swapaxes(0, 1), *spins)[:, None]
     masses = points.masses.reshape(-1, 1, order)
     for part, columns in ((x, slice(3, 6)), (y, slice(6, 9)), (turned, slice(9, 10))):
-        added = masses @ part.reshape(-1, order, part.shape[1] * samples)
-        np.cumsum(added.reshape(-1, part.shape[1], samples), axis=0, out=sums[1:, columns])
+        _add_panels(masses, part, sums[1:, columns])
+
+
+def _add_panels(weights: Array, values: Array, sums: Array) -> None:
+    """Add up values (nq, ...) times weights (panels, 1, order) to the ends of the panels, `sums` (panels, ...)."""
+    panels, _, order = weights.shape
+    np.cumsum((weights @ values.reshape(panels, order, -1)).reshape(sums.shape), axis=0, out=sums)
 
 
 def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
-from oblique_impact.beam.section_forces import Motion, fields_along
+from oblique_impact.beam.section_forces import Motion, displacements_along, fields_along
 from oblique_impact.beam.small_deflection import deflection_warnings
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
@@ -81,14 +81,49 @@ def gather(
     return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found)
 
 
-def beam_variables(beam: Beam, samples: Samples) -> dict[str, Column]:
+class BeamVariables(Mapping[str, Column]):
+    """The variables of a beam's history by name; those of `LATER` are computed when one of them is asked for.
+
+    They take longer than all the others, and a study that asks for times and impulses has no use for them.
+    """
+
+    LATER = ("ux_dot", "uy_dot", "moment", "shear", "axial_force", "bending_stress")
+
+    def __init__(self, beam: Beam, samples: Samples) -> None:
+        self._source: tuple[Beam, Samples] | None = (beam, samples)
+        self._known = {**samples.variables(), **_at_the_contact(beam, samples)}
+        ux, uy = displacements_along(beam, samples.q)
+        self._known |= {"ux": ux, "uy": uy}
+        if beam.scenario.contact.enabled:
+            self._known["clearance"], self._known["clearance_at"] = beam_clearance(beam, samples.q, ux, uy)
+        self._known["station"] = beam.operators.stations.points
+
+    def __getitem__(self, name: str) -> Column:
+        """Return a variable; raises KeyError."""
+        if name in self.LATER and self._source is not None:
+            beam, s = self._source
+            forces = s.scalars[:, LAMBDA_N], s.scalars[:, LAMBDA_T]
+            fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, *forces))
+            self._known |= {later: getattr(fields, later) for later in self.LATER}
+            self._source = None
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Go over all names."""
+        return iter(dict.fromkeys((*self._known, *self.LATER)))
+
+    def __len__(self) -> int:
+        """Return the number of all variables."""
+        return len(set(self._known).union(self.LATER))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Send and store them computed: what they are computed from stays here."""
+        return dict, (dict(self),)
+
+
+def beam_variables(beam: Beam, samples: Samples) -> Mapping[str, Column]:
     """Return all variables of a beam's history."""
-    s, k = samples, samples.scalars
-    fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, k[:, LAMBDA_N], k[:, LAMBDA_T]))
-    found = {**samples.variables(), **_at_the_contact(beam, samples), **fields._asdict()}
-    if beam.scenario.contact.enabled:
-        found["clearance"], found["clearance_at"] = beam_clearance(beam, samples.q, fields.ux, fields.uy)
-    return {**found, "station": beam.operators.stations.points}
+    return BeamVariables(beam, samples)
 
 
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:

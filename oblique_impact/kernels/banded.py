@@ -1,7 +1,7 @@
 """Symmetric banded algebra with three diagonals on either side, as cubic Hermite elements give it.
 
-Matrices are kept by diagonals, bands[b, 3 + k, i] being the entry (i, i + k) of matrix b; factors by rows,
-(n + 3, 4) with zeros behind the last one.
+Matrices are kept by their upper diagonals, bands[b, k, i] being the entries (i, i + k) and (i + k, i) of matrix b,
+so that the memory that a step reads is half as large; factors by rows, (n + 3, 4) with zeros behind the last one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ HALF_BANDWIDTH = 3
 def _band_row(bands: Array, which: int, x: Array, i: int, first: int, end: int) -> float:
     total = 0.0
     for j in range(first, end):
-        total += bands[which, HALF_BANDWIDTH + j - i, i] * x[j]
+        total += bands[which, abs(j - i), min(i, j)] * x[j]
     return total
 
 
@@ -26,25 +26,19 @@ def band_multiply(bands: Array, which: int, x: Array, product: Array) -> None:
     n = x.shape[0]
     for i in range(n - 2 * HALF_BANDWIDTH):  # contiguous in i: this loop runs four or eight rows at a time
         product[i + 3] = (
-            bands[which, 0, i + 3] * x[i]
-            + bands[which, 1, i + 3] * x[i + 1]
-            + bands[which, 2, i + 3] * x[i + 2]
-            + bands[which, 3, i + 3] * x[i + 3]
-            + bands[which, 4, i + 3] * x[i + 4]
-            + bands[which, 5, i + 3] * x[i + 5]
-            + bands[which, 6, i + 3] * x[i + 6]
+            bands[which, 3, i] * x[i]
+            + bands[which, 2, i + 1] * x[i + 1]
+            + bands[which, 1, i + 2] * x[i + 2]
+            + bands[which, 0, i + 3] * x[i + 3]
+            + bands[which, 1, i + 3] * x[i + 4]
+            + bands[which, 2, i + 3] * x[i + 5]
+            + bands[which, 3, i + 3] * x[i + 6]
         )
-    if n < 2 * HALF_BANDWIDTH + 1:
-        for i in range(n):
-            product[i] = _band_row(bands, which, x, i, max(0, i - HALF_BANDWIDTH), min(n, i + HALF_BANDWIDTH + 1))
-        return
-    # the rows at the ends have fixed lengths, so that these loops unroll
-    product[0] = _band_row(bands, which, x, 0, 0, 4)
-    product[1] = _band_row(bands, which, x, 1, 0, 5)
-    product[2] = _band_row(bands, which, x, 2, 0, 6)
-    product[n - 3] = _band_row(bands, which, x, n - 3, n - 6, n)
-    product[n - 2] = _band_row(bands, which, x, n - 2, n - 5, n)
-    product[n - 1] = _band_row(bands, which, x, n - 1, n - 4, n)
+    ends = min(n, HALF_BANDWIDTH)
+    for i in range(ends):
+        product[i] = _band_row(bands, which, x, i, 0, min(n, i + HALF_BANDWIDTH + 1))
+    for i in range(max(ends, n - HALF_BANDWIDTH), n):
+        product[i] = _band_row(bands, which, x, i, i - HALF_BANDWIDTH, n)
 
 
 @jitable
@@ -57,8 +51,7 @@ def factor_band(bands: Array, first: int, a: float, second: int, b: float, facto
     for i in range(n):
         low = max(0, i - HALF_BANDWIDTH)
         for j in range(low, i + 1):
-            at = HALF_BANDWIDTH + j - i
-            entry = a * bands[first, at, i] + b * bands[second, at, i]
+            entry = a * bands[first, i - j, j] + b * bands[second, i - j, j]
             for m in range(low, j):
                 # rows keep L; D is the inverse of what is stored in front
                 if j - m <= HALF_BANDWIDTH:
@@ -73,8 +66,25 @@ def factor_band(bands: Array, first: int, a: float, second: int, b: float, facto
 
 
 @jitable
-def solve_band(factors: Array, columns: Array) -> None:
-    """Solve in place for three right-hand sides side by side, nearly as quick as for one.
+def solve_band(factors: Array, x: Array) -> None:
+    """Solve in place for one right-hand side x (n,)."""
+    n = x.shape[0]
+    a, b, c = 0.0, 0.0, 0.0
+    for i in range(n):
+        value = (x[i] - factors[i, 3] * a - factors[i, 2] * b) - factors[i, 1] * c
+        a, b, c = b, c, value
+        x[i] = value * factors[i, 0]
+    a, b, c = 0.0, 0.0, 0.0
+    for reverse in range(n):
+        i = n - 1 - reverse
+        value = (x[i] - factors[i + 3, 3] * a - factors[i + 2, 2] * b) - factors[i + 1, 1] * c
+        a, b, c = b, c, value
+        x[i] = value
+
+
+@jitable
+def solve_band_columns(factors: Array, columns: Array) -> None:
+    """Solve in place for three right-hand sides side by side, columns (n + 3, 4), far quicker than one by one.
 
     The recurrences run in registers: their latency, not the arithmetic, is what a solve costs.
     """

@@ -135,14 +135,12 @@ def _predict(a: Attempt, h: float) -> None:
 
 @jitable
 def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -> float:
-    """Add the contact forces to the residual; its largest entry."""
-    v, largest = w.vectors, 0.0
+    """Add the contact forces to the residual; its norm."""
+    v = w.vectors
     if phase.state != FREE:
         for i in range(v.shape[1]):
             v[row.RESIDUAL, i] += normal * v[row.NORMAL, i] + tangential * v[row.TANGENTIAL, i]
-    for i in range(v.shape[1]):
-        largest = max(largest, abs(v[row.RESIDUAL, i]))
-    return largest
+    return float(np.sqrt(dot(v[row.RESIDUAL], v[row.RESIDUAL])))
 
 
 @jitable

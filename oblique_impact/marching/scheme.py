@@ -150,10 +150,11 @@ def raised(value: float, guard: int, s: Scratch) -> float:
 @jitable
 def bounded(y: Array, s: Scratch) -> bool:
     """Whether coordinates and velocities are finite and below 1e12 of their scales."""
-    for m in range(s.scales.shape[0]):  # noqa: SIM110  a generator would not compile
-        if not abs(y[m]) < UNBOUNDED * s.scales[m]:
-            return False
-    return True
+    scales, beyond = s.scales, 0
+    for m in range(scales.shape[0]):  # to the end, several entries at a time
+        if not abs(y[m]) < UNBOUNDED * scales[m]:
+            beyond += 1
+    return beyond == 0
 
 
 @jitable

@@ -122,7 +122,7 @@ def commented(data: dict[str, Any], given: Collection[str] | None = None) -> str
     If `given` says which keys ("section.key") a file needs, the others are put behind a "#".
     """
     lines, present = [], ""
-    for path, schema in key_schemas().items():
+    for path in key_schemas():
         section, _, key = path.rpartition(".")
         home = reduce(lambda inside, part: inside.get(part, {}), section.split("."), data) if section else data
         if key not in home:
@@ -133,8 +133,13 @@ def commented(data: dict[str, Any], given: Collection[str] | None = None) -> str
         text = toml_entry(key, home[key])
         if given is not None and path not in given:
             text = re.sub("^", "#", text, flags=re.MULTILINE)
-        lines += [f"# {comment_of(schema)}", text]
+        lines += [_comments()[path], text]
     return "\n".join([*lines, ""])
+
+
+@cache
+def _comments() -> dict[str, str]:
+    return {path: f"# {comment_of(schema)}" for path, schema in key_schemas().items()}
 
 
 def _section_schema(model: type[Section]) -> dict[str, Any]:

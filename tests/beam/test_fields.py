@@ -14,7 +14,7 @@ from fem_beam.reduction import eigenmodes
 from modal import Eigenfunctions
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators, cumulative
-from oblique_impact.beam.section_forces import Motion, fields_along
+from oblique_impact.beam.section_forces import Motion, displacements_along, fields_along
 from tests.beam.test_discretizations import EI, LENGTH, POINT, RADIUS, scenario_of
 
 
@@ -216,3 +216,15 @@ def test_cumulative_integral_is_exact_for_polynomials_of_the_panels():
     assert_allclose(cumulative(table, p(table.points)), p.integ()(table.points), atol=1e-14)
     both = np.stack([p(table.points), table.points], axis=1)
     assert_allclose(cumulative(table, both)[:, 1], 0.5 * table.points**2, atol=1e-15)
+
+
+@pytest.mark.parametrize("kinetics", ["zeroth-order", "first-order"])
+def test_displacements_alone_are_those_of_the_fields(kinetics):
+    beam, rng = beam_of("modal", discretization__kinetics=kinetics), np.random.default_rng(6)
+    size = beam.operators.size + 1
+    motion = Motion(np.zeros(7), *(rng.normal(size=(7, size)) for _ in range(3)), *rng.normal(size=(2, 7)))
+    fields = fields_along(beam, motion)
+    ux, uy = displacements_along(beam, motion.q)
+    assert_allclose(ux, fields.ux, rtol=1e-12, atol=1e-15)
+    assert_allclose(uy, fields.uy, rtol=1e-12, atol=1e-15)
+    assert (np.abs(ux[:, -1]) > 1e-3).all() == (kinetics != "zeroth-order")

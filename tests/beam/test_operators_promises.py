@@ -9,6 +9,7 @@ from scipy.sparse import issparse
 
 import modal
 from oblique_impact import InputError, Scenario, simulate
+from oblique_impact.beam.operators import build_operators
 from oblique_impact.problem import beam_of
 from oblique_impact.scenario import user_defined
 from oblique_impact.scenario.user_defined import register
@@ -66,3 +67,25 @@ def test_few_modes_of_a_large_mesh_are_those_of_the_whole_decomposition(frame, m
     )
     again = reduction.build_operators(scenario.replace(end_time=0.5))
     np.testing.assert_array_equal(again.K, whole.K)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"contact__point": 0.6},
+        {"root__hub_radius": 0.2, "root__kind": "hub"},
+        {"beam__density": 3000.0},
+        {"discretization__modes": 3},
+    ],
+)
+def test_operators_are_kept_for_equal_beams_alone(change):
+    """Runs that differ in friction or slope share them, read-only; each of these differs in the beam at rest."""
+    base = Scenario.builtin("paper").replace(discretization__frame="tangent")
+    operators = build_operators(base)
+    assert build_operators(base.replace(contact__mu_kinetic=0.1, slope__angle=0.2)) is operators
+    with pytest.raises(ValueError, match="read-only"):
+        operators.M1[0, 0] = 0.0
+    other, kept = base.replace(**change), build_operators(base.replace(**change))
+    fresh = modal.build_operators(other)
+    for name in ("M1", "S", "P", "contact_shape"):
+        np.testing.assert_array_equal(getattr(kept, name), getattr(fresh, name))

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 import os
+import pickle
 from io import StringIO
 
 import h5py
@@ -16,6 +17,7 @@ from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_compliance
 from oblique_impact.contact.state import State
+from oblique_impact.history import samples
 from oblique_impact.history.events import EVENT_COLUMNS
 from oblique_impact.history.history import FILES
 from oblique_impact.history.sample_times import first_sample, jumps, last_sample
@@ -46,6 +48,23 @@ def test_a_file_is_the_same_before_and_after_labels_are_made(tmp_path):
     late = History.load(history.save(tmp_path / "late"))
     xr.testing.assert_identical(early.data, late.data)
     assert dataclasses.replace(history, contacts=[]).data is history.data
+
+
+def test_fields_along_the_beam_are_computed_when_one_is_asked_for(monkeypatch):
+    """A study of times and impulses has no use for section forces; what is sent to another process has them."""
+    calls, compute = [], samples.fields_along
+    monkeypatch.setattr(samples, "fields_along", lambda *arguments: calls.append(1) or compute(*arguments))
+    short = Scenario.builtin("paper").replace(end_time=0.02)
+    history = simulate(short)
+    assert history.summary["clearance"] is not None
+    assert not calls
+    other = pickle.loads(pickle.dumps(history))
+    assert len(calls) == 1
+    moment = history["moment"].values
+    assert history["shear"].shape == moment.shape == history["ux"].shape
+    assert np.abs(moment).max() > 0.1
+    assert len(calls) == 1
+    np.testing.assert_array_equal(other["moment"].values, moment)
 
 
 def test_labels(history):

@@ -1,0 +1,211 @@
+"""Work over precision on the elastic stop: this suite, Exudyn, and SciPy's solve_ivp on the same equations.
+
+    python benchmarks/work_precision.py [TURNS]     measures (some minutes), keeps docs/speed-precision.json, draws
+
+The motion is 1 s of the paper's beam on a stop of 1e6 N/m, without friction: two macro-collisions.  Times are
+processor seconds of marching, medians over turns, without imports, set-up and compiling.  Exudyn (extra `bench`)
+is set up as `exudyn_beam.py` says.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
+
+sys.path.insert(0, str(Path(__file__).parent))
+import exudyn_beam
+from nodal import RightHandSide
+
+from oblique_impact import Scenario
+from oblique_impact.marching.equations import NORMAL_IMPULSE, QUADRATURES
+from oblique_impact.marching.loop import Run
+from oblique_impact.problem import Problem, beam_of, beam_problem
+from renders.style import GREY, SERIES, figure_style
+
+DOCS = Path(__file__).parents[1] / "docs"
+STORE, PICTURE = DOCS / "speed-precision.json", DOCS / "speed-precision.png"
+CASE = (
+    "contact.normal=spring",
+    "contact.friction=frictionless",
+    "contact.residual_flexibility=true",
+    "discretization.frame=mean-axis",
+    "solver.output_interval=0.05",
+)
+#: rad; of the beam as it touches, where the flexibility of the contact point is taken
+TOUCH_ANGLE = 0.2213
+BETWEEN = 0.5  # s; between the two macro-collisions
+
+
+class Limit(NamedTuple):
+    """Converged values of a model: impulse (N s) of the first macro-collision, beginning (s) of the second."""
+
+    impulse: float
+    second: float
+
+
+#: 24 and 32 modes with their residual flexibility at a tolerance of 1e-10, which agree to 1e-7
+OURS = Limit(2.140199, 0.8653262)
+#: Exudyn's beam stretches as well: `exudyn_beam.py --limit`, and 32 elements, steps of 1e-5 and 2e-6 s
+EXUDYN = Limit(exudyn_beam.FIRST_COLLISION_IMPULSE, 0.8653500)
+
+
+class Point(NamedTuple):
+    """What a solver reaches, and in how many processor seconds."""
+
+    solver: str
+    label: str
+    error: float
+    seconds: float
+
+
+def error(found: Limit, limit: Limit) -> float:
+    """Return the larger relative error of the impulse of the first macro-collision and the start of the second."""
+    return max(abs(found.impulse / limit.impulse - 1.0), abs(found.second / limit.second - 1.0))
+
+
+def problem_of(modes: int, tolerance: float) -> Problem:
+    """Return the case with some modes."""
+    changes = f"discretization.modes={modes}", f"solver.tolerance={tolerance}"
+    return beam_problem(beam_of(Scenario.builtin("paper", [*CASE, *changes])))
+
+
+def timed(turns: int, march: Callable[[], Any]) -> tuple[float, Any]:
+    """Return the median of processor seconds over turns, after one that is not counted, and what comes out."""
+    seconds, found = [], march()
+    for _ in range(turns):
+        started = time.process_time()
+        found = march()
+        seconds.append(time.process_time() - started)
+    return statistics.median(seconds), found
+
+
+def ours(turns: int, modes: int, tolerance: float) -> Point:
+    """Located events."""
+    problem = problem_of(modes, tolerance)
+    runs = iter([Run(problem) for _ in range(turns + 1)])
+    seconds, record = timed(turns, lambda: next(runs).execute())
+    first = sum(contact.normal_impulse for contact in record.contacts if contact.start < BETWEEN)
+    second = next(contact.start for contact in record.contacts if contact.start > BETWEEN)
+    return Point("oblique-impact", f"{modes} modes", error(Limit(first, second), OURS), seconds)
+
+
+def scipy(method: str, modes: int, tolerance: float) -> Point:
+    """SciPy's solver on the same compiled right-hand side."""
+    problem = problem_of(modes, 1e-10)
+    at_touch = np.concatenate([[TOUCH_ANGLE], problem.q0[1:]])
+    f = RightHandSide(replace(problem, q0=at_touch))
+    start = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES)])
+
+    f.gap(0.0, start)  # compiles
+    options = {"rtol": tolerance, "atol": tolerance, "events": f.gap, "max_step": 1e-3}
+    started = time.process_time()
+    solution = solve_ivp(f, (0.0, problem.end_time), start, method=method, **options)
+    seconds = time.process_time() - started
+    times, states = solution.t_events[0], solution.y_events[0]
+    last = np.flatnonzero(times < BETWEEN)[-1]
+    found = Limit(float(states[last][2 * f.size + NORMAL_IMPULSE]), float(times[last + 1]))
+    return Point(f"solve_ivp, {method}", f"{modes} modes, {tolerance:g}", error(found, OURS), seconds)
+
+
+def exudyn(turns: int, name: str, configuration: exudyn_beam.Configuration) -> Point:
+    """Exudyn's solver."""
+    run = exudyn_beam.march(configuration, record=True)
+    found = exudyn_beam.impulses(run)
+    second = found.switches[found.switches > BETWEEN]
+    seconds = [exudyn_beam.march(configuration).processor for _ in range(turns)]
+    reached = error(Limit(found.first_collision, second[0] if second.size else np.inf), EXUDYN)
+    return Point(name, label_of(configuration), reached, statistics.median(seconds))
+
+
+def label_of(configuration: exudyn_beam.Configuration) -> str:
+    """Return elements and steps in words."""
+    n, h, near = configuration.elements, configuration.step, configuration.contact_step
+    return f"{n} elements, {h:g} and {near:g} s"
+
+
+def measure(turns: int) -> list[Point]:
+    """Measure all, and say so as it comes."""
+    points = []
+    for point in _each(turns):
+        print(f"{point.solver:32} {point.label:34} {point.error:8.1e} {point.seconds:8.4f} s", flush=True)
+        points.append(point)
+    return points
+
+
+def _each(turns: int) -> Iterator[Point]:
+    for modes in (4, 6, 7, 8, 9, 10, 12):
+        yield ours(turns, modes, 1e-3)
+    for modes in (16, 20):
+        yield ours(turns, modes, 1e-6)
+    if importlib.util.find_spec("exudyn") is None:
+        print("Exudyn is not installed: pip install exudyn")
+    else:
+        yield exudyn(turns, "Exudyn, cheapest first impulse", exudyn_beam.LUCKY)
+        base = exudyn_beam.RELIABLE
+        for n, h, near in ((8, 3e-4, 5e-5), (12, 2e-4, 2e-5), (14, 1.5e-4, 1e-5), (20, 1e-4, 5e-6)):
+            known = replace(base, elements=n, step=h, contact_step=near, windows=exudyn_beam.COLLISIONS)
+            yield exudyn(min(turns, 3), "Exudyn, contact times known", known)
+        for n, h in ((10, 1e-4), (12, 5e-5), (14, 2e-5)):
+            unknown = replace(base, elements=n, step=h, contact_step=h, windows=(), spectral_radius=1.0)
+            yield exudyn(1, "Exudyn, contact times unknown", unknown)
+    for tolerance in (1e-5, 1e-7):
+        yield scipy("DOP853", 9, tolerance)
+
+
+def ratios(points: list[Point], largest: float) -> dict[str, float]:
+    """Return how much longer each other solver takes than this suite to an error of at most `largest`."""
+    cheapest: dict[str, float] = {}
+    for point in points:
+        if point.error <= largest:
+            cheapest[point.solver] = min(point.seconds, cheapest.get(point.solver, np.inf))
+    own = cheapest.pop("oblique-impact")
+    return {solver: seconds / own for solver, seconds in cheapest.items()}
+
+
+def draw(points: list[Point]) -> None:
+    """Draw processor seconds over the error."""
+    with figure_style():
+        figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+        axes = figure.subplots()
+        names = list(dict.fromkeys(point.solver for point in points))
+        for index, name in enumerate(names):
+            rows = sorted(((p.error, p.seconds) for p in points if p.solver == name), reverse=True)
+            style = {"color": SERIES[index], "marker": "osD^vPX"[index], "label": name, "markersize": 5.0}
+            axes.loglog(*zip(*rows, strict=True), linestyle="-" if index == 0 else "", linewidth=1.1, **style)
+        for asked in (1e-3, 1e-4, 1e-5):
+            axes.axvline(asked, color=GREY, linewidth=0.6, linestyle=":")
+        axes.invert_xaxis()
+        axes.set(xlabel="relative error (1)", ylabel="processor time of marching 1 s (s)")
+        axes.legend(fontsize="small")
+        figure.savefig(PICTURE, dpi=200)
+
+
+def keep(points: list[Point]) -> None:
+    """Write the numbers and the picture."""
+    kept = [p._replace(error=float(f"{p.error:.3g}"), seconds=float(f"{p.seconds:.3g}"))._asdict() for p in points]
+    STORE.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    draw(points)
+
+
+def main(turns: int = 5) -> None:
+    """Measure, keep, draw, print."""
+    points = measure(turns)
+    keep(points)
+    for largest in (1e-3, 1e-4, 1e-5):
+        shown = ", ".join(f"{name} {ratio:.1f}" for name, ratio in ratios(points, largest).items())
+        print(f"error at most {largest:g}, times as long as oblique-impact: {shown}")
+
+
+if __name__ == "__main__":
+    main(*(int(argument) for argument in sys.argv[1:2]))
