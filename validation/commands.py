@@ -211,8 +211,8 @@ def sweep(
 
 
 def compare(
-    left: Annotated[Path, typer.Argument(help="A run folder, or the history.nc inside one.")],
-    right: Annotated[Path, typer.Argument(help="Another one.")],
+    left: Annotated[Path, typer.Argument(metavar="LEFT", help="A run folder, or the history.nc inside one.")],
+    right: Annotated[Path, typer.Argument(metavar="RIGHT", help="Another one.")],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="A report: .html or .json.")] = Path(
         "out/compare.html"
     ),

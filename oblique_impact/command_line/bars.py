@@ -61,7 +61,7 @@ def _shown(bar: Bar, *fields: str) -> Iterator[Bar]:
         new = name not in known
         kernel = f"kernel {known.setdefault(name, len(known) + 1)}, {name}"
         if new:
-            bar.write_line(f"oblique-impact: compiling {kernel} (once on this machine, up to 15 s)")
+            bar.write_line(f"oblique-impact: compiling {kernel} (once, up to 15 s)")
         bar.set_fields(**dict.fromkeys(fields, f"compiling {kernel}"))
 
     with bar, compilations(show_name):

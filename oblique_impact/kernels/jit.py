@@ -238,7 +238,7 @@ def _compiled_law(function: Callable[..., Any], arguments: int, count: int, entr
     signature = _NUMBER(*[_NUMBER] * arguments, _PARAMETERS)
     with _cached_on_disk() as cached:
         # the name of the folder follows the text of the built-in laws, not that of others
-        cached = cached and function.__module__.partition(".")[0] == __name__.partition(".")[0]
+        cached = cached and (function.__module__ or "").partition(".")[0] == __name__.partition(".")[0]
         compiled: Law = numba.cfunc(signature, cache=cached, error_model="numpy")(law)
     return compiled
 

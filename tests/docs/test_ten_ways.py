@@ -39,7 +39,7 @@ def test_forces_times_and_contacts_of_a_rigid_stop(run):
     assert f"starts at {words(second, '.3f')} s with 2, 4, 8 and 16 modes" in TEXT
     assert f"has {words([m['contacts'] for m in first], 'd')} contacts" in TEXT
     energy = histories[-1].summary["energy"]
-    assert 1e-9 < abs(energy["unaccounted"]) < 2e-9
+    assert abs(energy["unaccounted"]) < 5e-11
     assert energy["initial"] == pytest.approx(3.01, abs=0.005)
 
 

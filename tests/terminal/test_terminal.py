@@ -101,7 +101,7 @@ def test_what_is_compiled_in_the_dark_is_one_line(nothing_compiled, tmp_path):
     first = process.stderr.readline()
     process.send_signal(signal.SIGTERM)
     out, rest = process.communicate(timeout=60)
-    assert first == b"oblique-impact: compiling kernel 1, the contact forces (once on this machine, up to 15 s)\n"
+    assert first == b"oblique-impact: compiling kernel 1, the contact forces (once, up to 15 s)\n"
     assert (out, rest) == (b"", b"oblique-impact: interrupted\n")
 
 

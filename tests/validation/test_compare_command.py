@@ -29,7 +29,7 @@ def test_two_runs_become_a_page_or_numbers(run, tmp_path, cli):
 BAD = {
     "not a run": ("nowhere", "nowhere", "c.html", "nowhere"),
     "another kind of file": ("nowhere", "nowhere", "c.pdf", "should end in .html or .json"),
-    "one run": ("nowhere", None, "c.html", "right"),
+    "one run": ("nowhere", None, "c.html", "RIGHT"),
 }
 
 

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pytest
 
 from oblique_impact import InputError, Scenario
+from oblique_impact.scenario.toml import flat_keys
 from renders.style import SLIP_COLOUR, STICK_COLOUR
 from validation.journal import Journal
 from validation.measuring import (
@@ -63,8 +64,7 @@ def fake_rows(plan: Plan, **changes):
 def test_every_key_of_a_scenario_is_known_with_its_kind_and_unit():
     data = Scenario.builtin("paper").model_dump()
     del data["parameters"]  # numbers of user-defined parts: any name
-    flat = {f"{s}.{k}": v for s, section in data.items() if isinstance(section, dict) for k, v in section.items()}
-    flat |= {key: value for key, value in data.items() if not isinstance(value, dict)}
+    flat = flat_keys(data)
     assert set(known_keys()) == set(flat)
     for key, value in flat.items():
         assert isinstance(value, kind(key)), key
@@ -214,7 +214,7 @@ BAD = {
     "time after the end": (axis("end_time", "values = [1, 2]", 'quantities = ["tip_y@3"]'), "tip_y@3"),
     "unknown discretization": (
         axis("discretization.method", 'values = ["modal", "ritz"]'),
-        "should be 'fem' or 'modal'",
+        "should be 'absolute', 'fem' or 'modal'",
     ),
     "no run is possible": (axis("contact.mu_static", "values = [0.1, 0.2]"), "contact.mu_static = 0.1"),
     "histories as text": (axis("gravity", also='histories = "yes"'), "histories = 'yes'"),
