@@ -13,8 +13,8 @@ from oblique_impact.progress import OnProgress
 from tests.docs.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
 
 OURS = "oblique-impact"
-#: an order of events: the beam falls, strikes twice and is in contact at the end
-SHORT = ("--set", "end_time=0.33")
+#: long enough for a bar to be seen, with few samples
+SEEN = ("--set", "end_time=4", "--set", "solver.output_interval=1e-2")
 SWEEP = """
 scenario = "paper"
 quantities = ["energy_lost"]
@@ -83,7 +83,7 @@ def reduced(form: Form) -> list[str]:
     """Words of the same command over a shorter time, of fewer frames, levels or checks."""
     words, understood = list(form.words), parse(list(form.words))
     if form.command == "run":
-        words += SHORT
+        words += SEEN
     elif form.command == "refine":
         words += ["--set", "end_time=0.02", "--set", "solver.output_interval=1e-3", "--workers", "1"]
         words = [re.sub(r"@[\d.]+", "@0.01", word).replace("impulse", "energy_final") for word in words]
@@ -119,7 +119,7 @@ def few_cases() -> None:
     from validation.reproduction import command
 
     def brief(out: Path, workers: int | None, on_progress: OnProgress, typed: str) -> SimpleNamespace:
-        scenarios = [case.scenario.replace(end_time=0.05) for case in command.main_cases()[:2]]
+        scenarios = [case.scenario.replace(end_time=2.0) for case in command.main_cases()[:2]]
         map_parallel(simulate, scenarios, workers, told(on_progress, ["one", "two"]))
         return SimpleNamespace(
             verdicts={"reproduced": 0},
