@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 
 from oblique_impact import Outcome, Scenario, simulate
 from renders.style import GREY, SERIES, figure_style
-from validation.refinement.predictability import Case, predictability
+from validation.refinement.growth import Case
+from validation.refinement.predictability import predictability
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE = DOCS / "rigid-stop.json"

@@ -14,7 +14,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from renders.style import figure_style
-from validation.absolute.small_deflection import Point, small_deflection
+from validation.absolute.deflection_errors import Point
+from validation.absolute.small_deflection import small_deflection
 from validation.absolute.small_deflection_report import draw_map
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -40,10 +40,12 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from validation.absolute.small_deflection import SmallDeflection, small_deflection
+    from validation.absolute.deflection_errors import SmallDeflection
+    from validation.absolute.small_deflection import small_deflection
     from validation.comparison import Comparison, compare
     from validation.refinement.command import refine
-    from validation.refinement.predictability import Predictability, predictability
+    from validation.refinement.growth import Predictability
+    from validation.refinement.predictability import predictability
     from validation.refinement.study import StudyResult
     from validation.reproduction.command import Reproduction, reproduce
     from validation.suite import Result, validate
@@ -54,10 +56,12 @@ if TYPE_CHECKING:
 __getattr__, __dir__ = on_first_use(
     __name__,
     {
-        "absolute.small_deflection": "SmallDeflection small_deflection",
+        "absolute.deflection_errors": "SmallDeflection",
+        "absolute.small_deflection": "small_deflection",
         "comparison": "Comparison compare",
         "refinement.command": "refine",
-        "refinement.predictability": "Predictability predictability",
+        "refinement.growth": "Predictability",
+        "refinement.predictability": "predictability",
         "refinement.study": "StudyResult",
         "reproduction.command": "Reproduction reproduce",
         "suite": "Result validate",

@@ -17,9 +17,7 @@ import inspect
 import os
 import platform
 import re
-import signal
 import tempfile
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, cached_property, update_wrapper
@@ -35,6 +33,7 @@ from numba.extending import overload, overload_method, register_jitable
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from oblique_impact.errors import InputError
+from oblique_impact.kernels import interrupts
 from oblique_impact.kernels.compiling import announce, preparing
 from oblique_impact.kernels.inner import InnerCompiler
 from oblique_impact.kernels.reference import Reference
@@ -62,7 +61,6 @@ _NUMERIC_SOURCE = (
     "beam/nodal_frame.py",
 )
 _NUMBER = types.float64
-_RAISES = signal.default_int_handler
 _PARAMETERS = types.Array(types.float64, 1, "C")
 
 
@@ -133,29 +131,27 @@ class Kernel:
     def __init__(self, function: Callable[..., Any], name: str) -> None:
         update_wrapper(self, function)
         self._function, self._name = function, name
-        self._entries: dict[type, Callable[..., Any]] = {}
+        self._entries: dict[tuple[type, ...], Callable[..., Any]] = {}
 
     def __call__(self, system: Any, *arguments: Any) -> Any:
         """Run it."""
         if not isinstance(system, tuple) or numba.config.DISABLE_JIT:
             return self._function(system, *arguments)
-        entry = self._entries.get(type(system)) or self._prepare(system, *arguments)
-        with _interrupts_held():
-            return entry(system, *arguments)
+        classes = (type(system), *map(type, arguments))
+        entry = self._entries.get(classes) or self._prepare(classes, system, *arguments)
+        return interrupts.call(entry, (system, *arguments))
 
-    def _prepare(self, system: Any, *arguments: Any) -> Callable[..., Any]:
-        """Compile or load the machine code for a class of systems.
+    def _prepare(self, classes: tuple[type, ...], *arguments: Any) -> Callable[..., Any]:
+        """Compile or load the machine code for arguments of these classes.
 
         It is kept, because numba takes 0.2 ms to find the types of the arguments.  They are the same at each call;
         what unpacks them still refuses objects of other types.
         """
         with preparing():
-            kinds = tuple(map(numba.typeof, (system, *arguments)))
+            kinds = tuple(map(numba.typeof, arguments))
             self._compiled.compile(kinds)
-        entry: Callable[..., Any] = self._compiled.overloads[kinds].entry_point
-        if sum(found[0].instance_class is type(system) for found in self._compiled.overloads) == 1:
-            self._entries[type(system)] = entry
-        return entry
+        self._entries[classes] = self._compiled.overloads[kinds].entry_point
+        return self._entries[classes]
 
     @cached_property
     def _compiled(self) -> Any:
@@ -163,27 +159,6 @@ class Kernel:
             compiled = numba.njit(cache=cached, **_OPTIONS)(self._function)
         _compilations.names[compiled] = self._name
         return compiled
-
-
-@contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Let Ctrl-C come at the end of the block.
-
-    numba takes first-class functions out of arguments by a call of Python and does not ask whether it has failed.
-    Handlers other than Python's own stay.
-    """
-    came: list[int] = []
-    mine = threading.current_thread() is threading.main_thread()
-    held = [n for n in (signal.SIGINT, signal.SIGTERM) if mine and signal.getsignal(n) is _RAISES]
-    for number in held:
-        signal.signal(number, lambda number, frame: came.append(number))
-    try:
-        yield
-    finally:
-        for number in held:
-            signal.signal(number, _RAISES)
-    if came:
-        raise KeyboardInterrupt
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:

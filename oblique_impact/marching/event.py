@@ -7,7 +7,7 @@ sharpened by repeating the step up to it, so an event is as accurate as a step.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from oblique_impact.marching.dop853 import (
     take_stages,
 )
 from oblique_impact.marching.equations import derivative
-from oblique_impact.marching.leaps import WORTHWHILE, Leaps, Position, new_leaps, no_leaps, try_leap
+from oblique_impact.marching.leaps import WORTHWHILE, Flight, Leaps, Position, new_leaps, try_leap
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
@@ -103,95 +103,123 @@ def _land(
     return 0, length
 
 
+class Attempt(NamedTuple):
+    """What became of a step; an accepted one ends in s.y_new, with its interpolant in s.F if that was needed."""
+
+    status: int
+    accepted: bool
+    factor: float  # ratio of the next step to this one
+    length: float  # s; of a step that an event ends, up to that
+    guard: int
+    gap: float  # m, at the end
+    speed: float  # m/s, the largest gap rate
+    peak: float  # N
+    depth: float  # m
+
+
+@jitable
+def _attempt(
+    system: Any, phase: Phase, now: Position, y: Array, length: float, due: bool, tolerance: float, s: Scratch
+) -> Attempt:
+    """Try a step, and end it at the first guard that falls; `due` if samples are wanted inside of it."""
+    status, c, speed = take_stages(system, phase, now.t, y, length, 1, STAGES, s, s.y_new)
+    error = error_norm(length, y, s, tolerance) if status == 0 else np.inf
+    if not error <= 1.0:
+        return Attempt(status, False, min(_step_factor(error), 1.0), length, NO_GUARD, c.gap, speed, 0.0, 0.0)
+    factor, gap, guard, peak, depth, landed = _step_factor(error), c.gap, NO_GUARD, 0.0, 0.0, length
+    clear = phase.state == FREE and (not phase.watched or min(now.gap, gap) > 2.0 * length * speed)
+    if due or not clear:
+        status, _, _ = take_stages(system, phase, now.t, y, length, STAGES + 1, DENSE_STAGES - 1, s, s.at)
+        interpolant(y, s.y_new, length, s.K, s.F)
+    if clear:
+        s.armed[NORMAL] = True
+    elif status == 0:
+        guard, place, rate, peak, depth = first_fall(DenseStep(system, phase, now.t, length, y, s))
+        if guard >= 0:
+            status, landed = _land(system, phase, now.t, y, place * length, rate, guard, s)
+    # a contact problem without a solution further on in this step: approach that point
+    accepted = status == 0 and guard != UNDEFINED
+    return Attempt(status, accepted, factor if accepted else _SHRINK, landed, guard, gap, speed, peak, depth)
+
+
+@jitable
+def _extent(now: Position, h: float, leaping: bool, leg: Leg) -> tuple[float, float, bool]:
+    """Length (s) and end (s) of the next step, and whether it is as long as h.
+
+    Steps are cut at the stop, and before leaps, which begin at samples, at the next sample.
+    """
+    following, last = now.sample * leg.interval, now.t + h * (1.0 + 1e-9) >= leg.t_stop
+    length, end = (leg.t_stop - now.t, leg.t_stop) if last else (h, now.t + h)
+    if leaping and now.t < following * (1.0 - 1e-14) and following < now.t + length:
+        return following - now.t, following, False
+    return length, end, not last
+
+
 @kernel("the event scheme")
 def march_event(
-    system: Any, phase: Phase, tolerance: float, front: Front, y: Array, leg: Leg, s: Scratch
+    system: Any,
+    phase: Phase,
+    tolerance: float,
+    front: Front,
+    y: Array,
+    leg: Leg,
+    s: Scratch,
+    leaps: Leaps | None,
 ) -> Returned:
     """Advance y in place until a guard falls, until the stop, until the sample buffer or the leg is full."""
     system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
-    t, h, taken = front.t, front.h, front.taken
-    steps, rejected, count, peak, depth = 0, 0, 0, 0.0, 0.0
-    capacity, reason, fallen = s.times.shape[0], AT_STOP, NO_GUARD
-    status, c = derivative(system, phase, t, y, s.work, s.K[0])
-    if status != 0:
-        unchanged = (t, h, front.sample, front.origin, front.done, taken)
-        return -status, NO_GUARD, unchanged, steps, rejected, count, peak, depth
-    gap, speed = c.gap, abs(c.gap_rate)
-    level, patience = s.leaps.lengths.shape[0] - 1, 0
-    leaping = level >= 0 and phase.state == FREE
-    while t < leg.t_stop:
-        if count > capacity // 2 or steps >= leg.most_steps:
+    h, steps, rejected, peak, depth, fallen = front.h, 0, 0, 0.0, 0.0, NO_GUARD
+    capacity, leaping, levels, patience = s.times.shape[0], False, 0, 0
+    status, c = derivative(system, phase, front.t, y, s.work, s.K[0])
+    reason = -status  # AT_STOP, if there is none
+    now = Position(front.t, c.gap, abs(c.gap_rate), front.sample, 0)
+    if leaps is not None:  # else the compiler leaves them out
+        leaping, levels = phase.state == FREE, leaps.lengths.shape[0]
+    level = levels - 1
+    while reason == AT_STOP and now.t < leg.t_stop:
+        if now.kept > capacity // 2 or steps >= leg.most_steps:
             reason = LEG_FULL
             break
-        if leaping and patience == 0:
-            now = Position(t, gap, speed, front.sample + count, count)
-            level = level if level >= 0 else s.leaps.lengths.shape[0] - 1
-            level, now = try_leap(system, phase, now, y, level, tolerance, _LEAP * h, leg, s)
+        if leaps is not None and leaping and patience == 0:
+            level = level if level >= 0 else levels - 1
+            flight = by_reference(Flight(system, phase, leg, tolerance, s, by_reference(leaps)))
+            level, now = try_leap(flight, now, y, level, _LEAP * h)
             if level >= 0:
-                t, gap, speed, count = now.t, now.gap, now.speed, now.kept
                 s.armed[NORMAL] = True
                 steps += 1
-                if not bounded(y, s):
-                    reason = FAILED_FINITE
-                    break
+                reason = reason if bounded(y, s) else FAILED_FINITE
                 continue
             patience = _PATIENCE
         patience = max(patience - 1, 0)
         h = min(h, 0.45 * capacity * leg.interval)
-        if h <= _SMALLEST * max(t, _SMALLEST_TIME * s.tolerances.time):
+        if h <= _SMALLEST * max(now.t, _SMALLEST_TIME * s.tolerances.time):
             reason = -status if status != 0 else FAILED_STEP
             break
-        last = t + h * (1.0 + 1e-9) >= leg.t_stop
-        length = leg.t_stop - t if last else h
-        following = (front.sample + count) * leg.interval
-        meets = leaping and t < following * (1.0 - 1e-14) and following < t + length  # leaps begin at samples
-        length = following - t if meets else length
-        status, c, speed = take_stages(system, phase, t, y, length, 1, STAGES, s, s.y_new)
-        error = error_norm(length, y, s, tolerance) if status == 0 else np.inf
-        if not error <= 1.0:
+        length, end, whole = _extent(now, h, leaping, leg)
+        due = now.sample * leg.interval < now.t + length
+        tried = _attempt(system, phase, now, y, length, due, tolerance, s)
+        status = tried.status
+        if not tried.accepted:
             rejected += 1
-            h = length * min(_step_factor(error), 1.0)
+            h = tried.factor * length
             continue
-        gap_new = c.gap
-        clear = phase.state == FREE and (not phase.watched or min(gap, gap_new) > 2.0 * length * speed)
-        due = (front.sample + count) * leg.interval < t + length
-        guard, place, rate = NO_GUARD, 1.0, 0.0
-        if due or not clear:
-            status, _, _ = take_stages(system, phase, t, y, length, STAGES + 1, DENSE_STAGES - 1, s, s.at)
-            interpolant(y, s.y_new, length, s.K, s.F)
-        if clear:
-            s.armed[NORMAL] = True
-        elif status == 0:
-            guard, place, rate, force, deepest = first_fall(DenseStep(system, phase, t, length, y, s))
-            peak, depth = max(peak, force), max(depth, deepest)
-        if status != 0 or guard == UNDEFINED:
-            # the contact problem has no solution further on in this step: approach that point
-            rejected += 1
-            h = _SHRINK * length
-            continue
-        kept = _emit(t, t + place * length, length, y, front.sample, count, leg, s) if due else count
-        if guard >= 0:
-            status, landed = _land(system, phase, t, y, place * length, rate, guard, s)
-            if status != 0:
-                rejected += 1
-                h = _SHRINK * length
-                continue
-            t, reason, fallen = t + landed, AT_GUARD, guard
-        else:
-            t = leg.t_stop if last and not meets else following if meets else t + length
-            copy(s.K[STAGES], s.K[0])
-            gap = gap_new
-            patience = 0 if meets else patience
-            if not last and not meets:
-                h = length * _step_factor(error)
-        count = kept
-        steps += 1
+        kept, landed = now.kept, now.t + tried.length
+        if due:
+            kept = _emit(now.t, landed, length, y, front.sample, kept, leg, s)
         copy(s.y_new, y)
-        if guard < 0 and not bounded(y, s):
+        copy(s.K[STAGES], s.K[0])
+        peak, depth, steps = max(peak, tried.peak), max(depth, tried.depth), steps + 1
+        if tried.guard >= 0:
+            end, reason, fallen = landed, AT_GUARD, tried.guard
+        elif not bounded(y, s):
             reason = FAILED_FINITE
-        if reason != AT_STOP:
-            break
-    return reason, fallen, (t, h, front.sample + count, t, 0, taken + steps), steps, rejected, count, peak, depth
+        elif whole:
+            h = tried.factor * length
+        else:
+            patience = 0
+        now = Position(end, tried.gap, tried.speed, front.sample + kept, kept)
+    reached = (now.t, h, now.sample, now.t, 0, front.taken + steps)
+    return reason, fallen, reached, steps, rejected, now.kept, peak, depth
 
 
 @dataclass(frozen=True)
@@ -209,13 +237,13 @@ class EventScheme(Scheme):
     name = "event"
     order = ORDER
 
-    def leaps(self, modes: NormalModes | None, interval: float, end_time: float) -> Leaps:  # noqa: D102
+    def tables(self, modes: NormalModes | None, interval: float, end_time: float) -> Leaps | None:  # noqa: D102
         if modes is None or np.max(np.abs(modes.eigenvalues)) * end_time < WORTHWHILE:
-            return no_leaps()
+            return None
         return new_leaps(modes, interval)
 
     def march(  # noqa: D102
         self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
     ) -> Progress:
         tolerance = _SHARE_OF_A_STEP * self.tolerance
-        return progress_of(march_event(system, phase, tolerance, front, y, leg, scratch))
+        return progress_of(march_event(system, phase, tolerance, front, y, leg, scratch, scratch.tables))

@@ -18,19 +18,18 @@ coefficients of f allow.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
 
 from oblique_impact.contact.state import Phase
+from oblique_impact.kernels.dense import multiply
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.equations import QUADRATURES, derivative
-
-if TYPE_CHECKING:
-    from oblique_impact.marching.scheme import Leg, Scratch
+from oblique_impact.marching.scheme import Leg, Scratch
 
 POINTS = 16
 _HIGHEST = 4  # the longest step is so many doublings of the output interval
@@ -64,11 +63,6 @@ class Leaps(NamedTuple):
     rates: Array  # (s, 7) of the quadratures at the points
     state: Array  # (2, d) z and z' at the start
     ends: Array  # (2, d) z and z' somewhere, or their errors
-
-
-def no_leaps() -> Leaps:
-    """Return what a run has that makes none."""
-    return Leaps(*(np.zeros((0,) * rank) for rank in (1, 2, 2, 1, 1, 1, 4, 5, 3, 2, 4, 3, 2, 2, 2)))
 
 
 def new_leaps(modes: NormalModes, interval: float) -> Leaps:
@@ -151,19 +145,10 @@ def _at(leaps: Leaps, level: int, row: int, before: int, z: Array) -> None:
 
 
 @jitable
-def _apply(matrix: Array, x: Array, product: Array) -> None:
-    for i in range(matrix.shape[0]):
-        total = 0.0
-        for j in range(matrix.shape[1]):
-            total += matrix[i, j] * x[j]
-        product[i] = total
-
-
-@jitable
 def _keep_force(leaps: Leaps, point: int, z: Array, dy: Array) -> None:
     """Keep f at a point, from the derivative `dy` there."""
     d, force, stiffness, damping, rates = z.shape[1], leaps.force, leaps.stiffness, leaps.damping, leaps.rates
-    _apply(leaps.projection, dy[d : 2 * d], force[0, point])
+    multiply(leaps.projection, dy[d : 2 * d], force[0, point])
     for k in range(d):
         force[0, point, k] += damping[k] * z[1, k] + stiffness[k] * z[0, k]
     for i in range(QUADRATURES):
@@ -223,8 +208,8 @@ def _write(leaps: Leaps, level: int, row: int, y: Array, target: Array) -> None:
     """Write the state at a row of the tables."""
     d, areas, rates = leaps.ends.shape[1], leaps.areas, leaps.rates
     _at(leaps, level, row, 0, leaps.ends)
-    _apply(leaps.shapes, leaps.ends[0], target[:d])
-    _apply(leaps.shapes, leaps.ends[1], target[d : 2 * d])
+    multiply(leaps.shapes, leaps.ends[0], target[:d])
+    multiply(leaps.shapes, leaps.ends[1], target[d : 2 * d])
     for i in range(QUADRATURES):
         total = y[2 * d + i]
         for j in range(rates.shape[0]):
@@ -233,17 +218,15 @@ def _write(leaps: Leaps, level: int, row: int, y: Array, target: Array) -> None:
 
 
 @jitable
-def _leap(
-    system: Any, phase: Phase, t: float, y: Array, level: int, tolerance: float, s: Scratch
-) -> tuple[float, float]:
+def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]:
     """Leap from (t, y), whose derivative is in s.K[0], to s.y_new; its error, relative, and the largest gap rate.
 
     The error is infinite where f is not found.
     """
-    leaps = s.leaps
+    leaps, s, tolerance = flight.leaps, flight.scratch, flight.tolerance
     d, points, force, h, speed = leaps.ends.shape[1], leaps.nodes.shape[0], leaps.force, leaps.lengths[level], 0.0
-    _apply(leaps.projection, y[:d], leaps.state[0])
-    _apply(leaps.projection, y[d : 2 * d], leaps.state[1])
+    multiply(leaps.projection, y[:d], leaps.state[0])
+    multiply(leaps.projection, y[d : 2 * d], leaps.state[1])
     _keep_force(leaps, 0, leaps.state, s.K[0])
     for j in range(1, points):
         copy(force[0, 0], force[0, j])
@@ -252,9 +235,9 @@ def _leap(
             copy(force[0, j], force[1, j])
         for j in range(1, points):
             _at(leaps, level, j - 1, 1, leaps.ends)
-            _apply(leaps.shapes, leaps.ends[0], s.at[:d])
-            _apply(leaps.shapes, leaps.ends[1], s.at[d : 2 * d])
-            status, c = derivative(system, phase, t + leaps.nodes[j] * h, s.at, s.work, s.K[1])
+            multiply(leaps.shapes, leaps.ends[0], s.at[:d])
+            multiply(leaps.shapes, leaps.ends[1], s.at[d : 2 * d])
+            status, c = derivative(flight.system, flight.phase, t + leaps.nodes[j] * h, s.at, s.work, s.K[1])
             if status != 0:
                 return np.inf, speed
             speed = max(speed, abs(c.gap_rate))
@@ -275,24 +258,32 @@ class Position(NamedTuple):
     kept: int  # samples
 
 
+class Flight(NamedTuple):
+    """What leaps are made of."""
+
+    system: Any
+    phase: Phase
+    leg: Leg
+    tolerance: float
+    scratch: Scratch
+    leaps: Leaps
+
+
 @jitable
-def try_leap(
-    system: Any,
-    phase: Phase,
-    now: Position,
-    y: Array,
-    level: int,
-    tolerance: float,
-    shortest: float,
-    leg: Leg,
-    s: Scratch,
-) -> tuple[int, Position]:
+def try_leap(flight: Flight, now: Position, y: Array, level: int, shortest: float) -> tuple[int, Position]:
     """Advance y in place by the longest leap of a level up to `level` that stays clear of the slope.
 
-    The derivative at the start and then at the end is in s.K[0].  Returns the level for the next leap, -1 if there
+    The derivative at the start and then at the end is in K[0].  Returns the level for the next leap, -1 if there
     is none now of at least the length `shortest` (s), and the new position.
     """
-    leaps, interval, t = s.leaps, leg.interval, now.t
+    phase, leg, s, leaps, interval, t = (
+        flight.phase,
+        flight.leg,
+        flight.scratch,
+        flight.leaps,
+        flight.leg.interval,
+        now.t,
+    )
     here = abs(now.sample * interval - t) <= _SAME * interval
     following = (now.sample + 1) * interval if here else now.sample * interval
     while level >= 0 and leaps.lengths[level] >= shortest:
@@ -301,11 +292,11 @@ def try_leap(
         fits = here if inside >= 0 else t + h <= following + _SAME * interval
         near = phase.watched and now.gap <= _CLEAR * h * now.speed
         if fits and not near and t + h <= leg.t_stop and now.kept + inside + 2 < s.times.shape[0]:
-            error, speed = _leap(system, phase, t, y, level, tolerance, s)
+            error, speed = _leap(flight, t, y, level)
             if error <= 1.0:
-                status, c = derivative(system, phase, t + h, s.y_new, s.work, s.K[1])
+                status, c = derivative(flight.system, phase, t + h, s.y_new, s.work, s.K[1])
                 if status == 0 and (not phase.watched or min(now.gap, c.gap) > _CLEAR * h * speed):
-                    count = _keep_samples(now, y, level, here, inside, leg, s)
+                    count = _keep_samples(flight, now, y, level, here, inside)
                     copy(s.y_new, y)
                     copy(s.K[1], s.K[0])
                     end = t + h if inside < 0 else (now.sample + inside + 1) * interval
@@ -318,15 +309,16 @@ def try_leap(
 
 
 @jitable
-def _keep_samples(now: Position, y: Array, level: int, here: bool, inside: int, leg: Leg, s: Scratch) -> int:
+def _keep_samples(flight: Flight, now: Position, y: Array, level: int, here: bool, inside: int) -> int:
     """Keep the sample at the start of a leap and those inside of it; the number of all."""
+    s, leaps = flight.scratch, flight.leaps
     count = now.kept
     if here:
         s.times[count] = now.t
         copy(y, s.states[count])
         count += 1
     for m in range(1, inside + 1):
-        s.times[count] = (now.sample + m) * leg.interval
-        _write(s.leaps, level, s.leaps.nodes.shape[0] - 2 + m, y, s.states[count])
+        s.times[count] = (now.sample + m) * flight.leg.interval
+        _write(leaps, level, leaps.nodes.shape[0] - 2 + m, y, s.states[count])
         count += 1
     return count

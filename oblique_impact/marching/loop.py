@@ -17,6 +17,7 @@ from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State
 from oblique_impact.contact.transitions import EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.kernels.interrupts import interrupts_between_calls
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
@@ -92,8 +93,8 @@ class Run:
         extra = np.full(problem.scheme.extra_state(size), np.nan)
         self._y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
         work = problem.system.new_workspace()
-        leaps = problem.scheme.leaps(problem.modes, problem.output_interval, problem.end_time)
-        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances, leaps)
+        tables = problem.scheme.tables(problem.modes, problem.output_interval, problem.end_time)
+        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances, tables)
         self._front = Front(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
         self._phase = problem.machine.free()._replace(watched=problem.contact)
         self._before: Phase | None = None
@@ -104,6 +105,10 @@ class Run:
 
     def execute(self) -> Record:
         """March to the end, to the named outcome that stops the physics, or to an interrupt."""
+        with interrupts_between_calls():
+            return self._execute()
+
+    def _execute(self) -> Record:
         record = self.record
         try:
             if self.problem.contact:
@@ -303,8 +308,8 @@ class Run:
         observation = observe(problem.system, phase, times, states, self._scratch.work)
         if self._open is not None and times.size:
             forces, gaps = observation.column("normal_force"), observation.column("gap")
-            self._open.peak_force = float(np.nanmax([self._open.peak_force, *forces]))
-            self._open.depth = float(np.nanmax([self._open.depth, *-gaps]))
+            self._open.peak_force = float(np.fmax.reduce(forces, initial=self._open.peak_force))
+            self._open.depth = float(np.fmax.reduce(-gaps, initial=self._open.depth))
         # a scheme's own entries behind the quadratures are not kept
         kept = states[:, : 2 * problem.q0.size + QUADRATURES].copy()
         self.record.segments.append(Segment(phase.state, times, kept, observation))

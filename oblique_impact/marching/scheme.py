@@ -28,7 +28,6 @@ from oblique_impact.contact.transitions import Judgement
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace
-from oblique_impact.marching.leaps import Leaps, no_leaps
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
 AT_STOP, AT_GUARD, LEG_FULL = 0, 1, 2
@@ -99,12 +98,10 @@ class Scratch(NamedTuple):
     contraction: Array  # (3,) of an implicit scheme's iterations, by slot; negative: not known
     times: Array  # (samples,)
     states: Array  # (samples, ny)
-    leaps: Leaps
+    tables: Any  # what the scheme computes once for a run, or None
 
 
-def new_scratch(
-    work: Workspace, ny: int, scales: Array, tolerances: Tolerances, leaps: Leaps | None = None
-) -> Scratch:
+def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances, tables: Any = None) -> Scratch:
     """Allocate buffers for state vectors of `ny` entries around the workspace of a system."""
     samples = max(16, min(SAMPLES_PER_LEG, SAMPLE_MEMORY // ny))
     return Scratch(
@@ -122,7 +119,7 @@ def new_scratch(
         contraction=np.full(EFFECTIVE_SLOTS, -1.0),
         times=np.zeros(samples),
         states=np.zeros((samples, ny)),
-        leaps=leaps or no_leaps(),
+        tables=tables,
     )
 
 
@@ -187,9 +184,9 @@ class Scheme(ABC):
         """Length (s) of flights between bounces that are too short to be told apart."""
         return 0.0
 
-    def leaps(self, modes: NormalModes | None, interval: float, end_time: float) -> Leaps:
-        """Return the tables of long steps that this scheme makes of a system with `modes`; by default none."""
-        return no_leaps()
+    def tables(self, modes: NormalModes | None, interval: float, end_time: float) -> Any:
+        """Return what this computes once for a run of a system with `modes`, a named tuple; by default None."""
+        return None
 
     def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
         """Raise InputError if this cannot march; called before a run of a user-defined integrator."""

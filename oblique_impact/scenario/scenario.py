@@ -12,9 +12,10 @@ from pydantic import model_validator
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
+from oblique_impact.scenario.derived import TABLE, derive, derived_values, drop_derived_values
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.rules import TABLE, check, derive, derived_values, drop_derived_values
+from oblique_impact.scenario.rules import check
 from oblique_impact.scenario.schema import commented
 from oblique_impact.scenario.sections import ScenarioKeys
 from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key, with_line

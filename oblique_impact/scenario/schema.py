@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 
 from oblique_impact import installed
 from oblique_impact.files import cannot_write, prepare_folder, write_text
-from oblique_impact.scenario.rules import DERIVED, TABLE
+from oblique_impact.scenario.derived import DERIVED, TABLE
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.sections import ScenarioKeys
 from oblique_impact.scenario.tables import LARGEST

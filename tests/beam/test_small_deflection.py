@@ -10,7 +10,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.small_deflection import NOTICEABLE, deflection_error, deflection_warnings
-from validation.absolute.small_deflection import Point, SmallDeflection
+from validation.absolute.deflection_errors import Point, SmallDeflection
 
 STORE = Path(__file__).parents[2] / "docs" / "small-deflection.json"
 HUB = ("root.kind=hub", "root.inertia=1")

@@ -15,7 +15,7 @@ from validation import predictability
 from validation.measuring import CRASHED, ERROR, INVALID, TIMEOUT, failed
 from validation.quantities import quantity
 from validation.refinement import predictability_report
-from validation.refinement.predictability import (
+from validation.refinement.growth import (
     PREDICTABLE,
     SENSITIVE,
     UNKNOWN,
@@ -23,9 +23,9 @@ from validation.refinement.predictability import (
     Case,
     Predictability,
     judge,
-    lines,
     verdict_of,
 )
+from validation.refinement.predictability import lines
 from validation.refinement.shipped import predictability_cases
 
 BASE = ("discretization.frame=mean-axis", "discretization.modes=4", "solver.output_interval=1e-2")

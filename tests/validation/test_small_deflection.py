@@ -9,7 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Progress
-from validation.absolute.small_deflection import MODELS, lines, points_of, scenario_of, small_deflection
+from validation.absolute.deflection_errors import MODELS, points_of, scenario_of
+from validation.absolute.small_deflection import lines, small_deflection
 from validation.absolute.small_deflection_report import COLOURS, draw_map
 
 

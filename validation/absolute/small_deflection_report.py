@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from renders.style import GREY, SERIES
-from validation.absolute.small_deflection import MODELS, Point, SmallDeflection
+from validation.absolute.deflection_errors import MODELS, Point, SmallDeflection
 from validation.report.document import (
     Block,
     Cell,

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from oblique_impact.history.provenance import named_in
 from renders.style import GREY, SERIES
-from validation.refinement.predictability import (
+from validation.refinement.growth import (
     LARGE,
     PREDICTABLE,
     SENSITIVE,

@@ -11,8 +11,8 @@ from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.scenario.scenario import Scenario
 from validation.refinement.convergence import one_line
+from validation.refinement.growth import Case
 from validation.refinement.ladders import Ladder, Study
-from validation.refinement.predictability import Case
 
 _MEAN_AXIS = "discretization.frame=mean-axis"
 _FEM = "discretization.method=fem"
