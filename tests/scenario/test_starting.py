@@ -11,14 +11,8 @@ from oblique_impact import InputError, Scenario, builtin_cases, start_scenario
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import key_schemas
 
-#: cases whose run takes more than a few seconds
-LONG = ("damped", "many-modes")
 
-
-@pytest.mark.parametrize(
-    "case",
-    [pytest.param(c, id=c.name, marks=[pytest.mark.slow] if c.name in LONG else []) for c in builtin_cases()],
-)
+@pytest.mark.parametrize("case", builtin_cases(), ids=lambda case: case.name)
 def test_what_the_list_says_happens_in_a_run(run, case):
     history = run(case.name)
     assert case.end_time == history.summary["end_time"]
