@@ -36,7 +36,7 @@ _HIGHEST = 4  # the longest step is so many doublings of the output interval
 _WIDEST = 120.0  # largest |lambda| h of a step, lambda an eigenvalue: more has no accurate weights
 _NARROWEST = 2.0  # for shorter steps those of a Runge-Kutta method are cheaper
 _ROUNDS = 6
-_SETTLED = 0.1  # change by a round, relative to the tolerance, after which there is no other
+_SETTLED = 0.01  # change, relative to the tolerance, that another round need not make
 _EASY = 2.0 ** -(POINTS + 1)  # error after which the step is doubled
 _SAME = 1e-9  # of the interval
 _CLEAR = 2.0  # leaps stay so many times the way of the contact point from the slope
@@ -230,6 +230,7 @@ def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
     _keep_force(leaps, 0, leaps.state, s.K[0])
     for j in range(1, points):
         copy(force[0, 0], force[0, j])
+    change = np.inf
     for _ in range(_ROUNDS):
         for j in range(points):
             copy(force[0, j], force[1, j])
@@ -242,7 +243,9 @@ def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
                 return np.inf, speed
             speed = max(speed, abs(c.gap_rate))
             _keep_force(leaps, j, leaps.ends, s.K[1])
-        if _change(leaps, level, y, s.scales, tolerance) <= _SETTLED:
+        last, change = change, _change(leaps, level, y, s.scales, tolerance)
+        # rounds contract at a rate that two of them show (Hairer and Wanner, Solving ODEs II, Sec. IV.8)
+        if change <= _SETTLED or change * change <= _SETTLED * last < np.inf:
             _write(leaps, level, points - 2, y, s.y_new)
             return _error(leaps, level, y, s, tolerance), speed
     return np.inf, speed
