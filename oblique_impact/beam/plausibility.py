@@ -25,7 +25,12 @@ _FIRST_MODE = 3.5160
 def doubts(scenario: Scenario) -> list[str]:
     """Return a line for each implausible value, beginning with its key; none for plausible scenarios."""
     with np.errstate(all="ignore"):
-        return [*_of_material(scenario), *_of_shape(scenario), *_of_slope_and_step(scenario)]
+        sections = Sections.from_scenario(scenario)
+        return [
+            *_of_material(scenario),
+            *_of_shape(scenario, sections),
+            *_of_slope_and_step(scenario, sections),
+        ]
 
 
 def _of_material(s: Scenario) -> Iterator[str]:
@@ -41,8 +46,8 @@ def _of_material(s: Scenario) -> Iterator[str]:
         yield f"beam.density: {density:g} kg/m^3 is {like}{guess}"
 
 
-def _of_shape(s: Scenario) -> Iterator[str]:
-    sections, length = Sections.from_scenario(s), s.beam.length
+def _of_shape(s: Scenario, sections: Sections) -> Iterator[str]:
+    length = s.beam.length
     stiffness = np.min(sections.bending_stiffness(sections.second_moment.x))
     # m g L^4/(8 E I) of the beam, M g L^3/(3 E I) of the tip mass, which is in the total mass
     sag = s.gravity * length**3 * (sections.mass / 8.0 + sections.tip_mass * (1 / 3 - 1 / 8)) / stiffness
@@ -63,8 +68,8 @@ def _of_shape(s: Scenario) -> Iterator[str]:
         yield f"beam.outer_fibre: {fibres[worst]:g} m is less than {there}: no section is like that"
 
 
-def _of_slope_and_step(s: Scenario) -> Iterator[str]:
-    sections, angle, step = Sections.from_scenario(s), s.slope.angle, s.solver.free_step
+def _of_slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
+    angle, step = s.slope.angle, s.solver.free_step
     if s.contact.enabled and abs(angle) > math.pi:
         degrees = f"{math.degrees(angle):.0f} degrees"
         yield f'slope.angle: {angle:g} rad are {degrees}; did you mean "{angle:g} deg"?'

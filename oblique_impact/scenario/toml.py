@@ -52,6 +52,8 @@ def _inline(value: Any) -> str:
         return "{" + ", ".join(f"{name} = {_inline(item)}" for name, item in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_inline, value)) + "]"
+    if type(value) in (int, float):  # what follows writes them alike, and takes a while
+        return repr(value)
     return tomli_w.dumps({"x": value}).partition(" = ")[2].rstrip()
 
 

@@ -10,7 +10,10 @@ from oblique_impact import Scenario, simulate
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.marching import leaps
-from oblique_impact.problem import beam_of
+from oblique_impact.marching.equations import derivative
+from oblique_impact.marching.loop import Run
+from oblique_impact.marching.scheme import Leg
+from oblique_impact.problem import beam_of, beam_problem
 
 INTERVAL = 1e-3
 #: rigid, slow, critically damped, fast and overdamped modes
@@ -100,6 +103,22 @@ def test_no_contact_is_leapt_over(monkeypatch):
     np.testing.assert_allclose([e.time for e in long.events], [e.time for e in short.events], rtol=0, atol=1e-8)
     assert float(long["gap"].min()) > -1e-11
     assert long.summary["steps"] < 0.2 * short.summary["steps"]
+
+
+def test_a_leap_is_as_short_as_the_largest_speed_in_it_asks():
+    """The gap rate known before it may be that of a turning point."""
+    scenario = Scenario.builtin("many-modes", ["initial.angle=0.25", "initial.angular_velocity=1.0"])
+    run = Run(beam_problem(beam_of(scenario)))
+    problem, s, y = run.problem, run._scratch, run._y
+    leg = Leg(1.0, problem.output_interval, 1000)
+    flight = leaps.Flight(problem.system, run._phase, leg, 1e-6, s, s.tables)
+    _, c = derivative(problem.system, run._phase, 0.0, y, s.work, s.K[0])
+    for gap in (1e-4, 2e-4, 1.0):
+        highest = s.tables.lengths.size - 1
+        level, after = leaps.try_leap(flight, leaps.Position(0.0, gap, 0.0, 0, 0), y.copy(), highest, 1e-6)
+        assert level >= 0
+        assert gap > 2.0 * after.t * c.gap_rate
+        derivative(problem.system, run._phase, 0.0, y, s.work, s.K[0])
 
 
 def test_two_modes_do_without():
