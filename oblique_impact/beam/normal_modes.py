@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import block_diag, eigh
+from scipy.linalg import eigh
 
 from oblique_impact.beam.floating_frame import (
     COUPLING,
@@ -23,11 +23,12 @@ def normal_modes(model: BeamModel) -> NormalModes | None:
 
     None if damping couples them.
     """
-    elastic, driven = model.matrices[ELASTIC_MASS], model.root == DRIVEN
-    coupling = np.zeros_like(model.vectors[COUPLING]) if driven else model.vectors[COUPLING]
-    inertia = 1.0 if driven else model.inertia
-    mass = np.block([[np.array([[inertia]]), coupling[None]], [coupling[:, None], elastic]])
-    stiffness, damping = (block_diag(0.0, model.matrices[which]) for which in (STIFFNESS, DAMPING))
+    size, driven = 1 + model.vectors.shape[1], model.root == DRIVEN
+    mass, stiffness, damping = np.zeros((3, size, size))
+    mass[0, 0] = 1.0 if driven else model.inertia
+    mass[0, 1:] = mass[1:, 0] = 0.0 if driven else model.vectors[COUPLING]
+    for matrix, which in ((mass, ELASTIC_MASS), (stiffness, STIFFNESS), (damping, DAMPING)):
+        matrix[1:, 1:] = model.matrices[which]
     squares, shapes = eigh(stiffness, mass)
     damped = shapes.T @ damping @ shapes
     own = np.diag(damped).copy()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Collection
+from functools import lru_cache
 from typing import Any
 
 import tomli_w
@@ -54,6 +55,11 @@ def _inline(value: Any) -> str:
         return "[" + ", ".join(map(_inline, value)) + "]"
     if type(value) in (int, float):  # what follows writes them alike, and takes a while
         return repr(value)
+    return _written(value)
+
+
+@lru_cache(maxsize=256, typed=True)
+def _written(value: Any) -> str:
     return tomli_w.dumps({"x": value}).partition(" = ")[2].rstrip()
 
 
