@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from renders.geometry import BeamGeometry
 from renders.story import Story
-from renders.style import COLOUR_MAP, Style
+from renders.style import Style
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,12 @@ class Beam3D:
         if self._shown:
             self._mesh.point_data["shown"] = geometry.result(self._shown, 0)
             limit = story.colours.limit
-            options |= {"scalars": "shown", "cmap": COLOUR_MAP, "clim": (-limit, limit), "show_scalar_bar": False}
+            options |= {
+                "scalars": "shown",
+                "cmap": theme.colour_map,
+                "clim": (-limit, limit),
+                "show_scalar_bar": False,
+            }
             options["interpolate_before_map"] = True
         else:
             options["color"] = self.colour
@@ -70,7 +75,7 @@ class Beam3D:
         if style.trace:
             colour = self.colour if story.overlay else theme.trace
             self._trace = self._path()
-            line = plotter.add_mesh(self._trace, color=colour, line_width=2 * SUPERSAMPLING, lighting=False)
+            line = plotter.add_mesh(self._trace, color=colour, line_width=2.0 * stroke(style), lighting=False)
             self._moving.append(line)
             self._whole = np.array(self._trace.points)
 
@@ -136,6 +141,11 @@ class Beam3D:
         if np.linalg.norm(force) <= 1e-3 * self.geometry.peak_force:
             return None
         return self.geometry.contact_place(k), force / self.geometry.peak_force
+
+
+def stroke(style: Style) -> float:
+    """Width (pixels of the window) of a thin line, which is as thin on paper at every size."""
+    return SUPERSAMPLING * max(1.0, style.resolution / 96.0)
 
 
 def mixed(colour: str, background: str, part: float) -> str:

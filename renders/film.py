@@ -22,10 +22,9 @@ from renders.frame import Composer
 from renders.metadata import add_comment, made_by, save_picture
 from renders.outputs import FILMS
 from renders.story import Story
-from renders.style import Style
+from renders.style import SLIDE, Style
 from renders.timeline import Timeline
 
-_DPI = 200
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
 _PALETTE_FRAMES = 12
@@ -46,7 +45,7 @@ def write_still(story: Story, time: float, out: Path) -> Path:
     """
     _check_times(story, [time])
     with _composer(story) as composer:
-        return _save(composer.draw(time), out, story)
+        return _save(composer.draw(time), out, story, story.style.resolution)
 
 
 def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
@@ -58,7 +57,7 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
     _check_times(story, times)
     width, span = story.style.size[0], (min(times), max(times))
     plain = replace(
-        story.style, charts=False, inset=False, ghosts=False, trace=False, letters=0.8 * width / 1000.0
+        story.style, charts=False, inset=False, ghosts=False, trace=False, dpi=story.style.dpi or width / SLIDE[0]
     )
     rows: list[Image.Image] = []
     # the last row tells what the colours mean and how much the deflection is magnified
@@ -68,7 +67,7 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
     picture = Image.new("RGB", (width, len(rows) * (rows[0].height + 1) - 1), story.style.colours.line)
     for n, row in enumerate(rows):
         picture.paste(row, (0, n * (row.height + 1)))
-    return _save(picture, out, story)
+    return _save(picture, out, story, plain.resolution)
 
 
 def strip_times(history: History) -> list[float]:
@@ -184,6 +183,6 @@ def _check_times(story: Story, times: Sequence[float]) -> None:
             raise InputError(f"--time {time:g}: should be from {first:g} to {last:g} s")
 
 
-def _save(picture: Image.Image, out: Path, story: Story) -> Path:
+def _save(picture: Image.Image, out: Path, story: Story, dpi: float) -> Path:
     made = made_by(story.histories)
-    return save_whole(out, lambda part: save_picture(picture, part, _DPI, made))
+    return save_whole(out, lambda part: save_picture(picture, part, dpi, made))

@@ -20,7 +20,7 @@ from renders.story import Story
 from renders.style import COLOUR_MAP, Style
 from renders.timeline import Timeline
 
-_TITLE, _NAME, _HEADING, _LINE, _SMALL = 20, 15, 14, 13, 12  # pixels of letters in a picture of 1280 x 720
+_TITLE, _NAME, _HEADING, _LINE, _SMALL = 15.0, 11.0, 10.5, 10.0, 9.0  # points, where text has 10
 _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
 
 PlacedChart = tuple[Chart, Box]
@@ -44,7 +44,7 @@ class Composer:
     ) -> None:
         self.story, self.timeline, self.style = story, timeline, style or story.style
         self.theme, size = self.style.colours, self.style.size
-        self.letters = Letters(self.style.letters or min(size[0] / 1280.0, size[1] / 720.0))
+        self.letters = Letters.of(self.style)
         numbers = list(range(len(story.geometries)))
         pictures = [numbers] if story.overlay else [[n] for n in numbers]
         alone = len(pictures) == 1

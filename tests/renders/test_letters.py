@@ -101,12 +101,12 @@ def test_ticks_are_round_times_with_the_same_decimals(run, width, name):
 
 
 def check_ticks(course: TimeMap, width: float) -> None:
-    times, labels = round_times(course, width, Letters(1.0).font(12.5).getlength)
+    times, labels = round_times(course, width, Letters(1.0).font(9.5).getlength)
     assert len(labels) >= 2
     assert len({len(label.partition(".")[2]) for label in labels}) == 1
     np.testing.assert_allclose([float(label) for label in labels], times, atol=1e-12)
     at = course.film_at(times) * width / course.duration
-    longest = max(map(Letters(1.0).font(12.5).getlength, labels))
+    longest = max(map(Letters(1.0).font(9.5).getlength, labels))
     assert np.diff(at).min() > longest
     assert at.min() >= 0.0
     assert at.max() <= width + 1e-9
