@@ -9,6 +9,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from renders.geometry import BeamGeometry
+from renders.shadow import Caster
 from renders.story import Story
 from renders.style import Style
 
@@ -38,6 +39,7 @@ class Beam3D:
         self.colour = theme.series[number] if story.overlay else theme.arrow
         # beams in one place are not to show through each other
         self._depth = -0.02 * number * geometry.radii.max()
+        self._shadow_radii = np.append(geometry.radii[:-1], max(geometry.radii[-1], geometry.mass_radius))[::2]
         points, normals = geometry.tube(0)
         self._mesh = pv.PolyData(points, geometry.faces)
         self._mesh.point_data["Normals"] = normals
@@ -130,6 +132,11 @@ class Beam3D:
         """Points (n, 3) between which beam and path are drawn."""
         meshes = [self._mesh, *([self._trace] if self._trace else [])]
         return np.concatenate([np.asarray(mesh.points) for mesh in meshes])
+
+    def caster(self, time: float) -> Caster:
+        """Return what throws its shadow: every other ring of the drawn beam."""
+        axis = self.geometry.centreline(self.geometry.index(time))[:, :2]
+        return Caster(np.ascontiguousarray(axis[::2]), self._shadow_radii)
 
     def force_at(self, time: float) -> tuple[Array, Array] | None:
         """Return the point of contact on the slope (3,) and the force on the beam there over its peak (2,).

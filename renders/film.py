@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from itertools import chain, repeat
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -24,6 +25,7 @@ from renders.outputs import FILMS
 from renders.story import Story
 from renders.style import SLIDE, Style
 from renders.timeline import Timeline
+from renders.title_card import title_card
 
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
@@ -57,7 +59,14 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
     _check_times(story, times)
     width, span = story.style.size[0], (min(times), max(times))
     plain = replace(
-        story.style, charts=False, inset=False, ghosts=False, trace=False, dpi=story.style.dpi or width / SLIDE[0]
+        story.style,
+        charts=False,
+        inset=False,
+        ghosts=False,
+        trace=False,
+        ground=False,
+        title="",
+        dpi=story.style.dpi or width / SLIDE[0],
     )
     rows: list[Image.Image] = []
     # the last row tells what the colours mean and how much the deflection is magnified
@@ -117,6 +126,7 @@ def _composer(
 def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_frame: OnFrame | None) -> None:
     """Send raw frames to ffmpeg, which are never all in memory; `made` says in the file what made it."""
     suffix, (width, height) = part.suffix.lower(), composer.style.size
+    card = title_card(composer.story, timeline).tobytes() if timeline.card else b""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as log:
         command = [
             *(_encoder(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
@@ -133,10 +143,10 @@ def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_fr
         ):
             assert encoder.stdin is not None
             try:
-                for n, frame in enumerate(frames, start=1):
+                for n, frame in enumerate(chain(repeat(card, timeline.card), frames), start=1):
                     encoder.stdin.write(frame)
                     if on_frame:
-                        on_frame(n, timeline.times.size)
+                        on_frame(n, timeline.card + timeline.times.size)
             except BrokenPipeError:
                 pass  # it says why in its log
             except BaseException:
@@ -165,6 +175,8 @@ def _palette_options(composer: Composer, timeline: Timeline, folder: Path) -> li
     """One palette for the whole film, from frames spread over it."""
     picks = np.unique(np.linspace(0, timeline.times.size - 1, _PALETTE_FRAMES).astype(int))
     samples = [composer.draw(float(timeline.times[k]), float(timeline.rates[k])) for k in picks]
+    if timeline.card:
+        samples.append(title_card(composer.story, timeline))
     wide = Image.new("RGB", (samples[0].width, sum(s.height for s in samples)))
     for n, sample in enumerate(samples):
         wide.paste(sample, (0, n * sample.height))

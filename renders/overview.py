@@ -105,7 +105,7 @@ def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: tuple[fl
         sample = int(last_sample(times, t))
         chord = deflection[sample, -1] * station / station[-1]
         state = int(history["state"][sample])
-        look = {"color": theme.states[state], "linestyle": theme.dashes[state]}
+        look: dict[str, Any] = {"color": theme.states[state], "linestyle": theme.dashes[state]}
         axes.plot(station, deflection[sample] - chord, linewidth=1.2, **look)
     for state in sorted(set(history["state"].values.tolist())):
         look = {"color": theme.states[state], "linestyle": theme.dashes[state]}

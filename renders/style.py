@@ -11,6 +11,7 @@ import matplotlib as mpl
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import one_of
+from renders.presets import PRESETS
 
 FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR = "#1f4fd1", "#d9580d", "#1b8a3c"
 STATE_COLOURS = (FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR)
@@ -87,7 +88,7 @@ LIGHT = Theme(
     states=STATE_COLOURS,
     series=SERIES,
     energies=("#8a4f9e", "#0f7f86", "#8d969f"),
-    ground="#f3f5f7",
+    ground="#eef4ff",
 )
 DARK = Theme(
     background="#12171d",
@@ -103,7 +104,7 @@ DARK = Theme(
     states=("#7f9cf5", "#ff8a3d", "#5fd38a"),
     series=("#6fb1d6", "#ff9d4d", "#9ccc65", "#c792ea", "#ff6b7a", "#aab4bf"),
     energies=("#c08fd2", "#4fc0c5", "#87929d"),
-    ground="#1f272f",
+    ground="#27303a",
 )
 #: greys and dashes in place of hues; the colour map grows lighter from its lowest value to its highest one
 PRINT = Theme(
@@ -120,7 +121,7 @@ PRINT = Theme(
     states=("#000000",) * 3,
     series=("#000000", "#808080", "#b8b8b8", "#000000", "#808080", "#b8b8b8"),
     energies=("#000000", "#000000", "#808080"),
-    ground="#f4f4f4",
+    ground="#f4f8ff",
     colour_map="cividis",
     dashes=(
         "-",
@@ -166,10 +167,14 @@ class Style:
         "section_rotation".
     deformation : float or None
         Factor; None chooses it.
-    charts, inset, ghosts, trace, arrow : bool
-        What is shown.
+    charts, inset, ghosts, trace, arrow, ground : bool
+        What is shown; the ground with the shadows of the beam, which fall on the slope too.
     layout : {"side-by-side", "overlay"}
         Of several histories.
+    title : str or None
+        At the top of a still or a film and on its title card; None: the name of the run, empty: no line there.
+    scale_bar : bool
+        Whether a bar of a round length is drawn.
     letters : float
         Size of text (points) where the picture is shown at its resolution; titles and labels follow it.
     dpi : float or None
@@ -177,6 +182,9 @@ class Style:
         which it covers a slide of 13.33 x 7.5 inches.
     caption : bool
         Whether the factor is told and the colour bar drawn.
+    preset : str
+        The name of one of `renders.presets.PRESETS`, whose settings of films hold where a call gives none;
+        `Style.of` takes how it looks from there too.
 
     Raises InputError for a name that is unknown or a size out of range.
     """
@@ -191,20 +199,26 @@ class Style:
     ghosts: bool = True
     trace: bool = True
     arrow: bool = True
+    ground: bool = True
     layout: Layout = "side-by-side"
     letters: float = TEXT
     dpi: float | None = None
     caption: bool = True
+    title: str | None = None
+    scale_bar: bool = True
+    preset: str = ""
 
     def __post_init__(self) -> None:
-        for option, value, names in (
+        for option, name, names in (
             ("--theme", self.theme, ThemeName),
             ("--camera", self.camera, CameraName),
             ("--colour", self.quantity, Colour),
             ("--layout", self.layout, Layout),
         ):
-            if value not in get_args(names):
-                raise InputError(f"{option} {value}: {one_of(value, get_args(names))}")
+            if name not in get_args(names):
+                raise InputError(f"{option} {name}: {one_of(name, get_args(names))}")
+        if self.preset and self.preset not in PRESETS:
+            raise InputError(f"--preset {self.preset}: {one_of(self.preset, PRESETS)}")
         if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
         for option, value, least, most in (
@@ -213,6 +227,12 @@ class Style:
         ):
             if value is not None and not least <= value <= most:
                 raise InputError(f"{option} {value:g}: should be from {least:g} to {most:g}")
+
+    @classmethod
+    def of(cls, preset: str, **changes: Any) -> Style:
+        """Return the style of a preset with some changes; raises InputError for one that there is not."""
+        look = PRESETS[preset].look if preset in PRESETS else {}
+        return cls(**(look | changes | {"preset": preset}))
 
     @property
     def resolution(self) -> float:
