@@ -41,6 +41,17 @@ class Letters:
         """Return the first of several texts, ever shorter, that is not wider (pixels); none if none is."""
         return next((text for text in texts if self.font(points, bold).getlength(text) <= width), "")
 
+    def wrapped(self, text: str, width: float, points: float) -> list[str]:
+        """Return the lines of a text that are not wider (pixels), broken between its words."""
+        lines: list[str] = []
+        for word in text.split():
+            longer = f"{lines[-1]} {word}" if lines else word
+            if lines and self.font(points).getlength(longer) <= width:
+                lines[-1] = longer
+            else:
+                lines.append(word)
+        return lines
+
 
 @cache
 def _font(size: int, bold: bool) -> ImageFont.FreeTypeFont:

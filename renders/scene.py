@@ -28,7 +28,7 @@ _ARROW = 0.16  # length of the largest force's arrow, over that of the beam
 _CLOSE = 12.0  # height of a picture close to the contact point, over the radius of the beam there
 _CLOSE_ARROW = 0.36  # length of the largest force's arrow there, over that height
 _BACK = 0  # the buffer that VTK draws into
-_SOLID = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
+_SOLID: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
 _AROUND = 4  # thin lines: how far lines and edges reach beyond their points
 _EMPTY = "#00ff00"  # where nothing moves in a picture of what moves: a colour that neither beam nor path has
 _EMPTY_PIXEL = np.frombuffer(b"\x00\xff\x00\x00", np.uint32)[0]
@@ -120,11 +120,11 @@ class View:
             solids += [*stands, slab(ground)]
             blocks.append(self._block(solids[-1], theme.ground, theme.line))
             top = blocks[-1][0].cell_data["tone"][_top_of(solids[-1], np.array([0.0, 1.0]))]
-            ends = (np.array([x, ground.y]) for x in (ground.first, ground.last))
-            self._surfaces.append(Surface.of(*ends, half_depth=ground.half_depth, colour=top))
+            ends = np.array([(ground.first, ground.y), (ground.last, ground.y)])
+            self._surfaces.append(Surface.of(ends, ground.half_depth, np.asarray(top)))
             if slope:
                 top = blocks[0][0].cell_data["tone"][_top_of(solids[1], geometry.slope_axes[1])]
-                self._surfaces.append(Surface.of(*slope.outline[:2], half_depth=depth_of(geometry), colour=top))
+                self._surfaces.append(Surface.of(slope.outline[:2], depth_of(geometry), np.asarray(top)))
         self._add_still(solids[0], blocks, hides=len(blocks) - bool(ground))
         return solids
 
@@ -149,13 +149,12 @@ class View:
         for meshes in zip(*blocks, strict=True):
             self._still.append(self.plotter.add_mesh(_joined(meshes), scalars="tone", rgb=True, **look))
         if not self._close:
-            parts = (
-                [solid] if not hides else [solid, _joined([mesh for block in blocks[:hides] for mesh in block])]
-            )
-            self._hiding = [
-                self.plotter.add_mesh(part.copy(), color=_EMPTY, **look | ({} if n else {"culling": None}))
-                for n, part in enumerate(parts)
-            ]
+            look |= {"color": _EMPTY}
+            if hides:
+                parts = [mesh for block in blocks[:hides] for mesh in block]
+                self._hiding.append(self.plotter.add_mesh(_joined(parts).copy(), **look))
+            look["culling"] = None
+            self._hiding.append(self.plotter.add_mesh(solid.copy(), **look))
             for actor in self._hiding:
                 actor.visibility = False
 

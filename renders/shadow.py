@@ -38,11 +38,11 @@ class Surface(NamedTuple):
     tones: Pixels  # (256,): its pixel with ever less light
 
     @classmethod
-    def of(cls, start: Array, end: Array, half_depth: float, colour: NDArray[np.uint8]) -> Surface:
-        """Return the surface of a colour, (3,)."""
+    def of(cls, ends: Array, half_depth: float, colour: NDArray[np.uint8]) -> Surface:
+        """Return the surface between two ends (2, 2) (m), of a colour (3,)."""
         tones = np.full((256, 4), 255, np.uint8)
         tones[:, :3] = np.round(np.outer(1.0 - np.arange(256) / 255.0, colour))
-        return cls(start, end, half_depth, tones.view(np.uint32)[:, 0])
+        return cls(ends[0], ends[1], half_depth, tones.view(np.uint32)[:, 0])
 
     def height(self, x: Array) -> Array:
         """Height (m) of the surface at places x (m)."""

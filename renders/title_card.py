@@ -10,7 +10,7 @@ from renders.story import Story
 from renders.timeline import Timeline
 from renders.title import parameters
 
-_TITLE, _NAMES, _LINE = 26.0, 14.0, 12.0  # points, where text has 10
+_TITLE, _NAMES, _LINE = 30.0, 16.0, 13.5  # points, where text has 10
 
 
 def title_card(story: Story, timeline: Timeline) -> Image.Image:
@@ -22,8 +22,11 @@ def title_card(story: Story, timeline: Timeline) -> Image.Image:
     rows = [(text, _TITLE, True, theme.ink, 1.9) for text in ([story.title] if story.title else [])]
     if len(story.geometries) > 1:
         rows.append((" and ".join(story.names), _NAMES if rows else _TITLE, True, theme.ink, 1.9))
-    rows += [(text, _LINE, False, theme.ink, 1.65) for text in lines_of(story)]
-    notes = [(text, _LINE, False, theme.dim, 1.65) for text in exaggerations(story, timeline)]
+    body, notes = (
+        [(text, _LINE, False, colour, 1.65) for line in lines for text in letters.wrapped(line, room, _LINE)]
+        for lines, colour in ((lines_of(story), theme.ink), (exaggerations(story, timeline), theme.dim))
+    )
+    rows += body
     gap = 1.2 * letters.size(_LINE)
     total = sum(step * letters.size(size) for _, size, _, _, step in rows + notes) + gap
     y = 0.5 * (height - total)

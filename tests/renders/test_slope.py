@@ -64,13 +64,15 @@ def same(found, expected):
 def test_all_pictures_draw_the_same_slope(history):
     expected = drawn_slope(BeamGeometry(history)).outline
     for factor in (1.0, 50.0):
-        story = story_of([history], Style(deformation=factor, ghosts=False, trace=False, arrow=False))
+        story = story_of(
+            [history], Style(deformation=factor, ghosts=False, trace=False, arrow=False, ground=False)
+        )
         for name, found in corners(story).items():
             assert same(found, expected), (name, factor)
 
 
 def test_all_pictures_take_the_slope_of_the_story(run, monkeypatch):
-    story = story_of([run(*CASES["paper"])], Style(ghosts=False, trace=False, arrow=False))
+    story = story_of([run(*CASES["paper"])], Style(ghosts=False, trace=False, arrow=False, ground=False))
     shifted = DrawnSlope(story.slope.ends, story.slope.outline + np.array([0.0, 1e-3]))
     moved = replace(story)
     moved.__dict__["slope"] = shifted
