@@ -37,6 +37,7 @@ _OF_STYLE = {
     "layout": "--layout",
     "letters": "--letters",
     "dpi": "--dpi",
+    "deformation": "--deformation",
     **dict.fromkeys(("charts", "inset", "ghosts", "trace", "ground", "scale_bar"), "--bare"),
 }
 

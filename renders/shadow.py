@@ -135,7 +135,7 @@ def _part_of(
     first, last = max(ends[0], x0), min(ends[1], x1)
     origin, end, deep = project(surface.points(np.array([x0, x1, x0]), np.array([0.0, 0.0, 1.0])))
     seen = np.stack([(end - origin) / (x1 - x0), deep - origin], axis=1)
-    if not first < last or abs(np.linalg.det(seen)) < _FLAT * np.prod(np.linalg.norm(seen, axis=0)):
+    if not first < last or abs(np.linalg.det(seen)) <= _FLAT * np.sum(seen[:, 0] ** 2):
         return None
     deep = min(reach, surface.half_depth)
     corners = project(

@@ -264,7 +264,7 @@ def test_a_frame_has_all_its_parts(run):
     composer.close()
     assert picture.shape == (540, 960, 3)
     slip = np.array([int(LIGHT.states[1][k : k + 2], 16) for k in (1, 3, 5)])
-    title = picture[:40, :400].reshape(-1, 3)
+    title = picture[20:70, :400].reshape(-1, 3)
     assert (np.abs(title - slip).max(axis=1) < 8).sum() > 50  # the state in its colour
     chart = picture[370:, :500].reshape(-1, 3)
     assert (np.abs(chart - 255).max(axis=1) > 20).mean() > 0.01

@@ -16,7 +16,7 @@ from renders.player.payload import payload
 from renders.scene import View
 from renders.slope import DrawnSlope, drawn_slope
 from renders.story import story_of
-from renders.style import Style
+from renders.style import LIGHT, Style
 
 CASES = {
     "paper": ("paper", "end_time=0.4"),
@@ -36,7 +36,7 @@ def history(run, request):
 def corners(story):
     """Corners (4, 2) of the slope as each kind of picture draws it."""
     axes = Figure().subplots()
-    overview._draw_motion(axes, story, 0.1)
+    overview._draw_motion(axes, story, LIGHT, 0.1)
     (patch,) = (p for p in axes.patches if p.get_gid() == "slope")
     view = View(story, [0], (320, 200))
     solids = [np.asarray(mesh.points) for mesh in view.plotter.meshes if mesh.n_points == 8 and mesh.n_cells == 6]
