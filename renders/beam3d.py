@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from renders.geometry import BeamGeometry
 from renders.shadow import Caster
 from renders.story import Story
-from renders.style import Style
+from renders.style import TEXT, Style
 
 Array = NDArray[np.float64]
 
@@ -151,8 +151,8 @@ class Beam3D:
 
 
 def stroke(style: Style) -> float:
-    """Width (pixels of the window) of a thin line, which is as thin on paper at every size."""
-    return SUPERSAMPLING * max(1.0, style.resolution / 96.0)
+    """Width (pixels of the window) of a thin line, which goes with the letters."""
+    return SUPERSAMPLING * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
 
 
 def mixed(colour: str, background: str, part: float) -> str:

@@ -217,7 +217,7 @@ class Composer:
         top = low - drawn.height
         frame.paste(self.theme.ink, (round(left - tick), round(top)), drawn)
         font = letters.font(_SMALL)
-        at = left + 0.5 * max(float(bar.across[0]), font.getlength(bar.text)), top + 0.5 * tick
+        at = left + 0.5 * max(float(bar.across[0]), font.getlength(bar.text)), top
         ImageDraw.Draw(frame).text(at, bar.text, fill=self.theme.ink, font=font, anchor="mb")
 
     def _colour_bar(self, frame: Image.Image, box: Box) -> float:
