@@ -9,8 +9,9 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from renders.geometry import BeamGeometry
+from renders.shadow import Caster
 from renders.story import Story
-from renders.style import COLOUR_MAP, Style
+from renders.style import TEXT, Style
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,7 @@ class Beam3D:
         self.colour = theme.series[number] if story.overlay else theme.arrow
         # beams in one place are not to show through each other
         self._depth = -0.02 * number * geometry.radii.max()
+        self._shadow_radii = np.append(geometry.radii[:-1], max(geometry.radii[-1], geometry.mass_radius))[::2]
         points, normals = geometry.tube(0)
         self._mesh = pv.PolyData(points, geometry.faces)
         self._mesh.point_data["Normals"] = normals
@@ -53,7 +55,12 @@ class Beam3D:
         if self._shown:
             self._mesh.point_data["shown"] = geometry.result(self._shown, 0)
             limit = story.colours.limit
-            options |= {"scalars": "shown", "cmap": COLOUR_MAP, "clim": (-limit, limit), "show_scalar_bar": False}
+            options |= {
+                "scalars": "shown",
+                "cmap": theme.colour_map,
+                "clim": (-limit, limit),
+                "show_scalar_bar": False,
+            }
             options["interpolate_before_map"] = True
         else:
             options["color"] = self.colour
@@ -70,7 +77,7 @@ class Beam3D:
         if style.trace:
             colour = self.colour if story.overlay else theme.trace
             self._trace = self._path()
-            line = plotter.add_mesh(self._trace, color=colour, line_width=2 * SUPERSAMPLING, lighting=False)
+            line = plotter.add_mesh(self._trace, color=colour, line_width=2.0 * stroke(style), lighting=False)
             self._moving.append(line)
             self._whole = np.array(self._trace.points)
 
@@ -126,6 +133,11 @@ class Beam3D:
         meshes = [self._mesh, *([self._trace] if self._trace else [])]
         return np.concatenate([np.asarray(mesh.points) for mesh in meshes])
 
+    def caster(self, time: float) -> Caster:
+        """Return what throws its shadow: every other ring of the drawn beam."""
+        axis = self.geometry.centreline(self.geometry.index(time))[:, :2]
+        return Caster(np.ascontiguousarray(axis[::2]), self._shadow_radii)
+
     def force_at(self, time: float) -> tuple[Array, Array] | None:
         """Return the point of contact on the slope (3,) and the force on the beam there over its peak (2,).
 
@@ -136,6 +148,11 @@ class Beam3D:
         if np.linalg.norm(force) <= 1e-3 * self.geometry.peak_force:
             return None
         return self.geometry.contact_place(k), force / self.geometry.peak_force
+
+
+def stroke(style: Style) -> float:
+    """Width (pixels of the window) of a thin line, which goes with the letters."""
+    return SUPERSAMPLING * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
 
 
 def mixed(colour: str, background: str, part: float) -> str:

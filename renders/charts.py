@@ -22,15 +22,15 @@ from PIL import Image, ImageDraw
 from renders.envelope import drawn
 from renders.letters import Letters
 from renders.story import Story
-from renders.style import figure_style
+from renders.style import Dash, figure_style
 from renders.timeline import Timeline, TimeMap
 
 Array = NDArray[np.float64]
 
 _DPI = 100
 _FAINT = 0.22
-_BAND = 0.3  # strength of a band over that of its line
-_STEPS = (1.0, 0.5, 0.2, 0.1)  # of labels, in decades of time
+_LABEL, _AXIS = 9.5, 10.5  # points, where text has 10
+_BAND, _EDGE = 0.13, 0.45  # strength of a band and of its edges over that of its line
 _PLACES = 7  # decimals of a label at most
 _MULTIPLES = 200_000  # of a step in the whole run: more are not tried
 
@@ -43,7 +43,7 @@ class Curve:
     values: Array
     colour: str
     label: str
-    dash: str = "-"
+    dash: Dash = "-"
 
 
 class Chart:
@@ -100,29 +100,32 @@ class Chart:
         if values.size == 0:
             return
         shown = drawn(self._pixels(curve.time[inside], size[0]), values, float(np.ptp(values)) / size[1])
+        width = 1.4 * max(self._letters.scale, 0.7)
         for band in shown.bands:
             axes.fill_between(
                 band.x, band.low, band.high, color=curve.colour, alpha=_BAND * strength, linewidth=0.0
             )
-        width = 1.4 * max(self._letters.scale, 0.7)
-        axes.plot(shown.x, shown.y, curve.dash, color=curve.colour, linewidth=width, alpha=strength)
+            # edges, so that bands over each other can be told apart
+            for edge in (band.low, band.high):
+                axes.plot(band.x, edge, color=curve.colour, linewidth=0.5 * width, alpha=_EDGE * strength)
+        axes.plot(shown.x, shown.y, linestyle=curve.dash, color=curve.colour, linewidth=width, alpha=strength)
 
     def _dress(self, axes: Any, curves: Sequence[Curve], label: str) -> None:
         theme, letters = self._theme, self._letters
         box = axes.get_window_extent()
-        small, large = (letters.size(n) * 72.0 / _DPI for n in (12.5, 13.9))
-        ticks, labels = round_times(self._course, box.width, letters.font(12.5).getlength)
+        small, large = (letters.size(n) * 72.0 / _DPI for n in (_LABEL, _AXIS))
+        ticks, labels = round_times(self._course, box.width, letters.font(_LABEL).getlength)
         axes.set_xticks(self._pixels(ticks, box.width), labels)
-        lines = int(np.clip(box.height / (1.9 * letters.size(12.5)), 2, 7))
+        lines = int(np.clip(box.height / (1.9 * letters.size(_LABEL)), 2, 7))
         axes.yaxis.set_major_locator(MaxNLocator(lines, steps=[1, 2, 2.5, 5, 10]))
         axes.tick_params(colors=theme.dim, labelsize=small, length=3 * letters.scale)
         for spine in axes.spines.values():
             spine.set_color(theme.dim)
         axes.grid(color=theme.line)
-        axes.set_ylabel(letters.fitting([label], box.height * 1.2, 13.9), color=theme.ink, fontsize=large)
-        axes.yaxis.set_label_coords((1.35 * letters.size(13.9) - box.x0) / box.width, 0.5)
+        axes.set_ylabel(letters.fitting([label], box.height * 1.2, _AXIS), color=theme.ink, fontsize=large)
+        axes.yaxis.set_label_coords((1.35 * letters.size(_AXIS) - box.x0) / box.width, 0.5)
         stretched = ["time (s), stretched around contacts"] if np.ptp(self._course.rates) > 0.0 else []
-        below = letters.fitting([*stretched, "time (s)"], box.width, 13.9)
+        below = letters.fitting([*stretched, "time (s)"], box.width, _AXIS)
         axes.set_xlabel(below, color=theme.ink, fontsize=large)
         self._add_legend(axes, [curve for curve in curves if curve.label])
 
@@ -130,13 +133,13 @@ class Chart:
         """Names of several curves above the axes; to the left of them if there is no room otherwise."""
         if len(curves) < 2:
             return
-        size = self._letters.size(12.5)
+        size = self._letters.size(_LABEL)
         # a line 1.2, gaps 0.5 and 0.9 times as long as letters are high
-        length = sum(self._letters.font(12.5).getlength(curve.label) + 2.6 * size for curve in curves)
+        length = sum(self._letters.font(_LABEL).getlength(curve.label) + 2.6 * size for curve in curves)
         box, whole = axes.get_window_extent(), axes.figure.bbox.width
         start = min(0.0, (whole - box.x0 - length) / box.width)
         axes.legend(
-            handles=[axes.plot([], [], c.dash, color=c.colour, lw=2, label=c.label)[0] for c in curves],
+            handles=[axes.plot([], [], linestyle=c.dash, color=c.colour, lw=2, label=c.label)[0] for c in curves],
             loc="lower left",
             bbox_to_anchor=(start, 1.0),
             ncols=len(curves),
@@ -161,7 +164,7 @@ class Chart:
 
 def _frame(size: tuple[int, int], letters: Letters) -> tuple[float, float, float, float]:
     """Place of the axes in a chart, in parts of it: room for the labels."""
-    small, large = letters.size(12.5), letters.size(13.9)
+    small, large = letters.size(_LABEL), letters.size(_AXIS)
     left, bottom, right, top = 4.3 * small + 1.6 * large, 1.65 * (small + large), 2.8 * small, 2.0 * small
     return left / size[0], bottom / size[1], 1.0 - (left + right) / size[0], 1.0 - (bottom + top) / size[1]
 
@@ -178,25 +181,29 @@ def round_times(course: TimeMap, width: float, length: Callable[[str], float]) -
     length : callable
         Length of a label in pixels.
 
-    Coarse times come first, finer ones where there is still room for them; decimals are added as long as an
-    empty stretch is left that is longer than three labels.
+    On an even axis they are the multiples of one step, on a stretched one multiples of 5 and 1 in decades:
+    coarse ones first, finer ones where there is still room for them, as long as an empty stretch is left that is
+    longer than three labels.
     """
     first, last = course.times[[0, -1]].tolist()
     decade = math.floor(math.log10(max(last - first, 1e-300)))
-    chosen, places = np.empty(0), max(0, -decade)
-    for decimals in range(places, max(places, _PLACES) + 1):
-        if chosen.size and (last - first) * 10.0**decimals > _MULTIPLES:
+    powers = range(decade, min(decade - 1, -_PLACES - 1), -1)
+    even = not np.ptp(course.rates) > 0.0
+    steps = [(m * 10.0**p, max(0, -p)) for p in powers for m in ((5.0, 2.0, 1.0) if even else (5.0, 1.0))]
+    chosen, places = np.empty(0), 0
+    for n, (finest, decimals) in enumerate(steps, start=1):
+        if chosen.size and (last - first) / finest > _MULTIPLES:
             break
         room = 1.35 * max(length(f"{t:.{decimals}f}") for t in (first, last))
         found = np.empty(0)
-        for power in range(decade, -decimals - 1, -1):
-            for part in _STEPS if power > -decimals else _STEPS[:1]:
-                found = _add_multiples(found, part * 10.0**power, course, width / course.duration, room)
-        if chosen.size and found.size < 2:
+        for step, _ in steps[n - 1 : n] if even else steps[:n]:
+            found = _add_multiples(found, step, course, width / course.duration, room)
+        crowded = even and found.size > 1 and np.diff(found).max() > 1.5 * finest
+        if chosen.size > 1 and (crowded or found.size < 2):
             break
         chosen, places = found, decimals
         at = np.concatenate([[0.0], course.film_at(chosen) * width / course.duration, [width]])
-        if np.diff(at).max() < 3.0 * room:
+        if chosen.size > 1 and not even and np.diff(at).max() < 3.0 * room:
             break
     return chosen, [f"{t:.{places}f}" for t in chosen]
 
@@ -224,8 +231,8 @@ def force_curves(story: Story) -> list[Curve]:
             Curve(times[0], normal, theme.arrow, "normal"),
             Curve(times[0], tangential, theme.arrow, "tangential", "--"),
         ]
-    rows = zip(times, forces, theme.series, story.names, strict=False)
-    return [Curve(time, normal, colour, name) for time, (normal, _), colour, name in rows]
+    rows = zip(times, forces, theme.series, story.names, theme.dashes, strict=False)
+    return [Curve(time, normal, colour, name, dash) for time, (normal, _), colour, name, dash in rows]
 
 
 def energy_curves(story: Story) -> list[Curve]:
@@ -235,7 +242,8 @@ def energy_curves(story: Story) -> list[Curve]:
     totals = [np.sum(part, axis=0) for part in parts]
     times = [history["time"].values for history in story.histories]
     if len(times) == 1:
-        rows = zip(parts[0] + totals, (*theme.energies, theme.ink), (*kinds, "total"), strict=True)
-        return [Curve(times[0], values, colour, label) for values, colour, label in rows]
-    several = zip(times, totals, theme.series, story.names, strict=False)
-    return [Curve(time, total, colour, name) for time, total, colour, name in several]
+        looks = zip((*theme.energies, theme.ink), (*theme.dashes[1:4], theme.dashes[0]), strict=True)
+        rows = zip(parts[0] + totals, (*kinds, "total"), looks, strict=True)
+        return [Curve(times[0], values, colour, label, dash) for values, label, (colour, dash) in rows]
+    several = zip(times, totals, theme.series, story.names, theme.dashes, strict=False)
+    return [Curve(time, total, colour, name, dash) for time, total, colour, name, dash in several]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,16 @@ from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.scenario.scenario import Scenario
 from renders.difference import magnify_difference as magnified
 from renders.film import write_film, write_still, write_strip
-from renders.outputs import FILM, PAGE, STILL, STRIP, check_options, kind_of
+from renders.outputs import CHARTS, FILM, PAGE, STILL, STRIP, check_options, kind_of
+from renders.overview import overview_figure
+from renders.presets import PRESETS
 from renders.story import Story, story_of
 from renders.style import Style
 from renders.timeline import FPS, Timeline, make_timeline
+from renders.title import builtin_name
 
 #: a run, or where it lies
 Source = History | str | os.PathLike[str]
@@ -31,7 +35,10 @@ _OF_STYLE = {
     "quantity": "--colour",
     "camera": "--camera",
     "layout": "--layout",
-    **dict.fromkeys(("charts", "inset", "ghosts", "trace"), "--bare"),
+    "letters": "--letters",
+    "dpi": "--dpi",
+    "deformation": "--deformation",
+    **dict.fromkeys(("charts", "inset", "ghosts", "trace", "ground", "scale_bar"), "--bare"),
 }
 
 
@@ -56,23 +63,27 @@ def render(
     fps: int | None = None,
     speed: float | None = None,
     contact_speed: float | None = None,
+    seconds: float | None = None,
+    title_card: float | None = None,
     between: tuple[float, float] | None = None,
     frames: int | None = None,
     names: Sequence[str] = (),
     magnify_difference: float | None = None,
     on_progress: OnProgress = silent,
 ) -> Rendered:
-    """Draw a still, a strip, a film or an interactive page.
+    """Draw a still, a strip, a film, charts or an interactive page.
 
     Parameters
     ----------
     histories : History, path, or sequence of them
         One to three, of beams; a path is that of a run folder or the history.nc in it.
     out : path
-        The suffix decides: .png a still or a strip; .mp4, .gif or .webp a film; .html a page (of one history).
+        The suffix decides: .png a still or a strip; .mp4, .gif or .webp a film; .svg or .pdf charts, as
+        :func:`~renders.overview.overview` draws them; .html a page (of one history).
     style : Style, optional
-        Size, theme, camera, colour, deformation factor, what is shown; default: 1280 x 720, a row of a strip
-        1000 x 250.  A page takes its theme and deformation factor.
+        Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720, a row of a
+        strip 1000 x 250.  A page takes its theme and deformation factor, charts their theme and title.
+        ``Style.of("talk")`` is that of a preset, which has settings of films too.
     times : sequence of float
         Physical times (s) of the rows of a strip (default: before, through and after the first macro-collision),
         or the one of a still (default: that of the largest contact force).
@@ -83,11 +94,15 @@ def render(
     fps : int
         Frames per second of a film; default 30.
     speed, contact_speed : float, optional
-        Physical over film time in flight and in contact; default: so that a film lasts about 20 s.
+        Physical over film time in flight and in contact; chosen if not given.
+    seconds : float, optional
+        About how long the film of the whole run lasts (s), where speeds are chosen; default 20.
+    title_card : float, optional
+        Seconds for which a film shows its title and parameters first; default 0.
     between : tuple of float, optional
         First and last physical time (s) of a film, which is that part of the film of the whole run.
     frames : int, optional
-        Exactly so many frames.
+        Exactly so many frames, those of the title card not counted.
     names : sequence of str
         What the histories are called.
     magnify_difference : float, optional
@@ -115,7 +130,9 @@ def render(
     >>> render(history, "impact.png", Style(size=(960, 540)), event=1).file  # doctest: +SKIP
     """
     file, kind = Path(out), kind_of(Path(out), strip)
-    default = STRIP_STYLE if kind == STRIP else Style()
+    default = _default_style(kind, style.preset if style else "")
+    if style and kind == STRIP and style.preset and style.size == PRESETS[style.preset].look["size"]:
+        style = replace(style, size=default.size)
     options = {
         "--time": list(times),
         "--event": event,
@@ -123,6 +140,8 @@ def render(
         "--fps": fps,
         "--speed": speed,
         "--contact-speed": contact_speed,
+        "--seconds": seconds,
+        "--title-card": title_card,
         "--between": between,
         "--frames": frames,
         "--name": list(names),
@@ -133,21 +152,28 @@ def render(
         sources: list[Source] = [histories]
     else:
         sources = list(histories)
-    called = list(names) or [_name(source, number) for number, source in enumerate(sources, start=1)]
+    called = list(names) or [_name(source, number, sources) for number, source in enumerate(sources, start=1)]
+    preset: dict[str, Any] = PRESETS[default.preset].film if default.preset else {}
+    given = {"fps": fps, "seconds": seconds, "title_card": title_card}
+    film = {"fps": FPS, "title_card": 0.0} | preset | {name: v for name, v in given.items() if v is not None}
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         several = _checked(sources, called, kind, magnify_difference)
-        story = story_of(several, style or default, called, speed, contact_speed)
+        story = story_of(several, style or default, called, speed, contact_speed, seconds=film.get("seconds"))
         if kind == FILM:
-            timeline = make_timeline(story.time_map, FPS if fps is None else fps, between, frames)
+            timeline = make_timeline(story.time_map, film["fps"], between, frames, film["title_card"])
             _film(story, timeline, file, on_progress)
             return Rendered(file, story.factor, story.style.size, timeline)
         if kind == PAGE:
+            if story.style.theme == "print":
+                raise InputError("--theme print: of a page should be one of light, dark, auto")
             from renders.player import write_player
 
             write_player(story, file)
         elif kind == STRIP:
             write_strip(story, times, file)
+        elif kind == CHARTS:
+            overview_figure(dict(zip(called, several, strict=True)), file, story.style.colours, story.heading)
         else:
             write_still(story, _instant(several[0], times, event), file)
     return Rendered(file, story.factor, story.style.size)
@@ -156,13 +182,32 @@ def render(
 def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
     """Names of the options that are given, and of those by which a style differs from the default one."""
     changed = [option for key, option in _OF_STYLE.items() if getattr(style, key) != getattr(default, key)]
+    if style.title is not None:
+        changed.append("--title" if style.title else "--bare")
+    if style.preset:
+        changed.append("--preset")
     return [*(name for name, value in options.items() if value not in (None, [])), *changed]
 
 
-def _name(source: Source, number: int) -> str:
-    """Return what a run is called: as its folder."""
-    if not isinstance(source, str | os.PathLike):
-        return f"history {number}"
+def _default_style(kind: str, preset: str) -> Style:
+    """Return the style of a kind of picture, that of a preset if it has a name."""
+    if not preset:
+        return STRIP_STYLE if kind == STRIP else Style()
+    style = Style.of(preset)
+    return replace(style, size=_row_of(style)) if kind == STRIP else style
+
+
+def _row_of(style: Style) -> tuple[int, int]:
+    """Return the size of a row of a strip as wide as the picture of a style."""
+    width, (wide, high) = style.size[0], STRIP_STYLE.size
+    return width, 2 * round(0.5 * width * high / wide)
+
+
+def _name(source: Source, number: int, sources: Sequence[Source]) -> str:
+    """Return what a run is called: as its folder; one that has none, as the built-in scenario that it is of."""
+    if isinstance(source, History):
+        known = builtin_name(Scenario.from_toml(source.scenario_toml)) if len(sources) == 1 else ""
+        return known or f"history {number}"
     path = Path(source)
     return (path if path.is_dir() else path.parent).resolve().name
 
@@ -190,7 +235,7 @@ def _checked(sources: list[Source], called: list[str], kind: str, magnify: float
 def _film(story: Story, timeline: Timeline, file: Path, on_progress: OnProgress) -> None:
     if any(pixels % 2 for pixels in story.style.size):
         raise InputError("--size {}x{}: films need even numbers".format(*story.style.size))
-    on_progress(Progress(0, timeline.times.size))
+    on_progress(Progress(0, timeline.card + timeline.times.size))
     write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
 
 
@@ -201,14 +246,20 @@ def render_command(
     kind = kind_of(out, options["strip"])
     with counting_bar("film" if kind == FILM else "picture") as show:
         result = render(paths, out, style, on_progress=show, **options)
-    lines = [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
+    lines = (
+        []
+        if kind == CHARTS
+        else [f"deformation factor {result.factor:g}, about the line from pin to contact point"]
+    )
     data: dict[str, Any] = {"file": result.file, "factor": result.factor, "size": result.size}
     if (film := result.timeline) is not None:
         lines.append(
-            f"{film.times.size} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at {film.fps} "
-            f"per second; time runs at {film.rates.max():.3g} to {film.rates.min():.3g} of real time"
+            f"{film.card + film.times.size} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at "
+            f"{film.fps} per second; time runs at {film.rates.max():.3g} to {film.rates.min():.3g} of real time"
         )
-        data |= {"frames": film.times.size, "fps": film.fps, "duration": film.duration}
+        if film.card:
+            lines[-1] += f"; {film.card / film.fps:.3g} s of them a title card"
+        data |= {"frames": film.card + film.times.size, "fps": film.fps, "duration": film.duration}
     return [*lines, f"picture: {out}" if kind in (STILL, STRIP) else f"written: {out}"], data
 
 

@@ -15,6 +15,12 @@ Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY", help="Run fo
 Times = Annotated[list[float] | None, Option("--time", help="Stills, strips: time (s); of a strip repeatable.")]
 Strip = Annotated[bool, Option("--strip", help="Strips: instead of a still, one row for each time.")]
 Between = Annotated[str | None, Option(metavar="T0,T1", help="Films: part of the run (s).")]
+Preset = Annotated[str, Option(help="talk, paper or social; other options hold instead of its own.")]
+Title = Annotated[str | None, Option(help="The title; default: the name of the run.")]
+TitleCard = Annotated[float | None, Option(help="Films: seconds of title and parameters at first.")]
+Seconds = Annotated[float | None, Option(help="Films: about so long, if no speed is given; default 20.")]
+Letters = Annotated[float | None, Option(help="Size of text (points); default 10.")]
+Dpi = Annotated[float | None, Option(help="Pixels per inch; default: the picture fills a slide.")]
 ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]
 LayoutName = Annotated[str, Option(help="Of several histories: side-by-side or overlay.")]
 Names = Annotated[list[str] | None, Option("--name", help="What a history is called; repeatable.")]
@@ -32,42 +38,54 @@ Near = Annotated[float | None, Option(metavar="SECONDS", help="Only so close to 
 
 def render(
     histories: Histories,
-    out: Annotated[Path, Option(help="FILE.png, .mp4, .gif, .webp or .html.")] = Path("out/film.mp4"),
+    out: Annotated[Path, Option(help="FILE.png, .mp4, .gif, .webp, .svg, .pdf or .html.")] = Path("out/film.mp4"),
     times: Times = None,
     event: Annotated[int | None, Option(help="Stills: at an event, by its number from 1.")] = None,
     strip: Strip = False,
+    preset: Preset = "",
+    title: Title = None,
+    title_card: TitleCard = None,
     size: Annotated[str, Option(help="WIDTHxHEIGHT in pixels; of one row of a strip.")] = "",
     fps: Annotated[int | None, Option(help="Films: frames per second; default 30.")] = None,
     speed: Annotated[float | None, Option(help="Films: physical over film time in flight.")] = None,
     contact_speed: ContactSpeed = None,
+    seconds: Seconds = None,
     between: Between = None,
     frames: Annotated[int | None, Option(help="Films: exactly so many frames.")] = None,
     deformation: Annotated[float | None, Option(help="Deformation factor; default: chosen.")] = None,
     colour: Annotated[str, Option(help="The result in colour.")] = "bending_stress",
     camera: Annotated[str, Option(help="oblique, front or above.")] = "oblique",
-    theme: Annotated[str, Option(help="light or dark; of a page also auto.")] = "light",
+    theme: Annotated[str | None, Option(help="light, dark or print; of a page light, dark or auto.")] = None,
+    letters: Letters = None,
+    dpi: Dpi = None,
     layout: LayoutName = "side-by-side",
     names: Names = None,
     magnify: Magnify = None,
-    bare: Annotated[bool, Option("--bare", help="No charts, inset, ghosts, trace.")] = False,
+    bare: Annotated[bool, Option("--bare", help="Nothing but beam, slope and pin.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw a still, a strip, a film or an interactive page from histories, as the suffix of --out says.
+    """Draw a still, a strip, a film, charts or an interactive page from histories, as the suffix of --out says.
 
-    A page (.html) takes --deformation and --theme alone.
+    A page (.html) takes --deformation and --theme alone; charts (.svg, .pdf) --theme, --title, --name, --preset.
     """
     from renders.command import parse_size, render_command
     from renders.style import Style
 
-    pixels, note = parse_size(size or ("1000x250" if strip else "1280x720"))
-    if note:
-        print_note(note)
-    look: dict[str, Any] = {"theme": theme, "camera": camera, "quantity": colour, "deformation": deformation}
-    look |= dict.fromkeys(("charts", "inset", "ghosts", "trace"), not bare)
+    look: dict[str, Any] = {"theme": theme, "letters": letters, "dpi": dpi, "title": title}
+    look = {name: value for name, value in look.items() if value is not None}
+    look |= {"camera": camera, "quantity": colour, "deformation": deformation}
+    if size or (strip and not preset):
+        look["size"], note = parse_size(size or "1000x250")
+        if note:
+            print_note(note)
+    if bare:
+        look = {"title": ""} | look
+        look |= dict.fromkeys(("charts", "inset", "ghosts", "trace", "ground", "scale_bar"), False)
     look["layout"] = "overlay" if magnify is not None else layout
-    style = Style(size=pixels, **look)
+    style = Style.of(preset, **look)
     options: dict[str, Any] = {"times": times or (), "event": event, "strip": strip, "names": names or ()}
     options |= {"fps": fps, "speed": speed, "contact_speed": contact_speed, "frames": frames}
+    options |= {"seconds": seconds, "title_card": title_card}
     options |= {"between": _pair("--between", between), "magnify_difference": magnify}
     print_result(*render_command(histories, out, style, **options), as_json)
 

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from itertools import chain, repeat
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -22,10 +23,10 @@ from renders.frame import Composer
 from renders.metadata import add_comment, made_by, save_picture
 from renders.outputs import FILMS
 from renders.story import Story
-from renders.style import Style
+from renders.style import SLIDE, Style
 from renders.timeline import Timeline
+from renders.title_card import title_card
 
-_DPI = 200
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither
 _PALETTE_FRAMES = 12
@@ -46,7 +47,7 @@ def write_still(story: Story, time: float, out: Path) -> Path:
     """
     _check_times(story, [time])
     with _composer(story) as composer:
-        return _save(composer.draw(time), out, story)
+        return _save(composer.draw(time), out, story, story.style.resolution)
 
 
 def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
@@ -58,7 +59,14 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
     _check_times(story, times)
     width, span = story.style.size[0], (min(times), max(times))
     plain = replace(
-        story.style, charts=False, inset=False, ghosts=False, trace=False, letters=0.8 * width / 1000.0
+        story.style,
+        charts=False,
+        inset=False,
+        ghosts=False,
+        trace=False,
+        ground=False,
+        title="",
+        dpi=story.style.dpi or width / SLIDE[0],
     )
     rows: list[Image.Image] = []
     # the last row tells what the colours mean and how much the deflection is magnified
@@ -68,7 +76,7 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
     picture = Image.new("RGB", (width, len(rows) * (rows[0].height + 1) - 1), story.style.colours.line)
     for n, row in enumerate(rows):
         picture.paste(row, (0, n * (row.height + 1)))
-    return _save(picture, out, story)
+    return _save(picture, out, story, plain.resolution)
 
 
 def strip_times(history: History) -> list[float]:
@@ -118,6 +126,7 @@ def _composer(
 def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_frame: OnFrame | None) -> None:
     """Send raw frames to ffmpeg, which are never all in memory; `made` says in the file what made it."""
     suffix, (width, height) = part.suffix.lower(), composer.style.size
+    card = title_card(composer.story, timeline).tobytes() if timeline.card else b""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as log:
         command = [
             *(_encoder(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
@@ -134,10 +143,10 @@ def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_fr
         ):
             assert encoder.stdin is not None
             try:
-                for n, frame in enumerate(frames, start=1):
+                for n, frame in enumerate(chain(repeat(card, timeline.card), frames), start=1):
                     encoder.stdin.write(frame)
                     if on_frame:
-                        on_frame(n, timeline.times.size)
+                        on_frame(n, timeline.card + timeline.times.size)
             except BrokenPipeError:
                 pass  # it says why in its log
             except BaseException:
@@ -166,6 +175,8 @@ def _palette_options(composer: Composer, timeline: Timeline, folder: Path) -> li
     """One palette for the whole film, from frames spread over it."""
     picks = np.unique(np.linspace(0, timeline.times.size - 1, _PALETTE_FRAMES).astype(int))
     samples = [composer.draw(float(timeline.times[k]), float(timeline.rates[k])) for k in picks]
+    if timeline.card:
+        samples.append(title_card(composer.story, timeline))
     wide = Image.new("RGB", (samples[0].width, sum(s.height for s in samples)))
     for n, sample in enumerate(samples):
         wide.paste(sample, (0, n * sample.height))
@@ -184,6 +195,6 @@ def _check_times(story: Story, times: Sequence[float]) -> None:
             raise InputError(f"--time {time:g}: should be from {first:g} to {last:g} s")
 
 
-def _save(picture: Image.Image, out: Path, story: Story) -> Path:
+def _save(picture: Image.Image, out: Path, story: Story, dpi: float) -> Path:
     made = made_by(story.histories)
-    return save_whole(out, lambda part: save_picture(picture, part, _DPI, made))
+    return save_whole(out, lambda part: save_picture(picture, part, dpi, made))

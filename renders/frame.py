@@ -17,10 +17,10 @@ from renders.layout import Box, lay_out
 from renders.letters import Letters
 from renders.scene import View
 from renders.story import Story
-from renders.style import COLOUR_MAP, Style
+from renders.style import Style
 from renders.timeline import Timeline
 
-_TITLE, _NAME, _HEADING, _LINE, _SMALL = 20, 15, 14, 13, 12  # pixels of letters in a picture of 1280 x 720
+_TITLE, _NAME, _HEADING, _LINE, _SMALL = 15.0, 11.0, 10.5, 10.0, 9.0  # points, where text has 10
 _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
 
 PlacedChart = tuple[Chart, Box]
@@ -44,15 +44,15 @@ class Composer:
     ) -> None:
         self.story, self.timeline, self.style = story, timeline, style or story.style
         self.theme, size = self.style.colours, self.style.size
-        self.letters = Letters(self.style.letters or min(size[0] / 1280.0, size[1] / 720.0))
+        self.letters = Letters.of(self.style)
         numbers = list(range(len(story.geometries)))
         pictures = [numbers] if story.overlay else [[n] for n in numbers]
-        alone = len(pictures) == 1
-        plan = lay_out(
-            size, len(pictures), inset=self.style.inset and alone, charts=self.style.charts and bool(timeline)
-        )
-        self._compact = plan.views[0][3] < _LOW
+        alone, charted = len(pictures) == 1, self.style.charts and bool(timeline)
         self._paper = Image.new("RGB", size, self.theme.background)
+        head = self._write_heading() if self.style.title != "" else 0
+        plan = lay_out((size[0], size[1] - head), len(pictures), inset=self.style.inset and alone, charts=charted)
+        plan = plan.moved(head)
+        self._compact = plan.views[0][3] < _LOW
         self._views: list[tuple[View, Box, int]] = []
         for n, (shown, box) in enumerate(zip(pictures, plan.views, strict=True)):
             view = View(story, shown, box[2:], style=self.style, span=span, room=self._room())
@@ -81,7 +81,7 @@ class Composer:
         lines = 1 if self._compact else (self.timeline is not None) + (self.story.factor != 1.0)
         top = self._top(0) + 1.3 * letters.size(_TITLE) + 1.5 * lines * letters.size(_LINE)
         if self.story.overlay:
-            return top, 0.0
+            return top, (1.6 * letters.size(_SMALL) + 22.0 * s if self.style.scale_bar else 0.0)
         title = 0.0 if self._compact else 1.2 * letters.size(_LINE) + 4 * s
         return top, title + max(8.0, 12 * s) + 1.3 * letters.size(_SMALL) + 8 * s
 
@@ -93,6 +93,27 @@ class Composer:
         """Pixels above the view of the contact point, for its text."""
         letters = self.letters
         return self._top(0) + 2.8 * letters.size(_HEADING) + 1.5 * letters.size(_LINE)
+
+    def _write_heading(self) -> int:
+        """Write title and beam at the top of the paper, where they stay; returns the height (pixels) they take."""
+        letters, width = self.letters, self.style.size[0]
+        margin, y = self._margin, max(5.0, 9.0 * letters.scale)
+        title = letters.fitting(shortened(self.story.title), width - 2.0 * margin, _NAME, True)
+        right = margin + (letters.font(_NAME, True).getlength(title) + letters.size(_NAME) if title else 0.0)
+        beam = letters.fitting(self.story.beam, width - right - margin, _NAME)
+        if not (title or beam):
+            return 0
+        pen, base = ImageDraw.Draw(self._paper), y + letters.size(_NAME)
+        pen.text((margin, base), title, fill=self.theme.ink, font=letters.font(_NAME, True), anchor="ls")
+        pen.text((right, base), beam, fill=self.theme.dim, font=letters.font(_NAME), anchor="ls")
+        bottom = round(base + 0.55 * letters.size(_NAME))
+        pen.line([(0, bottom), (width, bottom)], fill=self.theme.line, width=max(1, round(letters.scale)))
+        return bottom + max(1, round(letters.scale))
+
+    @property
+    def _margin(self) -> float:
+        """Pixels between the left edge of a view and its text."""
+        return max(10.0, 22.0 * self.letters.scale)
 
     # Frames ---------------------------------------------------------------------------------------------------
 
@@ -107,17 +128,20 @@ class Composer:
         for view, box, number in self._views:
             if number >= 0:
                 self._describe(pen, box, number, time, rate)
+                free = float(box[0] + box[2])
                 if not self.story.overlay and self.style.caption:
-                    self._colour_bar(frame, box)
+                    free = self._colour_bar(frame, box)
+                if self.style.caption:
+                    self._scale_bar(frame, view, box, free)
             else:
                 self._describe_inset(pen, (*box[:2], *view.size), time)
+                self._scale_bar(frame, view, box, float(box[0] + box[2]))
         return frame
 
     def _describe(self, pen: ImageDraw.ImageDraw, box: Box, number: int, time: float, rate: float | None) -> None:
         """Time, state, rate and factor above a view."""
         letters, theme = self.letters, self.theme
-        margin = max(10.0, 22.0 * letters.scale)
-        left, y, right = box[0] + margin, self._top(box[1]), box[0] + box[2] - 0.5 * margin
+        left, y, right = box[0] + self._margin, self._top(box[1]), box[0] + box[2] - 0.5 * self._margin
         bold = letters.font(_TITLE, True)
         pen.text((left, y), f"t = {time:.5f} s", fill=theme.ink, font=bold)
         x = left + bold.getlength("t = 0.00000 s") + max(12.0, 24 * letters.scale)
@@ -129,7 +153,7 @@ class Composer:
             pen.text((x, y), state.name, fill=theme.states[state], font=bold)
             if len(self.story.geometries) > 1:
                 x += bold.getlength("STICK") + max(8.0, 24 * letters.scale)
-                name = letters.fitting(_shortened(self.story.names[number]), right - x, _NAME)
+                name = letters.fitting(shortened(self.story.names[number]), right - x, _NAME)
                 pen.text((x, y + 3 * letters.scale), name, fill=theme.ink, font=letters.font(_NAME))
         y += 1.5 * letters.size(_TITLE)
         for texts in self._lines(rate):
@@ -139,7 +163,7 @@ class Composer:
 
     def _lines(self, rate: float | None) -> list[list[str]]:
         """Rate and factor in words, each in several lengths."""
-        found = [] if rate is None else [[_rate_text(rate)]]
+        found = [] if rate is None else [[rate_words(rate)]]
         if self.story.factor != 1.0 and self.style.caption:
             short = f"deflection drawn ×{self.story.factor:g}"
             found.append([f"{short} about the line from pin to contact point", short, f"×{self.story.factor:g}"])
@@ -154,7 +178,7 @@ class Composer:
         for n, (name, colour) in enumerate(zip(self.story.names, self.theme.series, strict=False)):
             at = x + n * part
             pen.rectangle([at, y + 8 * s, at + 18 * s, y + 14 * s], fill=colour)
-            text = letters.fitting(_shortened(name), part - 32 * s, _NAME)
+            text = letters.fitting(shortened(name), part - 32 * s, _NAME)
             pen.text((at + 24 * s, y + 1 * s), text, fill=self.theme.ink, font=letters.font(_NAME))
 
     def _describe_inset(self, pen: ImageDraw.ImageDraw, box: Box, time: float) -> None:
@@ -180,26 +204,45 @@ class Composer:
             text = f"gap {text.replace('-0.000', '0.000').replace('-', '−')} mm"
             pen.text((left, y), text, fill=theme.dim, font=letters.font(_LINE))
 
-    def _colour_bar(self, frame: Image.Image, box: Box) -> None:
+    def _scale_bar(self, frame: Image.Image, view: View, box: Box, right: float) -> None:
+        """Bar of a round length at the lower left of a view, as far as there is room left of some pixel."""
+        letters, s = self.letters, self.letters.scale
+        small, left, low = letters.size(_SMALL), box[0] + self._margin, box[1] + box[3] - max(8.0, 14.0 * s)
+        longest = min(0.22 * box[2], right - left - 2.0 * small)
+        if not self.style.scale_bar or longest < 3.0 * small:
+            return
+        bar = view.scale_bar(longest)
+        tick, width = max(3.0, 4.0 * s), max(1, round(2.0 * s))
+        drawn = bar_mask((float(bar.across[0]), float(bar.across[1])), tick, width)
+        top = low - drawn.height
+        frame.paste(self.theme.ink, (round(left - tick), round(top)), drawn)
+        font = letters.font(_SMALL)
+        at = left + 0.5 * max(float(bar.across[0]), font.getlength(bar.text)), top
+        ImageDraw.Draw(frame).text(at, bar.text, fill=self.theme.ink, font=font, anchor="mb")
+
+    def _colour_bar(self, frame: Image.Image, box: Box) -> float:
+        """Draw the scale of colours at the bottom of a view; returns the pixel left of which there is room."""
         s, letters, theme, scale = self.letters.scale, self.letters, self.theme, self.story.colours
         width = min(max(260 * s, 14.0 * letters.size(_SMALL)), (0.38 if self._compact else 0.8) * box[2])
         height = max(8.0, 12 * s)
         left = box[0] + (0.55 * box[2] if self._compact else 0.5 * (box[2] - width))
         top = box[1] + box[3] - height - 1.3 * letters.size(_SMALL) - 8 * s
         # a pixel for each colour, as high as the lines from the top of the bar to its end
-        bar = colour_strip(round(width)).resize((round(width), int(top + height) - int(top) + 1))
+        bar = colour_strip(round(width), theme.colour_map).resize((round(width), int(top + height) - int(top) + 1))
         frame.paste(bar, (int(left), int(top)))
         pen, small = ImageDraw.Draw(frame), letters.size(_SMALL)
         if self._compact:  # the title beside it
-            at, anchor, free = (left - 2.0 * small, top + height), "rs", left - box[0] - 3.0 * small
+            at_title, anchor, free = (left - 2.0 * small, top + height), "rs", left - box[0] - 3.0 * small
         else:
-            at, anchor, free = (left + 0.5 * width, top - 4 * s), "mb", float(box[2])
+            at_title, anchor, free = (left + 0.5 * width, top - 4 * s), "mb", float(box[2])
         title = letters.fitting([scale.title, scale.title.split(", ")[0]], free, _LINE)
-        pen.text(at, title, fill=theme.ink, font=letters.font(_LINE), anchor=anchor)
+        pen.text(at_title, title, fill=theme.ink, font=letters.font(_LINE), anchor=anchor)
         widest = max(letters.font(_SMALL).getlength(text) for _, text in scale.ticks)
         for part, text in scale.ticks if 1.2 * widest < 0.25 * width else scale.ticks[::2]:
             at = left + 0.5 * (part + 1.0) * width, top + height + 4 * s
             pen.text(at, text, fill=theme.dim, font=letters.font(_SMALL), anchor="mt")
+        taken = at_title[0] - letters.font(_LINE).getlength(title) * (1.0 if self._compact else 0.5)
+        return min(taken, left - 0.5 * widest)
 
     def close(self) -> None:
         """Free the windows."""
@@ -208,18 +251,31 @@ class Composer:
 
 
 @cache
-def colour_strip(width: int) -> Image.Image:
-    """Return the colour map from its lowest value to its highest one, as a row of so many pixels."""
-    colours = mpl.colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, width))
+def bar_mask(across: tuple[float, float], tick: float, width: int) -> Image.Image:
+    """Return where a line with ticks at its ends is; it begins a tick's length from the left (all in pixels)."""
+    fine = 4  # drawn so many times as large: smooth edges
+    size = round(across[0] + 2.0 * tick), round(abs(across[1]) + 2.0 * tick)
+    large = Image.new("L", (fine * size[0], fine * size[1]))
+    pen, start = ImageDraw.Draw(large), fine * np.array([tick, tick + max(-across[1], 0.0)])
+    end, aside = start + fine * np.array(across), fine * np.array([0.0, 0.9 * tick])
+    for a, b in ((start, end), (start - aside, start + aside), (end - aside, end + aside)):
+        pen.line([*a.tolist(), *b.tolist()], fill=255, width=fine * width)
+    return large.reduce(fine)
+
+
+@cache
+def colour_strip(width: int, name: str) -> Image.Image:
+    """Return a colour map from its lowest value to its highest one, as a row of so many pixels."""
+    colours = mpl.colormaps[name](np.linspace(0.0, 1.0, width))
     return Image.fromarray((255.0 * colours[None, :, :3]).astype(np.uint8))
 
 
-def _shortened(name: str) -> list[str]:
+def shortened(name: str) -> list[str]:
     """Return a name and ever shorter beginnings of it."""
     return [name, *(f"{name[:n]}…" for n in range(len(name) - 1, 0, -1))]
 
 
-def _rate_text(rate: float) -> str:
+def rate_words(rate: float) -> str:
     """Rate of a film in words."""
     if abs(rate - 1.0) < 0.02:
         return "real time"

@@ -18,6 +18,14 @@ class Layout(NamedTuple):
     inset: Box | None
     charts: list[Box]
 
+    def moved(self, down: int) -> Layout:
+        """Return the same, so many pixels farther down."""
+        views, inset, charts = (
+            [(left, top + down, width, height) for left, top, width, height in boxes]
+            for boxes in (self.views, [self.inset] if self.inset else [], self.charts)
+        )
+        return Layout(views, inset[0] if inset else None, charts)
+
 
 def lay_out(size: tuple[int, int], views: int, inset: bool, charts: bool) -> Layout:
     """Divide a frame of some size (pixels) between so many pictures of beams, the contact point and charts."""

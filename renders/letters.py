@@ -1,4 +1,4 @@
-"""Sizes of letters: they follow the picture, down to what can still be read."""
+"""Sizes of letters in points: the same part of a picture at every size, down to what can still be read."""
 
 from __future__ import annotations
 
@@ -11,27 +11,46 @@ import matplotlib as mpl
 from matplotlib import font_manager
 from PIL import ImageFont
 
+from renders.style import TEXT, Style
+
 LEAST = 12  # pixels
-_TITLE, _LEAST_TITLE = 20.0, 15
+_TITLE, _LEAST_TITLE = 15.0, 15  # points, pixels
+_PER_POINT = 96.0 / 72.0  # pixels of a picture at scale 1
 
 
 @dataclass(frozen=True)
 class Letters:
-    """Letters of a picture; `scale` is 1 for one of 1280 x 720, and lengths that go with letters are multiples."""
+    """Letters of a picture; `scale` is 1 for 96 dots per inch, and lengths that go with letters are multiples."""
 
     scale: float
 
-    def size(self, pixels: float) -> int:
-        """Size (pixels) of letters that have so many in a picture of 1280 x 720."""
-        return max(_LEAST_TITLE if pixels >= _TITLE else LEAST, round(pixels * self.scale))
+    @classmethod
+    def of(cls, style: Style) -> Letters:
+        """Return the letters of a style: its resolution and the size of its text."""
+        return cls(style.resolution / 96.0 * style.letters / TEXT)
 
-    def font(self, pixels: float, bold: bool = False) -> ImageFont.FreeTypeFont:
-        """Return the font of letters that have so many pixels in a picture of 1280 x 720."""
-        return _font(self.size(pixels), bold)
+    def size(self, points: float) -> int:
+        """Size (pixels) of letters that have so many points where text has `renders.style.TEXT`."""
+        return max(_LEAST_TITLE if points >= _TITLE else LEAST, round(points * _PER_POINT * self.scale))
 
-    def fitting(self, texts: Sequence[str], width: float, pixels: float, bold: bool = False) -> str:
+    def font(self, points: float, bold: bool = False) -> ImageFont.FreeTypeFont:
+        """Return the font of letters of such a size."""
+        return _font(self.size(points), bold)
+
+    def fitting(self, texts: Sequence[str], width: float, points: float, bold: bool = False) -> str:
         """Return the first of several texts, ever shorter, that is not wider (pixels); none if none is."""
-        return next((text for text in texts if self.font(pixels, bold).getlength(text) <= width), "")
+        return next((text for text in texts if self.font(points, bold).getlength(text) <= width), "")
+
+    def wrapped(self, text: str, width: float, points: float) -> list[str]:
+        """Return the lines of a text that are not wider (pixels), broken between its words."""
+        lines: list[str] = []
+        for word in text.split():
+            longer = f"{lines[-1]} {word}" if lines else word
+            if lines and self.font(points).getlength(longer) <= width:
+                lines[-1] = longer
+            else:
+                lines.append(word)
+        return lines
 
 
 @cache

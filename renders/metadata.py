@@ -36,7 +36,7 @@ def figure_metadata(file: Path, text: str) -> dict[str, str] | None:
     return {key: text} if key else None
 
 
-def save_picture(picture: Image.Image, file: Path, dpi: int, text: str) -> None:
+def save_picture(picture: Image.Image, file: Path, dpi: float, text: str) -> None:
     """Save a picture as PNG with a text; raises OSError."""
     info = PngInfo()
     info.add_itxt("Comment", text)

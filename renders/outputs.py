@@ -7,19 +7,25 @@ from pathlib import Path
 
 from oblique_impact.errors import InputError
 
-STILL, STRIP, FILM, PAGE = "a still", "a strip", "a film", "a page"
+STILL, STRIP, FILM, PAGE, CHARTS = "a still", "a strip", "a film", "a page", "charts"
 FILMS = (".mp4", ".gif", ".webp")
-SUFFIXES = (".png", *FILMS, ".html")
+VECTORS = (".svg", ".pdf")
+SUFFIXES = (".png", *VECTORS, *FILMS, ".html")
 
-_PICTURES, _ALL = (STILL, STRIP, FILM), (STILL, STRIP, FILM, PAGE)
+_PICTURES = (STILL, STRIP, FILM)
 #: an option that is given with any other kind is refused
 APPLIES: dict[str, tuple[str, ...]] = {
     "--time": (STILL, STRIP),
     "--event": (STILL,),
     "--strip": (STRIP,),
-    **dict.fromkeys(("--fps", "--speed", "--contact-speed", "--between", "--frames"), (FILM,)),
-    **dict.fromkeys(("--size", "--colour", "--camera", "--layout", "--name", "--bare"), _PICTURES),
-    **dict.fromkeys(("--deformation", "--theme"), _ALL),
+    **dict.fromkeys(
+        ("--fps", "--speed", "--contact-speed", "--between", "--frames", "--seconds", "--title-card"), (FILM,)
+    ),
+    **dict.fromkeys(("--size", "--colour", "--camera", "--layout", "--bare", "--letters", "--dpi"), _PICTURES),
+    "--deformation": (*_PICTURES, PAGE),
+    "--theme": (*_PICTURES, PAGE, CHARTS),
+    "--title": (STILL, FILM, CHARTS),
+    **dict.fromkeys(("--name", "--preset"), (*_PICTURES, CHARTS)),
     "--magnify-difference": _PICTURES,
 }
 
@@ -31,7 +37,7 @@ def kind_of(out: Path, strip: bool) -> str:
         raise InputError(f"--out {out}: should end with {', '.join(SUFFIXES)}")
     if suffix == ".png":
         return STRIP if strip else STILL
-    return PAGE if suffix == ".html" else FILM
+    return CHARTS if suffix in VECTORS else PAGE if suffix == ".html" else FILM
 
 
 def check_options(out: Path, kind: str, given: Iterable[str]) -> None:
@@ -40,4 +46,4 @@ def check_options(out: Path, kind: str, given: Iterable[str]) -> None:
         if kind not in APPLIES[option]:
             *some, last = APPLIES[option]
             fitting = f"{', '.join(some)} or {last}" if some else last
-            raise InputError(f"{option}: is for {fitting}, and {out} is {kind}")
+            raise InputError(f"{option}: is for {fitting}, and {out} {'are' if kind == CHARTS else 'is'} {kind}")

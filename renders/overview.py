@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,21 +17,27 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from renders.files import save_figure
 from renders.story import Story, story_of
-from renders.style import GREY, SERIES, STATE_COLOURS, Style, figure_style
+from renders.style import LIGHT, Style, Theme, figure_style
 
 Array = NDArray[np.float64]
 
+#: texts of vector graphics as text, not as outlines
+_AS_TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42}
+_MARKERS = ("o", "s", "^")  # free, slip, stick
 _DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
-def overview_figure(histories: dict[str, History], out: Path) -> Path:
-    """Draw one or several histories as :func:`overview` does; returns the file."""
-    with figure_style():
-        return save_figure(overview(histories), out, "overview.png", histories.values())
+def overview_figure(histories: dict[str, History], out: Path, theme: Theme = LIGHT, title: str = "") -> Path:
+    """Draw one or several histories as :func:`overview` does; returns the file.
+
+    In SVG and PDF what is written stays text.
+    """
+    with figure_style(theme), mpl.rc_context(_AS_TEXT):
+        return save_figure(overview(histories, theme, title), out, "overview.png", histories.values())
 
 
-def overview(histories: dict[str, History]) -> Figure:
-    """Draw one or several histories of the same case, named by their keys.
+def overview(histories: dict[str, History], theme: Theme = LIGHT, title: str = "") -> Figure:
+    """Draw one or several histories of the same case, named by their keys, in the colours of a theme.
 
     With two histories that share their events, the last panel shows how far apart these are.
     """
@@ -38,28 +45,30 @@ def overview(histories: dict[str, History]) -> Figure:
     first = story.histories[0]
     collisions = first.summary["macro_collisions"]
     span = (collisions[0]["start"], collisions[0]["end"]) if collisions else None
-    with figure_style():
+    with figure_style(theme):
         figure = Figure(figsize=(9.2, 9.0), layout="constrained")
+        if title:
+            figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
         axes = figure.subplots(3, 2, gridspec_kw={"height_ratios": (1.25, 1.0, 1.0)})
-        _draw_motion(axes[0, 0], story, span[0] if span else first["time"].values[-1])
-        _draw_shapes(axes[0, 1], first, span)
-        _draw_force(axes[1, 0], histories)
-        _draw_gap(axes[1, 1], histories, first)
-        _draw_energy(axes[2, 0], histories, first)
+        _draw_motion(axes[0, 0], story, theme, span[0] if span else first["time"].values[-1])
+        _draw_shapes(axes[0, 1], first, theme, span)
+        _draw_force(axes[1, 0], histories, theme)
+        _draw_gap(axes[1, 1], histories, theme)
+        _draw_energy(axes[2, 0], histories, theme)
         if len(histories) == 2 and _same_events(histories):
-            _draw_differences(axes[2, 1], histories)
+            _draw_differences(axes[2, 1], histories, theme)
         else:
-            _draw_losses(axes[2, 1], histories)
+            _draw_losses(axes[2, 1], histories, theme)
         return figure
 
 
-def _curves(histories: dict[str, History]) -> Iterator[tuple[History, dict[str, Any]]]:
+def _curves(histories: dict[str, History], theme: Theme) -> Iterator[tuple[History, dict[str, Any]]]:
     """Yield histories with the style of their lines."""
-    for (name, history), colour, dash in zip(histories.items(), SERIES, _DASHES, strict=False):
+    for (name, history), colour, dash in zip(histories.items(), theme.series, _DASHES, strict=False):
         yield history, {"color": colour, "linestyle": dash, "label": name}
 
 
-def _draw_motion(axes: Axes, story: Story, end: float) -> None:
+def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
     geometry = story.geometries[0]
     history, times = geometry.history, geometry.times
     # equal steps of angle rather than of time: the beam starts slowly
@@ -68,26 +77,26 @@ def _draw_motion(axes: Axes, story: Story, end: float) -> None:
         sample = int(np.argmin(np.abs(theta - wanted)))
         last = sample >= theta.size - 2
         outline = geometry.outline(sample)
-        axes.fill(*outline.T, color=STATE_COLOURS[0], alpha=1.0 if last else 0.35, linewidth=0.0)
+        axes.fill(*outline.T, color=theme.states[0], alpha=1.0 if last else 0.35, linewidth=0.0)
         axes.annotate(
             f"{times[sample]:.3f} s",
             geometry.stations_at(sample)[-1],
             xytext=(7, -16 if last else 3),
             textcoords="offset points",
             fontsize=7.5,
-            color=GREY,
+            color=theme.dim,
         )
     if story.slope:
-        axes.fill(*story.slope.outline.T, color="#c9ced4", gid="slope")
-        axes.plot(*story.slope.outline[:2].T, color="#3d4650", linewidth=1.6)
-    axes.plot(history["tip_x"], history["tip_y"], color=GREY, linewidth=0.7, linestyle=":")
-    axes.plot(0.0, 0.0, "o", color="black", markersize=7, zorder=5)
+        axes.fill(*story.slope.outline.T, color=theme.slope, gid="slope")
+        axes.plot(*story.slope.outline[:2].T, color=theme.slope_edge, linewidth=1.6)
+    axes.plot(history["tip_x"], history["tip_y"], color=theme.dim, linewidth=0.7, linestyle=":")
+    axes.plot(0.0, 0.0, "o", color=theme.ink, markersize=7, zorder=5)
     axes.annotate("pin", (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
     axes.margins(x=0.12, y=0.14)
     axes.set(xlabel="x (m)", ylabel="y (m)", title="The beam up to the first impact", aspect="equal")
 
 
-def _draw_shapes(axes: Axes, history: History, collision: tuple[float, float] | None) -> None:
+def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: tuple[float, float] | None) -> None:
     """Deflection measured from the pin-tip chord during the first collision."""
     times = history["time"].values
     start, end = collision or (0.0, times[-1])
@@ -96,9 +105,11 @@ def _draw_shapes(axes: Axes, history: History, collision: tuple[float, float] | 
         sample = int(last_sample(times, t))
         chord = deflection[sample, -1] * station / station[-1]
         state = int(history["state"][sample])
-        axes.plot(station, deflection[sample] - chord, color=STATE_COLOURS[state], linewidth=1.2)
+        look: dict[str, Any] = {"color": theme.states[state], "linestyle": theme.dashes[state]}
+        axes.plot(station, deflection[sample] - chord, linewidth=1.2, **look)
     for state in sorted(set(history["state"].values.tolist())):
-        axes.plot([], [], color=STATE_COLOURS[state], label=State(state).name.lower())
+        look = {"color": theme.states[state], "linestyle": theme.dashes[state]}
+        axes.plot([], [], label=State(state).name.lower(), **look)
     axes.set(
         xlabel="arc length (m)",
         ylabel="deflection from the chord (mm)",
@@ -108,8 +119,8 @@ def _draw_shapes(axes: Axes, history: History, collision: tuple[float, float] | 
     axes.legend()
 
 
-def _draw_force(axes: Axes, histories: dict[str, History]) -> None:
-    for history, style in _curves(histories):
+def _draw_force(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
+    for history, style in _curves(histories, theme):
         axes.plot(1e3 * history["time"].values, history["lambda_n"], **style)
     axes.set(xlabel="time (ms)", ylabel="normal force (N)", title="First collision: contact force")
     spans = [h.summary["macro_collisions"][0] for h in histories.values() if h.summary["macro_collisions"]]
@@ -121,22 +132,26 @@ def _draw_force(axes: Axes, histories: dict[str, History]) -> None:
     axes.legend()
 
 
-def _draw_gap(axes: Axes, histories: dict[str, History], first: History) -> None:
-    for history, style in _curves(histories):
+def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
+    first = next(iter(histories.values()))
+    for history, style in _curves(histories, theme):
         axes.plot(history["time"], 1e3 * history["gap"], **style)
     for contact in first.contacts:
-        axes.axvspan(contact.start, contact.end, color=STATE_COLOURS[1], alpha=0.25, linewidth=0)
+        axes.axvspan(contact.start, contact.end, color=theme.states[1], alpha=0.25, linewidth=0)
     axes.set(xlabel="time (s)", ylabel="gap (mm)", title="Distance from the slope (contact shaded)")
     axes.set_xlim(0.0, float(first["time"][-1]))
 
 
-def _draw_energy(axes: Axes, histories: dict[str, History], first: History) -> None:
+def _draw_energy(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
+    first = next(iter(histories.values()))
     parts = ("energy_gravity", "energy_elastic", "energy_kinetic")
-    for history, style in _curves(histories):
+    for history, style in _curves(histories, theme):
         total = sum(history[part].values for part in parts)
         axes.plot(history["time"], total, linewidth=1.8, **style | {"label": f"total, {style['label']}"})
-    for part, colour in zip(parts[:2], SERIES[2:], strict=False):
-        axes.plot(first["time"], first[part], color=colour, linewidth=0.8, label=part.removeprefix("energy_"))
+    looks = zip(parts[:2], theme.energies[:0:-1], theme.dashes[3:1:-1], strict=True)
+    for part, colour, dash in looks:
+        label = part.removeprefix("energy_")
+        axes.plot(first["time"], first[part], color=colour, linestyle=dash, linewidth=0.8, label=label)
     axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, fontsize=7.5, columnspacing=1.2)
@@ -147,7 +162,7 @@ def _same_events(histories: dict[str, History]) -> bool:
     return bool(kinds[0]) and kinds[0] == kinds[1]
 
 
-def _draw_differences(axes: Axes, histories: dict[str, History]) -> None:
+def _draw_differences(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     """Differences of the event times on a logarithmic scale; what is below rounding is drawn there."""
     (left_name, left), (right_name, right) = histories.items()
     times = np.array([e.time for e in left.events])
@@ -157,7 +172,9 @@ def _draw_differences(axes: Axes, histories: dict[str, History]) -> None:
         if mine.any():
             label = f"to {state.name.lower()}"
             shown = np.maximum(differences[mine], 1e-15)
-            axes.semilogy(times[mine], shown, "o", color=STATE_COLOURS[state], markersize=5, label=label)
+            axes.semilogy(
+                times[mine], shown, _MARKERS[state], color=theme.states[state], markersize=5, label=label
+            )
     axes.set(
         xlabel="time of the event (s)",
         ylabel="difference (s)",
@@ -167,10 +184,10 @@ def _draw_differences(axes: Axes, histories: dict[str, History]) -> None:
     axes.legend(loc="upper left")
 
 
-def _draw_losses(axes: Axes, histories: dict[str, History]) -> None:
+def _draw_losses(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     kinds = ("impact", "friction", "damping", "scheme")
     width, drawn = 0.8 / len(histories), False
-    for number, ((name, history), colour) in enumerate(zip(histories.items(), SERIES, strict=False)):
+    for number, ((name, history), colour) in enumerate(zip(histories.items(), theme.series, strict=False)):
         energy = history.summary["energy"]
         # what rounding leaves is nothing: it would be all there is to see of a run that loses none
         noise = 1e-9 * max(abs(energy["initial"]), abs(energy["kinetic"]) + abs(energy["elastic"]))

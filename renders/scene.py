@@ -11,23 +11,27 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from renders.beam3d import CAMERAS, SUPERSAMPLING, Beam3D, contact_force
+from renders.backdrop import COLOUR, Backdrop, darken, lay, picture_of, reduced
+from renders.beam3d import CAMERAS, SUPERSAMPLING, Beam3D, contact_force, stroke
+from renders.geometry import BeamGeometry
+from renders.ground import depth_of
 from renders.offscreen import prepare
-from renders.scenery import pin, slope_wedge
+from renders.scale_bar import ScaleBar, scale_bar
+from renders.scenery import footprint, pin, slab, slope_wedge, stand
+from renders.shadow import Footprint, Pixels, Shadow, Surface, shadow_around, shadow_on
 from renders.story import Story
 from renders.style import Style, Theme
 
 Array = NDArray[np.float64]
-Pixels = NDArray[np.uint32]
 
 _ARROW = 0.16  # length of the largest force's arrow, over that of the beam
 _CLOSE = 12.0  # height of a picture close to the contact point, over the radius of the beam there
 _CLOSE_ARROW = 0.36  # length of the largest force's arrow there, over that height
 _BACK = 0  # the buffer that VTK draws into
-_SOLID = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
-_AROUND = 4 * SUPERSAMPLING  # pixels of the window that lines and edges reach beyond their points
+_SOLID: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
+_AROUND = 4  # thin lines: how far lines and edges reach beyond their points
 _EMPTY = "#00ff00"  # where nothing moves in a picture of what moves: a colour that neither beam nor path has
-_COLOUR, _EMPTY_PIXEL = np.frombuffer(b"\xff\xff\xff\x00\x00\xff\x00\x00", np.uint32)
+_EMPTY_PIXEL = np.frombuffer(b"\x00\xff\x00\x00", np.uint32)[0]
 _MARK = 3.0  # pixels: radius of the point of contact, in a picture of 720 pixels
 
 
@@ -54,14 +58,6 @@ class _Arrow(NamedTuple):
             pen.line(corners, fill=theme.background, width=round(0.8 * self.unit))
         box = (*(to - _MARK * self.unit).tolist(), *(to + _MARK * self.unit).tolist())
         pen.ellipse(box, fill=theme.background, outline=theme.ink, width=round(self.unit))
-
-
-class _Ground(NamedTuple):
-    """What stands still, with the ghosts that are there by now."""
-
-    newest: list[int | None]  # number of the latest ghost of each beam
-    pixels: Pixels  # of the window
-    picture: Image.Image  # of the size of the view
 
 
 class View:
@@ -98,21 +94,69 @@ class View:
         self._bytes: Any = vtkUnsignedCharArray()
         shown = [story.geometries[n].true if close else story.geometries[n] for n in numbers]
         self._beams = [Beam3D(self.plotter, g, story, self._style, n) for n, g in enumerate(shown)]
-        solids = [pin(shown[0])]
         # actors of what stands still: in its colours, and in that of an empty picture
         self._still: list[pv.Actor] = []
         self._hiding: list[pv.Actor] = []
-        self._add_still(solids[0], color=self._theme.pin, **_SOLID)
-        if story.slope:
-            solids.append(slope_wedge(shown[0], story.slope))
-            # its faces are plane, and VTK takes half of the time of a frame to light them pixel by pixel
-            solids[1].cell_data["lit"] = self._lit(solids[1], self._theme.slope)
-            self._add_still(solids[1], scalars="lit", rgb=True, lighting=False, culling="back")
-            edges = solids[1].extract_feature_edges(20.0)
-            look = {"line_width": SUPERSAMPLING, "lighting": False}
-            self._add_still(edges, color=self._theme.slope_edge, **look)
-        self._ground: _Ground | None = None
+        self._surfaces: list[Surface] = []
+        self._footprints: list[Footprint] = []
+        solids = self._add_scenery(shown[0], story)
+        self._backdrop: Backdrop | None = None
+        self._around: Shadow | None = None  # of what stands on the ground
         self._aim(solids, span)
+        if self._footprints and not close:
+            radius = shown[0].touch_radius
+            self._around = shadow_around(self._surfaces[0], self._footprints, radius, self.project, size)
+
+    def _add_scenery(self, geometry: BeamGeometry, story: Story) -> list[pv.PolyData]:
+        """Add pin and slope, and the ground on which they stand; returns the solids."""
+        theme, slope = self._theme, story.slope
+        ground = story.ground if self._style.ground else None
+        solids = [pin(geometry), *([slope_wedge(geometry, slope)] if slope else [])]
+        blocks = [self._block(solid, theme.slope, theme.slope_edge) for solid in solids[1:]]
+        if ground:
+            stands = [block for block in (stand(solid, ground) for solid in solids) if block]
+            blocks += [self._block(solid, theme.slope, theme.slope_edge) for solid in stands]
+            self._footprints = [f for f in (footprint(solid, ground) for solid in (*solids, *stands)) if f]
+            solids += [*stands, slab(ground)]
+            blocks.append(self._block(solids[-1], theme.ground, theme.line))
+            top = blocks[-1][0].cell_data["tone"][_top_of(solids[-1], np.array([0.0, 1.0]))]
+            ends = np.array([(ground.first, ground.y), (ground.last, ground.y)])
+            self._surfaces.append(Surface.of(ends, ground.half_depth, np.asarray(top)))
+            if slope:
+                top = blocks[0][0].cell_data["tone"][_top_of(solids[1], geometry.slope_axes[1])]
+                self._surfaces.append(Surface.of(slope.outline[:2], depth_of(geometry), np.asarray(top)))
+        self._add_still(solids[0], blocks, hides=len(blocks) - bool(ground))
+        return solids
+
+    def _block(self, solid: pv.PolyData, colour: str, edge: str) -> tuple[pv.PolyData, pv.PolyData]:
+        """Return a solid with plane faces in their colours, and its edges in theirs."""
+        faces, edges = solid.copy(), pv.PolyData(solid.extract_feature_edges(20.0))
+        # VTK takes half of the time of a frame to light plane faces pixel by pixel
+        faces.cell_data["tone"] = self._lit(solid, colour)
+        edges.clear_data()
+        edges.cell_data["tone"] = np.tile(np.frombuffer(bytes.fromhex(edge[1:]), np.uint8), (edges.n_cells, 1))
+        return faces, edges
+
+    def _add_still(
+        self, solid: pv.PolyData, blocks: Sequence[tuple[pv.PolyData, pv.PolyData]], hides: int
+    ) -> None:
+        """Add what stands still: the pin, and blocks, the first few of which something that moves may be behind.
+
+        An actor takes time in every frame: there are as few as may be.
+        """
+        look: dict[str, Any] = {"line_width": stroke(self._style), "lighting": False, "culling": "back"}
+        self._still.append(self.plotter.add_mesh(solid, color=self._theme.pin, **_SOLID))
+        for meshes in zip(*blocks, strict=True):
+            self._still.append(self.plotter.add_mesh(_joined(meshes), scalars="tone", rgb=True, **look))
+        if not self._close:
+            look |= {"color": _EMPTY}
+            if hides:
+                parts = [mesh for block in blocks[:hides] for mesh in block]
+                self._hiding.append(self.plotter.add_mesh(_joined(parts).copy(), **look))
+            look["culling"] = None
+            self._hiding.append(self.plotter.add_mesh(solid.copy(), **look))
+            for actor in self._hiding:
+                actor.visibility = False
 
     def _lit(self, solid: pv.PolyData, colour: str) -> NDArray[np.uint8]:
         """Return the colours (faces, 3) of plane faces that do not shine, lit as VTK lights them.
@@ -132,13 +176,6 @@ class View:
             light += _SOLID["diffuse"] * lamp.GetIntensity() * np.outer(cosine, lamp.GetDiffuseColor())
         own = np.frombuffer(bytes.fromhex(colour[1:]), np.uint8)
         return np.asarray(np.round(np.minimum(light * own, 255.0)).astype(np.uint8))
-
-    def _add_still(self, mesh: pv.PolyData, **look: Any) -> None:
-        self._still.append(self.plotter.add_mesh(mesh, **look))
-        if not self._close:
-            shape: dict[str, Any] = {name: look.get(name) for name in ("line_width", "culling")}
-            self._hiding.append(self.plotter.add_mesh(mesh, color=_EMPTY, lighting=False, **shape))
-            self._hiding[-1].visibility = False
 
     def _aim(self, solids: Sequence[pv.PolyData], span: tuple[float, float] | None) -> None:
         """Place the camera so that everything of the runs fits between text and colour bar."""
@@ -192,36 +229,54 @@ class View:
             geometry = self._beams[0].geometry
             point = geometry.contact_point(geometry.index(time))
             self._look_at(np.append(point - 1.5 * geometry.touch_radius * geometry.slope_axes[1], 0.0))
-        ground = None if self._close else self._ground_now()
+        backdrop = None if self._close else self._backdrop_now()
         arrows = self._arrows(time) if self._style.arrow else []
-        left, top, right, bottom = self._touched(arrows) if ground else (0, 0, *self._window.GetSize())
+        casters = [beam.caster(time) for beam in self._beams] if self._surfaces else []
+        shadows = [shadow_on(surface, casters, self.project, self.size) for surface in self._surfaces]
+        left, top, right, bottom = box = self._touched(arrows) if backdrop else (0, 0, *self._window.GetSize())
         pixels = self._read(left, top, right, bottom)
-        if ground:
-            empty = pixels & _COLOUR == _EMPTY_PIXEL
-            pixels = np.where(empty, ground.pixels[top:bottom, left:right], pixels)
-        large = _picture(pixels)
+        if backdrop is None:
+            large = self._with_shadows(pixels, shadows)
+        else:
+            strips = backdrop.shaded(shadows)
+            empty = pixels & COLOUR == _EMPTY_PIXEL
+            pixels = np.where(empty, backdrop.pixels[top:bottom, left:right], pixels)
+            for strip in strips:
+                lay(strip, pixels, box, empty)
+            large = picture_of(pixels)
         for arrow in arrows:
             arrow.draw(large, (left, top), self._theme)
-        small = _reduced(large)
-        if ground is None:
-            return small
-        whole = ground.picture.copy()
-        whole.paste(small, (left // SUPERSAMPLING, top // SUPERSAMPLING))
+        if backdrop is None:
+            return reduced(large)
+        whole = backdrop.picture.copy()
+        for place, part in strips:
+            whole.paste(reduced(part), (place[0] // SUPERSAMPLING, place[1] // SUPERSAMPLING))
+        whole.paste(reduced(large), (left // SUPERSAMPLING, top // SUPERSAMPLING))
         return whole
 
-    def _ground_now(self) -> _Ground:
+    def _with_shadows(self, pixels: Pixels, shadows: Sequence[Shadow | None]) -> Image.Image:
+        """Return the picture of a whole window with shadows on it."""
+        pixels = pixels.copy()
+        for shadow, surface in zip(shadows, self._surfaces, strict=True):
+            if shadow:
+                left, top, right, bottom = (SUPERSAMPLING * edge for edge in shadow.box)
+                part = pixels[top:bottom, left:right]
+                darken(part, part & COLOUR == surface.tones[0] & COLOUR, shadow, surface)
+        return picture_of(pixels)
+
+    def _backdrop_now(self) -> Backdrop:
         """Return what does not move from frame to frame; it is drawn anew when the earlier positions are others.
 
         From then on the window shows what moves alone: what stands still hides it in the colour of an empty
         picture.
         """
         newest = [beam.newest for beam in self._beams]
-        if self._ground is None or self._ground.newest != newest:
+        if self._backdrop is None or self._backdrop.newest != newest:
             self._show(still=True)
             pixels = self._read(0, 0, *self._window.GetSize()).copy()
-            self._ground = _Ground(newest, pixels, _reduced(_picture(pixels)))
+            self._backdrop = Backdrop(newest, pixels, self._surfaces, self._around)
             self._show(still=False)
-        return self._ground
+        return self._backdrop
 
     def _show(self, still: bool) -> None:
         """Let the window show what stands still, or what moves."""
@@ -247,12 +302,12 @@ class View:
 
     def _touched(self, arrows: Sequence[_Arrow]) -> tuple[int, int, int, int]:
         """Return the part of the window (left, top, right, bottom) outside of which nothing moves."""
-        size = self._window.GetSize()
+        size, around = self._window.GetSize(), _AROUND * stroke(self._style)
         points = [SUPERSAMPLING * self.project(beam.moving_points()) for beam in self._beams]
         places = np.concatenate([*points, *(arrow.places for arrow in arrows)])
         if not np.all(np.isfinite(places)):
             return (0, 0, *size)
-        ends = np.stack([places.min(axis=0) - _AROUND, places.max(axis=0) + _AROUND])
+        ends = np.stack([places.min(axis=0) - around, places.max(axis=0) + around])
         (left, top), (right, bottom) = SUPERSAMPLING * np.clip(ends / SUPERSAMPLING, 0, self.size).astype(int)
         return (
             int(left),
@@ -287,20 +342,24 @@ class View:
         across, up = offset @ self._right, offset @ self._up
         return np.stack([0.5 * self.size[0] + across, 0.5 * self.size[1] - up], axis=1)
 
+    def scale_bar(self, longest: float) -> ScaleBar:
+        """Return a bar of a round length, level in the plane of motion, and not longer than some pixels."""
+        origin, along = self.project(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+        return scale_bar(along - origin, longest)
+
     def close(self) -> None:
         """Free the window."""
         self.plotter.close()
 
 
-def _picture(pixels: Pixels) -> Image.Image:
-    """Return pixels (rows, columns) as a picture; it shares their memory."""
-    height, width = pixels.shape
-    return Image.frombuffer("RGBX", (width, height), np.ascontiguousarray(pixels), "raw", "RGBX", 0, 1)
+def _joined(meshes: Sequence[pv.PolyData]) -> pv.PolyData:
+    """Return several meshes as one."""
+    return meshes[0].append_polydata(*meshes[1:]) if len(meshes) > 1 else meshes[0]
 
 
-def _reduced(large: Image.Image) -> Image.Image:
-    """Return the picture of a window in the size of the view."""
-    return large.reduce(SUPERSAMPLING).convert("RGB")
+def _top_of(solid: pv.PolyData, up: Array) -> int:
+    """Return the number of the face that looks most in a direction (2,)."""
+    return int(np.argmax(np.asarray(solid.face_normals)[:, :2] @ up))
 
 
 def arrow_outline(tip: Array, along: Array, length: float, unit: float) -> Array:

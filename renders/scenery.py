@@ -1,4 +1,4 @@
-"""What stands still in a picture: the slope as a solid wedge, and the pin."""
+"""What stands still in a picture: the slope as a solid wedge, the pin, and the ground with what stands on it."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from renders.geometry import BeamGeometry
+from renders.ground import DEPTH, FOOT, Ground, depth_of
 from renders.slope import DrawnSlope
 
 Array = NDArray[np.float64]
 
-#: half of the depth of wedge and pin, over the radius of the beam; over half of the width of a wide one
-_DEPTH, _WIDER = 5.0, 1.3
+_STAND = 0.8  # width of what a slope stands on, over its own
+_SLAB = 0.012  # thickness of the ground, over its length
 
 
 def slope_wedge(geometry: BeamGeometry, slope: DrawnSlope) -> pv.PolyData:
     """Return the drawn slope as a solid."""
-    return _prism(slope.outline, max(_DEPTH * geometry.touch_radius, _WIDER * geometry.half_width))
+    return _prism(slope.outline, depth_of(geometry))
 
 
 def pin(geometry: BeamGeometry) -> pv.PolyData:
@@ -33,11 +34,40 @@ def pin(geometry: BeamGeometry) -> pv.PolyData:
         return pv.PolyData(bolt)
     cheek, foot = (
         r * np.array([(-wide, low), (wide, low), (wide, high), (-wide, high)])
-        for wide, low, high in ((1.6, -5.0, 1.6), (4.0, -6.5, -5.0))
+        for wide, low, high in ((1.6, -5.0, 1.6), (4.0, -FOOT, -5.0))
     )
     cheeks = [_prism(cheek, 0.4 * r, z) for z in (-side - 0.9 * r, side + 0.9 * r)]
-    whole = pv.merge([*cheeks, _prism(foot, max(_DEPTH * r, side + 1.4 * r)), bolt])
+    whole = pv.merge([*cheeks, _prism(foot, max(DEPTH * r, side + 1.4 * r)), bolt])
     return pv.PolyData(whole.extract_surface(algorithm="dataset_surface"))
+
+
+def slab(ground: Ground) -> pv.PolyData:
+    """Return the ground as a thin solid, its surface at its height."""
+    low = ground.y - _SLAB * (ground.last - ground.first)
+    corners = np.array(
+        [(ground.first, low), (ground.last, low), (ground.last, ground.y), (ground.first, ground.y)]
+    )
+    return _prism(corners, ground.half_depth)
+
+
+def stand(solid: pv.PolyData, ground: Ground) -> pv.PolyData | None:
+    """Return the block under the lowest face of a solid; None where it stands on the ground, or on an edge."""
+    points = np.asarray(solid.points)
+    low = float(points[:, 1].min())
+    base = points[points[:, 1] < low + 1e-6 * np.ptp(points[:, 0])]
+    wide, deep = np.ptp(base[:, 0]), np.ptp(base[:, 2])
+    if low - ground.y < 1e-3 * wide or not wide > 0.0:
+        return None
+    middle, half = 0.5 * (base[:, 0].min() + base[:, 0].max()), 0.5 * _STAND * wide
+    corners = np.array([(-half, ground.y), (half, ground.y), (half, low), (-half, low)]) + np.array([middle, 0.0])
+    return _prism(corners, 0.5 * _STAND * deep)
+
+
+def footprint(solid: pv.PolyData, ground: Ground) -> tuple[float, float, float] | None:
+    """Return where a solid stands on the ground: from left to right, and so far to both sides (m); None if not."""
+    points = np.asarray(solid.points)
+    base = points[np.abs(points[:, 1] - ground.y) < 1e-3 * float(np.ptp(points[:, 1]))]
+    return (float(base[:, 0].min()), float(base[:, 0].max()), float(base[:, 2].max())) if base.size else None
 
 
 def _prism(outline: Array, half_depth: float, z: float = 0.0) -> pv.PolyData:

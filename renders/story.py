@@ -14,9 +14,11 @@ from scipy.interpolate import CubicSpline
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from renders.geometry import QUANTITIES, BeamGeometry
+from renders.ground import Ground, ground_of
 from renders.slope import DrawnSlope, drawn_slope
 from renders.style import Style
 from renders.timeline import TimeMap, time_map
+from renders.title import beam_words, builtin_name
 
 Array = NDArray[np.float64]
 
@@ -72,6 +74,8 @@ class Story:
         What the runs are called, where there are several.
     speed, contact_speed : float or None
         Physical over film time in flight and in contact; None chooses them.
+    seconds : float or None
+        About how long a film of the whole run lasts (s), where speeds are chosen.
     """
 
     geometries: tuple[BeamGeometry, ...]
@@ -79,6 +83,7 @@ class Story:
     names: tuple[str, ...]
     speed: float | None = None
     contact_speed: float | None = None
+    seconds: float | None = None
 
     @property
     def histories(self) -> tuple[History, ...]:
@@ -89,6 +94,26 @@ class Story:
     def factor(self) -> float:
         """Deformation factor."""
         return self.geometries[0].factor
+
+    @property
+    def title(self) -> str:
+        """As the style says, or the name of the run; none of several, which are named beside each other."""
+        if self.style.title is not None:
+            return self.style.title
+        if len(self.geometries) > 1:
+            return ""
+        return self.names[0] if self.names else builtin_name(self.geometries[0].scenario)
+
+    @property
+    def beam(self) -> list[str]:
+        """The beam of all runs in ever shorter words; none where they differ."""
+        words = [beam_words(geometry.scenario) for geometry in self.geometries]
+        return words[0] if all(word == words[0] for word in words) else []
+
+    @property
+    def heading(self) -> str:
+        """Title and beam in one line."""
+        return ": ".join(filter(None, [self.title, *self.beam[1:2]]))
 
     @property
     def overlay(self) -> bool:
@@ -106,9 +131,14 @@ class Story:
         return drawn_slope(self.geometries[0])
 
     @cached_property
+    def ground(self) -> Ground | None:
+        """The ground under all runs, if there is one."""
+        return ground_of(self.geometries, self.slope)
+
+    @cached_property
     def time_map(self) -> TimeMap:
         """Film time over physical time, from the contacts of the first run."""
-        return time_map(self.histories[0], self.speed, self.contact_speed)
+        return time_map(self.histories[0], self.speed, self.contact_speed, self.seconds)
 
 
 def story_of(
@@ -117,6 +147,8 @@ def story_of(
     names: Sequence[str] = (),
     speed: float | None = None,
     contact_speed: float | None = None,
+    *,
+    seconds: float | None = None,
 ) -> Story:
     """Make what the pictures of one to three runs of beams share; arguments as the attributes of `Story`.
 
@@ -127,7 +159,7 @@ def story_of(
     style = style or Style()
     common = min(BeamGeometry(history, style.deformation).factor for history in histories)
     geometries = tuple(BeamGeometry(history, common) for history in histories)
-    return Story(geometries, style, tuple(names), speed, contact_speed)
+    return Story(geometries, style, tuple(names), speed, contact_speed, seconds)
 
 
 def colour_scale(geometries: Sequence[BeamGeometry], quantity: str) -> ColourScale:

@@ -11,14 +11,18 @@ import matplotlib as mpl
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import one_of
+from renders.presets import PRESETS
 
 FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR = "#1f4fd1", "#d9580d", "#1b8a3c"
 STATE_COLOURS = (FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR)
 SERIES = ("#22577a", "#e07a1f", "#5b8e3b", "#8a4f9e", "#b03a48", "#6c757d")
 GREY = "#6c757d"
 COLOUR_MAP = "RdBu_r"  # diverging, for results in colour
+SLIDE = (40.0 / 3.0, 7.5)  # inches: width and height of a slide in presentations
+TEXT = 10.0  # points: size of text on a slide
 
-ThemeName = Literal["light", "dark", "auto"]
+Dash = str | tuple[float, tuple[float, ...]]
+ThemeName = Literal["light", "dark", "print", "auto"]
 CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
 Colour = Literal[
@@ -48,13 +52,6 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 
-@contextmanager
-def figure_style() -> Iterator[None]:
-    """Apply the style inside a block; leaves matplotlib's settings as they were."""
-    with mpl.rc_context(_SETTINGS):
-        yield
-
-
 @dataclass(frozen=True)
 class Theme:
     """Colours of pictures and films, as #rrggbb."""
@@ -72,6 +69,9 @@ class Theme:
     states: tuple[str, str, str]  # free, slip, stick
     series: tuple[str, ...]  # several histories
     energies: tuple[str, str, str]  # kinetic, elastic, gravity
+    ground: str
+    colour_map: str = COLOUR_MAP  # a name that Matplotlib knows
+    dashes: tuple[Dash, ...] = ("-",) * 6  # of curves of states, energies or histories that share a chart
 
 
 LIGHT = Theme(
@@ -88,6 +88,7 @@ LIGHT = Theme(
     states=STATE_COLOURS,
     series=SERIES,
     energies=("#8a4f9e", "#0f7f86", "#8d969f"),
+    ground="#eef4ff",
 )
 DARK = Theme(
     background="#12171d",
@@ -103,8 +104,49 @@ DARK = Theme(
     states=("#7f9cf5", "#ff8a3d", "#5fd38a"),
     series=("#6fb1d6", "#ff9d4d", "#9ccc65", "#c792ea", "#ff6b7a", "#aab4bf"),
     energies=("#c08fd2", "#4fc0c5", "#87929d"),
+    ground="#27303a",
 )
-THEMES = {"light": LIGHT, "dark": DARK}
+#: greys and dashes in place of hues; the colour map grows lighter from its lowest value to its highest one
+PRINT = Theme(
+    background="#ffffff",
+    ink="#000000",
+    dim="#404040",
+    line="#d9d9d9",
+    ghost="#8c8c8c",
+    slope="#d0d0d0",
+    slope_edge="#404040",
+    pin="#a0a0a0",
+    trace="#404040",
+    arrow="#000000",
+    states=("#000000",) * 3,
+    series=("#262626", "#808080", "#b8b8b8", "#262626", "#808080", "#b8b8b8"),
+    energies=("#000000", "#000000", "#808080"),
+    ground="#f4f8ff",
+    colour_map="cividis",
+    dashes=(
+        "-",
+        (0.0, (5.0, 2.0)),
+        (0.0, (1.2, 1.4)),
+        (0.0, (6.0, 2.0, 1.2, 2.0)),
+        (0.0, (3.0, 1.0)),
+        (0.0, (1.0, 3.0)),
+    ),
+)
+THEMES = {"light": LIGHT, "dark": DARK, "print": PRINT}
+
+
+@contextmanager
+def figure_style(theme: Theme | None = None) -> Iterator[None]:
+    """Apply the style inside a block, with the colours of a theme; leaves matplotlib's settings as they were."""
+    with mpl.rc_context(_SETTINGS | (_colours_of(theme) if theme else {})):
+        yield
+
+
+def _colours_of(theme: Theme) -> dict[Any, Any]:
+    """Return matplotlib's settings for paper and ink of a theme."""
+    paper = dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), theme.background)
+    ink = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
+    return paper | dict.fromkeys(ink, theme.ink) | {"grid.color": theme.line}
 
 
 @dataclass(frozen=True)
@@ -115,8 +157,9 @@ class Style:
     ----------
     size : tuple of int
         Width and height (pixels), even.
-    theme : {"light", "dark", "auto"}
-        Colours of paper and ink; "auto", as the reader's system is set, is for pages.
+    theme : {"light", "dark", "print", "auto"}
+        Colours of paper and ink; "print" is black on white and needs no colour to be understood; "auto", as the
+        reader's system is set, is for pages.
     camera : {"oblique", "front", "above"}
         Where the eye is.
     quantity : str
@@ -124,14 +167,24 @@ class Style:
         "section_rotation".
     deformation : float or None
         Factor; None chooses it.
-    charts, inset, ghosts, trace, arrow : bool
-        What is shown.
+    charts, inset, ghosts, trace, arrow, ground : bool
+        What is shown; the ground with the shadows of the beam, which fall on the slope too.
     layout : {"side-by-side", "overlay"}
         Of several histories.
-    letters : float or None
-        Size of letters, 1 for those of a film of 1280 x 720; None follows the size.
+    title : str or None
+        At the top of a still or a film and on its title card; None: the name of the run, empty: no line there.
+    scale_bar : bool
+        Whether a bar of a round length is drawn.
+    letters : float
+        Size of text (points) where the picture is shown at its resolution; titles and labels follow it.
+    dpi : float or None
+        Resolution (pixels per inch), by which a picture of some size (pixels) has its size on paper; None: that at
+        which it covers a slide of 13.33 x 7.5 inches.
     caption : bool
         Whether the factor is told and the colour bar drawn.
+    preset : str
+        The name of one of `renders.presets.PRESETS`, whose settings of films hold where a call gives none;
+        `Style.of` takes how it looks from there too.
 
     Raises InputError for a name that is unknown or a size out of range.
     """
@@ -146,21 +199,45 @@ class Style:
     ghosts: bool = True
     trace: bool = True
     arrow: bool = True
+    ground: bool = True
     layout: Layout = "side-by-side"
-    letters: float | None = None
+    letters: float = TEXT
+    dpi: float | None = None
     caption: bool = True
+    title: str | None = None
+    scale_bar: bool = True
+    preset: str = ""
 
     def __post_init__(self) -> None:
-        for option, value, names in (
+        for option, name, names in (
             ("--theme", self.theme, ThemeName),
             ("--camera", self.camera, CameraName),
             ("--colour", self.quantity, Colour),
             ("--layout", self.layout, Layout),
         ):
-            if value not in get_args(names):
-                raise InputError(f"{option} {value}: {one_of(value, get_args(names))}")
+            if name not in get_args(names):
+                raise InputError(f"{option} {name}: {one_of(name, get_args(names))}")
+        if self.preset and self.preset not in PRESETS:
+            raise InputError(f"--preset {self.preset}: {one_of(self.preset, PRESETS)}")
         if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
+        for option, value, least, most in (
+            ("--letters", self.letters, 4.0, 60.0),
+            ("--dpi", self.dpi, 20.0, 2400.0),
+        ):
+            if value is not None and not least <= value <= most:
+                raise InputError(f"{option} {value:g}: should be from {least:g} to {most:g}")
+
+    @classmethod
+    def of(cls, preset: str, **changes: Any) -> Style:
+        """Return the style of a preset with some changes; raises InputError for one that there is not."""
+        look = PRESETS[preset].look if preset in PRESETS else {}
+        return cls(**(look | changes | {"preset": preset}))
+
+    @property
+    def resolution(self) -> float:
+        """Pixels per inch."""
+        return self.dpi or min(pixels / inches for pixels, inches in zip(self.size, SLIDE, strict=True))
 
     @property
     def colours(self) -> Theme:

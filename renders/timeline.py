@@ -68,6 +68,7 @@ class Timeline:
     fps: int
     times: Array
     course: TimeMap
+    card: int = 0  # frames of a title card before them
 
     @property
     def rates(self) -> Array:
@@ -76,11 +77,16 @@ class Timeline:
 
     @property
     def duration(self) -> float:
-        """Length of the film (s)."""
-        return self.times.size / self.fps
+        """Length of the film (s), with its title card."""
+        return (self.card + self.times.size) / self.fps
 
 
-def time_map(history: History, speed: float | None = None, contact_speed: float | None = None) -> TimeMap:
+def time_map(
+    history: History,
+    speed: float | None = None,
+    contact_speed: float | None = None,
+    seconds: float | None = None,
+) -> TimeMap:
     """Lay out the course of the film of a run, the same for its films, parts of them, and its page.
 
     Parameters
@@ -89,10 +95,15 @@ def time_map(history: History, speed: float | None = None, contact_speed: float 
         Its contacts are where time is stretched.
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; chosen so that the film of the run lasts about
-        `SECONDS`, from 1, 1/2, 1/5, 1/10..., if not given.
+        `seconds`, from 1, 1/2, 1/5, 1/10..., if not given.
+    seconds : float, optional
+        Default: `SECONDS`.
 
-    Raises InputError for speeds out of range.
+    Raises InputError for values out of range.
     """
+    seconds = SECONDS if seconds is None else seconds
+    if not 1.0 <= seconds <= 3600.0:
+        raise InputError(f"--seconds {seconds:g}: should be from 1 to 3600")
     for name, value in (("--speed", speed), ("--contact-speed", contact_speed)):
         if value is not None and not 0.0 < value <= 1e6:
             raise InputError(f"{name} {value:g}: should be a positive number")
@@ -101,8 +112,8 @@ def time_map(history: History, speed: float | None = None, contact_speed: float 
         return TimeMap(np.array([first]), np.zeros(1), np.ones(1))
     spans = np.array([(contact.start, contact.end) for contact in history.contacts]).reshape(-1, 2)
     inside = float(np.sum(spans[:, 1] - spans[:, 0]))
-    free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * SECONDS))
-    closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * SECONDS)), free)
+    free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * seconds))
+    closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * seconds)), free)
     grid = _grid(first, last, spans)
     rate = _rates(grid, spans, free, closed)
     film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rate[1:] + 1.0 / rate[:-1]))])
@@ -110,7 +121,11 @@ def time_map(history: History, speed: float | None = None, contact_speed: float 
 
 
 def make_timeline(
-    course: TimeMap, fps: int = FPS, between: tuple[float, float] | None = None, frames: int | None = None
+    course: TimeMap,
+    fps: int = FPS,
+    between: tuple[float, float] | None = None,
+    frames: int | None = None,
+    card: float = 0.0,
 ) -> Timeline:
     """Lay out the frames of a film.
 
@@ -124,6 +139,8 @@ def make_timeline(
         Part of the run (s); its rates are those of the film of the whole run.
     frames : int, optional
         Exactly so many frames: all rates are scaled.
+    card : float
+        Duration (s) of a title card, which is not counted in `frames`.
 
     Raises InputError for values out of range.
     """
@@ -131,6 +148,8 @@ def make_timeline(
         raise InputError(f"--fps {fps}: should be from 1 to 240")
     if frames is not None and not 2 <= frames <= 100_000:
         raise InputError(f"--frames {frames}: should be from 2 to 100000")
+    if not 0.0 <= card <= 60.0:
+        raise InputError(f"--title-card {card:g}: should be from 0 to 60 s")
     begin, end = course.times[[0, -1]].tolist()
     first, last = between or (begin, end)
     if not begin <= first < last <= end:
@@ -144,7 +163,7 @@ def make_timeline(
         course = course.slowed((frames - 1) / (course.duration * fps))
     times = course.time_at(np.arange(frames) / fps)
     times[-1] = last
-    return Timeline(fps, times, course)
+    return Timeline(fps, times, course, round(card * fps))
 
 
 def _round(rate: float) -> float:

@@ -20,7 +20,7 @@ from renders.geometry import QUANTITIES
 from renders.offscreen import prepare
 from renders.scenery import pin, slope_wedge
 from renders.story import story_of
-from renders.style import COLOUR_MAP, CameraName, Colour, Style, ThemeName
+from renders.style import CameraName, Colour, Style, ThemeName
 from renders.timeline import make_timeline
 
 _FPS = 30
@@ -56,7 +56,7 @@ class Viewer:
         self.mesh_actor = self.plotter.add_mesh(
             self.mesh,
             scalars=self._quantity,
-            cmap=COLOUR_MAP,
+            cmap=style.colours.colour_map,
             clim=(-limit, limit),
             scalar_bar_args=bar,
             smooth_shading=False,

@@ -52,6 +52,10 @@ ELSEWHERE = {
     ("render", "camera"): (Style, "camera"),
     ("render", "theme"): (Style, "theme"),
     ("render", "layout"): (Style, "layout"),
+    ("render", "letters"): (Style, "letters"),
+    ("render", "dpi"): (Style, "dpi"),
+    ("render", "title"): (Style, "title"),
+    ("render", "preset"): (Style.of, "preset"),
     ("render", "bare"): (Style, "charts"),
     ("render", "magnify"): (render, "magnify_difference"),
 }

@@ -101,12 +101,28 @@ def test_ticks_are_round_times_with_the_same_decimals(run, width, name):
 
 
 def check_ticks(course: TimeMap, width: float) -> None:
-    times, labels = round_times(course, width, Letters(1.0).font(12.5).getlength)
+    times, labels = round_times(course, width, Letters(1.0).font(9.5).getlength)
     assert len(labels) >= 2
     assert len({len(label.partition(".")[2]) for label in labels}) == 1
     np.testing.assert_allclose([float(label) for label in labels], times, atol=1e-12)
     at = course.film_at(times) * width / course.duration
-    longest = max(map(Letters(1.0).font(12.5).getlength, labels))
+    longest = max(map(Letters(1.0).font(9.5).getlength, labels))
     assert np.diff(at).min() > longest
     assert at.min() >= 0.0
     assert at.max() <= width + 1e-9
+
+
+@pytest.mark.parametrize("width", [180.0, 420.0, 560.0, 700.0, 1100.0])
+def test_ticks_are_multiples_of_one_two_or_five(run, width):
+    """On an even axis of one step, in a film of a second of 5 ms: three decimals with a 5 at the end, or less."""
+    length = Letters(1.0).font(9.5).getlength
+    times, _ = round_times(story_of([run("paper")]).time_map, width, length)
+    np.testing.assert_allclose(times / 0.005, np.round(times / 0.005), atol=1e-6)
+    for span in (0.2, 0.7, 3.0):
+        even = TimeMap(np.array([0.0, span]), np.array([0.0, 10.0]), np.full(2, span / 10.0))
+        times, _ = round_times(even, width, length)
+        steps = np.diff(times)
+        np.testing.assert_allclose(steps, steps[0])
+        assert f"{steps[0]:.1e}"[:3] in ("1.0", "2.0", "5.0")
+        assert times[0] == 0.0
+        assert times[-1] > 0.5 * span

@@ -9,6 +9,7 @@ import pytest
 
 from oblique_impact import InputError
 from renders import scene
+from renders.backdrop import picture_of, reduced
 from renders.beam3d import CAMERAS, contact_force
 from renders.difference import magnify_difference
 from renders.frame import Composer
@@ -17,7 +18,7 @@ from renders.story import story_of
 from renders.style import DARK, LIGHT, Style
 from renders.timeline import make_timeline
 
-BARE = Style(ghosts=False, trace=False, arrow=False)
+BARE = Style(ghosts=False, trace=False, arrow=False, ground=False)
 SIZE = (480, 320)
 
 
@@ -208,7 +209,7 @@ def test_what_moves_and_what_stands_still_are_one_picture(run, layout):
             alone._show(still=True)
             for beam in alone._beams:
                 beam.show_moving(True)
-            whole = scene._reduced(scene._picture(alone._read(0, 0, *alone._window.GetSize())))
+            whole = reduced(alone._read(0, 0, *alone._window.GetSize()))
             alone.close()
             np.testing.assert_array_equal(np.asarray(whole), picture)
         view.close()
@@ -230,7 +231,7 @@ def test_the_slope_is_lit_as_vtk_lights_it(story, camera, theme):
         for actor in view.plotter.actors.values():
             actor.visibility = actor is shown
         pixels = view._read(0, 0, *view._window.GetSize())
-        pictures.append(np.asarray(scene._picture(pixels).convert("RGB")).astype(int))
+        pictures.append(np.asarray(picture_of(pixels).convert("RGB")).astype(int))
     view.close()
     assert (np.abs(pictures[0] - rgb(colours.background)).max(axis=2) > 20).sum() > 1000
     assert np.abs(pictures[0] - pictures[1]).max() <= 1
@@ -263,7 +264,7 @@ def test_a_frame_has_all_its_parts(run):
     composer.close()
     assert picture.shape == (540, 960, 3)
     slip = np.array([int(LIGHT.states[1][k : k + 2], 16) for k in (1, 3, 5)])
-    title = picture[:40, :400].reshape(-1, 3)
+    title = picture[20:70, :400].reshape(-1, 3)
     assert (np.abs(title - slip).max(axis=1) < 8).sum() > 50  # the state in its colour
     chart = picture[370:, :500].reshape(-1, 3)
     assert (np.abs(chart - 255).max(axis=1) > 20).mean() > 0.01

@@ -12,7 +12,7 @@ from oblique_impact import InputError
 from oblique_impact.command_line.application import application
 from renders import Style, render
 from renders.command import _instant
-from renders.outputs import APPLIES, FILM, PAGE, STILL, STRIP
+from renders.outputs import APPLIES, CHARTS, FILM, PAGE, STILL, STRIP
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,22 @@ def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp
         (("--out", "a.png", "--event", "99"), "--event 99: should be from 1 to 21"),
         (("--out", "a.mp4", "--between", "1"), "--between 1: should be two numbers"),
         (("--out", "a.mp4", "--fps", "0"), "--fps 0: should be from 1 to 240"),
-        (("--out", "a.png", "--theme", "x"), "--theme x: should be one of light, dark"),
+        (("--out", "a.png", "--theme", "x"), "--theme x: should be one of light, dark, print"),
+        (("--out", "a.html", "--theme", "print"), "--theme print: of a page should be one of light, dark, auto"),
+        (("--out", "a.mp4", "--preset", "x"), "--preset x: should be one of talk, paper, social"),
+        (
+            ("--out", "a.html", "--preset", "talk"),
+            "--preset: is for a still, a strip, a film or charts, and a.html",
+        ),
+        (("--out", "a.png", "--letters", "2"), "--letters 2: should be from 4 to 60"),
+        (("--out", "a.png", "--dpi", "5"), "--dpi 5: should be from 20 to 2400"),
+        (("--out", "a.mp4", "--title-card", "90"), "--title-card 90: should be from 0 to 60 s"),
+        (("--out", "a.mp4", "--seconds", "0"), "--seconds 0: should be from 1 to 3600"),
+        (
+            ("--out", "a.svg", "--size", "480x320"),
+            "--size: is for a still, a strip or a film, and a.svg are charts",
+        ),
+        (("--out", "a.png", "--strip", "--title", "x"), "--title: is for a still, a film or charts, and a.png is"),
         (("--out", "a.png", "--camera", "x"), "--camera x: should be one of"),
         (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
@@ -120,8 +135,14 @@ VALUES = {
     "--layout": "overlay",
     "--name": "a",
     "--magnify-difference": "2",
+    "--preset": "talk",
+    "--title": "a title",
+    "--title-card": "2",
+    "--seconds": "8",
+    "--letters": "12",
+    "--dpi": "300",
 }
-KINDS = {STILL: ("a.png",), STRIP: ("a.png", "--strip"), FILM: ("a.gif",), PAGE: ("a.html",)}
+KINDS = {STILL: ("a.png",), STRIP: ("a.png", "--strip"), FILM: ("a.gif",), PAGE: ("a.html",), CHARTS: ("a.svg",)}
 
 
 def options_of_the_command():

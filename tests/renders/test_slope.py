@@ -16,7 +16,7 @@ from renders.player.payload import payload
 from renders.scene import View
 from renders.slope import DrawnSlope, drawn_slope
 from renders.story import story_of
-from renders.style import Style
+from renders.style import LIGHT, Style
 
 CASES = {
     "paper": ("paper", "end_time=0.4"),
@@ -36,7 +36,7 @@ def history(run, request):
 def corners(story):
     """Corners (4, 2) of the slope as each kind of picture draws it."""
     axes = Figure().subplots()
-    overview._draw_motion(axes, story, 0.1)
+    overview._draw_motion(axes, story, LIGHT, 0.1)
     (patch,) = (p for p in axes.patches if p.get_gid() == "slope")
     view = View(story, [0], (320, 200))
     solids = [np.asarray(mesh.points) for mesh in view.plotter.meshes if mesh.n_points == 8 and mesh.n_cells == 6]
@@ -64,13 +64,15 @@ def same(found, expected):
 def test_all_pictures_draw_the_same_slope(history):
     expected = drawn_slope(BeamGeometry(history)).outline
     for factor in (1.0, 50.0):
-        story = story_of([history], Style(deformation=factor, ghosts=False, trace=False, arrow=False))
+        story = story_of(
+            [history], Style(deformation=factor, ghosts=False, trace=False, arrow=False, ground=False)
+        )
         for name, found in corners(story).items():
             assert same(found, expected), (name, factor)
 
 
 def test_all_pictures_take_the_slope_of_the_story(run, monkeypatch):
-    story = story_of([run(*CASES["paper"])], Style(ghosts=False, trace=False, arrow=False))
+    story = story_of([run(*CASES["paper"])], Style(ghosts=False, trace=False, arrow=False, ground=False))
     shifted = DrawnSlope(story.slope.ends, story.slope.outline + np.array([0.0, 1e-3]))
     moved = replace(story)
     moved.__dict__["slope"] = shifted

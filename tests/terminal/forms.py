@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from oblique_impact import simulate
 from oblique_impact.progress import OnProgress
+from renders.outputs import FILMS
 from tests.docs.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
 
 OURS = "oblique-impact"
@@ -105,9 +106,9 @@ def reduced(form: Form) -> list[str]:
         words += ["--workers", "1"]
     elif form.command == "export" and "--every" not in words:
         words += ["--every", "10"]
-    elif form.command == "render" and not str(understood["out"]).endswith(".html"):
+    elif form.command == "render" and Path(understood["out"]).suffix in (".png", *FILMS):
         words += ["--size", "320x180"]
-        words += ["--frames", "3"] if not str(understood["out"]).endswith(".png") else []
+        words += ["--frames", "3"] if Path(understood["out"]).suffix in FILMS else []
     return words
 
 

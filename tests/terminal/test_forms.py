@@ -40,7 +40,7 @@ def bar_of(form: Form, narrow: bool = False) -> str:
         return reading.RESULTS[form.command]  # too quick for a bar
     if form.command == "run":
         return reading.NARROW_RUN if narrow else reading.RUN
-    still = form.command == "render" and re.search(r"\.(png|html)$", " ".join(form.words))
+    still = form.command == "render" and re.search(r"\.(png|pdf|svg|html)$", " ".join(form.words))
     if form.command == "modes" or still:
         return r"^(frequencies|picture) +\d:\d\d:\d\d$" if narrow else reading.BUSY
     return reading.NARROW_COUNT if narrow else reading.COUNT

@@ -1,0 +1,96 @@
+"""A run in words, for titles: its beam, what it meets, and how it was computed."""
+
+from __future__ import annotations
+
+import math
+
+from oblique_impact.scenario.scenario import Scenario, builtin_names
+from oblique_impact.scenario.sections import BeamSection
+from oblique_impact.scenario.shapes import SHAPES
+
+_SHAPES = {"circle": "round bar", "rectangle": "rectangular bar", "tube": "tube", "i-beam": "I-beam"}
+_HELD = {"pin": "on a pin", "hub": "on a hub", "driven": "on a driven root"}
+_POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def builtin_name(scenario: Scenario) -> str:
+    """Return the name of the built-in scenario that this one is; empty if it is none."""
+    return next((name for name in builtin_names() if Scenario.builtin(name) == scenario), "")
+
+
+def beam_words(scenario: Scenario) -> list[str]:
+    """Return the beam and how many coordinates it has, in ever shorter texts."""
+    length, count = f"length {_length(scenario.beam.length)}", _coordinates(scenario)
+    full = f"{_section(scenario.beam)}, {length}"
+    return [f"{full}, {_properties(scenario.beam)}, {count}", f"{full}, {count}", f"{length}, {count}", count]
+
+
+def parameters(scenario: Scenario) -> list[str]:
+    """Return the parameters of a run in lines: the beam, how it starts, what it meets, how it was computed."""
+    beam, contact = scenario.beam, scenario.contact
+    lines = [
+        f"{_section(beam)}, length {_length(beam.length)}",
+        _properties(beam),
+        f"{_HELD[scenario.root.kind]}, from {math.degrees(scenario.initial.angle):.3g}°, "
+        f"gravity {scenario.gravity:.3g} m/s²",
+    ]
+    if contact.enabled:
+        stop = f"{contact.normal} stop"
+        if contact.normal == "rigid":
+            stop = f"rigid stop, restitution {contact.restitution:g}"
+        elif contact.normal == "spring":
+            stop = f"elastic stop of {_short(contact.stiffness)} N/m"
+        friction = contact.friction
+        if friction != "frictionless":
+            friction += f" friction, μ = {contact.mu_kinetic:g}"
+        lines.append(f"slope {math.degrees(scenario.slope.angle):.3g}°, {stop}, {friction}")
+    return [*lines, f"{_coordinates(scenario)}, {scenario.solver.scheme} scheme"]
+
+
+def _section(beam: BeamSection) -> str:
+    """Return shape and sizes of the cross-section, with the material if it has a name."""
+    shape = beam.section.shape
+    sizes = [getattr(beam.section, name) for name in SHAPES[shape].sizes[:2]] if shape else []
+    if any(isinstance(value, tuple) for value in (*sizes, beam.area, beam.second_moment)):
+        words = f"tapered {_SHAPES.get(shape, 'beam')}"
+    elif shape:
+        across = "Ø " if SHAPES[shape].sizes[0] == "diameter" else ""
+        words = f"{_SHAPES[shape]} {across}{' × '.join(_short(1e3 * size) for size in sizes)} mm"
+    else:
+        area, moment = 1e6 * float(beam.area), 1e12 * float(beam.second_moment)  # type: ignore[arg-type]
+        words = f"beam, A = {_short(area)} mm², I = {_short(moment)} mm⁴"
+    return f"{beam.material} {words}".strip()
+
+
+def _properties(beam: BeamSection) -> str:
+    """Return the numbers of the material, and a mass at the tip."""
+    tip = f", tip mass {_short(beam.tip_mass)} kg" if beam.tip_mass else ""
+    return f"E = {_short(beam.youngs_modulus / 1e9)} GPa, ρ = {beam.density:.4g} kg/m³{tip}"
+
+
+def _coordinates(scenario: Scenario) -> str:
+    """Return how many modes or elements there are."""
+    method = scenario.discretization.method
+    modes, elements = (
+        f"{count} {name if count != 1 else name[:-1]}"
+        for count, name in (
+            (scenario.discretization.modes, "modes"),
+            (scenario.discretization.elements, "elements"),
+        )
+    )
+    if method == "fem":
+        return elements if scenario.is_nodal else f"{elements}, {modes}"
+    return {"modal": modes, "absolute": f"{elements}, absolute coordinates"}.get(method, method)
+
+
+def _short(value: float) -> str:
+    """Return a number with up to three digits, with a power of ten where it is large or small."""
+    mantissa, power = f"{value:.2e}".split("e")
+    if -4 < int(power) < 5:
+        return f"{float(f'{value:.3g}'):.10g}"
+    times = "" if float(mantissa) == 1.0 else f"{float(mantissa):g} × "
+    return f"{times}10{str(int(power)).translate(_POWERS)}"
+
+
+def _length(value: float) -> str:
+    return f"{_short(value)} m" if value >= 1.0 else f"{_short(1e3 * value)} mm"
