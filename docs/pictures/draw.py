@@ -1,0 +1,1 @@
+"""Draws the pictures of the pages: `python -m docs.pictures.draw [NAME ...]` in the folder of the sources."""
