@@ -18,7 +18,7 @@ TITLE = "Oblique impact of a flexible beam on a slope"
 FRAMES = 1800  # about, besides the samples at events
 
 #: scripts of the page in the order in which they build on each other
-SCRIPTS = ("format", "run", "canvas", "beam", "scene", "inset", "envelope", "charts", "controls")
+SCRIPTS = ("format", "run", "canvas", "beam", "scene", "inset", "envelope", "charts", "embed", "controls")
 
 
 def write_player(story: Story, out: Path) -> Path:

@@ -115,7 +115,7 @@ function drawStrip() {
     const a = x(film[start]), b = Math.max(x(film[k]), a + (states[k] ? 1.5 : 0));
     c.globalAlpha = states[k] ? 1 : 0.35;
     c.fillStyle = stateColour[states[k]];
-    c.fillRect(a, 6, b - a, 10);
+    c.fillRect(a, 15, b - a, 14);
     start = k + 1;
   }
   c.globalAlpha = 1;
@@ -128,8 +128,8 @@ function drawStrip() {
     if (taken.some(([a, b]) => middle + half + 8 > a && middle - half - 8 < b)) continue;
     taken.push([middle - half, middle + half]);
     c.fillStyle = colour.dim;
-    c.fillText(text, middle, 24);
-    c.fillRect(at - 0.5, 17, 1, 5);
+    c.fillText(text, middle, 37);
+    c.fillRect(at - 0.5, 31, 1, 5);
   }
 }
 
@@ -219,6 +219,12 @@ function toggle() {
   else play();
 }
 
+/** The reader's own pause lasts: an embedded page does not play again by itself. */
+function toggleByHand() {
+  toggle();
+  embed.held = !show.playing;
+}
+
 /** One frame on or back; from between two frames to the nearer end of that way. */
 function step(direction) {
   pause();
@@ -235,7 +241,7 @@ function stepEvent(direction) {
 }
 
 const KEYS = {
-  " ": toggle,
+  " ": toggleByHand,
   ArrowRight: (shift) => (shift ? stepEvent(1) : step(1)),
   ArrowLeft: (shift) => (shift ? stepEvent(-1) : step(-1)),
   Home: () => goTo(0),
@@ -318,19 +324,22 @@ function offerFactors() {
   });
 }
 
-/** "#t=0.32" opens at a time, "#event=3" after an event, "&play" plays from there. */
+const THEMES = ["light", "dark", "auto"];
+
+/** "#t=0.32" opens at a time, "#event=3" after an event; "&play" plays from there, "&embed" is for another page. */
 function followFragment() {
   const wanted = new URLSearchParams(window.location.hash.slice(1));
-  if (wanted.has("theme")) setTheme(wanted.get("theme") === "dark" ? "dark" : "light");
+  setEmbedded(wanted.has("embed"));
+  if (THEMES.includes(wanted.get("theme"))) setTheme(wanted.get("theme"));
   const time = parseFloat(wanted.get("t")), number = parseInt(wanted.get("event"), 10);
   if (Number.isFinite(time)) goTo(placeAtTime(time));
   else if (facts.events[number - 1]) goTo(facts.events[number - 1].frame);
-  if (wanted.has("play")) play();
+  if (wanted.has("play") && !calm.matches) play();
 }
 
 function connect() {
   const actions = {
-    play: toggle, home: KEYS.Home, end: KEYS.End, back: () => step(-1), forward: () => step(1),
+    play: toggleByHand, home: KEYS.Home, end: KEYS.End, back: () => step(-1), forward: () => step(1),
     "event-back": () => stepEvent(-1), "event-forward": () => stepEvent(1),
     theme: () => setTheme(themeShown() === "dark" ? "light" : "dark"),
   };
