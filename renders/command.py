@@ -72,7 +72,7 @@ def render(
         The suffix decides: .png a still or a strip; .mp4, .gif or .webp a film; .html a page (of one history).
     style : Style, optional
         Size, theme, camera, colour, deformation factor, what is shown; default: 1280 x 720, a row of a strip
-        1000 x 250.  A page takes its theme and deformation factor.
+        1000 x 250.  A page takes its theme, deformation factor and result in colour.
     times : sequence of float
         Physical times (s) of the rows of a strip (default: before, through and after the first macro-collision),
         or the one of a still (default: that of the largest contact force).
@@ -89,7 +89,7 @@ def render(
     frames : int, optional
         Exactly so many frames.
     names : sequence of str
-        What the histories are called.
+        What the histories are called; default: as their folders.
     magnify_difference : float, optional
         Draw the second of two histories so many times as far from the first one as it is.
     on_progress : callable, optional
@@ -133,7 +133,7 @@ def render(
         sources: list[Source] = [histories]
     else:
         sources = list(histories)
-    called = list(names) or [_name(source, number) for number, source in enumerate(sources, start=1)]
+    called = list(names) or [_name(source, number, len(sources)) for number, source in enumerate(sources, start=1)]
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         several = _checked(sources, called, kind, magnify_difference)
@@ -159,10 +159,10 @@ def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
     return [*(name for name, value in options.items() if value not in (None, [])), *changed]
 
 
-def _name(source: Source, number: int) -> str:
-    """Return what a run is called: as its folder."""
+def _name(source: Source, number: int, count: int) -> str:
+    """Return what a run is called: as its folder; nothing if it has none and is the only one."""
     if not isinstance(source, str | os.PathLike):
-        return f"history {number}"
+        return f"history {number}" if count > 1 else ""
     path = Path(source)
     return (path if path.is_dir() else path.parent).resolve().name
 

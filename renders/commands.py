@@ -54,7 +54,7 @@ def render(
 ) -> None:
     """Draw a still, a strip, a film or an interactive page from histories, as the suffix of --out says.
 
-    A page (.html) takes --deformation and --theme alone.
+    A page (.html) takes --deformation, --theme, --colour and --name alone.
     """
     from renders.command import parse_size, render_command
     from renders.style import Style

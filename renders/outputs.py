@@ -18,8 +18,8 @@ APPLIES: dict[str, tuple[str, ...]] = {
     "--event": (STILL,),
     "--strip": (STRIP,),
     **dict.fromkeys(("--fps", "--speed", "--contact-speed", "--between", "--frames"), (FILM,)),
-    **dict.fromkeys(("--size", "--colour", "--camera", "--layout", "--name", "--bare"), _PICTURES),
-    **dict.fromkeys(("--deformation", "--theme"), _ALL),
+    **dict.fromkeys(("--size", "--camera", "--layout", "--bare"), _PICTURES),
+    **dict.fromkeys(("--deformation", "--theme", "--colour", "--name"), _ALL),
     "--magnify-difference": _PICTURES,
 }
 
