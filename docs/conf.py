@@ -30,6 +30,7 @@ extensions = [
     "history_variables",
     "two_themes",
     "player",
+    "citation",
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "_ext", "pictures"]
@@ -79,6 +80,7 @@ html_theme = "furo"
 html_title = "oblique-impact"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_copy_source = False
 html_show_sourcelink = False
 html_last_updated_fmt = None

@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from two_themes import twin_of
+
 import renders
 from renders import Rendered, Style
 from renders.command import render
-from two_themes import twin_of
 
 ORDER = (
     "session",

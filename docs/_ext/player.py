@@ -1,7 +1,7 @@
 """The directive ``player``: the interactive page of a built-in case, embedded, written while the site is built.
 
-What is seen first is a small picture of the page's own beginning (``docs/pictures/player.svg``), in the place and the size of the
-page, so that nothing moves when that arrives.
+What is seen first is a small picture of its beginning (``docs/pictures/player.svg``), in the place and the size of
+the page, so that nothing moves when that arrives.
 """
 
 from __future__ import annotations

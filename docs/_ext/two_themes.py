@@ -1,8 +1,8 @@
-"""Pictures on light and dark paper: each picture of a page has a dark twin, which the dark theme shows in its place.
+"""Pictures on light and dark paper: each picture of a page has a twin, which the dark theme shows in its place.
 
-A drawing (SVG) is made once, with the colours of the light theme on white; its twin ``NAME-dark.svg`` is written while
-the site is built, with the dark theme's colour of the same meaning for each. A picture in pixels brings its twin
-``NAME-dark.png``; one without is a warning, and so an error of the build.
+A drawing (SVG) is made once, with the colours of the light theme on white; its twin ``NAME-dark.svg`` is written
+while the site is built, with the dark theme's colour of the same meaning for each. A picture in pixels brings its
+twin ``NAME-dark.png``; one without is a warning, and so an error of the build.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.marching.alpha_state import coefficients
 from renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
 
-from .paper import Array, label, new_figure, shade_contacts
+from .paper import Array, label, new_figure
 from .sketch import moments, run
 
 #: (state before, event, state after) that the diagram shows; an impact may lead into each state
@@ -57,7 +57,13 @@ def algorithm() -> Figure:
         for event in history.events[:12]:
             if event.kind in (EventKind.IMPACT, EventKind.RELEASE):
                 right.plot(1e3 * event.time, 0.0, "o", ms=3.5, color=LIGHT.ink, zorder=5)
-        right.set(xlabel="time (ms)", ylabel="gap (mm)", xlim=(548.0, 566.0), xticks=range(550, 566, 5), ylim=(-0.35, 4.0))
+        right.set(
+            xlabel="time (ms)",
+            ylabel="gap (mm)",
+            xlim=(548.0, 566.0),
+            xticks=range(550, 566, 5),
+            ylim=(-0.35, 4.0),
+        )
         right.legend(loc="upper right")
     return figure
 
@@ -65,8 +71,14 @@ def algorithm() -> Figure:
 def _draw_states(axes: Axes) -> None:
     for state, (x, y) in _PLACES.items():
         box = FancyBboxPatch(
-            (x - 0.62, y - 0.27), 1.24, 0.54, boxstyle="round,pad=0.02,rounding_size=0.2", lw=1.6,
-            edgecolor=STATE_COLOURS[state], facecolor="#ffffff", zorder=4,
+            (x - 0.62, y - 0.27),
+            1.24,
+            0.54,
+            boxstyle="round,pad=0.02,rounding_size=0.2",
+            lw=1.6,
+            edgecolor=STATE_COLOURS[state],
+            facecolor="#ffffff",
+            zorder=4,
         )
         axes.add_patch(box)
         label(axes, (x, y), state.name, fontweight="bold", color=STATE_COLOURS[state], zorder=5)
@@ -78,8 +90,14 @@ def _draw_states(axes: Axes) -> None:
         x, y = _PLACES[state]
         start, end = ((x + side * 0.62, y + 0.12 * k) for k in (1.0, -1.0))
         patch = FancyArrowPatch(
-            start, end, connectionstyle=f"arc3,rad={-2.4 * side}", arrowstyle="-|>,head_length=5,head_width=2.2",
-            color=LIGHT.ink, lw=1.1, shrinkA=1.0, shrinkB=1.0,
+            start,
+            end,
+            connectionstyle=f"arc3,rad={-2.4 * side}",
+            arrowstyle="-|>,head_length=5,head_width=2.2",
+            color=LIGHT.ink,
+            lw=1.1,
+            shrinkA=1.0,
+            shrinkB=1.0,
         )
         axes.add_patch(patch)
         label(axes, (x + side * 1.0, y), text, (0.0, 20.0), fontsize=8.5)
@@ -98,8 +116,14 @@ def _connect(axes: Axes, before: State, after: State, bend: float) -> None:
         # arrows to the right run above those to the left
         start, end = (x0 + right * 0.64, y0 + 0.08 * right), (x1 - right * 0.64, y1 + 0.08 * right)
     patch = FancyArrowPatch(
-        start, end, connectionstyle=f"arc3,rad={-bend}", arrowstyle="-|>,head_length=5,head_width=2.2",
-        color=LIGHT.ink, lw=1.1, shrinkA=0.0, shrinkB=0.0,
+        start,
+        end,
+        connectionstyle=f"arc3,rad={-bend}",
+        arrowstyle="-|>,head_length=5,head_width=2.2",
+        color=LIGHT.ink,
+        lw=1.1,
+        shrinkA=0.0,
+        shrinkB=0.0,
     )
     axes.add_patch(patch)
 
@@ -137,7 +161,7 @@ def elastic_stop() -> Figure:
 
 
 def touch_down_law(history: History, time: Array) -> Array:
-    """Return the impulse (N s) on a continuous beam at times (s) after the touch-down of a run: eq. (short-time)."""
+    """Return the impulse (N s) on a continuous beam at times (s) after the touch-down: eq. (short-time)."""
     scenario = Scenario.from_toml(history.scenario_toml)
     beam, first = scenario.beam, history.events[0]
     mass = beam.density * beam.area
@@ -152,8 +176,12 @@ def rigid(elements: int) -> History:
     """Run the full nodal model onto a rigid stop for two milliseconds of contact."""
     return simulate(
         Scenario.builtin("elastic-stop").replace(
-            contact__normal="rigid", discretization__elements=elements, solver__rho_infinity=0.0,
-            solver__contact_step=2e-6, solver__output_interval=2e-6, end_time=0.3193,
+            contact__normal="rigid",
+            discretization__elements=elements,
+            solver__rho_infinity=0.0,
+            solver__contact_step=2e-6,
+            solver__output_interval=2e-6,
+            end_time=0.3193,
         )
     )
 
@@ -166,7 +194,13 @@ def _draw_touch_down(axes: Axes) -> None:
     applied = applied - applied[start] + history.events[0].normal_impulse
     time = np.linspace(0.0, 2e-3, 200)
     axes.plot(1e3 * since[start:], applied[start:], color=SERIES[0], label="rigid stop, 64 elements")
-    axes.plot(1e3 * time, touch_down_law(history, time), color=GREY, ls=(0, (4, 2)), label=r"$2 Z v_0 \sqrt{t/\pi}/\cos^2\beta$")
+    axes.plot(
+        1e3 * time,
+        touch_down_law(history, time),
+        color=GREY,
+        ls=(0, (4, 2)),
+        label=r"$2 Z v_0 \sqrt{t/\pi}/\cos^2\beta$",
+    )
     axes.set(xlabel="time after the touch-down (ms)", ylabel=r"$\int \lambda_n\, \mathrm{d}t$ (N s)")
     axes.set(xlim=(0.0, 2.0), ylim=(0.0, None))
     axes.legend(loc="lower right")
@@ -191,7 +225,8 @@ def residual_flexibility() -> Figure:
         clamped = {"mean-axis": False, "tangent": True}
         for (frame, fixed), colour in zip(clamped.items(), SERIES, strict=False):
             rest = [
-                1.0 / residual_compliance(
+                1.0
+                / residual_compliance(
                     build_operators(base.replace(discretization__modes=int(n), discretization__frame=frame)), fixed
                 )
                 for n in modes
@@ -225,13 +260,15 @@ def nodal() -> Figure:
         for rho, colour in zip((1.0, 0.8, 0.5, 0.0), SERIES, strict=False):
             radius = [spectral_radius(rho, float(step)) for step in steps]
             right.semilogx(steps, radius, color=colour, label=f"{rho:g}")
-        right.set(xlabel=r"step $\times$ frequency, $\omega h$ (1)", ylabel="left after a step (1)", ylim=(-0.03, 1.06))
+        right.set(
+            xlabel=r"step $\times$ frequency, $\omega h$ (1)", ylabel="left after a step (1)", ylim=(-0.03, 1.06)
+        )
         right.legend(title=r"$\rho_\infty$", loc="lower left")
     return figure
 
 
 def spectral_radius(rho: float, step: float) -> float:
-    """Largest factor by which a vibration of frequency 1 shrinks in a step of generalized-alpha: eq. (alpha-step)."""
+    """Return what a step of generalized-alpha leaves of a vibration of frequency 1: eq. (alpha-step)."""
     c = coefficients(rho, 0.0)
     # unknown are q1, v1 and a1, known q0, v0 and a0; the acceleration is -q
     new = np.array(

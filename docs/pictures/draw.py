@@ -1,7 +1,7 @@
 """Draw the pictures of the pages: ``python -m docs.pictures.draw [NAME ...]``, in the folder of the sources.
 
-Drawings are SVG, one for both themes (`docs/_ext/two_themes.py` makes the dark one while the site is built); pictures of the
-beam are PNG, one for each theme. A test draws each anew and holds the committed one against it.
+Drawings are SVG, one for both themes (`docs/_ext/two_themes.py` makes the dark one while the site is built);
+pictures of the beam are PNG, one for each theme. A test draws each drawing anew and holds the kept one against it.
 """
 
 from __future__ import annotations
@@ -33,9 +33,15 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
     "cluster": studies.cluster,
     "library": studies.library,
     "own-parts": studies.own_parts,
+    "player": mechanics.player,
 }
 #: pictures in pixels, drawn once for each theme
-SCENES: dict[str, Callable[[str], Image.Image]] = {"film": scenes.film, "scenario": scenes.scenario, "paraview": scenes.paraview}
+SCENES: dict[str, Callable[[str], Image.Image]] = {
+    "film": scenes.film,
+    "scenario": scenes.scenario,
+    "paraview": scenes.paraview,
+    "absolute-difference": scenes.absolute_difference,
+}
 
 
 def draw(name: str, folder: Path = FOLDER) -> list[Path]:

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from modal.eigenfunctions import Eigenfunctions, Family
-from oblique_impact import History, Scenario, simulate
+from oblique_impact import History, Scenario, natural_frequencies, simulate
+from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.state import State
 from renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
 
@@ -90,7 +91,9 @@ def motion() -> Figure:
             time, tip = history["time"].values, history["deflection"].values
             seen = np.maximum.accumulate(np.abs(tip)) < 5.0
             left.plot(time[seen], tip[seen], **style)
-        left.set(title="spin-up to 6 rad/s", xlabel="time (s)", ylabel="deflection of the tip (m)", ylim=(-2.0, 0.5))
+        left.set(
+            title="spin-up to 6 rad/s", xlabel="time (s)", ylabel="deflection of the tip (m)", ylim=(-2.0, 0.5)
+        )
         left.legend(loc="lower right", title="kinetics")
         _draw_frequencies(right)
     return figure
@@ -98,18 +101,16 @@ def motion() -> Figure:
 
 def _draw_frequencies(axes: Axes) -> None:
     """What the shortening does: the first chordwise frequency of the spinning beam, with and without C."""
-    from oblique_impact.beam.operators import build_operators
-
     scenario = Scenario.builtin("spin-up", ["discretization.modes=4"])
     operators, rates = build_operators(scenario), np.linspace(0.0, 6.0, 61)
     first = operators.natural_frequencies()[0]
-    from oblique_impact import natural_frequencies
-
     chordwise = natural_frequencies(scenario, rates.tolist(), 1).chordwise[:, 0]
     softened = np.sqrt(np.maximum(first**2 - rates**2, 0.0))
     axes.plot(rates, softened, color=SERIES[1], label=r"without $C$: $\sqrt{\omega_1^2 - \Omega^2}$")
     axes.plot(rates, chordwise, color=SERIES[0], label="with $C$")
-    axes.set(title="first frequency in the plane", xlabel="spin rate $\\Omega$ (rad/s)", ylabel="frequency (rad/s)")
+    axes.set(
+        title="first frequency in the plane", xlabel="spin rate $\\Omega$ (rad/s)", ylabel="frequency (rad/s)"
+    )
     axes.set(xlim=(0.0, 6.0), ylim=(0.0, None))
     axes.legend(loc="lower left")
 
@@ -122,9 +123,14 @@ def frames() -> Figure:
         figure = new_figure(2.9)
         left, right = figure.subplots(1, 2)
         _draw_frames(left)
-        for history, name, colour in ((tangent, "tangent, 2 modes", SERIES[1]), (mean, "mean-axis, 4 modes", SERIES[0])):
+        for history, name, colour in (
+            (tangent, "tangent, 2 modes", SERIES[1]),
+            (mean, "mean-axis, 4 modes", SERIES[0]),
+        ):
             right.plot(1e3 * history["time"].values, history["theta_dot"].values, color=colour, label=name)
-        right.set(xlabel="time (ms)", ylabel=r"$\dot\theta$ (rad/s)", xlim=(314.0, 335.0), xticks=range(315, 336, 5))
+        right.set(
+            xlabel="time (ms)", ylabel=r"$\dot\theta$ (rad/s)", xlim=(314.0, 335.0), xticks=range(315, 336, 5)
+        )
         right.legend(loc="lower right")
     return figure
 
@@ -132,8 +138,12 @@ def frames() -> Figure:
 def _draw_frames(axes: Axes) -> None:
     history = simulate(
         Scenario.builtin("paper").replace(
-            beam__youngs_modulus=5e9, slope__angle=0.2, end_time=0.6, discretization__frame="mean-axis",
-            discretization__kinetics="full", discretization__modes=4,
+            beam__youngs_modulus=5e9,
+            slope__angle=0.2,
+            end_time=0.6,
+            discretization__frame="mean-axis",
+            discretization__kinetics="full",
+            discretization__modes=4,
         )
     )
     now = history.at(moments(history)[0])
@@ -172,7 +182,9 @@ def contact() -> Figure:
             rate = np.where(closed, other["slip_rate"].values, np.nan)
             lower.plot(1e3 * other["time"].values, rate, label=name, **style)
         lower.axhline(0.0, color=GREY, lw=0.6)
-        lower.set(xlabel="time (ms)", ylabel=r"slip rate $\dot{Z}_\tau$ (m/s)", xlim=(316.0, 332.0), ylim=(-0.45, 0.75))
+        lower.set(
+            xlabel="time (ms)", ylabel=r"slip rate $\dot{Z}_\tau$ (m/s)", xlim=(316.0, 332.0), ylim=(-0.45, 0.75)
+        )
         lower.legend(loc="upper left", ncols=2)
     return figure
 
@@ -198,3 +210,19 @@ def _draw_point(axes: Axes) -> None:
     frame(axes, 0.19 * tangent + 0.012 * normal, seen.alpha, 0.07, (r"$\tau$", "$n$"))
     axes.set(xlim=(-0.21, 0.32), ylim=(-0.11, 0.3))
     plain(axes)
+
+
+def player() -> Figure:
+    """What is seen before the player has come: the beam as it starts, above its slope."""
+    history = simulate(Scenario.builtin("paper", ["end_time=0.01"]))
+    slope = Scenario.from_toml(history.scenario_toml).slope
+    tangent = np.array([np.cos(slope.angle), np.sin(slope.angle)])
+    with figure_style():
+        figure = Figure(figsize=(12.8, 7.2))
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        draw_slope(axes, np.array(slope.origin), tangent, (0.45, 0.85), 0.1)
+        axes.plot(*history.beam_at(0.0).T, color=SERIES[0], lw=9.0, solid_capstyle="round")
+        draw_pin(axes, 0.05)
+        axes.set(xlim=(-0.35, 1.35), ylim=(-0.175, 0.781))
+        plain(axes)
+    return figure

@@ -40,12 +40,29 @@ def plain(axes: Axes) -> None:
     axes.set_axis_off()
 
 
-def arrow(axes: Axes, start: Any, end: Any, colour: str = LIGHT.ink, both: bool = False, width: float = 1.2) -> None:
-    """Draw an arrow between two points, with a head at both ends for a dimension."""
+def arrow(
+    axes: Axes,
+    start: Any,
+    end: Any,
+    colour: str = LIGHT.ink,
+    *,
+    both: bool = False,
+    width: float = 1.2,
+    name: str = "",
+) -> None:
+    """Draw an arrow between two points, with a head at both ends for a dimension; tests find it by its `name`."""
     style = "<|-|>,head_length=4,head_width=1.8" if both else "-|>,head_length=5,head_width=2.2"
     axes.add_patch(
         FancyArrowPatch(
-            tuple(start), tuple(end), arrowstyle=style, color=colour, linewidth=width, shrinkA=0.0, shrinkB=0.0, zorder=5
+            tuple(start),
+            tuple(end),
+            arrowstyle=style,
+            color=colour,
+            linewidth=width,
+            shrinkA=0.0,
+            shrinkB=0.0,
+            zorder=5,
+            label=name,
         )
     )
 
@@ -80,7 +97,11 @@ def draw_slope(axes: Axes, origin: Array, tangent: Array, ends: tuple[float, flo
     """Draw the slope between two places along it (m from its origin), with some of the solid below it."""
     normal = np.array([-tangent[1], tangent[0]])
     top = origin + np.outer(ends, tangent)
-    axes.add_patch(Polygon([*top, *(top[::-1] - depth * normal)], closed=True, facecolor=LIGHT.slope, alpha=0.5, lw=0.0, zorder=0))
+    axes.add_patch(
+        Polygon(
+            [*top, *(top[::-1] - depth * normal)], closed=True, facecolor=LIGHT.slope, alpha=0.5, lw=0.0, zorder=0
+        )
+    )
     axes.plot(*top.T, color=LIGHT.slope_edge, lw=1.4, zorder=2)
 
 

@@ -68,7 +68,7 @@ class Sketch:
 
 
 def moments(history: History) -> tuple[float, float]:
-    """Return the times (s) of the two sketches: bent far upwards in flight, and pressed most in the first contact."""
+    """Return the times (s) of the sketches: bent far upwards in flight, pressed most in the first contact."""
     time, deflection = history["time"].values, history["deflection"].values
     contact = history.contacts[0]
     pressed = (time >= contact.start) & (time <= contact.end)
@@ -97,16 +97,16 @@ def draw_flight(axes: Axes, seen: Sketch) -> None:
     axes.plot(*np.stack([zero, 1.07 * x]).T, color=GREY, lw=0.9, ls=(0, (5, 2)))
     frame(axes, zero, seen.theta, 0.26, ("", "$y$"))
     label(axes, 1.07 * x, "$x$", (6.0, 2.0), color=GREY, fontsize=9.5)
-    axes.plot(*seen.axis.T, color=SERIES[0], lw=4.0, solid_capstyle="round", zorder=4, gid="beam")
+    axes.plot(*seen.axis.T, color=SERIES[0], lw=4.0, solid_capstyle="round", zorder=4, label="beam")
     draw_pin(axes)
     label(axes, zero, "$O$", (-11.0, 5.0))
     angle(axes, zero, 0.34, 0.0, seen.theta, r"$\theta$")
-    axes.plot(*np.stack([seen.origin, seen.origin + [0.24, 0.0]]).T, color=GREY, lw=0.8)
+    axes.plot(*np.stack([seen.origin, seen.origin + np.array([0.24, 0.0])]).T, color=GREY, lw=0.8)
     angle(axes, seen.origin, 0.2, 0.0, seen.alpha, r"$\alpha$", shift=(9.0, 0.0))
     axes.plot(*seen.origin, "o", ms=5, color=LIGHT.ink, zorder=5)
     label(axes, seen.origin, "$O_1$", (-3.0, -11.0))
     # the deflection of the contact point from the frame's axis
-    arrow(axes, seen.along, seen.tip, LIGHT.ink)
+    arrow(axes, seen.along, seen.tip, name="deflection")
     label(axes, 0.5 * (seen.along + seen.tip), "$u_y > 0$", (7.0, 2.0), ha="left")
     axes.plot(*seen.tip, "o", ms=5, mfc="#ffffff", mec=LIGHT.ink, zorder=6)
     label(axes, seen.tip, "$P$", (-3.0, 10.0))
@@ -114,14 +114,14 @@ def draw_flight(axes: Axes, seen: Sketch) -> None:
     aside = 0.18 * seen.tangent
     for end in (seen.foot, seen.tip):
         axes.plot(*np.stack([end, end + 1.1 * aside]).T, color=GREY, lw=0.7)
-    arrow(axes, seen.foot + aside, seen.tip + aside, STATE_COLOURS[State.FREE], both=True)
+    arrow(axes, seen.foot + aside, seen.tip + aside, STATE_COLOURS[State.FREE], both=True, name="gap")
     label(axes, 0.5 * (seen.tip + seen.foot) + aside, "$Z_n > 0$", (22.0, 3.0), color=STATE_COLOURS[State.FREE])
     shift = -0.033 * seen.normal
-    arrow(axes, seen.origin + shift, seen.foot + shift, STATE_COLOURS[State.SLIP], both=True)
+    arrow(axes, seen.origin + shift, seen.foot + shift, STATE_COLOURS[State.SLIP], both=True, name="slip")
     middle = 0.62 * seen.foot + 0.38 * seen.origin + shift
     label(axes, middle, r"$Z_\tau$", (4.0, -9.0), color=STATE_COLOURS[State.SLIP])
     down = np.array([0.62, 0.52])
-    arrow(axes, down, down - [0.0, 0.11], GREY)
+    arrow(axes, down, down - [0.0, 0.11], GREY, name="gravity")
     label(axes, down - [0.0, 0.055], "$g$", (-8.0, 0.0), color=GREY)
     axes.set(xlim=(-0.1, 1.3), ylim=(-0.12, 0.53))
     plain(axes)
@@ -143,11 +143,11 @@ def draw_contact(axes: Axes, seen: Sketch) -> None:
         (seen.force[1], seen.tangent, r"$\lambda_\tau$", (8.0, -9.0)),
     ):
         end = seen.tip + 0.115 * value / largest * direction
-        arrow(axes, seen.tip, end, force, width=1.8)
+        arrow(axes, seen.tip, end, force, width=1.8, name=name)
         label(axes, end, name, shift, color=force)
     side = np.sign(seen.slip_rate) * seen.tangent
-    under = seen.foot - 0.032 * seen.normal - 0.0 * side
-    arrow(axes, under, under + 0.07 * side, LIGHT.ink)
+    under = seen.foot - 0.032 * seen.normal
+    arrow(axes, under, under + 0.07 * side, name="slip rate")
     sign = "<" if seen.slip_rate < 0.0 else ">"
     label(axes, under + 0.035 * side, rf"$\dot{{Z}}_\tau {sign} 0$", (0.0, -12.0))
     axes.plot(*seen.tip, "o", ms=5.5, mfc="#ffffff", mec=LIGHT.ink, zorder=6)

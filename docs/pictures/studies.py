@@ -1,4 +1,4 @@
-"""Pictures of studies and of the library: refinement, numbers of the paper's case, checks, sweeps, parts, charts."""
+"""Pictures of studies and of the library: refinement, the paper's numbers, checks, sweeps, parts, charts."""
 
 from __future__ import annotations
 
@@ -38,9 +38,17 @@ def refinement() -> Figure:
         levels = np.array([4.0, 8.0, 16.0, 32.0])
         found = study.quantity("impulse")
         analysis, values = found.analysis, np.array(found.values)
-        left.loglog(1.0 / levels, np.abs(values - analysis.limit), "o-", color=SERIES[0], label=r"$|f_i - f_\infty|$")
         left.loglog(
-            1.0 / levels[-1], analysis.uncertainty, "_", ms=16, mew=2.0, color=SERIES[1], label="uncertainty $u$ of $f_1$"
+            1.0 / levels, np.abs(values - analysis.limit), "o-", color=SERIES[0], label=r"$|f_i - f_\infty|$"
+        )
+        left.loglog(
+            1.0 / levels[-1],
+            analysis.uncertainty,
+            "_",
+            ms=16,
+            mew=2.0,
+            color=SERIES[1],
+            label="uncertainty $u$ of $f_1$",
         )
         left.set(xlabel="size $h$ (1)", ylabel="impulse (N s)")
         left.set_xticks(1.0 / levels, [f"1/{n:.0f}" for n in levels])
@@ -76,8 +84,15 @@ def results() -> Figure:
             for event in history.events:
                 axes.axvline(1e3 * event.time, color=GREY, lw=0.8, ls=":")
                 axes.annotate(
-                    f"{event.kind.value} {1e3 * event.time:.4f}", (1e3 * event.time, 612.0), rotation=90, fontsize=7,
-                    ha="right", va="top", xytext=(-1.5, 0.0), textcoords="offset points", color=LIGHT.dim,
+                    f"{event.kind.value} {1e3 * event.time:.4f}",
+                    (1e3 * event.time, 612.0),
+                    rotation=90,
+                    fontsize=7,
+                    ha="right",
+                    va="top",
+                    xytext=(-1.5, 0.0),
+                    textcoords="offset points",
+                    color=LIGHT.dim,
                 )
             axes.set(ylabel="force (N)", ylim=(-125.0, 620.0), xlim=(316.5, 331.0))
             axes.set_title(friction, loc="right")
@@ -147,7 +162,9 @@ def own_parts() -> Figure:
                 branch = law.branch(float(v), int(np.sign(v)))
                 ratio.append(branch.intercept + branch.slope * v)
             left.plot(speeds, ratio, color=colour, ls=dash, label=name)
-        left.set(xlabel=r"slip rate $\dot{Z}_\tau$ (m/s)", ylabel=r"$\lambda_\tau / \lambda_n$ (1)", ylim=(-0.5, 0.85))
+        left.set(
+            xlabel=r"slip rate $\dot{Z}_\tau$ (m/s)", ylabel=r"$\lambda_\tau / \lambda_n$ (1)", ylim=(-0.5, 0.85)
+        )
         left.legend(loc="upper right")
         for (name, scenario), colour in zip(stops.items(), SERIES, strict=False):
             history = simulate(scenario)
@@ -165,7 +182,9 @@ def library() -> Figure:
     names: dict[str, Any] = {
         "history": simulate(base),
         "fem": simulate(base.replace(discretization__method="fem")),
-        "Figure": lambda **options: new_figure(2.8, **{k: v for k, v in options.items() if k not in ("figsize", "layout")}),
+        "Figure": lambda **options: new_figure(
+            2.8, **{k: v for k, v in options.items() if k not in ("figsize", "layout")}
+        ),
     }
     (block,) = [block for block in blocks("library.md", "python") if "figure_style" in block]
     with tempfile.TemporaryDirectory() as folder:
