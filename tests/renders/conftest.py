@@ -1,4 +1,4 @@
-"""Pages of runs, written once, and in a browser."""
+"""Pages of runs, written once, in a browser, and their scripts without one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import pytest
 from renders.player import write_player
 from renders.story import story_of
 from renders.style import Style
+from tests.renders.page_scripts import Scripts
 
 
 @pytest.fixture(scope="module")
@@ -28,3 +29,13 @@ def player(page, files):
     """The paper's run in a browser."""
     page.goto(files().as_uri())
     return page
+
+
+@pytest.fixture(scope="module")
+def story(run):
+    return story_of([run("paper")])
+
+
+@pytest.fixture(scope="module")
+def scripts(story):
+    return Scripts(story)

@@ -1,4 +1,4 @@
-"""The page of a run: its numbers against the history, and its behaviour in a headless Chromium."""
+"""The page of a run as a file: its numbers against the history."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from oblique_impact.scenario.scenario import Scenario
 from renders.geometry import BETWEEN
 from renders.player import write_player
 from renders.player.document import FRAMES as STEPS
 from renders.player.packing import packed, rounded, unpacked
 from renders.player.payload import SERIES, payload
 from renders.player.selection import MAX_EVENTS
+from renders.player.words import title_of
 from renders.story import story_of
 from tests.renders import FAMILIES
 from tests.renders.page_arrays import frame_axes, frame_stress
@@ -130,6 +132,30 @@ def test_a_spring_keeps_the_total_energy(run):
     total = sum(arrays[f"chart_{part}"].astype(float) for part in ("kinetic", "elastic", "gravity", "stop"))
     assert arrays["chart_stop"].max() > 0.05
     np.testing.assert_allclose(total, total[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        ("", (), "Beam of 1 m on a slope of 18°"),
+        (
+            "run 7",
+            ("beam.section.shape=rectangle", "beam.section.height=0.012", "beam.section.width=0.03"),
+            "run 7: rectangular beam of 1 m, 12 mm high on a slope of 18°",
+        ),
+        (
+            "stub",
+            (
+                *("beam.material=steel", "beam.section.shape=tube", "beam.section.thickness=0.002"),
+                *("beam.section.diameter=[[0, 0.04], [1, 0.02]]", "discretization.method=fem"),
+                *("contact.enabled=false", "beam.tip_mass=0.05"),
+            ),
+            "stub: steel tapered tubular beam of 1 m, 20 to 40 mm high, 0.05 kg at its tip, on a pin",
+        ),
+    ],
+)
+def test_the_title_names_run_beam_and_place(name, changes, said):
+    assert title_of(name, Scenario.builtin("paper", list(changes))) == said
 
 
 @pytest.mark.parametrize(
