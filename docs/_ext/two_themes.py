@@ -20,8 +20,14 @@ from sphinx_gallery.utils import scale_image
 
 from renders.style import DARK, LIGHT, SERIES
 
-#: colours of `renders.style.figure_style` that no theme names: paper, ink, and the lines of a grid
-_OF_FIGURES = {"#ffffff": DARK.background, "#000000": DARK.ink, "#e6e8eb": DARK.line}
+#: colours of figures that no theme names: paper, ink, and the lines of a grid; the slope of the overview
+_OF_FIGURES = {
+    "#ffffff": DARK.background,
+    "#000000": DARK.ink,
+    "#e6e8eb": DARK.line,
+    "#c9ced4": DARK.slope,
+    "#3d4650": DARK.slope_edge,
+}
 _THUMBNAIL = re.compile(r"thumb/(sphx_glr_\w+)_thumb\.png$")
 
 
@@ -78,7 +84,6 @@ class Twins(SphinxTransform):
                 continue
             dark = image.deepcopy()
             dark["uri"] = str(Path(image["uri"]).with_name(twin.name).as_posix())
-            dark["loading"] = "lazy"  # what is not shown is not loaded
             image["classes"].append("only-light")
             dark["classes"].append("only-dark")
             image.parent.insert(image.parent.index(image) + 1, dark)
