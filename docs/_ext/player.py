@@ -23,7 +23,7 @@ FOLDER, POSTER = "player", Path(__file__).parents[1] / "pictures" / "player.svg"
 _FRAME = """<div class="player">
 <img class="only-light" src="{folder}/poster.svg" alt="" width="1280" height="720">
 <img class="only-dark" src="{folder}/poster-dark.svg" alt="" width="1280" height="720">
-<iframe src="{folder}/{case}.html#embed" title="{title}"></iframe>
+<iframe src="{folder}/{case}.html#embed&amp;theme=auto" title="{title}"></iframe>
 </div>
 """
 

@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from docutils import nodes
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.transforms import SphinxTransform
 from sphinx.util import logging
+from sphinx.writers.html5 import HTML5Translator
 from sphinx_gallery.utils import scale_image
 
 from renders.style import DARK, LIGHT, SERIES
@@ -69,6 +71,16 @@ def make_twin(picture: Path) -> Path | None:
     return twin if twin.exists() else None
 
 
+def size_of(picture: Path) -> tuple[int, int]:
+    """Return width and height of a picture in pixels of the page."""
+    if picture.suffix != ".svg":
+        with Image.open(picture) as opened:
+            return opened.size
+    head = picture.read_text(encoding="utf-8")[:1000]
+    width, height = (float(re.search(rf'{side}="([\d.]+)pt"', head)[1]) for side in ("width", "height"))
+    return round(width * 4 / 3), round(height * 4 / 3)
+
+
 class Twins(SphinxTransform):
     """Put the dark twin behind each picture; the theme shows one of the two."""
 
@@ -82,6 +94,7 @@ class Twins(SphinxTransform):
             if twin is None:
                 logging.getLogger(__name__).warning("%s has no dark twin", image["uri"], location=image)
                 continue
+            image["size"] = size_of(Path(path))
             dark = image.deepcopy()
             dark["uri"] = str(Path(image["uri"]).with_name(twin.name).as_posix())
             image["classes"].append("only-light")
@@ -89,7 +102,21 @@ class Twins(SphinxTransform):
             image.parent.insert(image.parent.index(image) + 1, dark)
 
 
+def visit_image(translator: HTML5Translator, node: nodes.image) -> None:
+    """Write a picture with its size, so that the page leaves room for it before it has come."""
+    type(translator).visit_image(translator, node)
+    if "size" in node:
+        width, height = node["size"]
+        translator.body[-1] = translator.body[-1].replace("<img ", f'<img width="{width}" height="{height}" ', 1)
+
+
+def depart_image(translator: HTML5Translator, node: nodes.image) -> None:
+    """Do what Sphinx does."""
+    type(translator).depart_image(translator, node)
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the transform."""
+    """Register the transform, and how pictures are written."""
     app.add_transform(Twins)
+    app.add_node(nodes.image, override=True, html=(visit_image, depart_image))
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

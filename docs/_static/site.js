@@ -2,8 +2,8 @@
 document.addEventListener("DOMContentLoaded", () => {
   const follow = () => {
     for (const frame of document.querySelectorAll(".player iframe")) {
-      const page = frame.src.split("#")[0];
-      frame.src = `${page}#embed&theme=${document.body.dataset.theme || "auto"}`;
+      const wanted = `${frame.src.split("#")[0]}#embed&theme=${document.body.dataset.theme || "auto"}`;
+      if (frame.src !== wanted) frame.src = wanted; // one that is on its way already is not asked for again
     }
   };
   new MutationObserver(follow).observe(document.body, { attributes: true, attributeFilter: ["data-theme"] });
