@@ -27,7 +27,10 @@ _OUT = 2.0
 
 def scales(story: Story) -> dict[str, ColourScale]:
     """Return the scales of all results in colour, as in the other pictures of the run."""
-    return {name: colour_scale(story.geometries[:1], name) for name in get_args(Colour)}
+    shown = story.style.quantity
+    return {
+        name: story.colours if name == shown else colour_scale(story.geometries, name) for name in get_args(Colour)
+    }
 
 
 def along_the_beam(
