@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install demo test test-slow test-pythons lint docs package bench clean
+.PHONY: install demo test test-slow test-pythons lint docs pictures package bench clean
 
 install: $(VENV)/.installed
 
@@ -41,6 +41,10 @@ docs: install
 	$(BIN)/python -m sphinx -b html -W --keep-going -n -q docs docs/_build/html
 	@echo "documentation: docs/_build/html/index.html"
 
+# the pictures of the pages that are kept with them
+pictures: install
+	$(BIN)/python -m docs.pictures.draw
+
 # wheel and source distribution, each installed and used outside of the checkout
 package: install
 	$(BIN)/python .ci/package
@@ -51,4 +55,4 @@ bench: install
 	$(BIN)/python benchmarks/films.py
 
 clean:
-	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png *.egg-info
+	rm -rf $(VENV) out build docs/_build docs/gallery docs/*-dark.svg docs/pictures/*-dark.svg examples/*.png examples/*.svg *.egg-info

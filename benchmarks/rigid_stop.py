@@ -148,7 +148,7 @@ def draw_ensembles(data: dict[str, Any]) -> None:
             annotation_clip=False,
         )
         axes.legend(loc="upper right", title="initial angle")
-        figure.savefig(DOCS / "rigid-stop-ensembles.png", dpi=130)
+        figure.savefig(DOCS / "rigid-stop-ensembles.svg", metadata={"Date": None})
 
 
 def draw_limit(data: dict[str, Any]) -> None:
@@ -169,7 +169,7 @@ def draw_limit(data: dict[str, Any]) -> None:
             xlabel="Kelvin-Voigt damping (s)", ylabel="energy lost in the first collision (J)", ylim=(0.0, None)
         )
         _damping_ratio(right)
-        figure.savefig(DOCS / "rigid-stop-limit.png", dpi=130)
+        figure.savefig(DOCS / "rigid-stop-limit.svg", metadata={"Date": None})
 
 
 def _damping_ratio(axes: Axes) -> None:

@@ -35,7 +35,7 @@ def main() -> None:
     with figure_style():
         figure = Figure(figsize=(9.2, 5.2), layout="constrained")
         draw_map(figure, points)
-        figure.savefig(DOCS / "small-deflection.png", dpi=130)
+        figure.savefig(DOCS / "small-deflection.svg", metadata={"Date": None})
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ from oblique_impact.problem import Problem, beam_of, beam_problem
 from renders.style import GREY, SERIES, figure_style
 
 DOCS = Path(__file__).parents[1] / "docs"
-STORE, PICTURE = DOCS / "speed-precision.json", DOCS / "speed-precision.png"
+STORE, PICTURE = DOCS / "speed-precision.json", DOCS / "speed-precision.svg"
 CASE = (
     "contact.normal=spring",
     "contact.friction=frictionless",
@@ -188,7 +188,7 @@ def draw(points: list[Point]) -> None:
         axes.invert_xaxis()
         axes.set(xlabel="relative error (1)", ylabel="processor time of marching 1 s (s)")
         axes.legend(fontsize="small")
-        figure.savefig(PICTURE, dpi=200)
+        figure.savefig(PICTURE, metadata={"Date": None})
 
 
 def keep(points: list[Point]) -> None:

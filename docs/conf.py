@@ -28,9 +28,12 @@ extensions = [
     "scenario_keys",
     "command_line",
     "history_variables",
+    "two_themes",
+    "player",
+    "citation",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "_ext"]
+exclude_patterns = ["_build", "_ext", "pictures"]
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 default_role = "code"
@@ -60,7 +63,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "pictures.place",
     "image_scrapers": ("pictures.scrape",),
     "capture_repr": (),
-    "reset_modules": (),
+    "reset_modules": ("pictures.draw_both",),
     "notebook_extensions": {".py"},
     "download_all_examples": False,
     "write_computation_times": False,
@@ -77,6 +80,7 @@ html_theme = "furo"
 html_title = "oblique-impact"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_copy_source = False
 html_show_sourcelink = False
 html_last_updated_fmt = None

@@ -41,4 +41,4 @@ with figure_style():
     axes.axhline(LIMIT, color=GREY, linestyle="--", linewidth=0.9, label="limit")
     axes.set(xlabel="modes (1)", ylabel="normal impulse (N s)")
     axes.legend()
-    figure.savefig("damped_stop.png")
+    figure.savefig("damped_stop.svg")

@@ -37,4 +37,4 @@ with figure_style():
     axes.axhline(924.45, color=GREY, linestyle=":", linewidth=0.9, label="peak of the independent code")
     axes.set(xlabel="time (ms)", ylabel="normal force (N)", xlim=(316.5, 330.0), ylim=(0.0, 1100.0))
     axes.legend(loc="upper center", ncols=3)
-    figure.savefig("elastic_stop.png")
+    figure.savefig("elastic_stop.svg")

@@ -48,4 +48,4 @@ with figure_style():
         for side in axes.spines.values():
             side.set_visible(True)
     figure.axes[0].set(ylabel="slope angle (deg)")
-    figure.savefig("friction_slope.png", dpi=200)
+    figure.savefig("friction_slope.svg", dpi=200)

@@ -79,4 +79,4 @@ with figure_style():
     left.set(xlabel="depth (mm)", ylabel="normal force (N)", ylim=(0.0, 2600.0))
     left.legend()
     right.set(xlabel="slip speed (m/s)", ylabel="tangential over normal force (1)", ylim=(0.0, 0.35))
-    figure.savefig("own_laws.png")
+    figure.savefig("own_laws.svg")

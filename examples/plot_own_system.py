@@ -68,4 +68,4 @@ with figure_style():
         axes.axhline(1e3 * coefficient * MASS * GRAVITY / SPRING, color=GREY, linestyle="--", linewidth=0.9)
     axes.set(xlabel="time (s)", ylabel="position of the mass (mm)", xlim=(0.0, 5.0))
     axes.legend(ncols=2, loc="lower right")
-    figure.savefig("own_system.png")
+    figure.savefig("own_system.svg")

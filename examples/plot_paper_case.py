@@ -7,10 +7,8 @@ A scenario says what to simulate; the built-in ``paper`` has the data of the sou
 a rigid stop without restitution, a coefficient of friction of 0.3.
 """
 
-from pathlib import Path
-
 from oblique_impact import Scenario, simulate
-from renders import overview_figure, render
+from renders import render
 
 history = simulate(Scenario.builtin("paper"))
 render(history, "paper_still.png", times=[0.3245])
@@ -27,7 +25,7 @@ for event in history.events[:8]:
 # %%
 # Motion, shapes, contact force, gap, and where the energy goes:
 
-overview_figure({"paper": history}, Path("paper_case.png"))
+history.plot().savefig("paper_case.svg")
 
 # %%
 # The summary holds what is asked for most. The ledger compares the energy that is left with what impacts and

@@ -8,21 +8,19 @@ what that does to the first macro-collision of the paper's beam, without frictio
 
 from matplotlib.figure import Figure
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import Scenario
 from renders.style import GREY, SERIES, figure_style
+from validation import refine
 
 modes = [2, 4, 6, 8, 10, 12]
 base = Scenario.builtin("paper", ["end_time=0.34", "contact.friction=frictionless"])
-impulses, forces = [], []
-for count in modes:
-    history = simulate(base.replace(discretization__modes=count, discretization__frame="mean-axis"))
-    collision = history.summary["macro_collisions"][0]
-    impulses.append(collision["normal_impulse"])
-    forces.append(collision["peak_force"])
-    print(
-        f"{count:2d} modes: impulse {impulses[-1]:.4f} N s, largest force {forces[-1]:6.0f} N, "
-        f"{collision['contacts']} contacts"
-    )
+base = base.replace(discretization__frame="mean-axis")
+study = refine(base, modes=modes, quantities=["impulse", "peak_force", "contacts"], workers=1)
+impulses, forces, contacts = (study.quantity(name).values for name in ("impulse", "peak_force", "contacts"))
+for count, impulse, force, number in zip(modes, impulses, forces, contacts, strict=True):
+    print(f"{count:2d} modes: impulse {impulse:.4f} N s, largest force {force:6.0f} N, {number:.0f} contacts")
+for name in ("impulse", "peak_force"):
+    print(f"{name}: {study.quantity(name).analysis.words}")
 
 # %%
 # The impulse settles near 1.87 N s. The largest force does not: read the impulse off such a model, never the
@@ -36,4 +34,4 @@ with figure_style():
     left.set(title="settles", xlabel="modes (1)", ylabel="normal impulse (N s)", ylim=(1.6, 2.0))
     right.plot(modes, forces, "o-", color=SERIES[1])
     right.set(title="does not", xlabel="modes (1)", ylabel="largest force (N)", ylim=(0.0, None))
-    figure.savefig("rigid_stop_modes.png")
+    figure.savefig("rigid_stop_modes.svg")

@@ -54,7 +54,7 @@ print(history.contact_table[["start", "end", "normal_impulse", "peak_force"]])
 # **Look at it.** The overview, a still at the largest force, the numbers at an instant. ``show(history)`` opens
 # a window to turn and zoom; ``history.to_pyvista(t)`` gives the mesh. Films and stills: :doc:`/howto/film`.
 
-history.plot().savefig("session_overview.png", dpi=110)
+history.plot().savefig("session_overview.svg")
 render(history, "session_still.png", Style(size=(960, 540)))
 largest = float(history["lambda_n"].idxmax())
 print(f"largest force at {largest:.5f} s:", float(history.at(largest)["lambda_n"]), "N")

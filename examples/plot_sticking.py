@@ -41,4 +41,4 @@ with figure_style():
         lower.plot(time, there, color=STATE_COLOURS[member], label=member.name.lower())
     lower.set(xlabel="time (s)", ylabel="gap (mm)", xlim=(0.54, 0.65), ylim=(-1.0, 20.0))
     lower.legend(ncols=3, loc="upper right")
-    figure.savefig("sticking.png")
+    figure.savefig("sticking.svg")

@@ -82,7 +82,8 @@ def render(
         :func:`~renders.overview.overview` draws them; .html a page (of one history).
     style : Style, optional
         Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720, a row of a
-        strip 1000 x 250.  A page takes its theme and deformation factor, charts their theme and title.
+        strip 1000 x 250.  A page takes its theme, title, deformation factor and result in
+        colour, charts their theme and title.
         ``Style.of("talk")`` is that of a preset, which has settings of films too.
     times : sequence of float
         Physical times (s) of the rows of a strip (default: before, through and after the first macro-collision),
@@ -104,7 +105,7 @@ def render(
     frames : int, optional
         Exactly so many frames, those of the title card not counted.
     names : sequence of str
-        What the histories are called.
+        What the histories are called; default: as their folders.
     magnify_difference : float, optional
         Draw the second of two histories so many times as far from the first one as it is.
     on_progress : callable, optional
@@ -204,10 +205,9 @@ def _row_of(style: Style) -> tuple[int, int]:
 
 
 def _name(source: Source, number: int, sources: Sequence[Source]) -> str:
-    """Return what a run is called: as its folder; one that has none, as the built-in scenario that it is of."""
+    """Return what a run is called: as its folder; a single one that has none, as the built-in case that it is of."""
     if isinstance(source, History):
-        known = builtin_name(Scenario.from_toml(source.scenario_toml)) if len(sources) == 1 else ""
-        return known or f"history {number}"
+        return builtin_name(Scenario.from_toml(source.scenario_toml)) if len(sources) == 1 else f"history {number}"
     path = Path(source)
     return (path if path.is_dir() else path.parent).resolve().name
 

@@ -19,7 +19,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.scenario.scenario import Scenario
-from renders.outlines import SIDES, Solid, solid_of
+from renders.outlines import SIDES, Solid, has_corners, solid_of
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -138,6 +138,11 @@ class BeamGeometry:
         """Radius (m) of the sphere that a mass at the tip is drawn as, of the beam's density; 0 without one."""
         volume = self.sections.tip_mass / self.sections.density
         return max(float(np.cbrt(0.75 * volume / np.pi)), float(self.radii[-1])) if volume > 0.0 else 0.0
+
+    @property
+    def flat_end(self) -> bool:
+        """Whether the beam ends in a plane, not in a hemisphere or a mass."""
+        return self.mass_radius == 0.0 and has_corners(self.scenario.beam.section.shape)
 
     @cached_property
     def half_width(self) -> float:

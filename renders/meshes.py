@@ -25,7 +25,7 @@ def beam_mesh(history: History, time: float, deformation: float = 1.0) -> pv.Pol
     Returns
     -------
     pyvista.PolyData
-        Points in m; point arrays as in :data:`renders.geometry.QUANTITIES`, in SI units; field data `time` (s),
+        Points in m; point arrays as in `renders.geometry.QUANTITIES`, in SI units; field data `time` (s),
         `units` and `made_by`.
 
     Raises

@@ -41,7 +41,7 @@ def solid_of(beam: BeamSection, places: Array, radii: Array, mass_radius: float,
     angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     steps = np.arange(1, cap_rings) / cap_rings
-    if mass_radius > 0.0 or beam.section.shape not in _CORNERS:
+    if mass_radius > 0.0 or not has_corners(beam.section.shape):
         radius = mass_radius or radii[-1]
         # a sphere begins where it comes out of the beam
         first = -np.arccos(min(radii[-1] / radius, 1.0)) if mass_radius > 0.0 else 0.0
@@ -74,6 +74,11 @@ def solid_of(beam: BeamSection, places: Array, radii: Array, mass_radius: float,
         np.concatenate([body, cap, ends]),
         np.concatenate([body_normals, end_normals.reshape(-1, 3), outward]),
     )
+
+
+def has_corners(shape: str) -> bool:
+    """Whether a cross-section is drawn by its corners, not round."""
+    return shape in _CORNERS
 
 
 def _rings(beam: BeamSection, places: Array, radii: Array) -> tuple[Array, Array]:

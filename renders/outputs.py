@@ -21,11 +21,11 @@ APPLIES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(
         ("--fps", "--speed", "--contact-speed", "--between", "--frames", "--seconds", "--title-card"), (FILM,)
     ),
-    **dict.fromkeys(("--size", "--colour", "--camera", "--layout", "--bare", "--letters", "--dpi"), _PICTURES),
-    "--deformation": (*_PICTURES, PAGE),
-    "--theme": (*_PICTURES, PAGE, CHARTS),
-    "--title": (STILL, FILM, CHARTS),
-    **dict.fromkeys(("--name", "--preset"), (*_PICTURES, CHARTS)),
+    **dict.fromkeys(("--size", "--camera", "--layout", "--bare", "--letters", "--dpi"), _PICTURES),
+    **dict.fromkeys(("--deformation", "--colour"), (*_PICTURES, PAGE)),
+    **dict.fromkeys(("--theme", "--name"), (*_PICTURES, PAGE, CHARTS)),
+    "--title": (STILL, FILM, PAGE, CHARTS),
+    "--preset": (*_PICTURES, CHARTS),
     "--magnify-difference": _PICTURES,
 }
 

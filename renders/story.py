@@ -113,7 +113,8 @@ class Story:
     @property
     def heading(self) -> str:
         """Title and beam in one line."""
-        return ": ".join(filter(None, [self.title, *self.beam[1:2]]))
+        words = next(iter(self.beam[1:2]), "")
+        return ": ".join(filter(None, [self.title, words])) if self.title else words[:1].upper() + words[1:]
 
     @property
     def overlay(self) -> bool:

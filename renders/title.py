@@ -42,9 +42,13 @@ def parameters(scenario: Scenario) -> list[str]:
             stop = f"elastic stop of {_short(contact.stiffness)} N/m"
         friction = contact.friction
         if friction != "frictionless":
-            friction += f" friction, μ = {contact.mu_kinetic:g}"
+            friction += " friction"
+        if contact.friction in ("hybrid", "modified-coulomb"):
+            friction += f", μ = {contact.mu_kinetic:g}"
         lines.append(f"slope {math.degrees(scenario.slope.angle):.3g}°, {stop}, {friction}")
-    return [*lines, f"{_coordinates(scenario)}, {scenario.solver.scheme} scheme"]
+    how = scenario.discretization
+    frame = "" if how.method == "absolute" else f"{how.frame} frame, {how.kinetics} kinetics, "
+    return [*lines, f"{_coordinates(scenario)}, {frame}{scenario.solver.scheme} scheme"]
 
 
 def _section(beam: BeamSection) -> str:

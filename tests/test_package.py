@@ -59,6 +59,25 @@ def test_the_citation_is_of_this_version():
     assert [author["family-names"] for author in paper["authors"]] == ["Yuan", "Li", "Zhang", "Hong"]
 
 
+def test_the_changelog_tells_of_this_version_and_when_it_came():
+    """The version stands in pyproject.toml; the newest released section is it, on the day of the citation."""
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    first, *released = re.findall(r"^## \[(.+)$", text, re.MULTILINE)
+    assert first == "Unreleased]"
+    versions = [re.fullmatch(r"(\d+)\.(\d+)\.(\d+)\] - (\d{4}-\d{2}-\d{2})", heading) for heading in released]
+    assert all(versions)
+    numbers = [tuple(map(int, found.groups()[:3])) for found in versions]
+    dates = [found[4] for found in versions]
+    assert (numbers, dates) == (sorted(numbers, reverse=True), sorted(dates, reverse=True))
+    assert ".".join(map(str, numbers[0])) == PROJECT["version"]
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert str(cited["date-released"]) == dates[0]
+    for section in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
+        kinds = re.findall(r"^### (.+)$", section, re.MULTILINE)
+        assert set(kinds) <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+        assert len(set(kinds)) == len(kinds)
+
+
 def test_every_module_and_file_of_the_packages_is_named():
     tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
     folders = {

@@ -1,4 +1,4 @@
-"""Docstrings of this project as reStructuredText: indented formulas are literal, bars are bars."""
+"""Docstrings of this project as reStructuredText: formulas are literal, bars are bars; what the API leaves out."""
 
 from __future__ import annotations
 
@@ -32,13 +32,19 @@ def _escape(line: str) -> str:
     return "".join(part if part.startswith("`") else part.replace("|", r"\|") for part in parts)
 
 
-def skip_fields(app: Sphinx, what: str, name: str, value: object, skip: bool, options: object) -> bool | None:
-    """Leave out the fields of named tuples: their class tells what they are."""
-    return True if str(getattr(value, "__doc__", "")).startswith("Alias for field number") else None
+def skip_members(app: Sphinx, what: str, name: str, value: object, skip: bool, options: object) -> bool | None:
+    """Leave out the fields of named tuples, which their class tells of, and constants of modules."""
+    field = str(getattr(value, "__doc__", "")).startswith("Alias for field number")
+    return True if field or (what == "module" and is_constant(name)) else None
+
+
+def is_constant(name: str) -> bool:
+    """Whether a name is that of a constant of a module, which is no part of the API."""
+    return re.fullmatch(r"[A-Z][A-Z0-9_]*", name) is not None
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect both to autodoc."""
     app.connect("autodoc-process-docstring", prepare, priority=100)
-    app.connect("autodoc-skip-member", skip_fields)
+    app.connect("autodoc-skip-member", skip_members)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,12 +1,17 @@
-"""The directive ``equation``: a displayed formula that must name the code that computes it."""
+"""The directive ``equation``: a displayed formula that must name the code that computes it.
+
+A public function leads to its documentation, a private one, which has none, to its source.
+"""
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any, ClassVar
 
 from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
+from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.docutils import SphinxDirective
 
 
@@ -22,10 +27,31 @@ class Equation(SphinxDirective):
             if not self.options.get(option):
                 raise self.error(f"an equation needs :{option}:")
         body = "\n".join(self.content)
-        links = ", ".join(self._link(name.strip()) for name in self.options["code"].split(","))
         line = nodes.container(classes=["computed-by"])
-        line += self.parse_text_to_nodes(f"computed by {links}")
+        sentence = nodes.paragraph("", "computed by ")
+        for number, name in enumerate(name.strip() for name in self.options["code"].split(",")):
+            sentence += nodes.Text(", " if number else "")
+            private = name.rpartition(".")[2].startswith("_")
+            sentence += self._to_source(name) if private else self.parse_inline(self._link(name))[0]
+        line += sentence
         return [*self.parse_text_to_nodes(f"```{{math}}\n:label: {self.options['label']}\n{body}\n```\n"), line]
+
+    def _to_source(self, name: str) -> list[nodes.Node]:
+        """Return a reference to the source of a private function, which viewcode marks and leads back from."""
+        module, _, function = name.rpartition(".")
+        analyzer = ModuleAnalyzer.for_module(module)
+        analyzer.find_tags()
+        if function not in analyzer.tags or not hasattr(import_module(module), function):
+            raise self.error(f"there is no {name}")
+        shown = vars(self.env).setdefault("_viewcode_modules", {})
+        if not shown.get(module):
+            shown[module] = (analyzer.code, analyzer.tags, {}, module)
+        page = self.env.app.builder.get_relative_uri(self.env.docname, f"_modules/{module.replace('.', '/')}")
+        target = [] if shown[module][2].get(function) == self.env.docname else [name]
+        shown[module][2][function] = self.env.docname
+        link = nodes.reference("", "", refuri=f"{page}#{function}", internal=True, ids=target)
+        link += nodes.literal(function, f"{function}()", classes=["xref", "py", "py-func"])
+        return [link]
 
     @staticmethod
     def _link(name: str) -> str:

@@ -89,7 +89,8 @@ class History:
         if name == "data" and "_columns" in self.__dict__:
             found: Any = dataset(self.__dict__.pop("_columns"))
             return self.__dict__.setdefault("data", found)  # type: ignore[no-any-return]
-        if name.startswith("_") or "data" not in self.__dict__ or name not in self.data.variables:
+        known = self.__dict__.keys() & {"data", "_columns"}  # neither while one is copied or unpickled
+        if name.startswith("_") or not known or name not in self.data.variables:
             raise AttributeError(f"a History has no attribute or variable {name!r}")
         return self.data[name]
 

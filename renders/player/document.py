@@ -14,18 +14,18 @@ from renders.metadata import made_by
 from renders.player.payload import payload
 from renders.story import Story
 
-TITLE = "Oblique impact of a flexible beam on a slope"
-FRAMES = 1800  # about, besides the samples at events
+FRAMES = 1500  # about, besides the samples at events
 
-#: scripts of the page in the order in which they build on each other
-SCRIPTS = ("format", "run", "canvas", "beam", "scene", "inset", "envelope", "charts", "controls")
+#: scripts of the page in the order in which they build on each other: what is drawn, and what the reader does
+DRAWING = ("format", "run", "results", "canvas", "view", "beam", "scene", "inset", "envelope", "charts")
+ACTING = ("show", "status", "lists", "strip", "zoom", "embed", "controls")
 
 
 def write_player(story: Story, out: Path) -> Path:
     """Write the page of the first run of `story` to the file `out`, whole or not at all; returns the file.
 
     The style of the story gives the theme and the deformation factor with which the page opens; the page has
-    switches.  Raises InputError with one line if the file cannot be written.
+    switches; a name of the story is for its title.  Raises InputError with one line if the file cannot be written.
     """
     content = payload(story, FRAMES)
     loader = PackageLoader("renders.player", "page")
@@ -35,12 +35,11 @@ def write_player(story: Story, out: Path) -> Path:
         return Markup(loader.get_source(environment, name)[0])
 
     page = environment.get_template("player.html.j2").render(
-        title=TITLE,
         made_by=made_by(story.histories),
         theme=story.style.theme,
         facts=content.facts,
         style=source("player.css"),
-        script=Markup("\n").join(source(f"{name}.js") for name in SCRIPTS),
+        script=Markup("\n").join(source(f"{name}.js") for name in (*DRAWING, *ACTING)),
         facts_json=_embedded(content.facts),
         arrays_json=_embedded(content.arrays),
     )

@@ -1,8 +1,7 @@
-"""What the page knows of a run: arrays as base64, and a few facts in words and numbers."""
+"""What the page knows of a run: its arrays, and a few facts in words and numbers."""
 
 from __future__ import annotations
 
-import base64
 import math
 from typing import Any, NamedTuple
 
@@ -17,9 +16,13 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.problem import stop_of
 from oblique_impact.scenario.scenario import Scenario
-from renders.player.selection import chart_points, frames, listed_events
+from renders.geometry import BeamGeometry
+from renders.player.packing import packed
+from renders.player.results import along_the_beam, result_facts, scales
+from renders.player.selection import chart_points, evenly, frames, listed_events
 from renders.story import Story
 from renders.style import COLOUR_MAP, STATE_COLOURS
+from renders.title import parameters
 
 Array = NDArray[np.float64]
 
@@ -44,7 +47,7 @@ class Payload(NamedTuple):
     Attributes
     ----------
     arrays : dict
-        Per name its `type` (f4, f8, i4, u1), `shape` and little-endian `data` as base64.
+        Per name an array as `packed` or `rounded` returns it.
     facts : dict
         Everything that is not an array.
     """
@@ -60,37 +63,22 @@ def payload(story: Story, steps: int) -> Payload:
     samples, states = frames(history, course, steps), history["state"].values
     values = _series(history, geometry.scenario)
     points = chart_points(list(values.values()), samples, states)
-    times, axis = geometry.times[samples], geometry.stations_of(samples)
+    times, found = geometry.times[samples], scales(story)
     arrays = {
-        "frame_sample": _packed(samples, "i4"),
-        "frame_time": _packed(times, "f8"),
-        "frame_film": _packed(course.film_at(times), "f8"),
-        "frame_rate": _packed(course.rate_at(times), "f8"),
-        "frame_state": _packed(states[samples], "u1"),
-        "frame_x": _packed(axis[..., 0], "f4"),
-        "frame_y": _packed(axis[..., 1], "f4"),
-        "frame_stress": _packed(history["bending_stress"].values[samples], "f4"),
-        "frame_point": _packed(np.searchsorted(points, samples), "i4"),
-        "radius": _packed(geometry.sections.fibre_distance(geometry.stations), "f4"),
-        "place": _packed(geometry.stations, "f4"),
-        "chart_time": _packed(geometry.times[points], "f8"),
-        "chart_state": _packed(states[points], "u1"),
+        "frame_sample": packed(samples, "i4"),
+        "frame_time": packed(times, "f8"),
+        "frame_film": packed(course.film_at(times), "f8"),
+        "frame_rate": packed(course.rate_at(times), "f8"),
+        "frame_state": packed(states[samples], "u1"),
+        "frame_theta": packed(history["theta"].values[samples], "f8"),
+        "frame_point": packed(np.searchsorted(points, samples), "i4"),
+        "chart_time": packed(geometry.times[points], "f8"),
+        "chart_state": packed(states[points], "u1"),
     }
-    arrays |= {f"chart_{name}": _packed(series[points], "f4") for name, series in values.items()}
-    return Payload(arrays, _facts(story, times))
-
-
-def unpacked(entry: dict[str, Any]) -> NDArray[Any]:
-    """Return an array of `Payload.arrays` as it was."""
-    raw = base64.b64decode(entry["data"])
-    return np.frombuffer(raw, dtype=f"<{entry['type']}").reshape(entry["shape"])
-
-
-def _packed(values: NDArray[Any], kind: str) -> dict[str, Any]:
-    """Pack an array; what float32 cannot hold becomes infinite, which the page does not draw."""
-    with np.errstate(over="ignore"):
-        data = np.ascontiguousarray(values, dtype=f"<{kind}")
-    return {"type": kind, "shape": list(data.shape), "data": base64.b64encode(data.tobytes()).decode("ascii")}
+    arrays |= along_the_beam(geometry, samples, found)
+    arrays |= {f"chart_{name}": packed(series[points], "f4") for name, series in values.items()}
+    facts = _facts(story, times) | {"results": result_facts(story, found)}
+    return Payload(arrays, facts)
 
 
 def _series(history: History, scenario: Scenario) -> dict[str, Array]:
@@ -109,9 +97,10 @@ def _series(history: History, scenario: Scenario) -> dict[str, Array]:
 
 
 def _facts(story: Story, frame_times: Array) -> dict[str, Any]:
-    geometry, scale, slope = story.geometries[0], story.colours, story.slope
-    history, scenario, ramp = geometry.history, geometry.scenario, mpl.colormaps[COLOUR_MAP]
+    geometry, slope, ramp = story.geometries[0], story.slope, mpl.colormaps[COLOUR_MAP]
+    history, scenario = geometry.history, geometry.scenario
     return {
+        "title": story.heading,
         "factor": story.factor,
         "touch": int(np.argmin(np.abs(geometry.stations - scenario.contact.point))),
         "length": scenario.beam.length,
@@ -123,18 +112,19 @@ def _facts(story: Story, frame_times: Array) -> dict[str, Any]:
             "angle": scenario.slope.angle,
             "outline": slope.outline.tolist() if slope else None,
         },
-        "stress_limit": scale.limit,
-        "stress_title": scale.title,
-        "stress_ticks": scale.ticks,
+        "touch_radius": geometry.touch_radius,
+        "mass_radius": geometry.mass_radius,
+        "flat_end": geometry.flat_end,
         "peak_force": geometry.peak_force,
         "events": _events(history, frame_times),
+        "contacts": _contacts(geometry, frame_times),
         "collisions": [[m["start"], m["end"]] for m in history.summary["macro_collisions"]],
         "all_events": len(history.events),
         "states": [state.name for state in State],
         "state_colours": list(STATE_COLOURS),
-        "stress_colours": [to_hex(ramp(k / (_STOPS - 1))) for k in range(_STOPS)],
+        "colours": [to_hex(ramp(k / (_STOPS - 1))) for k in range(_STOPS)],
         "outcome": "" if history.outcome is Outcome.COMPLETED else history.outcome.sentence,
-        "model": _model(scenario),
+        "model": "; ".join(parameters(scenario)[1:]),
     }
 
 
@@ -154,24 +144,40 @@ def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
     ]
 
 
-def _model(scenario: Scenario) -> str:
-    """Say in one line what was simulated."""
-    d, c = scenario.discretization, scenario.contact
-    if d.method == "modal":
-        shapes = f"{d.modes} assumed modes"
-    elif d.modes:
-        shapes = f"{d.elements} finite elements reduced to {d.modes} modes"
-    else:
-        shapes = f"{d.elements} finite elements"
-    if not c.enabled:
-        touch = "no contact"
-    else:
-        elastic = f"elastic stop {c.stiffness:.3g} N/m".replace("e+0", "e")
-        stop = {"rigid": "rigid stop", "spring": elastic}.get(c.normal, f"{c.normal} stop")
-        coulomb = f" μ = {c.mu_kinetic:g}" if c.friction in ("hybrid", "modified-coulomb") else ""
-        friction = "frictionless" if c.friction == "frictionless" else f"{c.friction} friction{coulomb}"
-        touch = f"{stop}, {friction}"
-    return f"{shapes}, {d.frame} frame, {d.kinetics} kinetics; {touch}; {scenario.solver.scheme} scheme"
+def _contacts(geometry: BeamGeometry, frame_times: Array) -> list[dict[str, Any]]:
+    """Return the contacts that the page lists, with the frame after their start.
+
+    One that the run ends in has neither end, impulse nor loss yet.
+    """
+    history, times = geometry.history, geometry.times
+    found: list[dict[str, Any]] = [
+        {
+            "start": contact.start,
+            "end": contact.end,
+            "states": _states_between(geometry, contact.start, contact.end),
+            "impulse": _finite(contact.normal_impulse),
+            "peak_force": _finite(contact.peak_force),
+            "loss": _finite(contact.energy_loss),
+        }
+        for contact in evenly(history.contacts)
+    ]
+    touching = history["state"].values != State.FREE
+    if touching[-1]:
+        first = int(np.flatnonzero(~touching).max(initial=0))
+        force = float(np.nanmax(history["lambda_n"].values[first:]))
+        states = _states_between(geometry, float(times[first]), float(times[-1]))
+        unknown = dict.fromkeys(("end", "impulse", "loss"))
+        found.append({"start": float(times[first]), "states": states, "peak_force": _finite(force), **unknown})
+    for one in found:
+        one["frame"] = max(int(last_sample(frame_times, one["start"])), 0)
+    return found
+
+
+def _states_between(geometry: BeamGeometry, start: float, end: float) -> list[int]:
+    """Return the states of a contact, each once, as they first came; none of a rebound."""
+    part = slice(int(last_sample(geometry.times, start)), int(first_sample(geometry.times, end)) + 1)
+    states = geometry.history["state"].values[part]
+    return [int(state) for state in dict.fromkeys(states.tolist()) if state != State.FREE]
 
 
 def _finite(value: float) -> float | None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +18,10 @@ from renders.timeline import TimeMap
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Item = TypeVar("Item")
 
 MAX_EVENTS = 1000  # of which the page keeps both sides
-CHART_POINTS = 6000
+CHART_POINTS = 4500
 _BY_FILM = 0.3  # share of the frames that follow the film; the others follow the motion
 
 
@@ -46,11 +49,14 @@ def event_samples(history: History) -> Index:
 
 
 def listed_events(history: History) -> list[Event]:
-    """Return the events that the page lists: all, or of more than `MAX_EVENTS` as many, evenly spread."""
-    count = len(history.events)
-    if count <= MAX_EVENTS:
-        return list(history.events)
-    return [history.events[k] for k in np.linspace(0, count - 1, MAX_EVENTS).astype(int)]
+    """Return the events that the page lists: all, or of very many some, evenly spread."""
+    return evenly(history.events)
+
+
+def evenly(items: Sequence[Item]) -> list[Item]:
+    """Return all items, or of more than `MAX_EVENTS` as many, evenly spread."""
+    chosen = np.linspace(0, len(items) - 1, min(len(items), MAX_EVENTS)).astype(int)
+    return [items[k] for k in chosen]
 
 
 def chart_points(series: list[Array], frame_samples: Index, state: Index, count: int = CHART_POINTS) -> Index:

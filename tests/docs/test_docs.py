@@ -108,7 +108,7 @@ def test_example_runs(file, tmp_path, monkeypatch):
     for picture in written:
         if picture.name == "session":  # the folder that the tutorial works in
             continue
-        assert picture.suffix == ".png"
+        assert picture.suffix in (".png", ".svg")
         assert picture.stat().st_size > 10_000
 
 
@@ -135,7 +135,7 @@ def test_the_tutorial_is_a_notebook_whose_cells_run(tmp_path, monkeypatch, capsy
     assert names["found"].largest_shift < 1e-5
     assert said.splitlines()[-1].startswith("beam.material = 'aluminum': should be")
     assert said.splitlines()[-1].endswith("did you mean 'aluminium'?")
-    assert {"session_overview.png", "session_still.png", "session"} == {path.name for path in tmp_path.iterdir()}
+    assert {"session_overview.svg", "session_still.png", "session"} == {path.name for path in tmp_path.iterdir()}
     # a second time in the same folder
     for cell in cells[:3]:
         exec(cell, names)
@@ -156,12 +156,16 @@ def test_gallery_takes_every_example_in_the_order_of_reading(extension):
 def test_gallery_moves_the_pictures_of_a_block(extension, tmp_path):
     (tmp_path / "examples").mkdir()
     (tmp_path / "examples" / "one.png").write_bytes(b"picture")
-    targets = iter([tmp_path / "gallery_001.png"])
+    (tmp_path / "examples" / "one-dark.png").write_bytes(b"at night")
+    (tmp_path / "examples" / "two.svg").write_bytes(b"drawing")
+    targets = iter([tmp_path / "gallery_001.png", tmp_path / "gallery_002.png"])
     block_vars = {"src_file": tmp_path / "examples" / "plot_one.py", "image_path_iterator": targets}
     markup = extension("pictures").scrape(None, block_vars, {"src_dir": str(tmp_path)})
-    assert "gallery_001.png" in markup
+    assert re.findall(r"image:: (\S+)", markup) == ["/gallery_001.png", "/gallery_002.svg"]
     assert (tmp_path / "gallery_001.png").read_bytes() == b"picture"
-    assert not list((tmp_path / "examples").glob("*.png"))
+    assert (tmp_path / "gallery_001-dark.png").read_bytes() == b"at night"
+    assert (tmp_path / "gallery_002.svg").read_bytes() == b"drawing"
+    assert not [file for file in (tmp_path / "examples").iterdir() if file.suffix != ".py"]
 
 
 def test_the_example_that_changes_something_changes_what_the_page_says(run):
@@ -253,6 +257,10 @@ def test_the_how_to_of_the_library_runs(tmp_path, monkeypatch, capsys):
         "out/beam.vtkhdf",
         "out/film.gif",
         "out/beam.vtp",
+        "out/overview.svg",
+        "out/mine.toml",
+        "out/campbell.svg",
+        "out/force.svg",
         "out/beam.paraview.py",
     }
     assert written == {"out/paper", "out/both", "out/refine", "out/friction", *pictures}
@@ -279,6 +287,10 @@ def test_equation_with_a_wrong_name_fails_the_build(tmp_path):
     wrong = build(tmp_path / "wrong", source)
     assert wrong.returncode != 0
     assert "py:func reference target not found: oblique_impact.nowhere.nothing" in wrong.stderr
+    (source / "index.md").write_text(page % ":code: oblique_impact.errors._nothing\n", encoding="utf-8")
+    private = build(tmp_path / "private", source)
+    assert private.returncode != 0
+    assert "there is no oblique_impact.errors._nothing" in private.stderr
     (source / "index.md").write_text(page % "", encoding="utf-8")
     without = build(tmp_path / "without", source)
     assert without.returncode != 0
@@ -323,13 +335,100 @@ def test_all_formulas_are_typeset_without_network(site, page):
 
 
 @pytest.mark.slow
-def test_pictures_of_the_site_lie_on_a_sheet_in_the_dark_theme(site, page):
-    page.emulate_media(color_scheme="dark")
-    page.goto((site / "index.html").as_uri())
-    style = "getComputedStyle(document.querySelector('article img'))"
-    assert page.evaluate(f"{style}.backgroundColor") == "rgb(255, 255, 255)"
-    assert float(page.evaluate(f"{style}.paddingTop").removesuffix("px")) > 5.0
-    assert page.evaluate(f"{style}.filter") == "brightness(0.88)"
+def test_every_picture_of_the_site_is_that_of_the_theme(site, page):
+    """One of each pair is shown; all that are shown have come."""
+    shown = "[...document.querySelectorAll('article img')].map(i => [i.src, i.getClientRects().length > 0])"
+    seen = 0
+    for theme in ("light", "dark"):
+        page.emulate_media(color_scheme=theme)
+        for file in sorted(site.rglob("*.html")):
+            page.goto(file.as_uri())
+            pictures = page.evaluate(shown)
+            for source, there in pictures:
+                assert there == (Path(source).stem.endswith("-dark") == (theme == "dark")), (file, source)
+            broken = "[...document.querySelectorAll('article img')].filter(i => i.complete && !i.naturalWidth)"
+            assert page.evaluate(f"{broken}.map(i => i.src)") == []
+            seen += len(pictures)
+    assert seen > 150
+
+
+@pytest.fixture
+def front(site, page):
+    """The front page, and the player in it."""
+
+    def show(**media):
+        page.emulate_media(**media)
+        page.goto((site / "index.html").as_uri())
+        frame = page.frame_locator(".player iframe")
+        frame.locator("#scene").wait_for()
+        return page, page.frames[1]
+
+    return show
+
+
+@pytest.mark.slow
+def test_the_front_page_moves_by_itself_and_nothing_on_it_jumps(front):
+    page, frame = front()
+    frame.wait_for_function("() => player.now().playing && player.now().time > 0.01")
+    shifts = """new Promise(done => new PerformanceObserver(list => done(
+        list.getEntries().reduce((sum, entry) => sum + entry.value, 0)
+    )).observe({type: 'layout-shift', buffered: true}))"""
+    none = "new Promise(done => setTimeout(() => done(0), 500))"
+    assert page.evaluate(f"Promise.race([{shifts}, {none}])") < 0.01
+    box = page.locator(".player").bounding_box()
+    assert box["y"] + box["height"] < 900
+    # the first picture has the place of the player
+    assert page.locator(".player img.only-light").bounding_box() == page.locator(".player iframe").bounding_box()
+
+
+@pytest.mark.slow
+def test_the_front_page_stands_still_for_those_who_want_no_motion(front):
+    _, frame = front(reduced_motion="reduce")
+    frame.wait_for_timeout(300)
+    assert frame.evaluate("[player.now().playing, player.now().time]") == [False, 0]
+
+
+@pytest.mark.slow
+def test_the_embedded_player_follows_the_switch_of_the_theme(front):
+    page, frame = front(color_scheme="light")
+    theme = "document.documentElement.dataset.theme"
+    for name in ("dark", "light", "auto"):
+        page.evaluate(f"document.body.dataset.theme = '{name}'")
+        frame.wait_for_function(f"() => {theme} === '{name}'")
+
+
+@pytest.mark.slow
+def test_neither_private_names_nor_constants_stand_in_the_api(site):
+    names = [
+        name
+        for file in (site / "reference" / "api").glob("*.html")
+        for name in re.findall(r'<dt class="sig[^>]*id="([^"]+)"', file.read_text(encoding="utf-8"))
+    ]
+    assert len(names) > 500
+    assert not [name for name in names if any(part.startswith("_") for part in name.split("."))]
+    modules = [name for name in names if re.fullmatch(r"[A-Z][A-Z0-9_]+", name.rpartition(".")[2])]
+    # members of enumerations and of classes are part of the API: NORMAL of Outcome, E of a beam
+    assert not [name for name in modules if name.split(".")[-2][0].islower()]
+
+
+@pytest.mark.slow
+def test_formulas_lead_to_their_code(site):
+    """Where they are documented, private functions to the line of their source, which leads back."""
+    seen = 0
+    for file in (site / "theory").glob("*.html"):
+        lines = re.findall(r'<div class="computed-by.*?</div>', file.read_text(encoding="utf-8"), re.DOTALL)
+        for target in re.findall(r'href="([^"]+)"', "".join(lines)):
+            path, _, name = target.partition("#")
+            assert f'id="{name}"' in (file.parent / path).read_text(encoding="utf-8"), target
+            seen += "_modules" in path
+    assert seen > 20
+    source = (site / "_modules/oblique_impact/beam/floating_frame.html").read_text(encoding="utf-8")
+    back = re.findall(r'href="(\S+theory/\S+)">\[docs\]', source)
+    assert back
+    for target in back:
+        path, _, name = target.partition("#")
+        page = (site / "_modules/oblique_impact/beam" / path).resolve().read_text(encoding="utf-8")
+        assert f'id="{name}"' in page
 
 
 @pytest.mark.slow
@@ -342,6 +441,6 @@ def test_documentation_builds_without_a_warning_and_needs_no_network(site):
         assert not loaded, (page, loaded)
     theory = (site / "theory" / "motion.html").read_text(encoding="utf-8")
     assert theory.count('class="math') > 30
-    assert 'href="../reference/api/physics.html#oblique_impact.beam.floating_frame._first_order"' in theory
+    assert 'href="../_modules/oblique_impact/beam/floating_frame.html#_first_order"' in theory
     keys = (site / "reference" / "scenario.html").read_text(encoding="utf-8")
     assert all(f">{path.rpartition('.')[2]}<" in keys for path in key_schemas())

@@ -98,7 +98,9 @@ def test_commands_are_understood_and_name_what_exists(page):
         elif words[0] == "python":
             assert (ROOT / words[1]).is_file(), words
         else:
-            assert words[0] in {"cut", "source", "pip", "dask"}, f"{page.name}: a command of a new kind: {words}"
+            assert words[0] in {"cut", "source", "pip", "dask", "jupyter"}, (
+                f"{page.name}: a command of a new kind: {words}"
+            )
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -26,7 +26,11 @@ LIBRARIES = (
     *("h5netcdf", "jinja2", "matplotlib.pyplot", "meshio", "pandas", "playwright.sync_api", "pyarrow.parquet"),
     *("pydantic", "pytest", "pyvista", "scipy.interpolate", "scipy.signal", "skfem", "typer", "xarray"),
 )
-COPIED = ("oblique_impact", "modal", "fem_beam", "validation", "renders", "tests", "pyproject.toml")
+COPIED = (
+    *("oblique_impact", "modal", "fem_beam", "validation", "renders", "tests", "docs", "examples"),
+    *("pyproject.toml", "CITATION.cff", "CHANGELOG.md", "requirements.lock"),
+)
+BUILT = shutil.ignore_patterns("_build", "gallery", "__pycache__")
 
 Answer = tuple[int, dict[str, str]]
 
@@ -137,8 +141,10 @@ def main(folder: Path, log: Path) -> None:
     """Copy the sources, and do jobs until there are no more."""
     folder.mkdir()
     for name in COPIED:
-        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
-        copy(ROOT / name, folder / name)
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, folder / name, ignore=BUILT)
+        else:
+            shutil.copy2(ROOT / name, folder / name)
     sys.dont_write_bytecode = True  # two versions of a file in one second would be taken for the same
     for line in sys.stdin:
         job = json.loads(line)

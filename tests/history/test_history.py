@@ -1,5 +1,6 @@
 """History files: written whole or not at all, read back equal, damage refused in one line."""
 
+import copy
 import csv
 import dataclasses
 import json
@@ -65,6 +66,16 @@ def test_fields_along_the_beam_are_computed_when_one_is_asked_for(monkeypatch):
     assert np.abs(moment).max() > 0.1
     assert len(calls) == 1
     np.testing.assert_array_equal(other["moment"].values, moment)
+
+
+def test_a_variable_is_an_attribute_from_the_first_word_on():
+    """Before anything has asked for labelled data; one that is not there is still none."""
+    history = simulate(Scenario.builtin("paper", ["end_time=0.01"]))
+    assert float(history.theta[0]) == Scenario().initial.angle
+    other = simulate(Scenario.builtin("paper", ["end_time=0.01"]))
+    with pytest.raises(AttributeError, match="no attribute or variable 'nothing'"):
+        other.nothing  # noqa: B018
+    assert float(copy.deepcopy(other).theta[0]) == float(pickle.loads(pickle.dumps(other)).theta[0])
 
 
 def test_labels(history):

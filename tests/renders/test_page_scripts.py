@@ -2,67 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from renders import player
 from renders.beam3d import contact_force
 from renders.envelope import drawn
 from renders.geometry import BETWEEN
-from renders.player.document import SCRIPTS
-from renders.player.payload import payload, unpacked
 from renders.slope import drawn_slope
 from renders.story import story_of
 from renders.style import DARK, LIGHT, STATE_COLOURS, Style
+from tests.renders.page_arrays import frame_stress
+from tests.renders.page_scripts import NODE, PAGE, Scripts
 from tests.renders.test_pictures import check_arrow_outline
 
-NODE = shutil.which("node") or shutil.which("nodejs")
 pytestmark = pytest.mark.skipif(NODE is None, reason="neither node nor nodejs is on the PATH")
-
-PAGE = Path(next(iter(player.__path__))) / "page"
-
-
-class Scripts:
-    """The scripts of the page of a story."""
-
-    def __init__(self, story):
-        content = payload(story, 400)
-        self.arrays, self.facts = {n: unpacked(entry) for n, entry in content.arrays.items()}, content.facts
-        self._content = {"arrays": json.dumps(content.arrays), "facts": json.dumps(content.facts)}
-        files = [Path(__file__).with_name("stage.js"), *(PAGE / f"{name}.js" for name in SCRIPTS[:-1])]
-        own = [file.read_text(encoding="utf-8") for file in files]  # all but the controls, which need a page
-        self._source = "\n".join([*own, "readColours(); setScene(facts.factor);"])
-
-    def value(self, expression, **given):
-        """Value of a JavaScript expression, which may use what the scripts define, and CONTENT.NAME of `given`."""
-        source, content = f"{self._source}\nconsole.log(JSON.stringify({expression}));", self._content | given
-        done = subprocess.run([NODE, "-e", source], input=json.dumps(content), capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr[:2000]
-        return json.loads(done.stdout)
-
-    def at(self, place, expression):
-        """Value of an expression in which `moment` is what there is at a place among the frames."""
-        return self.value(f"((moment) => {expression})(momentAt({place}, newMoment()))")
-
-    def drawn(self, place, call):
-        """What a call draws at a place among the frames."""
-        return self.at(place, f"note(() => {call})")
-
-
-@pytest.fixture(scope="module")
-def story(run):
-    return story_of([run("paper")])
-
-
-@pytest.fixture(scope="module")
-def scripts(story):
-    return Scripts(story)
 
 
 def test_numbers_are_written_as_they_are(scripts):
@@ -135,18 +90,19 @@ def test_the_contact_point_is_one_radius_above_the_mark(scripts, story):
 
 def test_the_stress_is_drawn_on_its_own_side(scripts):
     """From the lower fibre, whose stress that of the history is, through zero to the upper one."""
-    frame = int(scripts.arrays["frame_stress"].max(axis=1).argmax())
-    station = int(scripts.arrays["frame_stress"][frame].argmax())
-    colours = scripts.value("[1e99, 0, -1e99].map(stressColour)")
+    stress = frame_stress(scripts.arrays)
+    frame = int(stress.max(axis=1).argmax())
+    station = int(stress[frame].argmax())
+    colours = scripts.value("[1e99, 0, -1e99].map(resultColour)")
     assert colours == ["rgb(103,0,31)", "rgb(247,245,245)", "rgb(5,48,97)"]  # red where the fibre is stretched
-    noted = scripts.drawn(frame, "drawTube(context, sceneView(800, 500), magnified(moment, 1), moment.stress)")
+    noted = scripts.drawn(frame, "drawTube(context, sceneView(800, 500), magnified(moment, 1), moment.sides)")
     shades = [fill["tint"] for fill in noted["fills"] if isinstance(fill["tint"], dict)]
     middle = shades[round((station + 0.5) / 32 * (len(shades) - 2))]
     assert middle["ends"][1] > middle["ends"][3]  # begins below, as rows count downward
-    value = float(scripts.arrays["frame_stress"][frame, station])
+    value = float(stress[frame, station])
     assert middle["stops"][3] == [0.5, colours[1]]
     red, blue = (list(map(int, re.findall(r"\d+", middle["stops"][n][1]))) for n in (0, 6))
-    assert value > 0.5 * scripts.facts["stress_limit"]
+    assert value > 0.5 * scripts.value("result.limit")
     assert red[0] > red[2] + 60
     assert blue[2] > blue[0] + 60
 
@@ -222,9 +178,9 @@ def test_the_interpolated_beam_keeps_its_length(run):
     """Between the frames of a fast spin the beam turns; it does not cut the corner."""
     scripts = Scripts(story_of([run("spin-up")]))
     reach = [scripts.at(p, "Math.hypot(moment.x.at(-1), moment.y.at(-1))") for p in (80.5, 84.5, 88.5)]
-    frames = np.hypot(scripts.arrays["frame_x"][:, -1], scripts.arrays["frame_y"][:, -1])
+    frames = np.hypot(scripts.x[:, -1], scripts.y[:, -1])
     np.testing.assert_allclose(reach, [0.5 * (frames[k] + frames[k + 1]) for k in (80, 84, 88)], rtol=1e-4)
-    turned = np.diff(np.arctan2(scripts.arrays["frame_y"][80:82, -1], scripts.arrays["frame_x"][80:82, -1]))
+    turned = np.diff(np.arctan2(scripts.y[80:82, -1], scripts.x[80:82, -1]))
     assert abs(turned[0]) > 0.1  # a chord would be shorter by more than that allows
 
 
@@ -262,10 +218,10 @@ def test_the_drawn_beam_is_magnified_in_the_scene_alone(scripts, story, view, ca
 def test_the_path_of_the_contact_point_has_the_colours_of_the_states(scripts):
     last = scripts.arrays["frame_time"].size - 1
     noted = scripts.drawn(last, "drawTrace(context, { scale: 1, x0: 0, y0: 0, thick: 1 }, moment, 1e9)")
-    states, x = scripts.arrays["frame_state"], scripts.arrays["frame_x"][:, -1]
+    states, x = scripts.arrays["frame_state"], scripts.x[:, -1]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(states.astype(int))) + 1])
     assert [stroke["tint"] for stroke in noted["strokes"]] == [rgb(state) for state in states[starts]]
-    assert [stroke["points"][0][0] for stroke in noted["strokes"]] == pytest.approx(x[starts].tolist())
+    assert [stroke["points"][0][0] for stroke in noted["strokes"]] == pytest.approx(x[starts].tolist(), abs=1e-6)
 
 
 def test_the_past_of_a_chart_is_solid_and_its_events_are_marked(scripts):

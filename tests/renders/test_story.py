@@ -11,7 +11,8 @@ from PIL import Image
 from renders import render
 from renders.frame import Composer
 from renders.geometry import BeamGeometry
-from renders.player.payload import payload, unpacked
+from renders.player.packing import unpacked
+from renders.player.payload import payload
 from renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
 from renders.style import Style
 from renders.timeline import make_timeline
@@ -64,7 +65,8 @@ def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(
     """Read from what is written into the pictures, and from what the page embeds."""
     history = run("paper")
     facts = payload(story_of([history]), 200).facts
-    ends = [text for _, text in facts["stress_ticks"]]
+    shown = next(one for one in facts["results"] if one["shown"])
+    ends = [text for _, text in shown["ticks"]]
     factor = f"×{facts['factor']:g}"
     style = Style(size=(640, 360))
     kinds = {
@@ -78,7 +80,7 @@ def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(
         written = texts(monkeypatch, draw, charts=False)
         assert [w for w in written if w in ends][: len(ends)] == ends, kind
         assert any(factor in w for w in written), kind
-        assert facts["stress_title"] in written or facts["stress_title"].split(",")[0] in written, kind
+        assert shown["title"] in written or shown["title"].split(",")[0] in written, kind
 
 
 def test_film_and_page_show_a_physical_time_at_the_same_film_time(run):

@@ -63,16 +63,16 @@ def test_parameters_of_a_run():
         "E = 69 GPa, ρ = 2767 kg/m³",
         "on a pin, from 45°, gravity 9.8 m/s²",
         "slope 18°, rigid stop, restitution 0, hybrid friction, μ = 0.3",
-        "2 modes, event scheme",
+        "2 modes, tangent frame, first-order kinetics, event scheme",
     ]
     stop = parameters(Scenario.builtin("elastic-stop"))
     assert stop[3:] == [
         "slope 18°, elastic stop of 10⁶ N/m, frictionless",
-        "32 elements, generalized-alpha scheme",
+        "32 elements, mean-axis frame, first-order kinetics, generalized-alpha scheme",
     ]
     assert parameters(Scenario.builtin("spin-up"))[2:] == [
         "on a driven root, from 0°, gravity 0 m/s²",
-        "8 modes, event scheme",
+        "8 modes, tangent frame, first-order kinetics, event scheme",
     ]
 
 

@@ -1,4 +1,4 @@
-/* What both views draw: the tube, the slope, the arrow. A view maps metres to pixels: {scale, x0, y0, thick}; the tube is
+/* What both views draw: the beam, the slope, the arrow. A view maps metres to pixels: {scale, x0, y0, thick}; the beam is
    drawn `thick` times as thick as it is, and the slope's surface lies that much lower. */
 
 const toX = (view, x) => view.x0 + view.scale * x;
@@ -6,39 +6,43 @@ const toY = (view, y) => view.y0 - view.scale * y;
 
 const NORMAL = [-Math.sin(facts.slope.angle), Math.cos(facts.slope.angle)];
 const TANGENT = [Math.cos(facts.slope.angle), Math.sin(facts.slope.angle)];
-const TOUCH_RADIUS = arrays.radius[facts.touch];
+const TOUCH_RADIUS = facts.touch_radius;
 
-/** Lower and upper edge of the tube in pixels, with the directions of its ends. */
-function edges(view, axis) {
+/** Lower and upper edge of the beam in pixels at heights (m) beside its axis, and the direction of its end. */
+function edges(view, axis, heights = arrays.radius) {
   const lower = [], upper = [];
   let last = [1, 0];
   for (let j = 0; j < STATIONS; j++) {
     const a = Math.max(j - 1, 0), b = Math.min(j + 1, STATIONS - 1);
     const dx = axis.x[b] - axis.x[a], dy = axis.y[b] - axis.y[a], size = Math.hypot(dx, dy) || 1;
     last = [dx / size, dy / size];
-    const r = view.thick * arrays.radius[j], nx = (-dy / size) * r, ny = (dx / size) * r;
+    const r = view.thick * heights[j], nx = (-dy / size) * r, ny = (dx / size) * r;
     lower.push([toX(view, axis.x[j] - nx), toY(view, axis.y[j] - ny)]);
     upper.push([toX(view, axis.x[j] + nx), toY(view, axis.y[j] + ny)]);
   }
   return { lower, upper, heading: Math.atan2(-last[1], last[0]) };
 }
 
-/** Outline of the tube with its round tip. */
+/** Outline of the beam with its end: round, flat, or the sphere that a mass at the tip is drawn as. */
 function outline(view, axis, { lower, upper, heading }) {
-  const path = new Path2D(), end = STATIONS - 1;
+  const path = new Path2D(), end = STATIONS - 1, size = view.scale * view.thick;
   path.moveTo(...lower[0]);
   for (const point of lower) path.lineTo(...point);
-  path.arc(toX(view, axis.x[end]), toY(view, axis.y[end]), view.scale * view.thick * arrays.radius[end], heading + Math.PI / 2, heading - Math.PI / 2, true);
+  if (!facts.flat_end) {
+    const radius = Math.max(arrays.radius[end], facts.mass_radius), covered = Math.asin(arrays.radius[end] / radius);
+    const half = facts.mass_radius ? Math.PI - covered : Math.PI / 2; // a sphere begins where it comes out of the beam
+    path.arc(toX(view, axis.x[end]), toY(view, axis.y[end]), size * radius, heading + half, heading - half, true);
+  }
   for (let j = end; j >= 0; j--) path.lineTo(...upper[j]);
   path.closePath();
   return path;
 }
 
-/** Pixels of length in which the colour of the tube may change. */
+/** Pixels of length in which the colour of the beam may change. */
 const SHADE = 4;
 
-/** The tube: bending stress from the lower fibre (that of the history) through zero to the upper one. */
-function drawTube(c, view, axis, stress) {
+/** The beam in the colours of the result, from the lower fibre to the upper one. */
+function drawTube(c, view, axis, sides) {
   const side = edges(view, axis), path = outline(view, axis, side), end = STATIONS - 1;
   c.save();
   c.clip(path);
@@ -50,26 +54,49 @@ function drawTube(c, view, axis, stress) {
     const pieces = Math.max(1, Math.min(200, Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / SHADE)));
     for (let n = 0; n < pieces; n++) {
       const from = n / pieces, to = (n + 1) / pieces, middle = (from + to) / 2;
-      const value = (1 - middle) * stress[j] + middle * stress[j + 1];
-      shadePiece(c, between(p, q, from), between(p, q, to), between(u, v, from), between(u, v, to), value, side.heading, 1);
+      const [low, top] = [sides.lower, sides.upper].map((values) => (1 - middle) * values[j] + middle * values[j + 1]);
+      shadePiece(c, between(p, q, from), between(p, q, to), between(u, v, from), between(u, v, to), [low, top], side.heading, 1);
     }
   }
-  const cap = view.scale * view.thick * arrays.radius[end] * 1.1;
-  shadePiece(c, side.lower[end], side.lower[end], side.upper[end], side.upper[end], stress[end], side.heading, cap);
+  const cap = view.scale * view.thick * arrays.radius[end] * 1.1, ends = [sides.lower[end], sides.upper[end]];
+  shadePiece(c, side.lower[end], side.lower[end], side.upper[end], side.upper[end], ends, side.heading, cap);
   c.restore();
+  if (arrays.web) drawFlanges(c, view, axis);
   c.strokeStyle = colour.edge;
   c.lineWidth = 1.1;
   c.stroke(path);
+  if (facts.mass_radius) drawMass(c, view, axis);
+}
+
+/** A mass at the tip carries no result. */
+function drawMass(c, view, axis) {
+  c.beginPath();
+  c.arc(toX(view, axis.x[STATIONS - 1]), toY(view, axis.y[STATIONS - 1]), view.scale * view.thick * facts.mass_radius, 0, 2 * Math.PI);
+  c.fillStyle = colour.ground;
+  c.fill();
+  c.stroke();
+}
+
+/** Edges of an i-beam's flanges, where its web begins. */
+function drawFlanges(c, view, axis) {
+  const { lower, upper } = edges(view, axis, arrays.web);
+  c.strokeStyle = colour.edge;
+  c.lineWidth = 0.8;
+  for (const line of [lower, upper]) {
+    c.beginPath();
+    line.forEach((point, j) => (j ? c.lineTo(...point) : c.moveTo(...point)));
+    c.stroke();
+  }
 }
 
 function between(a, b, part) {
   return [(1 - part) * a[0] + part * b[0], (1 - part) * a[1] + part * b[1]];
 }
 
-/** One piece across the tube; it reaches a little under the next one, the last one over the cap: no seams. */
-function shadePiece(c, p, q, u, v, value, heading, reach) {
+/** One piece across the beam; it reaches a little under the next one, the last one over the cap: no seams. */
+function shadePiece(c, p, q, u, v, [low, top], heading, reach) {
   const fill = c.createLinearGradient((p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (u[0] + v[0]) / 2, (u[1] + v[1]) / 2);
-  for (let n = 0; n <= 6; n++) fill.addColorStop(n / 6, stressColour(value * (1 - n / 3)));
+  for (let n = 0; n <= 6; n++) fill.addColorStop(n / 6, resultColour(low + (top - low) * (n / 6)));
   const ex = reach * Math.cos(heading), ey = reach * Math.sin(heading);
   c.fillStyle = fill;
   c.beginPath();
@@ -106,7 +133,7 @@ function contactRange() {
   return low <= high ? [low, high] : [there, there];
 }
 
-/** Pixels that the surface lies lower than its true place, because the tube is drawn thicker. */
+/** Pixels that the surface lies lower than its true place, because the beam is drawn thicker. */
 function lower(view) {
   return (view.thick - 1) * TOUCH_RADIUS * view.scale;
 }

@@ -53,7 +53,7 @@ function channels(hex) {
 }
 
 const RAMP = (() => {
-  const stops = facts.stress_colours.map(channels), out = [];
+  const stops = facts.colours.map(channels), out = [];
   for (let k = 0; k <= 255; k++) {
     const at = (k / 255) * (stops.length - 1), i = Math.min(Math.floor(at), stops.length - 2), u = at - i;
     out.push(`rgb(${stops[i].map((c, n) => Math.round((1 - u) * c + u * stops[i + 1][n])).join(",")})`);
@@ -61,9 +61,9 @@ const RAMP = (() => {
   return out;
 })();
 
-/** Colour of a bending stress (Pa); the ends of the map are those of the run. */
-function stressColour(stress) {
-  const part = Number.isFinite(stress) ? stress / facts.stress_limit : 0;
+/** Colour of a value of the result that is shown; the ends of the map are those of the run. */
+function resultColour(value) {
+  const part = Number.isNaN(value) ? 0 : value / result.limit;
   return RAMP[Math.round(127.5 * (1 + Math.min(1, Math.max(-1, part))))];
 }
 

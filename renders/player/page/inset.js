@@ -24,7 +24,7 @@ function drawInset(moment) {
   drawWedge(c, view);
   drawTrace(c, view, moment, facts.length);
   const axis = magnified(moment, 1);
-  drawTube(c, view, axis, moment.stress);
+  drawTube(c, view, axis, moment.sides);
   drawAxisMark(c, view, axis);
   drawForce(c, view, moment, 0.36 * Math.min(width, height));
   drawScaleBar(c, view, width, height);

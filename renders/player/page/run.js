@@ -1,25 +1,48 @@
-/* The run: embedded arrays, and what lies between its frames. Lengths in m, times in s, forces in N, energies in J. */
+/* The run: embedded arrays, and what lies between its frames. All in SI units. */
 
 const facts = JSON.parse(document.getElementById("facts").textContent);
 const arrays = unpack(JSON.parse(document.getElementById("arrays").textContent));
 const FRAMES = arrays.frame_time.length;
 const STATIONS = arrays.place.length;
 const LAST = FRAMES - 1;
+[arrays.frame_x, arrays.frame_y] = positions();
 const START = arrays.frame_time[0], END = arrays.frame_time[LAST], FILM = arrays.frame_film[LAST];
 const SCALARS = ["normal", "tangential", "kinetic", "elastic", "gravity", "stop", "deflection", "gap", "slip_rate"]
   .filter((name) => arrays[`chart_${name}`]);
 const ENERGIES = ["kinetic", "elastic", "gravity", "stop"].filter((name) => SCALARS.includes(name));
 
 function unpack(packed) {
-  const kinds = { f4: Float32Array, f8: Float64Array, u1: Uint8Array, i4: Int32Array };
+  const kinds = { f4: Float32Array, f8: Float64Array, u1: Uint8Array, i2: Int16Array, i4: Int32Array };
   const found = {};
-  for (const [name, entry] of Object.entries(packed)) {
-    const raw = atob(entry.data);
+  for (const [name, { type, data, scale }] of Object.entries(packed)) {
+    const raw = atob(data);
     const bytes = new Uint8Array(raw.length);
     for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
-    found[name] = new kinds[entry.type](bytes.buffer);
+    const values = new kinds[type](bytes.buffer);
+    found[name] = scale ? Float32Array.from(values, (code) => decoded(code, scale)) : values;
   }
   return found;
+}
+
+/** What a 16-bit multiple of `scale` stands for: beyond the ends everything is infinite. */
+function decoded(code, scale) {
+  if (Math.abs(code) <= 32766) return code * scale;
+  return code === -32768 ? NaN : Math.sign(code) * Infinity;
+}
+
+/** Inertial positions of the axis at all frames and stations. */
+function positions() {
+  const { frame_theta: theta, frame_ux: ux, frame_uy: uy, place } = arrays;
+  const x = new Float32Array(ux.length), y = new Float32Array(ux.length);
+  for (let k = 0, n = 0; k < FRAMES; k++) {
+    const c = Math.cos(theta[k]), s = Math.sin(theta[k]);
+    for (let j = 0; j < STATIONS; j++, n++) {
+      const along = facts.hub_radius + place[j] + ux[n];
+      x[n] = along * c - uy[n] * s;
+      y[n] = along * s + uy[n] * c;
+    }
+  }
+  return [x, y];
 }
 
 /** Last index (from `low` to `high`) of an ascending array whose value is not above `wanted`; `low` if none is. */
@@ -51,7 +74,7 @@ function rateAt(place) {
 
 function newMoment() {
   return {
-    x: new Float64Array(STATIONS), y: new Float64Array(STATIONS), stress: new Float64Array(STATIONS),
+    x: new Float64Array(STATIONS), y: new Float64Array(STATIONS), sides: newSides(),
     place: 0, time: 0, film: 0, state: 0,
   };
 }
@@ -96,8 +119,8 @@ function momentAt(place, moment) {
   moment.film = mix(arrays.frame_film, k, k + 1);
   moment.state = arrays.frame_state[k];
   scalarsAt(k, u, moment);
-  const a = k * STATIONS, b = a + (u === 0 ? 0 : STATIONS);
-  for (let j = 0; j < STATIONS; j++) moment.stress[j] = mix(arrays.frame_stress, a + j, b + j);
+  setSides(k, u, moment.sides);
+  const a = k * STATIONS;
   if (u !== 0) {
     axisBetween(k, u, moment);
   } else {

@@ -1,4 +1,4 @@
-/* The whole beam: ghosts, trace of the contact point, slope, pin, tube, force, colour bar. */
+/* The whole beam: ghosts, trace of the contact point, slope, pin, beam, force, colour bar. */
 
 const scene = {
   surface: new Surface("scene"),
@@ -40,7 +40,7 @@ function setScene(factor) {
   const moment = newMoment(), t = facts.touch;
   for (let k = 0; k < FRAMES; k++) {
     const axis = magnified(momentAt(k, moment), factor);
-    for (let j = 0; j < STATIONS; j++) include(axis.x[j], axis.y[j], 2 * arrays.radius[j]);
+    for (let j = 0; j < STATIONS; j++) include(axis.x[j], axis.y[j], 2 * Math.max(arrays.radius[j], facts.mass_radius));
     const [fx, fy] = resultant(moment), size = Math.hypot(fx, fy); // the arrow begins outside of the beam
     const arrow = size > 0 ? (1.2 * ARROW * facts.length * Math.sqrt(size / facts.peak_force)) / size : 0;
     if (Number.isFinite(arrow)) include(moment.x[t] - arrow * fx, moment.y[t] - arrow * fy, 0);
@@ -50,24 +50,34 @@ function setScene(factor) {
   scene.bounds = box;
 }
 
+/** What is seen: metres to pixels, `whole` the scale without zoom. */
 function sceneView(width, height) {
   const { left, right, low, high } = scene.bounds, pad = 6, tall = height - BAR;
-  const scale = Math.min((width - 2 * pad) / (right - left), (tall - 2 * pad) / (high - low));
-  scene.thick = Math.max(1, Math.ceil(THIN / (scale * Math.max(...arrays.radius))));
-  return { scale, x0: width / 2 - (scale * (left + right)) / 2, y0: tall / 2 + (scale * (low + high)) / 2, thick: scene.thick };
+  const whole = Math.min((width - 2 * pad) / (right - left), (tall - 2 * pad) / (high - low));
+  const all = { scale: whole, x0: width / 2 - (whole * (left + right)) / 2, y0: tall / 2 + (whole * (low + high)) / 2 };
+  const view = zoomedView(all, [width / 2, tall / 2]);
+  scene.thick = Math.max(1, Math.ceil(THIN / (view.scale * Math.max(...arrays.radius))));
+  return { ...view, whole, thick: scene.thick };
 }
 
 function drawScene(moment) {
   if (!scene.surface.begin()) return;
   const c = scene.surface.context, { width, height } = scene.surface, view = sceneView(width, height);
+  c.save();
+  c.beginPath();
+  c.rect(0, 0, width, height - BAR);
+  c.clip();
   drawWedge(c, view);
   drawPin(c, view);
   drawGhosts(c, view, moment);
   drawTrace(c, view, moment, 3 * facts.length);
-  drawTube(c, view, magnified(moment, scene.factor), moment.stress);
+  drawTube(c, view, magnified(moment, scene.factor), moment.sides);
   drawHinge(c, view);
-  const tail = drawForce(c, view, moment, ARROW * facts.length * view.scale);
-  if (tail) labelForce(c, tail, width, height, stateColour[moment.state]);
+  const tail = drawForce(c, view, moment, ARROW * facts.length * view.whole);
+  const seen = tail && tail.x > 0 && tail.x < width && tail.y > 0 && tail.y < height - BAR;
+  if (seen) labelForce(c, tail, width, height, stateColour[moment.state]);
+  if (zoom.by > 1) drawScaleBar(c, view, width, height - BAR);
+  c.restore();
   drawColourBar(c, width, height);
 }
 
@@ -157,7 +167,7 @@ function drawPin(c, view) {
 
 /** The bolt, over the beam; a driven root and a hub show a filled one. */
 function drawHinge(c, view) {
-  const radius = Math.max(2.5, 0.6 * arrays.radius[0] * view.scale);
+  const radius = Math.max(2.5, Math.min(0.6 * arrays.radius[0], 0.4 * PIN) * view.scale);
   c.beginPath();
   c.arc(toX(view, 0), toY(view, 0), radius, 0, 2 * Math.PI);
   c.fillStyle = facts.root === "pin" ? colour.paper : colour.edge;
@@ -170,7 +180,7 @@ function drawHinge(c, view) {
 function drawColourBar(c, width, height) {
   const wide = Math.min(360, width - 80), x = (width - wide) / 2, y = height - BAR + 22, high = 11;
   const ramp = c.createLinearGradient(x, 0, x + wide, 0);
-  facts.stress_colours.forEach((tint, k, all) => ramp.addColorStop(k / (all.length - 1), tint));
+  facts.colours.forEach((tint, k, all) => ramp.addColorStop(k / (all.length - 1), tint));
   c.fillStyle = ramp;
   c.fillRect(x, y, wide, high);
   c.strokeStyle = colour.edge;
@@ -179,9 +189,9 @@ function drawColourBar(c, width, height) {
   c.fillStyle = colour.ink;
   c.textAlign = "center";
   c.textBaseline = "alphabetic";
-  c.fillText(facts.stress_title, width / 2, y - 6);
+  c.fillText(result.title, width / 2, y - 6);
   c.textBaseline = "top";
-  for (const [part, text] of facts.stress_ticks) {
+  for (const [part, text] of result.ticks) {
     const at = x + (wide * (part + 1)) / 2;
     c.fillRect(at - 0.5, y + high, 1, 3);
     c.fillText(text, at, y + high + 4);

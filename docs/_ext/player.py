@@ -1,0 +1,63 @@
+"""The directive ``player``: the interactive page of a built-in case, embedded, written while the site is built.
+
+What is seen first is a small picture of its beginning (``docs/pictures/player.svg``), in the place and the size of
+the page, so that nothing moves when that arrives.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+from docutils import nodes
+from docutils.parsers.rst import directives
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+from two_themes import darken
+
+from oblique_impact import Scenario, simulate
+from renders import Style, render
+
+#: folder of the site that the pages are in, and the first picture of all of them
+FOLDER, POSTER = "player", Path(__file__).parents[1] / "pictures" / "player.svg"
+_FRAME = """<div class="player">
+<img class="only-light" src="{folder}/poster.svg" alt="" width="1280" height="720">
+<img class="only-dark" src="{folder}/poster-dark.svg" alt="" width="1280" height="720">
+<iframe src="{folder}/{case}.html#embed&amp;theme=auto" title="{title}"></iframe>
+</div>
+"""
+
+
+class Player(SphinxDirective):
+    """The player of a built-in case; its content is the title for those who do not see it."""
+
+    required_arguments = 1
+    has_content = True
+    option_spec: ClassVar[dict[str, Any]] = {"class": directives.class_option}
+
+    def run(self) -> list[nodes.Node]:
+        """Return the frame; the page is written at the end of the build."""
+        case, title = self.arguments[0], " ".join(self.content)
+        if not title:
+            raise self.error("a player needs a title")
+        up = "../" * self.env.docname.count("/")
+        return [nodes.raw("", _FRAME.format(folder=up + FOLDER, case=case, title=title), format="html")]
+
+
+def write_pages(app: Sphinx, error: Exception | None) -> None:
+    """Write the page of the paper's case and the first pictures into the finished site."""
+    if error or app.builder.format != "html":
+        return
+    folder = Path(app.outdir) / FOLDER
+    folder.mkdir(exist_ok=True)
+    render(simulate(Scenario.builtin("paper")), folder / "paper.html", Style(theme="auto"))
+    poster = POSTER.read_text(encoding="utf-8")
+    (folder / "poster.svg").write_text(poster, encoding="utf-8")
+    (folder / "poster-dark.svg").write_text(darken(poster), encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive and the page."""
+    app.add_directive("player", Player)
+    app.connect("build-finished", write_pages)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,304 @@
+"""Pictures of the theory of the contact: states, stops, what modes leave out, the nodal model."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
+
+from oblique_impact import History, Scenario, simulate
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.residual_flexibility import residual_compliance
+from oblique_impact.contact.state import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.marching.alpha_state import coefficients
+from renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
+
+from .paper import Array, label, new_figure
+from .sketch import moments, run
+
+#: (state before, event, state after) that the diagram shows; an impact may lead into each state
+EDGES = {
+    (State.FREE, EventKind.REBOUND, State.FREE),
+    (State.FREE, EventKind.IMPACT, State.SLIP),
+    (State.FREE, EventKind.IMPACT, State.STICK),
+    (State.SLIP, EventKind.REVERSAL, State.SLIP),
+    (State.SLIP, EventKind.STICK, State.STICK),
+    (State.STICK, EventKind.SLIP, State.SLIP),
+    (State.SLIP, EventKind.RELEASE, State.FREE),
+    (State.STICK, EventKind.RELEASE, State.FREE),
+}
+#: where the states stand, and how each arrow bends, its sentence and where that stands
+_PLACES = {State.FREE: (0.0, 0.0), State.SLIP: (5.6, 1.35), State.STICK: (5.6, -1.35)}
+_ARROWS = {
+    (State.FREE, State.SLIP): (0.16, "impact", (2.3, 1.36)),
+    (State.SLIP, State.FREE): (0.0, "release", (3.15, 0.42)),
+    (State.FREE, State.STICK): (0.0, "impact", (3.15, -0.42)),
+    (State.STICK, State.FREE): (0.16, "release", (2.3, -1.36)),
+    (State.SLIP, State.STICK): (0.28, "stick\n" r"$|\lambda_\tau| \leq \mu_s \lambda_n$", (6.95, 0.0)),
+    (State.STICK, State.SLIP): (0.28, "slip\n" r"$|\lambda_\tau| = \mu_s \lambda_n$", (4.45, 0.0)),
+}
+
+
+def algorithm() -> Figure:
+    """The states and what leads from one to another, and the states of a run that sticks."""
+    with figure_style():
+        figure = new_figure(3.0)
+        left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+        _draw_states(left)
+        history = simulate(Scenario.builtin("sticking"))
+        for state in State:
+            there = np.where(history["state"].values == state, 1e3 * history["gap"].values, np.nan)
+            colour = STATE_COLOURS[state]
+            right.plot(1e3 * history["time"].values, there, color=colour, lw=1.8, label=state.name)
+        for event in history.events[:12]:
+            if event.kind in (EventKind.IMPACT, EventKind.RELEASE):
+                right.plot(1e3 * event.time, 0.0, "o", ms=3.5, color=LIGHT.ink, zorder=5)
+        right.set(
+            xlabel="time (ms)",
+            ylabel="gap (mm)",
+            xlim=(548.0, 566.0),
+            xticks=range(550, 566, 5),
+            ylim=(-0.35, 4.0),
+        )
+        right.legend(loc="upper right")
+    return figure
+
+
+def _draw_states(axes: Axes) -> None:
+    for state, (x, y) in _PLACES.items():
+        box = FancyBboxPatch(
+            (x - 0.62, y - 0.27),
+            1.24,
+            0.54,
+            boxstyle="round,pad=0.02,rounding_size=0.2",
+            lw=1.6,
+            edgecolor=STATE_COLOURS[state],
+            facecolor="#ffffff",
+            zorder=4,
+        )
+        axes.add_patch(box)
+        label(axes, (x, y), state.name, fontweight="bold", color=STATE_COLOURS[state], zorder=5)
+    for (before, after), (bend, text, place) in _ARROWS.items():
+        _connect(axes, before, after, bend)
+        label(axes, place, text, fontsize=8.5)
+    loops = ((State.FREE, "rebound", -1.0), (State.SLIP, "reversal", 1.0))
+    for state, text, side in loops:
+        x, y = _PLACES[state]
+        start, end = ((x + side * 0.62, y + 0.12 * k) for k in (1.0, -1.0))
+        patch = FancyArrowPatch(
+            start,
+            end,
+            connectionstyle=f"arc3,rad={-2.4 * side}",
+            arrowstyle="-|>,head_length=5,head_width=2.2",
+            color=LIGHT.ink,
+            lw=1.1,
+            shrinkA=1.0,
+            shrinkB=1.0,
+        )
+        axes.add_patch(patch)
+        label(axes, (x + side * 1.0, y), text, (0.0, 20.0), fontsize=8.5)
+    axes.set(xlim=(-1.5, 7.6), ylim=(-1.8, 2.1))
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def _connect(axes: Axes, before: State, after: State, bend: float) -> None:
+    (x0, y0), (x1, y1) = _PLACES[before], _PLACES[after]
+    if x0 == x1:
+        side = 0.22 if y1 < y0 else -0.22
+        start, end = (x0 + side, y0 + np.sign(y1 - y0) * 0.3), (x1 + side, y1 - np.sign(y1 - y0) * 0.3)
+    else:
+        right = 1.0 if x1 > x0 else -1.0
+        # arrows to the right run above those to the left
+        start, end = (x0 + right * 0.64, y0 + 0.08 * right), (x1 - right * 0.64, y1 + 0.08 * right)
+    patch = FancyArrowPatch(
+        start,
+        end,
+        connectionstyle=f"arc3,rad={-bend}",
+        arrowstyle="-|>,head_length=5,head_width=2.2",
+        color=LIGHT.ink,
+        lw=1.1,
+        shrinkA=0.0,
+        shrinkB=0.0,
+    )
+    axes.add_patch(patch)
+
+
+@cache
+def stop(stiffness: str) -> History:
+    """Run the paper's beam onto an elastic stop, to the end of the first macro-collision."""
+    return simulate(
+        Scenario.builtin("paper").replace(
+            contact__normal="spring",
+            contact__stiffness=float(stiffness),
+            contact__friction="frictionless",
+            discretization__frame="mean-axis",
+            discretization__modes=24,
+            solver__output_interval=1e-5,
+            end_time=0.332,
+        )
+    )
+
+
+def elastic_stop() -> Figure:
+    """The force on three stops, and the impulse of a rigid one against the law of the touch-down."""
+    with figure_style():
+        figure = new_figure(3.0)
+        left, right = figure.subplots(1, 2)
+        for number, stiffness in enumerate(("1e7", "1e6", "1e5")):
+            history = stop(stiffness)
+            power = int(np.log10(float(stiffness)))
+            time, force = 1e3 * history["time"].values, history["lambda_n"].values
+            left.plot(time, force, color=SERIES[(1, 0, 2)[number]], lw=1.1, label=f"$10^{power}$ N/m")
+        left.set(xlabel="time (ms)", ylabel=r"$\lambda_n$ (N)", xlim=(316.5, 331.0), ylim=(0.0, 2500.0))
+        left.legend(title="stiffness", loc="upper right", ncols=3, columnspacing=1.0)
+        _draw_touch_down(right)
+    return figure
+
+
+def touch_down_law(history: History, time: Array) -> Array:
+    """Return the impulse (N s) on a continuous beam at times (s) after the touch-down: eq. (short-time)."""
+    scenario = Scenario.from_toml(history.scenario_toml)
+    beam, first = scenario.beam, history.events[0]
+    mass = beam.density * beam.area
+    impedance = (beam.youngs_modulus * beam.second_moment) ** 0.25 * mass**0.75 / np.sqrt(2.0)
+    beta = float(history.at(first.time, "left")["theta"]) - scenario.slope.angle
+    speed = -first.normal_velocity
+    return np.asarray(2.0 * impedance * speed * np.sqrt(time / np.pi) / np.cos(beta) ** 2)
+
+
+@cache
+def rigid(elements: int) -> History:
+    """Run the full nodal model onto a rigid stop for two milliseconds of contact."""
+    return simulate(
+        Scenario.builtin("elastic-stop").replace(
+            contact__normal="rigid",
+            discretization__elements=elements,
+            solver__rho_infinity=0.0,
+            solver__contact_step=2e-6,
+            solver__output_interval=2e-6,
+            end_time=0.3193,
+        )
+    )
+
+
+def _draw_touch_down(axes: Axes) -> None:
+    history = rigid(64)
+    since = history["time"].values - history.events[0].time
+    applied = np.concatenate([[0.0], np.cumsum(np.diff(since) * history["lambda_n"].values[1:])])
+    start = int(np.searchsorted(since, 0.0, side="right"))
+    applied = applied - applied[start] + history.events[0].normal_impulse
+    time = np.linspace(0.0, 2e-3, 200)
+    axes.plot(1e3 * since[start:], applied[start:], color=SERIES[0], label="rigid stop, 64 elements")
+    axes.plot(
+        1e3 * time,
+        touch_down_law(history, time),
+        color=GREY,
+        ls=(0, (4, 2)),
+        label=r"$2 Z v_0 \sqrt{t/\pi}/\cos^2\beta$",
+    )
+    axes.set(xlabel="time after the touch-down (ms)", ylabel=r"$\int \lambda_n\, \mathrm{d}t$ (N s)")
+    axes.set(xlim=(0.0, 2.0), ylim=(0.0, None))
+    axes.legend(loc="lower right")
+
+
+def residual_flexibility() -> Figure:
+    """The static stiffness of what is left out, and the second collision with and without it."""
+    counts = [4, 6, 8, 12, 16, 24]
+    base = Scenario.builtin("paper").replace(
+        contact__normal="spring", contact__friction="frictionless", discretization__frame="mean-axis", end_time=0.9
+    )
+    starts: dict[bool, list[float]] = {True: [], False: []}
+    for known in starts:
+        for count in counts:
+            case = base.replace(discretization__modes=count, contact__residual_flexibility=known)
+            starts[known].append(simulate(case).macro_collisions[1]["start"])
+    limit = 0.865327  # s, of the page
+    with figure_style():
+        figure = new_figure(2.9)
+        left, right = figure.subplots(1, 2)
+        modes = np.unique(np.geomspace(2, 64, 16).astype(int))
+        clamped = {"mean-axis": False, "tangent": True}
+        for (frame, fixed), colour in zip(clamped.items(), SERIES, strict=False):
+            rest = [
+                1.0
+                / residual_compliance(
+                    build_operators(base.replace(discretization__modes=int(n), discretization__frame=frame)), fixed
+                )
+                for n in modes
+            ]
+            left.loglog(modes, rest, "o-", ms=3.5, color=colour, label=frame)
+        cube = modes[6:] ** 3.0
+        left.loglog(modes[6:], 0.35 * rest[6] * cube / cube[0], color=GREY, ls=(0, (4, 2)), label="$N^3$")
+        left.axhline(1e6, color=GREY, lw=0.8, ls=":")
+        label(left, (64, 1e6), "stop", (0.0, 6.0), ha="right", fontsize=8.5, color=GREY)
+        left.set(xlabel="modes $N$ (1)", ylabel="$1/g_r$ (N/m)")
+        left.legend(loc="upper left")
+        for known, name, colour in ((False, "without", SERIES[3]), (True, "with residual flexibility", SERIES[0])):
+            errors = np.abs(np.array(starts[known]) - limit)
+            right.loglog(counts, errors, "o-", ms=4.0, color=colour, label=name)
+        right.set(xlabel="modes $N$ (1)", ylabel="second collision: error (s)")
+        right.set_xticks(counts, [str(n) for n in counts])
+        left.set_xticks([2, 4, 8, 16, 32, 64], ["2", "4", "8", "16", "32", "64"])
+        for axes in (left, right):
+            axes.minorticks_off()
+        right.legend(loc="lower left")
+    return figure
+
+
+def nodal() -> Figure:
+    """What W is made of, and what generalized-alpha leaves of a vibration in a step."""
+    with figure_style():
+        figure = new_figure(2.9)
+        left, right = figure.subplots(1, 2)
+        _draw_coordinates(left)
+        steps = np.geomspace(1e-2, 1e4, 400)
+        for rho, colour in zip((1.0, 0.8, 0.5, 0.0), SERIES, strict=False):
+            radius = [spectral_radius(rho, float(step)) for step in steps]
+            right.semilogx(steps, radius, color=colour, label=f"{rho:g}")
+        right.set(
+            xlabel=r"step $\times$ frequency, $\omega h$ (1)", ylabel="left after a step (1)", ylim=(-0.03, 1.06)
+        )
+        right.legend(title=r"$\rho_\infty$", loc="lower left")
+    return figure
+
+
+def spectral_radius(rho: float, step: float) -> float:
+    """Return what a step of generalized-alpha leaves of a vibration of frequency 1: eq. (alpha-step)."""
+    c = coefficients(rho, 0.0)
+    # unknown are q1, v1 and a1, known q0, v0 and a0; the acceleration is -q
+    new = np.array(
+        [
+            [1.0, 0.0, -(step**2) * c.beta],
+            [0.0, 1.0, -step * c.gamma],
+            [1.0 - c.alpha_f, 0.0, 1.0 - c.alpha_m],
+        ]
+    )
+    old = np.array(
+        [
+            [1.0, step, step**2 * (0.5 - c.beta)],
+            [0.0, 1.0, step * (1.0 - c.gamma)],
+            [-c.alpha_f, 0.0, -c.alpha_m],
+        ]
+    )
+    return float(np.max(np.abs(np.linalg.eigvals(np.linalg.solve(new, old)))))
+
+
+def _draw_coordinates(axes: Axes) -> None:
+    now = run().at(moments(run())[0])
+    x, uy = np.asarray(now["station"]), np.asarray(now["uy"])
+    # the mean axis of this shape: theta and B of the total coordinates, relative to the tangent at the root
+    weight = np.gradient(x) * x
+    mean = float(weight @ uy / (weight @ x))
+    turned = float(now["theta"]) - 0.2
+    total = (turned + mean) * x + (uy - mean * x)
+    axes.plot(x, total, color=SERIES[0], lw=2.4, label="$W$")
+    axes.plot(x, (turned + mean) * x, color=GREY, ls=(0, (5, 2)), label=r"$\mathbf{x}\,\theta$")
+    axes.fill_between(x, (turned + mean) * x, total, color=SERIES[1], alpha=0.35, lw=0.0, label="$B$")
+    axes.plot(x[::4], total[::4], "o", ms=3.5, color=SERIES[0])
+    axes.set(xlabel="$x$ (m)", ylabel="transverse displacement (m)", xlim=(0.0, 1.02))
+    axes.legend(loc="upper left")

@@ -1,0 +1,61 @@
+"""Draw the pictures of the pages: ``python -m docs.pictures.draw [NAME ...]``, in the folder of the sources.
+
+Drawings are SVG, one for both themes (`docs/_ext/two_themes.py` makes the dark one while the site is built);
+pictures of the beam are PNG, one for each theme. A test draws each drawing anew and holds the kept one against it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from PIL import Image
+
+from . import contacts, mechanics, scenes, sketch, studies
+from .paper import FOLDER, save
+
+#: a drawing for each page, by its name
+DRAWINGS: dict[str, Callable[[], Figure]] = {
+    "sketch": sketch.sketch,
+    "kinematics": mechanics.kinematics,
+    "motion": mechanics.motion,
+    "frames": mechanics.frames,
+    "contact": mechanics.contact,
+    "algorithm": contacts.algorithm,
+    "elastic-stop": contacts.elastic_stop,
+    "residual-flexibility": contacts.residual_flexibility,
+    "nodal": contacts.nodal,
+    "refinement": studies.refinement,
+    "results": studies.results,
+    "check": studies.check,
+    "cluster": studies.cluster,
+    "library": studies.library,
+    "own-parts": studies.own_parts,
+    "player": mechanics.player,
+}
+#: pictures in pixels, drawn once for each theme
+SCENES: dict[str, Callable[[str], Image.Image]] = {
+    "film": scenes.film,
+    "scenario": scenes.scenario,
+    "paraview": scenes.paraview,
+    "absolute-difference": scenes.absolute_difference,
+}
+
+
+def draw(name: str, folder: Path = FOLDER) -> list[Path]:
+    """Draw a picture into a folder; returns its files."""
+    if name in DRAWINGS:
+        return [save(DRAWINGS[name](), name, folder)]
+    files = []
+    for theme, suffix in (("light", ""), ("dark", "-dark")):
+        file = folder / f"{name}{suffix}.png"
+        SCENES[name](theme).quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
+        files.append(file)
+    return files
+
+
+if __name__ == "__main__":
+    for wanted in sys.argv[1:] or [*DRAWINGS, *SCENES]:
+        print(*draw(wanted), flush=True)

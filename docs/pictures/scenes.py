@@ -1,0 +1,120 @@
+"""Pictures of the beam in pixels, light and dark."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from PIL import Image, ImageDraw, ImageFont
+
+from oblique_impact import History, Scenario, simulate
+from renders import Style, export, render
+from renders.style import THEMES
+
+from .mechanics import paper
+from .studies import blocks
+
+SIZE = (640, 360)
+_GAP, _CAPTION = 14, 30  # pixels
+
+
+def film(theme: str) -> Image.Image:
+    """Six stills, each with the option that makes it."""
+    smooth = paper("contact.friction=frictionless")
+    other = "light" if theme == "dark" else "dark"
+    tiles = [
+        ("a still of a run", [paper()], Style(SIZE, theme)),
+        (f"--theme {other}", [paper()], Style(SIZE, other)),
+        ("--bare", [paper()], Style(SIZE, theme, charts=False, inset=False, ghosts=False, trace=False)),
+        ("--colour bending_moment", [paper()], Style(SIZE, theme, quantity="bending_moment")),
+        ("two runs", [paper(), smooth], Style(SIZE, theme)),
+        ("--layout overlay", [paper(), smooth], Style(SIZE, theme, layout="overlay")),
+    ]
+    return sheet([(name, still(runs, style)) for name, runs, style in tiles], theme)
+
+
+def still(histories: list[History], style: Style, **options: object) -> Image.Image:
+    """Return a still, at 0.3245 s if nothing else is said."""
+    names = ["friction", "smooth"] if len(histories) > 1 else []
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "still.png"
+        render(histories, file, style, **({"times": [0.3245], "names": names} | options))
+        with Image.open(file) as picture:
+            return picture.convert("RGB")
+
+
+def sheet(tiles: list[tuple[str, Image.Image]], theme: str) -> Image.Image:
+    """Put pictures of one size in two columns, a line of text below each."""
+    colours, (width, height) = THEMES[theme], tiles[0][1].size
+    rows = (len(tiles) + 1) // 2
+    whole = Image.new("RGB", (2 * width + _GAP, rows * (height + _CAPTION + _GAP) - _GAP), colours.background)
+    draw = ImageDraw.Draw(whole)
+    font = ImageFont.truetype(_mono(), 19)
+    for place, (name, picture) in enumerate(tiles):
+        left, top = (place % 2) * (width + _GAP), (place // 2) * (height + _CAPTION + _GAP)
+        whole.paste(picture, (left, top))
+        draw.rectangle((left, top, left + width - 1, top + height - 1), outline=colours.line)
+        draw.text((left + 6, top + height + 5), name, fill=colours.dim, font=font)
+    return whole
+
+
+def _mono() -> str:
+    """Return the file of Matplotlib's fixed-width font."""
+    from matplotlib import font_manager
+
+    return font_manager.findfont("DejaVu Sans Mono")
+
+
+def scenario(theme: str) -> Image.Image:
+    """The beam of the page at its largest force."""
+    history = simulate(Scenario.from_toml(blocks("scenario.md", "toml")[0]))
+    return still([history], Style((1280, 560), theme), times=[float(history["lambda_n"].idxmax())])
+
+
+def paraview(theme: str) -> Image.Image:
+    """What ParaView's own Python makes of an export and the state beside it; needs `pvpython` and `xvfb-run`."""
+    colours = THEMES[theme]
+    with tempfile.TemporaryDirectory() as folder:
+        state = export(paper(), Path(folder) / "beam.pvd", every=50).state
+        text = state.read_text(encoding="utf-8")
+        # ParaView's background and letters in the colours of the page
+        for colour, words in (
+            (colours.background, "view.Background = "),
+            (colours.ink, "legend.TitleColor = legend.LabelColor = "),
+            (colours.ink, "time.Color, time.FontSize = "),
+        ):
+            parts = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+            text, found = re.subn(rf"(?m)^({re.escape(words)})\[[^]]*\]", rf"\g<1>{parts}", text)
+            assert found == 1, words
+        state.write_text(text, encoding="utf-8")
+        picture = Path(folder) / "beam.png"
+        plain = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+        server = ["xvfb-run", "-a", "-s", "-screen 0 1400x900x24"]
+        command = [*server, "pvpython", "--force-offscreen-rendering", str(state), str(picture), "0.3245"]
+        subprocess.run(command, check=True, env=plain, capture_output=True, timeout=300)
+        with Image.open(picture) as drawn:
+            return drawn.convert("RGB").crop((200, 330, 1200, 720))  # the upper half is empty
+
+
+def absolute_difference(theme: str) -> Image.Image:
+    """The two mechanics in the fifth contact, from the commands of the page."""
+    floating, exact = absolute_runs()
+    style = Style((1280, 560), theme)
+    return still([floating, exact], style, times=[0.3287], names=["floating", "exact"], magnify_difference=20.0)
+
+
+@cache
+def absolute_runs() -> tuple[History, History]:
+    """Run what `docs/theory/absolute.md` tells to run."""
+    floating = Scenario.builtin("elastic-stop", ["end_time=0.34"])
+    exact = floating.replace(
+        discretization__method="absolute",
+        solver__scheme="energy-consistent",
+        solver__free_step=2e-4,
+        solver__contact_step=1e-5,
+    )
+    return simulate(floating), simulate(exact)

@@ -1,0 +1,45 @@
+"""The scripts of the page of a run in Node, with a canvas that takes notes (`stage.js`)."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+from renders import player
+from renders.player.document import DRAWING
+from renders.player.packing import unpacked
+from renders.player.payload import payload
+from tests.renders.page_arrays import frame_axes
+
+NODE = shutil.which("node") or shutil.which("nodejs")
+PAGE = Path(next(iter(player.__path__))) / "page"
+
+
+class Scripts:
+    """The scripts of the page of a story."""
+
+    def __init__(self, story):
+        content = payload(story, 400)
+        self.arrays, self.facts = {n: unpacked(entry) for n, entry in content.arrays.items()}, content.facts
+        self.x, self.y = frame_axes(self.arrays, self.facts)
+        self._content = {"arrays": json.dumps(content.arrays), "facts": json.dumps(content.facts)}
+        files = [Path(__file__).with_name("stage.js"), *(PAGE / f"{name}.js" for name in DRAWING)]
+        own = [file.read_text(encoding="utf-8") for file in files]
+        self._source = "\n".join([*own, "readColours(); setScene(facts.factor);"])
+
+    def value(self, expression, **given):
+        """Value of a JavaScript expression, which may use what the scripts define, and CONTENT.NAME of `given`."""
+        source, content = f"{self._source}\nconsole.log(JSON.stringify({expression}));", self._content | given
+        done = subprocess.run([NODE, "-e", source], input=json.dumps(content), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr[:2000]
+        return json.loads(done.stdout)
+
+    def at(self, place, expression):
+        """Value of an expression in which `moment` is what there is at a place among the frames."""
+        return self.value(f"((moment) => {expression})(momentAt({place}, newMoment()))")
+
+    def drawn(self, place, call):
+        """What a call draws at a place among the frames."""
+        return self.at(place, f"note(() => {call})")

@@ -1,0 +1,226 @@
+"""The page of a run in a headless Chromium: what is written and drawn, and how time moves."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from oblique_impact.contact.state import State
+from tests.renders.browsing import drag, image, now, rgb, seek, settle, text
+from tests.renders.test_player import content
+
+
+def test_the_browser_decodes_what_was_embedded(player, run):
+    for name, array in content(run("paper"))[0].items():
+        values = f"player.arrays.{name}"
+        size, total = player.evaluate(f"[{values}.length, {values}.reduce((s, v) => s + v, 0)]")
+        assert (size, total) == (array.size, pytest.approx(float(array.astype(float).sum()), rel=1e-9))
+
+
+@pytest.mark.parametrize(("time", "state"), [(0.2, State.FREE), (0.3185, State.SLIP), (0.3252, State.SLIP)])
+def test_time_state_and_numbers_are_written(player, run, time, state):
+    seek(player, time)
+    assert text(player, "time") == f"t = {time:.6f} s"
+    assert text(player, "state") == state.name
+    assert player.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor") == rgb(state)
+    assert text(player, "rate") == ("shown at 1/500 of real time" if state else "shown at 1/10 of real time")
+    labels, values = (player.locator(f"#numbers {tag}").all_text_contents() for tag in ("dt", "dd"))
+    found = dict(zip(labels, values, strict=True))
+    data = run("paper").data.interp(time=time)
+    for label, name, factor, unit in (
+        ("gap", "gap", 1e3, "mm"),
+        ("tangential velocity", "slip_rate", 1.0, "m/s"),
+        ("normal force", "lambda_n", 1.0, "N"),
+        ("tangential force", "lambda_tau", 1.0, "N"),
+    ):
+        number, said = found[label].replace("−", "-").split(" ")
+        assert said == unit
+        assert float(number) == pytest.approx(factor * float(data[name]), rel=2e-3, abs=2e-3), label
+    legend = player.locator("#force-legend").text_content().replace("−", "-")
+    forces = re.fullmatch(r"Contact force \(N\)normal (\S+)tangential (\S+)", legend).groups()
+    assert list(map(float, forces)) == pytest.approx(
+        [float(data["lambda_n"]), float(data["lambda_tau"])], rel=2e-3
+    )
+    legend = player.locator("#energy-legend").text_content()
+    energies = dict(re.findall(r"(kinetic|elastic|gravity|total) ([\d.]+)", legend))
+    assert legend.startswith("Energy (J)")
+    parts = [float(data[f"energy_{kind}"]) for kind in ("kinetic", "elastic", "gravity")]
+    assert [float(energies[kind]) for kind in ("kinetic", "elastic", "gravity", "total")] == pytest.approx(
+        [*parts, sum(parts)], abs=1e-3
+    )
+    assert text(player, "deformation") == "deflection drawn ×5 about the pin–tip chord"
+
+
+def test_the_rate_follows_the_chosen_speed(player):
+    seek(player, 0.2)
+    for speed, said in (("0.5", "1/20"), ("4", "1/2.5")):
+        player.locator("#speed").select_option(speed)
+        settle(player)
+        assert text(player, "rate") == f"shown at {said} of real time"
+
+
+def test_events_are_listed_with_time_kind_and_impulse(player, run):
+    shown = player.locator("#events li").all_text_contents()
+    for row, event in zip(shown, run("paper").events, strict=True):
+        found = re.fullmatch(r"([\d.]{8})(\w+) (?:(\S+) N s)?", row)
+        assert (float(found[1]), found[2]) == (pytest.approx(event.time, abs=1e-6), event.kind.value)
+        assert float(found[3] or 0.0) == pytest.approx(event.normal_impulse, rel=6e-3)
+    assert text(player, "events-note") == "time (s), kind, impulse"
+    dots = player.locator("#events i").evaluate_all("dots => dots.map(d => getComputedStyle(d).backgroundColor)")
+    assert dots == [rgb(event.state) for event in run("paper").events]
+
+
+@pytest.mark.parametrize(("time", "state", "strength"), [(0.2, State.FREE, 0.35), (0.3185, State.SLIP, 1.0)])
+def test_the_strip_above_the_buttons_has_the_colours_of_the_states(player, time, state, strength):
+    seek(player, time)
+    *found, alpha = player.evaluate(
+        """() => {
+            const canvas = document.getElementById("strip"), wide = canvas.getBoundingClientRect().width - 14;
+            const part = player.now().film / player.arrays.frame_film.at(-1), dots = window.devicePixelRatio;
+            return [...canvas.getContext("2d").getImageData(dots * (7 + wide * part), 22 * dots, 1, 1).data];
+        }"""
+    )
+    assert found == pytest.approx([int(part) for part in re.findall(r"\d+", rgb(state))], abs=4)
+    assert alpha == pytest.approx(255 * strength, abs=2)
+
+
+def test_a_run_that_blew_up_is_shown(page, run, files):
+    """The paper's model with too many clamped shapes; the page says why it stopped."""
+    page.goto(files("paper", "light", "discretization.modes=6").as_uri())
+    page.keyboard.press("End")
+    assert now(page) == pytest.approx(run("paper", "discretization.modes=6").summary["end_time"], abs=1e-6)
+    assert "The run stopped early." in page.locator("header").text_content()
+
+
+def test_it_plays_and_pauses(player):
+    seek(player, 0.1)
+    player.keyboard.press("Space")
+    assert player.locator("#play").get_attribute("aria-label") == "Pause"
+    player.wait_for_function("() => player.now().time > 0.11")
+    player.keyboard.press("Space")
+    paused = now(player)
+    settle(player)
+    assert now(player) == paused
+    assert paused < 0.317  # in flight a tenth of real time
+    player.evaluate("player.goTo(player.now().frames - 1.001); player.play()")
+    player.wait_for_function("() => !player.now().playing")
+    assert now(player) == 1.0
+    player.locator("#play").click()  # from the end it starts again
+    settle(player)
+    assert now(player) < 0.1
+
+
+def test_the_keyboard_steps_frames_and_events(player, run):
+    events, times = run("paper").events, player.evaluate("Array.from(player.arrays.frame_time)")
+
+    def press(key):
+        player.keyboard.press(key)
+        settle(player)
+        return now(player)
+
+    assert [press("ArrowRight") for _ in range(3)] == times[1:4]
+    assert press("ArrowLeft") == times[2]
+    for event in events[:4]:
+        assert press("Shift+ArrowRight") == np.nextafter(event.time, np.inf)
+        assert player.evaluate("player.now().state") == event.state
+    current = player.locator("#events [aria-current]").text_content()
+    assert current.startswith(f"{events[3].time:.6f}{events[3].kind.value}")
+    assert press("ArrowLeft") == events[3].time  # the other side of the reversal or the impact
+    assert press("Shift+ArrowLeft") == np.nextafter(events[2].time, np.inf)
+    assert [press(key) for key in ("End", "Home", "ArrowLeft")] == [times[-1], 0.0, 0.0]
+
+
+def test_slider_events_and_charts_are_scrubbed_with_the_mouse(player, run):
+    drag(player, "#slider", 0.005, 0.4, 0.6)
+    assert player.evaluate("player.now().film / player.arrays.frame_film.at(-1)") == pytest.approx(0.6, abs=0.01)
+    player.locator("#events button").nth(2).click()
+    assert now(player) == np.nextafter(run("paper").events[2].time, np.inf)
+    seek(player, 0.3252)  # the charts show the collision alone
+    drag(player, "#force", 0.6, 0.4)
+    assert 0.317 < now(player) < 0.3304
+    player.locator("#range").select_option("whole")
+    settle(player)
+    for name in ("#force", "#energy"):
+        seen = []
+        for part in (0.3, 0.5, 0.7):  # time is linear, and its range is the run
+            drag(player, name, 0.2, part)
+            seen.append(now(player))
+        assert seen[2] - seen[1] == pytest.approx(seen[1] - seen[0], rel=5e-3)
+        drag(player, name, 0.5, 0.999)
+        assert now(player) == 1.0
+        drag(player, name, 0.5, 0.001)
+        assert now(player) == 0.0
+
+
+def test_frames_differ_and_are_not_blank(player):
+    images = {}
+    for time in (0.0, 0.2, 0.3185, 0.3252, 0.5):
+        seek(player, time)
+        for name in ("scene", "inset", "force", "energy"):
+            images.setdefault(name, set()).add(image(player, name))
+    assert {name: len(found) for name, found in images.items()} == dict.fromkeys(images, 5)
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1000, 700), (390, 844)])
+def test_it_fits_every_window(browser, files, width, height):
+    page = browser.new_page(viewport={"width": width, "height": height}, device_scale_factor=2.0)
+    page.goto(files().as_uri())
+    seek(page, 0.3252)
+    size = page.evaluate("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
+    assert size[0] <= width
+    if width >= 900:  # nothing to scroll
+        assert size[1] <= height
+    for name in ("scene", "inset", "force", "energy"):
+        box = page.locator(f"#{name}").bounding_box()
+        assert page.locator(f"#{name}").evaluate("c => c.width") == pytest.approx(2.0 * box["width"], rel=0.01)
+        assert (box["width"] > 180, box["height"] > 90) == (True, True)
+    clipped = page.evaluate(
+        "[...document.querySelectorAll('button, h1, h2, output, .pill, label, dl, dd, dt, .legend span')]"
+        ".filter(e => e.getClientRects().length && e.clientWidth && e.scrollWidth > e.clientWidth + 1)"
+        ".map(e => e.id || e.textContent)"
+    )
+    assert clipped == []
+    page.close()
+
+
+def test_the_theme_follows_the_system_or_the_switch(player, files):
+    light, dark = "rgb(255, 255, 255)", "rgb(18, 23, 29)"
+
+    def ground():
+        settle(player)
+        return player.evaluate("getComputedStyle(document.body).backgroundColor")
+
+    before = image(player, "scene")
+    assert ground() == light
+    player.locator("#theme").click()
+    assert ground() == dark
+    assert image(player, "scene") != before
+    player.locator("#theme").click()
+    assert ground() == light
+    player.emulate_media(color_scheme="dark")
+    for theme, expected in (("auto", dark), ("light", light), ("dark", dark)):
+        player.goto(files("paper", theme).as_uri())
+        assert ground() == expected
+
+
+def test_names_for_those_who_do_not_see_it(player):
+    seek(player, 0.3252)
+    assert player.locator("#slider").get_attribute("aria-valuetext") == "0.325200 s, SLIP"
+    assert text(player, "spoken") == ""  # not while it changes
+    player.wait_for_function("() => document.getElementById('spoken').textContent")
+    assert text(player, "spoken") == "t = 0.325200 s, SLIP, normal force 242 N"
+    assert player.locator("#scene").get_attribute("aria-label").endswith("bending stress (MPa), tension positive")
+    unnamed = player.evaluate(
+        "[...document.querySelectorAll('button, input, select, canvas:not([aria-hidden])')].filter(e =>"
+        " !(e.getAttribute('aria-label') || e.closest('label') || e.textContent.trim())).length"
+    )
+    assert unnamed == 0
+
+
+def test_a_link_opens_at_a_time_and_in_a_theme(page, files):
+    page.goto(f"{files('sticking').as_uri()}#t=0.62&theme=dark")
+    settle(page)
+    assert (text(page, "state"), now(page)) == ("STICK", pytest.approx(0.62))
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
