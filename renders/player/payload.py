@@ -145,32 +145,21 @@ def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
 
 
 def _contacts(geometry: BeamGeometry, frame_times: Array) -> list[dict[str, Any]]:
-    """Return the contacts that the page lists, with the frame after their start.
-
-    One that the run ends in has neither end, impulse nor loss yet.
-    """
-    history, times = geometry.history, geometry.times
-    found: list[dict[str, Any]] = [
+    """Return the contacts that the page lists, with the frame after their start; one that lasts has no end."""
+    history, last = geometry.history, float(geometry.times[-1])
+    lasting = history["state"].values[-1] != State.FREE
+    return [
         {
             "start": contact.start,
-            "end": contact.end,
+            "end": None if lasting and contact.end >= last else contact.end,
             "states": _states_between(geometry, contact.start, contact.end),
             "impulse": _finite(contact.normal_impulse),
             "peak_force": _finite(contact.peak_force),
             "loss": _finite(contact.energy_loss),
+            "frame": max(int(last_sample(frame_times, contact.start)), 0),
         }
         for contact in evenly(history.contacts)
     ]
-    touching = history["state"].values != State.FREE
-    if touching[-1]:
-        first = int(np.flatnonzero(~touching).max(initial=0))
-        force = float(np.nanmax(history["lambda_n"].values[first:]))
-        states = _states_between(geometry, float(times[first]), float(times[-1]))
-        unknown = dict.fromkeys(("end", "impulse", "loss"))
-        found.append({"start": float(times[first]), "states": states, "peak_force": _finite(force), **unknown})
-    for one in found:
-        one["frame"] = max(int(last_sample(frame_times, one["start"])), 0)
-    return found
 
 
 def _states_between(geometry: BeamGeometry, start: float, end: float) -> list[int]:

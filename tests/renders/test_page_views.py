@@ -109,7 +109,7 @@ def seen(scripts, *calls):
 def test_zoom_enlarges_and_keeps_what_lies_under_the_pointer(scripts):
     right, down = 120.0, -40.0
     before, after = seen(scripts), seen(scripts, f"zoomBy(3, whole, [{right}, {down}])")
-    middle = scripts.value(f"[{WIDE} / 2, ({HIGH} - BAR) / 2]")
+    middle = scripts.value(f"[{WIDE} / 2, sceneHeight({HIGH}) / 2]")
     assert after["scale"] == pytest.approx(3.0 * before["scale"])
     at = np.add(middle, (right, down))
     under = [(at - (view["x0"], view["y0"])) / view["scale"] for view in (before, after)]

@@ -55,7 +55,7 @@ function markEvent() {
 
 // Contacts -------------------------------------------------------------------------------------------------------
 
-const COLUMNS = ["start (s)", "end (s)", "state", "normal impulse (N s)", "peak force (N)", "loss (J)"];
+const COLUMNS = ["start (s)", "end (s)", "state", "normal impulse (N\u00a0s)", "peak force (N)", "loss (J)"];
 let contactButtons = [];
 let contact = -1;
 

@@ -8,6 +8,7 @@ const scene = {
 };
 
 const BAR = 52; // pixels at the bottom for the colour bar
+const LOW = 190; // pixels: a lower picture has no room for it
 const ARROW = 0.16; // of the length, at the largest force
 const THIN = 2.2; // pixels: a thinner radius is drawn thicker
 const STROBE = 0.11 * facts.length; // path of the contact point between two ghosts
@@ -50,9 +51,14 @@ function setScene(factor) {
   scene.bounds = box;
 }
 
+/** Height of the picture above the colour bar. */
+function sceneHeight(height) {
+  return height < LOW ? height : height - BAR;
+}
+
 /** What is seen: metres to pixels, `whole` the scale without zoom. */
 function sceneView(width, height) {
-  const { left, right, low, high } = scene.bounds, pad = 6, tall = height - BAR;
+  const { left, right, low, high } = scene.bounds, pad = 6, tall = sceneHeight(height);
   const whole = Math.min((width - 2 * pad) / (right - left), (tall - 2 * pad) / (high - low));
   const all = { scale: whole, x0: width / 2 - (whole * (left + right)) / 2, y0: tall / 2 + (whole * (low + high)) / 2 };
   const view = zoomedView(all, [width / 2, tall / 2]);
@@ -63,9 +69,10 @@ function sceneView(width, height) {
 function drawScene(moment) {
   if (!scene.surface.begin()) return;
   const c = scene.surface.context, { width, height } = scene.surface, view = sceneView(width, height);
+  const tall = sceneHeight(height);
   c.save();
   c.beginPath();
-  c.rect(0, 0, width, height - BAR);
+  c.rect(0, 0, width, tall);
   c.clip();
   drawWedge(c, view);
   drawPin(c, view);
@@ -74,11 +81,11 @@ function drawScene(moment) {
   drawTube(c, view, magnified(moment, scene.factor), moment.sides);
   drawHinge(c, view);
   const tail = drawForce(c, view, moment, ARROW * facts.length * view.whole);
-  const seen = tail && tail.x > 0 && tail.x < width && tail.y > 0 && tail.y < height - BAR;
-  if (seen) labelForce(c, tail, width, height, stateColour[moment.state]);
-  if (zoom.by > 1) drawScaleBar(c, view, width, height - BAR);
+  const seen = tail && tail.x > 0 && tail.x < width && tail.y > 0 && tail.y < tall;
+  if (seen) labelForce(c, tail, width, tall, stateColour[moment.state]);
+  if (zoom.by > 1) drawScaleBar(c, view, width, tall);
   c.restore();
-  drawColourBar(c, width, height);
+  if (tall < height) drawColourBar(c, width, height);
 }
 
 /** The size of the force where its arrow begins. */
@@ -88,7 +95,7 @@ function labelForce(c, { x, y, ux, uy, size }, width, height, tint) {
   c.textBaseline = "middle";
   const text = `${significant(size, 3)} N`, half = c.measureText(text).width / 2;
   const at = x + (half + 8) * ux;
-  labelled(c, text, Math.min(width - half - 4, Math.max(half + 4, at)), Math.min(height - BAR - 8, Math.max(10, y + 14 * uy)), tint);
+  labelled(c, text, Math.min(width - half - 4, Math.max(half + 4, at)), Math.min(height - 8, Math.max(10, y + 14 * uy)), tint);
   c.font = FONT;
 }
 

@@ -24,13 +24,13 @@ function zoomScene(times, pointer) {
 /** Pixels from the middle of the scene, to the right and downward. */
 function offsetOf({ clientX, clientY }) {
   const box = scene.surface.canvas.getBoundingClientRect(), { width, height } = scene.surface;
-  return [(clientX - box.left) / unit - width / 2, (clientY - box.top) / unit - (height - BAR) / 2];
+  return [(clientX - box.left) / unit - width / 2, (clientY - box.top) / unit - sceneHeight(height) / 2];
 }
 
 function offsetOfContact(view) {
   const { width, height } = scene.surface, [x, y] = touchPlace(view, moment);
-  const offset = [x - width / 2, y - (height - BAR) / 2];
-  return Math.abs(offset[0]) < width / 2 && Math.abs(offset[1]) < (height - BAR) / 2 ? offset : [0, 0];
+  const offset = [x - width / 2, y - sceneHeight(height) / 2];
+  return Math.abs(offset[0]) < width / 2 && Math.abs(offset[1]) < sceneHeight(height) / 2 ? offset : [0, 0];
 }
 
 /** Move what is seen, in pixels. */
