@@ -205,7 +205,7 @@ def _row_of(style: Style) -> tuple[int, int]:
 
 
 def _name(source: Source, number: int, sources: Sequence[Source]) -> str:
-    """Return what a run is called: as its folder; a single one that has none, as the built-in case that it is of."""
+    """Return what a run is called: as its folder; a single one without, as the built-in case that it is of."""
     if isinstance(source, History):
         return builtin_name(Scenario.from_toml(source.scenario_toml)) if len(sources) == 1 else f"history {number}"
     path = Path(source)

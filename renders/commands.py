@@ -66,7 +66,7 @@ def render(
 ) -> None:
     """Draw a still, a strip, a film, charts or an interactive page from histories, as the suffix of --out says.
 
-    A page (.html) takes --deformation, --theme, --colour, --name, --title; charts --theme, --title, --name, --preset.
+    A page takes --deformation, --theme, --colour, --name, --title; charts --theme, --title, --name, --preset.
     """
     from renders.command import parse_size, render_command
     from renders.style import Style
