@@ -63,8 +63,8 @@ class Backdrop:
 
 def darken(pixels: Pixels, seen: NDArray[np.bool_], shadow: Shadow, surface: Surface) -> None:
     """Darken the pixels (rows, columns) of the window that lie in a shadow, where its surface is seen."""
-    levels = shadow.levels.repeat(SUPERSAMPLING, axis=0).repeat(SUPERSAMPLING, axis=1)
-    pixels[seen] = surface.tones[levels[seen]]
+    tones = surface.tones[shadow.levels].repeat(SUPERSAMPLING, axis=1).repeat(SUPERSAMPLING, axis=0)
+    np.copyto(pixels, tones, where=seen)
 
 
 def lay(strip: Strip, pixels: Pixels, box: Box, where: NDArray[np.bool_] | None = None) -> None:
@@ -76,7 +76,7 @@ def lay(strip: Strip, pixels: Pixels, box: Box, where: NDArray[np.bool_] | None 
         return
     inner = slice(high - box[1], low - box[1]), slice(first - box[0], last - box[0])
     found: Pixels = part[high - top : low - top, first - left : last - left]
-    pixels[inner] = found if where is None else np.where(where[inner], found, pixels[inner])
+    np.copyto(pixels[inner], found, where=True if where is None else where[inner])
 
 
 def picture_of(pixels: Pixels) -> Image.Image:

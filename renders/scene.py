@@ -18,7 +18,7 @@ from renders.ground import depth_of
 from renders.offscreen import prepare
 from renders.scale_bar import ScaleBar, scale_bar
 from renders.scenery import footprint, pin, slab, slope_wedge, stand
-from renders.shadow import Footprint, Pixels, Shadow, Surface, shadow_around, shadow_on
+from renders.shadow import Footprint, Part, Pixels, Shadow, Surface, part_of, shadow_around, shadow_on
 from renders.story import Story
 from renders.style import Style, Theme
 
@@ -101,11 +101,12 @@ class View:
         self._footprints: list[Footprint] = []
         solids = self._add_scenery(shown[0], story)
         self._backdrop: Backdrop | None = None
-        self._around: Shadow | None = None  # of what stands on the ground
         self._aim(solids, span)
-        if self._footprints and not close:
-            radius = shown[0].touch_radius
-            self._around = shadow_around(self._surfaces[0], self._footprints, radius, self.project, size)
+        # by a camera that does not move
+        self._seen = [] if close else [part_of(surface, self.project, size) for surface in self._surfaces]
+        self._around: Shadow | None = None  # of what stands on the ground
+        if self._seen and self._seen[0]:
+            self._around = shadow_around(self._footprints, shown[0].touch_radius, self._seen[0])
 
     def _add_scenery(self, geometry: BeamGeometry, story: Story) -> list[pv.PolyData]:
         """Add pin and slope, and the ground on which they stand; returns the solids."""
@@ -231,8 +232,7 @@ class View:
             self._look_at(np.append(point - 1.5 * geometry.touch_radius * geometry.slope_axes[1], 0.0))
         backdrop = None if self._close else self._backdrop_now()
         arrows = self._arrows(time) if self._style.arrow else []
-        casters = [beam.caster(time) for beam in self._beams] if self._surfaces else []
-        shadows = [shadow_on(surface, casters, self.project, self.size) for surface in self._surfaces]
+        shadows = self._shadows(time)
         left, top, right, bottom = box = self._touched(arrows) if backdrop else (0, 0, *self._window.GetSize())
         pixels = self._read(left, top, right, bottom)
         if backdrop is None:
@@ -250,13 +250,28 @@ class View:
             return reduced(large)
         whole = backdrop.picture.copy()
         for place, part in strips:
-            whole.paste(reduced(part), (place[0] // SUPERSAMPLING, place[1] // SUPERSAMPLING))
+            if not (left <= place[0] and top <= place[1] and right >= place[2] and bottom >= place[3]):
+                whole.paste(reduced(part), (place[0] // SUPERSAMPLING, place[1] // SUPERSAMPLING))
         whole.paste(reduced(large), (left // SUPERSAMPLING, top // SUPERSAMPLING))
         return whole
 
+    def _shadows(self, time: float) -> list[Shadow | None]:
+        """Return the shadows of the beams on each surface."""
+        if not self._surfaces:
+            return []
+        casters = [beam.caster(time) for beam in self._beams]
+        found = []
+        for n, surface in enumerate(self._surfaces):
+
+            def see(ends: tuple[float, float], reach: float, n: int = n, on: Surface = surface) -> Part | None:
+                return part_of(on, self.project, self.size, ends, reach) if self._close else self._seen[n]
+
+            found.append(shadow_on(surface, casters, see))
+        return found
+
     def _with_shadows(self, pixels: Pixels, shadows: Sequence[Shadow | None]) -> Image.Image:
         """Return the picture of a whole window with shadows on it."""
-        pixels = pixels.copy()
+        pixels = np.ascontiguousarray(pixels)  # its rows are upside down in VTK: this copies them
         for shadow, surface in zip(shadows, self._surfaces, strict=True):
             if shadow:
                 left, top, right, bottom = (SUPERSAMPLING * edge for edge in shadow.box)

@@ -69,7 +69,7 @@ class Shadow(NamedTuple):
     levels: Levels  # (rows, columns) of the box
 
 
-class _Part(NamedTuple):
+class Part(NamedTuple):
     """What a picture shows of a surface: the places (m) at the pixels of a box, and which are on the surface."""
 
     box: Box
@@ -78,31 +78,34 @@ class _Part(NamedTuple):
     inside: NDArray[np.bool_]
 
 
-def shadow_on(
-    surface: Surface, casters: Sequence[Caster], project: Project, size: tuple[int, int]
-) -> Shadow | None:
-    """Return the shadow of beams on a surface in a picture of some size (pixels); None where none is seen."""
+See = Callable[[tuple[float, float], float], Part | None]
+
+
+def shadow_on(surface: Surface, casters: Sequence[Caster], see: See) -> Shadow | None:
+    """Return the shadow of beams on a surface; None where none is seen.
+
+    `see` returns the part of the surface that a picture shows between two places (m) and so far to both sides, or
+    more of it.
+    """
     along = surface.end - surface.start
     if along[0] < _STEEP * np.linalg.norm(along):
         return None
     heights = [np.maximum(c.axis[:, 1] - c.radii - surface.height(c.axis[:, 0]), 0.0) for c in casters]
     widths = [c.radii + _SPREAD * h for c, h in zip(casters, heights, strict=True)]
     reach = _REACH * max(float(w.max()) for w in widths)
-    x = np.concatenate([c.axis[:, 0] for c in casters])
-    seen = _part_of(surface, (float(x.min()) - reach, float(x.max()) + reach), reach, project, size)
+    first = min(float(c.axis[:, 0].min()) for c in casters) - reach
+    last = max(float(c.axis[:, 0].max()) for c in casters) + reach
+    if last < surface.start[0] or first > surface.end[0]:
+        return None
+    seen = see((first, last), reach)
     if seen is None:
         return None
     taken = np.max([_taken(c, w, seen) for c, w in zip(casters, widths, strict=True)], axis=0)
     return Shadow(seen.box, np.round(255.0 * taken * seen.inside).astype(np.uint8))
 
 
-def shadow_around(
-    ground: Surface, footprints: Sequence[Footprint], radius: float, project: Project, size: tuple[int, int]
-) -> Shadow | None:
-    """Return the shadow on the ground around what stands on it, as wide as a beam of some radius (m) has it."""
-    seen = _part_of(ground, (ground.start[0], ground.end[0]), ground.half_depth, project, size)
-    if seen is None:
-        return None
+def shadow_around(footprints: Sequence[Footprint], radius: float, seen: Part) -> Shadow:
+    """Return the shadow around what stands on the ground, as wide as a beam of some radius (m) has it."""
     taken = np.zeros(seen.inside.shape)
     for left, right, half in footprints:
         aside = np.maximum(np.maximum(left - seen.x, seen.x - right), 0.0)
@@ -111,7 +114,7 @@ def shadow_around(
     return Shadow(seen.box, np.round(255.0 * taken * seen.inside).astype(np.uint8))
 
 
-def _taken(caster: Caster, width: Array, seen: _Part) -> Array:
+def _taken(caster: Caster, width: Array, seen: Part) -> Array:
     """Part of the light that one beam takes at the places of a surface, with its half widths (m)."""
     order = np.argsort(caster.axis[:, 0])
     across = caster.axis[order, 0]
@@ -127,10 +130,17 @@ def _taken(caster: Caster, width: Array, seen: _Part) -> Array:
     return np.asarray(strength.astype(np.float32)[number] * np.maximum(1.0 - away, 0.0) ** 2)
 
 
-def _part_of(
-    surface: Surface, ends: tuple[float, float], reach: float, project: Project, size: tuple[int, int]
-) -> _Part | None:
-    """Return what is seen of a surface between two places (m) and so far to both sides; None of nothing."""
+def part_of(
+    surface: Surface,
+    project: Project,
+    size: tuple[int, int],
+    ends: tuple[float, float] = (-np.inf, np.inf),
+    reach: float = np.inf,
+) -> Part | None:
+    """Return what a picture of some size (pixels) shows of a surface: all of it, or as far as it reaches (m).
+
+    None where nothing is seen, or the surface edge on.
+    """
     x0, x1 = surface.start[0], surface.end[0]
     first, last = max(ends[0], x0), min(ends[1], x1)
     origin, end, deep = project(surface.points(np.array([x0, x1, x0]), np.array([0.0, 0.0, 1.0])))
@@ -151,4 +161,4 @@ def _part_of(
     )
     back = np.linalg.inv(seen)
     x, z = x0 + back[0, 0] * across + back[0, 1] * down, back[1, 0] * across + back[1, 1] * down
-    return _Part((left, top, right, bottom), x, z, (np.abs(z) <= surface.half_depth) & (x >= x0) & (x <= x1))
+    return Part((left, top, right, bottom), x, z, (np.abs(z) <= surface.half_depth) & (x >= x0) & (x <= x1))

@@ -9,7 +9,7 @@ import pytest
 
 from renders.ground import ground_of
 from renders.scene import View
-from renders.shadow import Caster, Surface, shadow_on
+from renders.shadow import Caster, Surface, part_of, shadow_on
 from renders.slope import DrawnSlope
 from renders.story import story_of
 from renders.style import Style
@@ -103,11 +103,14 @@ def test_a_shadow_falls_straight_down_and_grows_with_height():
         points = np.asarray(points)
         return np.stack([100.0 * points[:, 0], 100.0 * (1.0 + points[:, 2])], axis=1)
 
+    def see(ends, reach):
+        return part_of(surface, project, (200, 200), ends, reach)
+
     x = np.linspace(0.5, 1.5, 21)
     widths, peaks = [], []
     for height in (0.05, 0.5, 2.0):
         caster = Caster(np.stack([x, np.full(21, height)], axis=1), np.full(21, 0.05))
-        shadow = shadow_on(surface, [caster], project, (200, 200))
+        shadow = shadow_on(surface, [caster], see)
         levels = np.zeros((200, 200), int)
         left, top, right, bottom = shadow.box
         levels[top:bottom, left:right] = shadow.levels
@@ -121,7 +124,7 @@ def test_a_shadow_falls_straight_down_and_grows_with_height():
     assert widths[0] < widths[1] < widths[2]
     assert peaks[0] > peaks[1] > peaks[2] > 0
     below = Caster(np.stack([x + 5.0, np.full(21, 0.05)], axis=1), np.full(21, 0.05))
-    assert shadow_on(surface, [below], project, (200, 200)) is None  # beyond the surface
+    assert shadow_on(surface, [below], see) is None  # beyond the surface
 
 
 def test_a_frame_does_not_depend_on_the_frames_before_it(story):
