@@ -129,7 +129,13 @@ def _draw_force(axes: Axes, histories: dict[str, History], theme: Theme) -> None
         margin = 0.08 * (end - start) + 1e-5
         axes.set_xlim(1e3 * (start - margin), 1e3 * (end + margin))
     axes.set_ylim(bottom=0.0)
-    axes.legend()
+    _name_curves(axes)
+
+
+def _name_curves(axes: Axes) -> None:
+    """Add a legend, unless there is but one run, which has no name."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend()
 
 
 def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
@@ -201,4 +207,4 @@ def _draw_losses(axes: Axes, histories: dict[str, History], theme: Theme) -> Non
     axes.margins(y=0.15)
     if not drawn:
         axes.set_ylim(0.0, 1.0)
-    axes.legend()
+    _name_curves(axes)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 import textwrap
@@ -19,20 +18,9 @@ from renders.film import strip_times, write_film, write_strip
 from renders.story import story_of
 from renders.style import Style
 from renders.timeline import make_timeline
+from tests.renders.decoding import decode
 
 SIZE = (480, 270)
-
-
-def decode(file):
-    """Frames of a film, and its duration (s) as the container tells it."""
-    ffmpeg = imageio_ffmpeg.get_ffmpeg_exe()
-    command = [ffmpeg, "-i", str(file), "-f", "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"]
-    done = subprocess.run(command, capture_output=True, check=True)
-    text = done.stderr.decode()
-    assert f"{SIZE[0]}x{SIZE[1]}" in text
-    hours, minutes, seconds = re.search(r"Duration: (\d+):(\d+):([\d.]+)", text).groups()
-    frames = np.frombuffer(done.stdout, np.uint8).reshape(-1, SIZE[1], SIZE[0], 3)
-    return 3600 * int(hours) + 60 * int(minutes) + float(seconds), frames
 
 
 def small(run):

@@ -179,8 +179,8 @@ def test_the_page_opens_as_it_was_asked_for(page, run, tmp_path):
     story = story_of([run("paper", "end_time=0.05")], Style(quantity="bending_moment"), ["third try"])
     page.goto(write_player(story, tmp_path / "run.html").as_uri())
     assert page.locator("#colour").input_value() == "bending_moment"
-    assert page.title() == "third try: beam of 1 m on a slope of 18° – oblique impact"
-    assert page.locator("h1").text_content() == "third try: beam of 1 m on a slope of 18°"
+    assert page.title() == "third try: beam, A = 314 mm², I = 7850 mm⁴, length 1 m, 2 modes – oblique impact"
+    assert page.locator("h1").text_content() == "third try: beam, A = 314 mm², I = 7850 mm⁴, length 1 m, 2 modes"
 
 
 # Lists --------------------------------------------------------------------------------------------------------

@@ -86,7 +86,10 @@ def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp
             ("--out", "a.svg", "--size", "480x320"),
             "--size: is for a still, a strip or a film, and a.svg are charts",
         ),
-        (("--out", "a.png", "--strip", "--title", "x"), "--title: is for a still, a film or charts, and a.png is"),
+        (
+            ("--out", "a.png", "--strip", "--title", "x"),
+            "--title: is for a still, a film, a page or charts, and a.png is",
+        ),
         (("--out", "a.png", "--camera", "x"), "--camera x: should be one of"),
         (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),

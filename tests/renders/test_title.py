@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
-import imageio_ffmpeg
 import numpy as np
 import pytest
 
@@ -17,6 +16,7 @@ from renders.style import DARK, Style
 from renders.timeline import make_timeline
 from renders.title import beam_words, builtin_name, parameters
 from renders.title_card import exaggerations, title_card
+from tests.renders.decoding import decode
 from tests.renders.writing import texts, written
 
 PAPER = "beam, A = 314 mm², I = 7850 mm⁴, length 1 m"
@@ -137,10 +137,8 @@ def test_a_film_begins_with_its_card(run, tmp_path):
     )
     assert (film.timeline.card, film.timeline.duration) == (5, pytest.approx(0.9))
     assert (told[-1].done, told[-1].total) == (9, 9)
-    reader = imageio_ffmpeg.read_frames(str(tmp_path / "a.mp4"))
-    next(reader)
-    frames = [np.frombuffer(frame, np.uint8).astype(int) for frame in reader]
-    assert len(frames) == 9
+    frames = decode(tmp_path / "a.mp4")[1].astype(int)
+    assert frames.shape == (9, 180, 320, 3)
     apart = [np.abs(a - b).mean() for a, b in pairwise(frames)]
     assert max(apart[:4]) < 0.5
     assert apart[4] > 2.0
