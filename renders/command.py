@@ -206,7 +206,9 @@ def _row_of(style: Style) -> tuple[int, int]:
 
 def _name(source: Source, number: int, sources: Sequence[Source]) -> str:
     """Return what a run is called: as its folder; a single one without, as the built-in case that it is of."""
-    if isinstance(source, History):
+    if not isinstance(source, str | os.PathLike):
+        if not isinstance(source, History):
+            return ""
         return builtin_name(Scenario.from_toml(source.scenario_toml)) if len(sources) == 1 else f"history {number}"
     path = Path(source)
     return (path if path.is_dir() else path.parent).resolve().name

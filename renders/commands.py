@@ -69,6 +69,7 @@ def render(
     A page takes --deformation, --theme, --colour, --name, --title; charts --theme, --title, --name, --preset.
     """
     from renders.command import parse_size, render_command
+    from renders.presets import BARE
     from renders.style import Style
 
     look: dict[str, Any] = {"theme": theme, "letters": letters, "dpi": dpi, "title": title}
@@ -79,8 +80,7 @@ def render(
         if note:
             print_note(note)
     if bare:
-        look = {"title": ""} | look
-        look |= dict.fromkeys(("charts", "inset", "ghosts", "trace", "ground", "scale_bar"), False)
+        look |= BARE | ({"title": title} if title is not None else {})
     look["layout"] = "overlay" if magnify is not None else layout
     style = Style.of(preset, **look)
     options: dict[str, Any] = {"times": times or (), "event": event, "strip": strip, "names": names or ()}

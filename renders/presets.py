@@ -20,3 +20,9 @@ PRESETS = {
     # a square on a phone, where films are short and begin anew by themselves
     "social": Preset({"size": (1080, 1080), "letters": 15.0}, {"fps": 30, "seconds": 8.0, "title_card": 1.5}),
 }
+
+#: fields of a style that shows nothing but beam, slope and pin
+BARE: dict[str, Any] = {
+    "title": "",
+    **dict.fromkeys(("charts", "inset", "ghosts", "trace", "ground", "scale_bar"), False),
+}

@@ -13,6 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from oblique_impact import History, Scenario, simulate
 from renders import Style, export, render
+from renders.presets import BARE
 from renders.style import THEMES
 
 from .mechanics import paper
@@ -29,7 +30,7 @@ def film(theme: str) -> Image.Image:
     tiles = [
         ("a still of a run", [paper()], Style(SIZE, theme)),
         (f"--theme {other}", [paper()], Style(SIZE, other)),
-        ("--bare", [paper()], Style(SIZE, theme, charts=False, inset=False, ghosts=False, trace=False)),
+        ("--bare", [paper()], Style(SIZE, theme, **BARE)),
         ("--colour bending_moment", [paper()], Style(SIZE, theme, quantity="bending_moment")),
         ("two runs", [paper(), smooth], Style(SIZE, theme)),
         ("--layout overlay", [paper(), smooth], Style(SIZE, theme, layout="overlay")),

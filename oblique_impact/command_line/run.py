@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
@@ -92,8 +92,9 @@ def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
 
     def leave(number: int, frame: FrameType | None) -> None:
         for stack in stacks:
-            stack.close()
-        print_note("interrupted")
+            with suppress(RuntimeError):  # a bar that is being drawn
+                stack.close()
+        os.write(2, b"oblique-impact: interrupted\n")  # what is buffered may be in the midst of a line
         os._exit(Outcome.INTERRUPTED.exit_code)
 
     with ExitStack() as restore:

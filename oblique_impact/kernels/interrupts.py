@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 
 class _Interrupt:
     """The handler of a run: what comes in compiled code is kept until its end."""
@@ -38,17 +40,25 @@ _interrupt = _Interrupt()
 
 
 @contextmanager
-def interrupts_between_calls() -> Iterator[None]:
-    """Let what comes in the block come between two calls; handlers other than Python's own stay."""
+def interrupts_between_calls() -> Iterator[Callable[[], None]]:
+    """Let what comes in the block come between two calls; handlers other than Python's own stay.
+
+    Yields a function that does so again, for a caller that may have put Python's own handler back.
+    """
     mine, usual = threading.current_thread() is threading.main_thread(), signal.default_int_handler
-    held = [n for n in (signal.SIGINT, signal.SIGTERM) if mine and signal.getsignal(n) is usual]
-    for number in held:
-        signal.signal(number, _interrupt)
+
+    def hold() -> None:
+        for number in _SIGNALS if mine else ():
+            if signal.getsignal(number) is usual:
+                signal.signal(number, _interrupt)
+
+    hold()
     try:
-        yield
+        yield hold
     finally:
-        for number in held:
-            signal.signal(number, usual)
+        for number in _SIGNALS if mine else ():
+            if signal.getsignal(number) is _interrupt:
+                signal.signal(number, usual)
 
 
 def call(entry: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:

@@ -20,7 +20,7 @@ import scipy
 from oblique_impact.contact.state import FREE, NO_CONTACT, Instant, Phase
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, copy
-from oblique_impact.marching.equations import derivative
+from oblique_impact.marching.equations import FRICTION_LOSS, QUADRATURES, derivative
 from oblique_impact.marching.scheme import Scratch
 
 ORDER = 8
@@ -74,19 +74,39 @@ def take_stages(
 
 @jitable
 def error_norm(h: float, y: Array, s: Scratch, tolerance: float) -> float:
-    """Error of q and q' at the end of a step, s.y_new, relative to the tolerance (of the scales, and relative)."""
-    sum5, sum3, size, K, scales, y_new = 0.0, 0.0, s.scales.shape[0], s.K, s.scales, s.y_new
+    """Error of the end of a step, s.y_new: of q and q' relative to the tolerance (of the scales, and relative).
+
+    Or, if it is larger, of a loss of energy, relative to that of the energy: damping takes most of what an impact
+    leaves in the fastest modes within a step or two.
+    """
+    sum5, sum3, worst, size, K, scales, y_new = 0.0, 0.0, 0.0, s.scales.shape[0], s.K, s.scales, s.y_new
     for m in range(size):
         scale = tolerance * (scales[m] + max(abs(y[m]), abs(y_new[m])))
-        e5, e3 = 0.0, 0.0
-        for i in range(STAGES + 1):
-            e5 += _E5[i] * K[i, m]
-            e3 += _E3[i] * K[i, m]
+        e5, e3 = _errors(K, m)
         sum5 += (e5 / scale) ** 2
         sum3 += (e3 / scale) ** 2
-    if sum5 == 0.0 and sum3 == 0.0:
-        return 0.0
-    return float(abs(h) * sum5 / np.sqrt((sum5 + 0.01 * sum3) * size))
+    for m in range(size + FRICTION_LOSS, size + QUADRATURES):
+        scale = tolerance * (s.tolerances.energy + abs(y_new[m]))
+        if scale > 0.0:
+            e5, e3 = _errors(K, m)
+            worst = max(worst, _combined((e5 / scale) ** 2, (e3 / scale) ** 2, 1))
+    return float(abs(h) * max(worst, _combined(sum5, sum3, size)))
+
+
+@jitable
+def _errors(K: Array, m: int) -> tuple[float, float]:
+    """Errors of order 5 and 3 of an entry, per length of the step."""
+    e5, e3 = 0.0, 0.0
+    for i in range(STAGES + 1):
+        e5 += _E5[i] * K[i, m]
+        e3 += _E3[i] * K[i, m]
+    return e5, e3
+
+
+@jitable
+def _combined(sum5: float, sum3: float, size: int) -> float:
+    """Error of order 8 from the squares of those of order 5 and 3, as Hairer, Norsett and Wanner combine them."""
+    return float(sum5 / np.sqrt((sum5 + 0.01 * sum3) * size)) if sum5 + sum3 > 0.0 else 0.0
 
 
 @jitable

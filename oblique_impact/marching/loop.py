@@ -105,10 +105,10 @@ class Run:
 
     def execute(self) -> Record:
         """March to the end, to the named outcome that stops the physics, or to an interrupt."""
-        with interrupts_between_calls():
-            return self._execute()
+        with interrupts_between_calls() as hold:
+            return self._execute(hold)
 
-    def _execute(self) -> Record:
+    def _execute(self, hold: Callable[[], None]) -> Record:
         record = self.record
         try:
             if self.problem.contact:
@@ -117,7 +117,7 @@ class Run:
             self._enter(None)
             stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
             for stop in [*sorted(stops), self.problem.end_time]:
-                self._march_to(stop)
+                self._march_to(stop, hold)
         except PhysicsStop as stopped:
             record.outcome = stopped.outcome
         except KeyboardInterrupt:
@@ -142,9 +142,10 @@ class Run:
             self._sample(self._phase)
         self._apply(self._phase, transition, probe)
 
-    def _march_to(self, stop: float) -> None:
+    def _march_to(self, stop: float, hold: Callable[[], None]) -> None:
         problem, size = self.problem, self.problem.q0.size
         while True:
+            hold()
             counted = problem.scheme.steps_per_leg(size)
             leg = Leg(float(stop), float(problem.output_interval), counted or self._pace.steps)
             started = time.perf_counter()

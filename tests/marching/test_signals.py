@@ -54,6 +54,19 @@ def test_other_handlers_stay(monkeypatch):
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def test_a_handler_that_is_put_back_in_the_block_is_held_again():
+    """As the command line does once the kernels are compiled."""
+    signal.signal(signal.SIGINT, handler := lambda number, frame: None)
+    done = []
+    with interrupts_between_calls() as hold:
+        assert signal.getsignal(signal.SIGINT) is handler
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        hold()
+        with pytest.raises(KeyboardInterrupt):
+            call(compiled, (done,))
+    assert done == [signal.SIGINT]
+
+
 def test_another_thread_leaves_it_to_the_main_one():
     """The main thread is in a call while another one ends its own."""
     results = []
