@@ -51,7 +51,7 @@ def draw(name: str, folder: Path = FOLDER) -> list[Path]:
     files = []
     for theme, suffix in (("light", ""), ("dark", "-dark")):
         file = folder / f"{name}{suffix}.png"
-        SCENES[name](theme).quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
+        SCENES[name](theme).save(file, optimize=True)
         files.append(file)
     return files
 
