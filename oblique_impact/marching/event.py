@@ -170,12 +170,17 @@ def march_event(
     system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
     h, steps, rejected, peak, depth, fallen = front.h, 0, 0, 0.0, 0.0, NO_GUARD
     capacity, leaping, levels, patience = s.times.shape[0], False, 0, 0
-    status, c = derivative(system, phase, front.t, y, s.work, s.K[0])
+    status, c = derivative(system, phase, front.t, y, s.work, s.K[1])
+    if front.taken == 0:  # else it is there, to the last bit as in one leg: legs end by the clock
+        copy(s.K[1], s.K[0])
     reason = -status  # AT_STOP, if there is none
     now = Position(front.t, c.gap, abs(c.gap_rate), front.sample, 0)
     if leaps is not None:  # else the compiler leaves them out
         leaping, levels = phase.state == FREE, leaps.lengths.shape[0]
     level = levels - 1
+    if leaps is not None and front.taken > 0:
+        level, patience = int(leaps.memory[0]), int(leaps.memory[1])
+        now = Position(front.t, c.gap, leaps.memory[2], front.sample, 0)
     while reason == AT_STOP and now.t < leg.t_stop:
         if now.kept > capacity // 2 or steps >= leg.most_steps:
             reason = LEG_FULL
@@ -218,7 +223,10 @@ def march_event(
         else:
             patience = 0
         now = Position(end, tried.gap, tried.speed, front.sample + kept, kept)
-    reached = (now.t, h, now.sample, now.t, 0, front.taken + steps)
+    if leaps is not None:
+        leaps.memory[0], leaps.memory[1], leaps.memory[2] = level, patience, now.speed
+    # behind a stop the root moves in another way: everything begins anew
+    reached = (now.t, h, now.sample, now.t, 0, 0 if reason == AT_STOP else front.taken + steps)
     return reason, fallen, reached, steps, rejected, now.kept, peak, depth
 
 

@@ -63,6 +63,7 @@ class Leaps(NamedTuple):
     rates: Array  # (s, 7) of the quadratures at the points
     state: Array  # (2, d) z and z' at the start
     ends: Array  # (2, d) z and z' somewhere, or their errors
+    memory: Array  # (3,) of a march that goes on in another leg: level, patience, speed
 
 
 def new_leaps(modes: NormalModes, interval: float) -> Leaps:
@@ -90,7 +91,13 @@ def new_leaps(modes: NormalModes, interval: float) -> Leaps:
         forced[i, used] = np.einsum("pvmd,mj->pvjd", of_coefficients, fit)
         areas[i, used] = integrals @ fit
         of_tail[i] = of_coefficients[POINTS - 2, :, -_TAIL:].swapaxes(0, 1)
-    work = np.zeros((2, POINTS, d)), np.zeros((POINTS, QUADRATURES)), np.zeros((2, d)), np.zeros((2, d))
+    work = (
+        np.zeros((2, POINTS, d)),
+        np.zeros((POINTS, QUADRATURES)),
+        np.zeros((2, d)),
+        np.zeros((2, d)),
+        np.zeros(3),
+    )
     tables = lengths, *modes, nodes, free, forced, areas, fit[-_TAIL:], of_tail
     return Leaps(*[*map(np.ascontiguousarray, tables), *work])
 
@@ -297,13 +304,13 @@ def try_leap(flight: Flight, now: Position, y: Array, level: int, shortest: floa
         if fits and not near and t + h <= leg.t_stop and now.kept + inside + 2 < s.times.shape[0]:
             error, speed = _leap(flight, t, y, level)
             if error <= 1.0:
-                status, c = derivative(flight.system, phase, t + h, s.y_new, s.work, s.K[1])
+                end = t + h if inside < 0 else (now.sample + inside + 1) * interval
+                end = following if abs(end - following) <= _SAME * interval else end
+                status, c = derivative(flight.system, phase, end, s.y_new, s.work, s.K[1])
                 if status == 0 and (not phase.watched or min(now.gap, c.gap) > _CLEAR * h * speed):
                     count = _keep_samples(flight, now, y, level, here, inside)
                     copy(s.y_new, y)
                     copy(s.K[1], s.K[0])
-                    end = t + h if inside < 0 else (now.sample + inside + 1) * interval
-                    end = following if abs(end - following) <= _SAME * interval else end
                     sample = now.sample + count - now.kept
                     longer = error < _EASY and level + 1 < leaps.lengths.shape[0]
                     return level + 1 if longer else level, Position(end, c.gap, speed, sample, count)

@@ -11,7 +11,7 @@ from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.marching import leaps
 from oblique_impact.marching.equations import derivative
-from oblique_impact.marching.loop import Run
+from oblique_impact.marching.loop import Run, _Pace
 from oblique_impact.marching.scheme import Leg
 from oblique_impact.problem import beam_of, beam_problem
 
@@ -119,6 +119,19 @@ def test_a_leap_is_as_short_as_the_largest_speed_in_it_asks():
         assert level >= 0
         assert gap > 2.0 * after.t * c.gap_rate
         derivative(problem.system, run._phase, 0.0, y, s.work, s.K[0])
+
+
+@pytest.mark.parametrize("case", ["many-modes", "paper"])
+def test_where_legs_end_changes_nothing(monkeypatch, case):
+    """They end by the clock; a run is the same to the last bit on a machine that has other work to do."""
+    scenario = Scenario.builtin(case, ["end_time=0.35"])
+    whole = simulate(scenario)
+    monkeypatch.setattr(_Pace, "_FIRST", 7)
+    monkeypatch.setattr(_Pace, "learn", lambda *arguments: None)
+    parts = simulate(scenario)
+    assert parts.summary["steps"] == whole.summary["steps"]
+    assert [e.time for e in parts.events] == [e.time for e in whole.events]
+    np.testing.assert_array_equal(parts["q"], whole["q"])
 
 
 def test_two_modes_do_without():
