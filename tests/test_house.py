@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from oblique_impact.kernels.jit import _NUMERIC_SOURCE
+
 ROOT = Path(__file__).parents[1]
 CORE = "oblique_impact"
 #: rooms of the core from the bottom to the top: each imports from the floors below its own only
@@ -141,6 +143,20 @@ def test_a_planted_circle_is_found(tmp_path):
         line = f"def f():\n    from {CORE} import {other}\n"
         (tmp_path / CORE / f"{name}.py").write_text(line, encoding="utf-8")
     assert circles(tmp_path) == [f"{CORE}.a", f"{CORE}.b"]
+
+
+def test_the_numeric_source_has_no_whole_powers():
+    """numba compiles x**2 once a process, with the options of whoever comes first: other bits elsewhere."""
+    powers = [
+        f"{file}:{node.lineno}"
+        for name in _NUMERIC_SOURCE
+        for file in [ROOT / CORE / name, *(ROOT / CORE / name).rglob("*.py")]
+        if file.is_file()
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant)
+        if isinstance(node.right.value, int)
+    ]
+    assert powers == []
 
 
 def test_the_commands_of_other_packages_are_installed():

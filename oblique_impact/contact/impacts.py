@@ -27,7 +27,7 @@ def impulse_of(instant: Instant, normal: float, tangential: float) -> Impulse:
     work_on_system = (
         normal * instant.gap_rate
         + tangential * instant.slip_rate
-        + 0.5 * (instant.a_nn * normal**2 + instant.a_tt * tangential**2)
+        + 0.5 * (instant.a_nn * normal * normal + instant.a_tt * tangential * tangential)
         + instant.a_nt * normal * tangential
     )
     return Impulse(normal, tangential, -work_on_system)

@@ -72,7 +72,7 @@ class ContactLaw(ABC):
         if gap >= 0.0:
             return 0.0
         force = float(stop_force(self.phase._replace(compliance=compliance), gap, 0.0))
-        return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force**2
+        return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force * force
 
     def _own_energy(self, depth: float) -> float:
         """Energy (J) that the stop itself has stored at a depth (m)."""
@@ -109,7 +109,7 @@ class ElasticStop(ContactLaw):
         return stiffness * depth * (1.0 + damping * rate)
 
     def _own_energy(self, depth: float) -> float:
-        return 0.5 * self.stiffness * depth**2
+        return 0.5 * self.stiffness * depth * depth
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ class Baumgarte(NamedTuple):
     @classmethod
     def from_parameters(cls, chi: float, beta: float, form: str) -> Baumgarte:
         """Read the paper's parameters as 2 chi and beta^2 ("squared") or as they stand ("plain")."""
-        return cls(2.0 * chi, beta**2) if form == "squared" else cls(chi, beta)
+        return cls(2.0 * chi, beta * beta) if form == "squared" else cls(chi, beta)
 
 
 class Judgement(NamedTuple):
@@ -279,7 +279,7 @@ class ContactMachine:
         if self.stop is not None:
             arrest = impulse_of(instant, 0.0, -instant.slip_rate / instant.a_tt)
         else:
-            per_rate = instant.slip_rate / (instant.a_nn * instant.a_tt - instant.a_nt**2)
+            per_rate = instant.slip_rate / (instant.a_nn * instant.a_tt - instant.a_nt * instant.a_nt)
             arrest = impulse_of(instant, instant.a_nt * per_rate, -instant.a_nn * per_rate)
         return Transition(phase, EventKind.STICK, arrest=arrest)
 

@@ -35,7 +35,8 @@ def coefficients(rho_infinity: float, tolerance: float) -> Coefficients:
     alpha_m = (2.0 * rho_infinity - 1.0) / (rho_infinity + 1.0)
     alpha_f = rho_infinity / (rho_infinity + 1.0)
     gamma = 0.5 - alpha_m + alpha_f
-    return Coefficients(alpha_m, alpha_f, 0.25 * (gamma + 0.5) ** 2, gamma, tolerance)
+    beta = 0.25 * (gamma + 0.5) * (gamma + 0.5)
+    return Coefficients(alpha_m, alpha_f, beta, gamma, tolerance)
 
 
 def backward_euler(tolerance: float) -> Coefficients:

@@ -104,7 +104,8 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
             return NO_SLIDING_SOLUTION, 0.0, 0.0
         if not phase.gives_way and not c.a_nn + ratio * c.a_nt > 0.0:
             return NO_SLIDING_SOLUTION, 0.0, 0.0
-        viscous = phase.slope * (1.0 + phase.tilt * ratio) ** 2 * push * velocity
+        tilt = 1.0 + phase.tilt * ratio
+        viscous = phase.slope * tilt * tilt * push * velocity
         t1, t2 = -ratio - viscous * c.a_nt, 1.0 - viscous * c.a_tt
         t3 = ratio * push - c.tangential_force + viscous * tangential
     else:

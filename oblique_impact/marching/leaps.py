@@ -172,7 +172,8 @@ def _norm(leaps: Leaps, y: Array, scales: Array, tolerance: float) -> float:
             for k in range(d):
                 error += shapes[i, k] * ends[v, k]
             m = v * d + i
-            total += (error / (tolerance * (scales[m] + abs(y[m])))) ** 2
+            relative = error / (tolerance * (scales[m] + abs(y[m])))
+            total += relative * relative
     return float(np.sqrt(total / (2 * d)))
 
 

@@ -102,9 +102,7 @@ def test_a_resumed_sweep_on_two_processes_is_the_same_as_plain_runs(tmp_path, cl
         for name in ("outcome", "regime", "message", "steps"):
             assert row[name] == run.row[name], name
         for name in ("first_impact", "impulse"):
-            # this process may have compiled its kernels itself, whose sums then round in another order
-            expected = run.row["values"].get(name)
-            assert row[name] == (expected and pytest.approx(expected, rel=1e-13)), name
+            assert row[name] == run.row["values"].get(name), name  # to the last bit
     assert "mu_kinetic" in table[0]["message"]
     page = (out / "report.html").read_text()
     assert page.count(str(tmp_path)) == 2  # in the command that made it: the sweep and its folder
