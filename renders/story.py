@@ -192,10 +192,12 @@ def peaks_of(geometry: BeamGeometry, quantity: str) -> Array:
 def _peaks(geometry: BeamGeometry, quantity: str, part: slice) -> Array:
     """Largest magnitude at some samples: stresses are those of the outer fibres, on both sides of the axis."""
     sections, stations, x = geometry.sections, geometry.stations, geometry.places
+    below = np.clip(np.searchsorted(stations, x, side="right") - 1, 0, stations.size - 2)
+    part_above = (x - stations[below]) / (stations[below + 1] - stations[below])
 
     def at_rings(name: str, curved: bool) -> Array:
         values = np.nan_to_num(geometry.history[name].values[part], posinf=np.inf, neginf=-np.inf)
-        found = np.stack([np.interp(x, stations, row) for row in values])
+        found = values[:, below] * (1.0 - part_above) + values[:, below + 1] * part_above
         smooth = np.all(np.abs(values) < _HELD, axis=1)
         if curved and smooth.any():
             found[smooth] = CubicSpline(stations, values[smooth], axis=1)(x)

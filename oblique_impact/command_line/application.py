@@ -31,19 +31,28 @@ OPTIONS: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable":
 VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}
 #: shells ask for completions by this variable (typer derives it from the name of the program)
 _COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"
+#: the core's own commands
+_CORE: dict[str, Callable[..., None]] = {
+    "run": run,
+    "modes": modes,
+    "schema": schema,
+    "init": init,
+    "scenarios": scenarios,
+}
 
 
-def application() -> typer.Typer:
+def application(wanted: str | None = None) -> typer.Typer:
     """Return the application: the core's commands, and those of the group ``oblique_impact.commands``.
 
-    A command whose package cannot be imported says so when it is called; the others still work.
+    If there is a command called `wanted`, it is the only one, and nothing else is imported.  A command whose package cannot be imported says so when it is called; the others still work.
     """
     about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
     app = typer.Typer(name="oblique-impact", help=about, **OPTIONS)
     app.callback()(_program)
-    commands = {name: _load(point) for name, point in installed("commands").items()}
-    commands |= {"run": run, "modes": modes, "schema": schema, "init": init, "scenarios": scenarios}
-    for name in sorted(commands, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name)):
+    names = {*installed("commands"), *_CORE}
+    names = {wanted} if wanted in names else names
+    commands = {name: _CORE.get(name) or _load(installed("commands")[name]) for name in names}
+    for name in sorted(names, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name)):
         # the arguments of a broken command are not known: it takes any
         unchecked = getattr(commands[name], "broken", False)
         settings = {"allow_extra_args": True, "ignore_unknown_options": True} if unchecked else {}
@@ -74,9 +83,9 @@ def _program(
     pass
 
 
-def _command() -> Any:
+def _command(wanted: str | None = None) -> Any:
     """Return the application for the command line: each command takes --version, no help shows a Python type."""
-    command: Any = typer.main.get_command(application())
+    command: Any = typer.main.get_command(application(wanted))
     shown = next(parameter for parameter in command.params if "--version" in parameter.opts)
     for inner in command.commands.values():
         for parameter in inner.params:
@@ -129,7 +138,7 @@ def _call(arguments: list[str]) -> int:
     """Run a command and return its exit code; what is wrong with the input is said in one line."""
     try:
         # not through typer's own main: it swallows interrupts
-        command = _command()
+        command = _command(arguments[0])
         with command.make_context("oblique-impact", arguments) as context:
             command.invoke(context)
         sys.stdout.flush()
