@@ -88,18 +88,8 @@ def _draw_states(axes: Axes) -> None:
     loops = ((State.FREE, "rebound", -1.0), (State.SLIP, "reversal", 1.0))
     for state, text, side in loops:
         x, y = _PLACES[state]
-        start, end = ((x + side * 0.62, y + 0.12 * k) for k in (1.0, -1.0))
-        patch = FancyArrowPatch(
-            start,
-            end,
-            connectionstyle=f"arc3,rad={-2.4 * side}",
-            arrowstyle="-|>,head_length=5,head_width=2.2",
-            color=LIGHT.ink,
-            lw=1.1,
-            shrinkA=1.0,
-            shrinkB=1.0,
-        )
-        axes.add_patch(patch)
+        start, end = (x + side * 0.62, y + 0.12), (x + side * 0.62, y - 0.12)
+        _arrow(axes, start, end, -2.4 * side, 1.0)
         label(axes, (x + side * 1.0, y), text, (0.0, 20.0), fontsize=8.5)
     axes.set(xlim=(-1.5, 7.6), ylim=(-1.8, 2.1))
     axes.set_aspect("equal")
@@ -115,15 +105,19 @@ def _connect(axes: Axes, before: State, after: State, bend: float) -> None:
         right = 1.0 if x1 > x0 else -1.0
         # arrows to the right run above those to the left
         start, end = (x0 + right * 0.64, y0 + 0.08 * right), (x1 - right * 0.64, y1 + 0.08 * right)
+    _arrow(axes, start, end, -bend, 0.0)
+
+
+def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], bend: float, gap: float) -> None:
     patch = FancyArrowPatch(
         start,
         end,
-        connectionstyle=f"arc3,rad={-bend}",
+        connectionstyle=f"arc3,rad={bend}",
         arrowstyle="-|>,head_length=5,head_width=2.2",
         color=LIGHT.ink,
         lw=1.1,
-        shrinkA=0.0,
-        shrinkB=0.0,
+        shrinkA=gap,
+        shrinkB=gap,
     )
     axes.add_patch(patch)
 

@@ -44,7 +44,8 @@ _CORE: dict[str, Callable[..., None]] = {
 def application(wanted: str | None = None) -> typer.Typer:
     """Return the application: the core's commands, and those of the group ``oblique_impact.commands``.
 
-    If there is a command called `wanted`, it is the only one, and nothing else is imported.  A command whose package cannot be imported says so when it is called; the others still work.
+    If there is a command called `wanted`, it is the only one, and nothing else is imported.  A command whose
+    package cannot be imported says so when it is called; the others still work.
     """
     about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
     app = typer.Typer(name="oblique-impact", help=about, **OPTIONS)
