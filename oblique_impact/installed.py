@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from oblique_impact.errors import InputError
@@ -16,8 +16,8 @@ def installed(kind: str) -> dict[str, EntryPoint]:
 
 
 @cache
-def _all() -> EntryPoints:
-    """Return those of all packages: each look takes as long as one at a single group."""
+def _all() -> Any:
+    """Return those of all packages: to look at one group takes as long."""
     return entry_points()
 
 

@@ -197,7 +197,7 @@ def _peaks(geometry: BeamGeometry, quantity: str, part: slice) -> Array:
 
     def at_rings(name: str, curved: bool) -> Array:
         values = np.nan_to_num(geometry.history[name].values[part], posinf=np.inf, neginf=-np.inf)
-        found = values[:, below] * (1.0 - part_above) + values[:, below + 1] * part_above
+        found: Array = values[:, below] * (1.0 - part_above) + values[:, below + 1] * part_above
         smooth = np.all(np.abs(values) < _HELD, axis=1)
         if curved and smooth.any():
             found[smooth] = CubicSpline(stations, values[smooth], axis=1)(x)
