@@ -40,12 +40,12 @@ class ColourScale:
     def title(self) -> str:
         """Name and unit, and what the sign means."""
         sign = ", tension positive" if self.quantity.endswith("_stress") else ""
-        return f"{self.quantity.replace('_', ' ')} ({self._unit[1]}){sign}"
+        return f"{self.quantity.replace('_', ' ')} ({self.unit[1]}){sign}"
 
     @property
     def ticks(self) -> list[tuple[float, str]]:
         """Places on the scale, as parts of the limit, and their labels."""
-        value = self.limit / self._unit[0]
+        value = self.limit / self.unit[0]
         places = next((d for d in range(9) if abs(0.5 * value - round(0.5 * value, d)) < 1e-9 * value), 9)
         ends = {-1.0: "≤ ", 1.0: "≥ "} if self.exceeded else {}
         form = f".{places}f" if 1e-6 < value < 1e6 else "g"
@@ -53,7 +53,7 @@ class ColourScale:
         return [(p, ends.get(p, "") + (f"{p * value:{form}}" if p else "0").replace("-", "−")) for p in parts]
 
     @property
-    def _unit(self) -> tuple[float, str]:
+    def unit(self) -> tuple[float, str]:
         """Size and name of the unit in which the ends of the scale read well."""
         unit = QUANTITIES[self.quantity]
         fitting = [(size, name) for least, size, name in _PREFIXES if unit == "Pa" and self.limit >= least]

@@ -16,7 +16,6 @@ import pyvista as pv
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
-from renders.geometry import QUANTITIES
 from renders.offscreen import prepare
 from renders.scenery import pin, slope_wedge
 from renders.story import story_of
@@ -26,6 +25,8 @@ from renders.timeline import make_timeline
 _FPS = 30
 #: length of the arrow of the largest force, over that of the beam
 _ARROW = 0.16
+#: units of depth by which the arrow, which comes out of the slope, is drawn in front of it
+_IN_FRONT = -1e6
 _EYES = {"oblique": (0.22, 0.30, 1.0), "front": (0.0, 0.0, 1.0), "above": (0.15, 0.9, 1.0)}
 
 
@@ -41,21 +42,25 @@ class Viewer:
         theme = style.colours
         self.plotter.set_background(theme.background)
         self.mesh = pv.PolyData(self.geometry.surface(0).points, self.geometry.faces)
-        self.mesh.point_data[self._quantity] = np.zeros(self.mesh.n_points)
-        self.limit = limit = story.colours.limit  # of the colours, in the unit of the result
+        self.shown, (self._size, _) = story.colours.title, story.colours.unit
+        self.mesh.point_data[self.shown] = np.zeros(self.mesh.n_points)
+        limit = story.colours.limit / self._size
         bar = {
-            "title": f"{self._quantity.replace('_', ' ')} ({QUANTITIES[self._quantity]})",
+            "title": f"{self.shown}\n",  # else the ticks touch it
             "color": theme.ink,
-            "n_labels": 3,
-            "title_font_size": 15,
-            "label_font_size": 13,
-            "position_x": 0.3,
-            "width": 0.4,
-            "height": 0.09,
+            "n_labels": 5,
+            "fmt": "%.4g",
+            "title_font_size": 16,
+            "label_font_size": 14,
+            "unconstrained_font_size": True,
+            "position_x": 0.5,
+            "position_y": 0.03,
+            "width": 0.45,
+            "height": 0.1,
         }
         self.mesh_actor = self.plotter.add_mesh(
             self.mesh,
-            scalars=self._quantity,
+            scalars=self.shown,
             cmap=style.colours.colour_map,
             clim=(-limit, limit),
             scalar_bar_args=bar,
@@ -66,10 +71,13 @@ class Viewer:
             self.plotter.add_mesh(slope_wedge(self.geometry, story.slope), color=theme.slope)
         self.arrow = pv.PolyData()
         self._force = self.plotter.add_mesh(pv.Arrow(), color=theme.arrow)
-        self._text = self.plotter.add_text("", position="upper_left", font_size=12, color=theme.ink)
+        self._force.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        self._force.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, _IN_FRONT)
+        self._text = self.plotter.add_text("", position="lower_left", font_size=12, color=theme.ink)
         self._slider = self.plotter.add_slider_widget(
             self.go_to,
             (float(self.times[0]), float(self.times[-1])),
+            value=float(self.times[0]),
             title="time (s)",
             color=theme.ink,
             pointa=(0.45, 0.9),
@@ -91,7 +99,7 @@ class Viewer:
         k = geometry.index(time)
         surface = geometry.surface(k)
         self.mesh.points = surface.points
-        self.mesh.point_data[self._quantity] = np.nan_to_num(surface.arrays[self._quantity])
+        self.mesh.point_data[self.shown] = np.nan_to_num(surface.arrays[self._quantity]) / self._size
         force = np.nan_to_num(sum(geometry.contact_forces(k)))
         size = float(np.linalg.norm(force))
         shown = size > 1e-3 * geometry.peak_force
@@ -103,7 +111,7 @@ class Viewer:
             self.arrow = pv.Arrow(start=start, direction=along, scale=length)
             self._force.mapper.dataset = self.arrow
         state = State(int(geometry.value("state", int(k)))).name
-        self._text.set_text("upper_left", f"t = {time:.5f} s  {state}" + (f"  {size:.4g} N" if shown else ""))
+        self._text.set_text("lower_left", f"t = {time:.5f} s  {state}" + (f"  {size:.4g} N" if shown else ""))
         self._frame = int(np.searchsorted(self.times, time))
 
     def step(self, _: int = 0) -> None:
@@ -145,7 +153,7 @@ def show(
     theme : {"light", "dark"}
         Colours.
     size : tuple of int
-        Of the window (pixels).
+        Of the window (pixels); a view in a notebook is as wide as the page.
     notebook : bool, optional
         Whether this is a notebook, where the window is a view in the page (it needs trame); default: found out.
 
@@ -170,11 +178,14 @@ def show(
     style = Style(size=size, theme=theme, camera=camera, quantity=quantity, deformation=deformation)
     inside = _in_notebook() if notebook is None else notebook
     if inside:
-        if importlib.util.find_spec("trame") is None:
-            raise InputError('show: a view in a notebook needs trame: pip install "pyvista[jupyter]"')
+        # trame's part of PyVista: trame alone would be a still picture and a warning
+        if importlib.util.find_spec("trame_pyvista") is None:
+            raise InputError('show: a view in a notebook needs trame: pip install "oblique-impact[notebook]"')
         prepare()
         viewer = Viewer(history, style, notebook=True)
-        return viewer.plotter.show(jupyter_backend="trame", return_viewer=True)
+        # only what is drawn here has a slider; the page gives the width
+        page = {"width": "100%", "height": f"{size[1]}px", "collapse_menu": True}
+        return viewer.plotter.show(jupyter_backend="server", jupyter_kwargs=page, return_viewer=True)
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise InputError("show: there is no display here; render draws pictures, films and pages without one")
     viewer = Viewer(history, style, notebook=False)
