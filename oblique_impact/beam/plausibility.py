@@ -73,8 +73,10 @@ def _of_slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
     if s.contact.enabled and abs(angle) > math.pi:
         degrees = f"{math.degrees(angle):.0f} degrees"
         yield f'slope.angle: {angle:g} rad are {degrees}; did you mean "{angle:g} deg"?'
+    if s.solver.scheme == "event":
+        return
     # the first period of the clamped beam with its mean stiffness and mass
     stiffness = np.mean(sections.bending_stiffness(sections.second_moment.x))
     period = float(2.0 * math.pi / _FIRST_MODE * np.sqrt(sections.mass * sections.length**3 / stiffness))
-    if s.solver.scheme != "event" and not step <= period:
+    if not step <= period:
         yield f"solver.free_step: {step:g} s is longer than the beam's first period of about {period:.3g} s"

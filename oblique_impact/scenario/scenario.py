@@ -116,7 +116,8 @@ class Scenario(ScenarioKeys):
     def _with_derived(self) -> dict[str, Any]:
         """Return the data of a resolved file."""
         data = self.model_dump(mode="json")
-        return {**data, TABLE: {path: flat_keys(data)[path] for path in derived_values(self)}}
+        flat = flat_keys(data)
+        return {**data, TABLE: {path: flat[path] for path in derived_values(self)}}
 
 
 def require_scenario(value: object, where: str) -> None:
