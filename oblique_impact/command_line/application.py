@@ -33,11 +33,7 @@ VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}
 _COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"
 #: the core's own commands
 _CORE: dict[str, Callable[..., None]] = {
-    "run": run,
-    "modes": modes,
-    "schema": schema,
-    "init": init,
-    "scenarios": scenarios,
+    command.__name__: command for command in (run, modes, schema, init, scenarios)
 }
 
 

@@ -38,6 +38,14 @@ def test_the_order_of_the_help_page():
     assert set(found) == {"run", "modes", "schema", "init", "scenarios", *installed("commands")}
 
 
+@pytest.mark.parametrize("wanted", ["run", "render"])
+def test_a_command_is_made_alone(wanted, monkeypatch):
+    loaded = []
+    monkeypatch.setattr(application, "_load", lambda point: loaded.append(point.name) or (lambda: None))
+    assert [command.name for command in application.application(wanted).registered_commands] == [wanted]
+    assert loaded == [wanted] * (wanted in installed("commands"))
+
+
 def test_without_other_packages_the_commands_of_the_core_remain(cli):
     code, shown, _ = cli({}, "--help")
     assert code == 0
