@@ -7,6 +7,8 @@ import signal
 import warnings
 from types import FrameType
 
+from oblique_impact.machine import THREADS
+
 
 def _leave(number: int, frame: FrameType | None) -> None:
     os.write(2, b"oblique-impact: interrupted\n")
@@ -18,6 +20,8 @@ def main() -> None:
     handled = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not where a shell has it ignored
     if handled:
         signal.signal(signal.SIGINT, _leave)
+    for name in THREADS:  # before anything loads NumPy
+        os.environ.setdefault(name, "1")
     from oblique_impact.command_line.application import main as command_line
 
     # numbers that leave their range end a run with a named outcome

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import os
 
+#: variables by which libraries of linear algebra are told how many threads to use: one is enough for matrices as
+#: small as here, more would only wait for each other
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
 
 def cores() -> int:
     """Return the number of cores this process may use."""

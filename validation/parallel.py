@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, TypeVar
 from oblique_impact.errors import InputError
 from oblique_impact.history.provenance import NUMERIC_PACKAGES, package_version, source_digest
 from oblique_impact.kernels.compiling import announce, listen
-from oblique_impact.machine import cores
+from oblique_impact.machine import THREADS, cores
 from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
@@ -33,8 +33,6 @@ Result = TypeVar("Result")
 
 #: packages whose source decides about results
 SOURCE = (*NUMERIC_PACKAGES, "validation")
-#: one process a core is enough: threads inside of one would only wait for each other
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 #: s; how often we hear of what is compiled, and see whether a cluster is still there
 _TICK = 0.1
 #: items handed out: for each process of this machine, and to a cluster
@@ -268,8 +266,8 @@ def _deaf_to_interrupts() -> Iterator[None]:
 @contextmanager
 def _single_threaded() -> Iterator[None]:
     """Environment for processes that are started inside of the block: one thread each."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
         yield
     finally:

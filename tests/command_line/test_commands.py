@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from importlib.metadata import EntryPoint
 
 import pytest
 
 from oblique_impact.command_line import application, modes
 from oblique_impact.installed import installed
+from oblique_impact.machine import THREADS
 
 GROUP = "oblique_impact.commands"
 
@@ -81,3 +85,21 @@ def test_modes_without_a_package_that_draws(cli, tmp_path):
     assert (code, shown) == (2, "")
     assert "no installed package draws Campbell diagrams" in said
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("threads", ["", "2"])
+def test_linear_algebra_has_one_thread_unless_somebody_wants_more(threads):
+    """Threads only wait for each other with matrices as small as here: a third of the time of a run was that."""
+    code = (
+        "import os, sys\n"
+        "from oblique_impact import __main__ as program, machine\n"
+        "sys.argv[1:] = ['--version']\n"
+        "try: program.main()\n"
+        "except SystemExit: print(*(os.environ.get(name) for name in machine.THREADS))"
+    )
+    wanted = {**os.environ, **dict.fromkeys(THREADS, threads)}
+    given = {name: value for name, value in wanted.items() if value}
+    shown = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=given
+    ).stdout
+    assert shown.splitlines()[-1].split() == [threads or "1"] * len(THREADS)
