@@ -27,7 +27,18 @@ from oblique_impact.marching.dop853 import (
     take_stages,
 )
 from oblique_impact.marching.equations import derivative
-from oblique_impact.marching.leaps import WORTHWHILE, Flight, Leaps, Position, new_leaps, try_leap
+from oblique_impact.marching.leaps import (
+    CONTRACTION,
+    LEVEL,
+    PATIENCE,
+    SPEED,
+    WORTHWHILE,
+    Flight,
+    Leaps,
+    Position,
+    new_leaps,
+    try_leap,
+)
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
@@ -177,10 +188,12 @@ def march_event(
     now = Position(front.t, c.gap, abs(c.gap_rate), front.sample, 0)
     if leaps is not None:  # else the compiler leaves them out
         leaping, levels = phase.state == FREE, leaps.lengths.shape[0]
+        if front.taken == 0:
+            leaps.memory[CONTRACTION] = np.inf
     level = levels - 1
     if leaps is not None and front.taken > 0:
-        level, patience = int(leaps.memory[0]), int(leaps.memory[1])
-        now = Position(front.t, c.gap, leaps.memory[2], front.sample, 0)
+        level, patience = int(leaps.memory[LEVEL]), int(leaps.memory[PATIENCE])
+        now = Position(front.t, c.gap, leaps.memory[SPEED], front.sample, 0)
     while reason == AT_STOP and now.t < leg.t_stop:
         if now.kept > capacity // 2 or steps >= leg.most_steps:
             reason = LEG_FULL
@@ -224,7 +237,7 @@ def march_event(
             patience = 0
         now = Position(end, tried.gap, tried.speed, front.sample + kept, kept)
     if leaps is not None:
-        leaps.memory[0], leaps.memory[1], leaps.memory[2] = level, patience, now.speed
+        leaps.memory[LEVEL], leaps.memory[PATIENCE], leaps.memory[SPEED] = level, patience, now.speed
     # behind a stop the root moves in another way: everything begins anew
     reached = (now.t, h, now.sample, now.t, 0, 0 if reason == AT_STOP else front.taken + steps)
     return reason, fallen, reached, steps, rejected, now.kept, peak, depth

@@ -41,6 +41,8 @@ _EASY = 2.0 ** -(POINTS + 1)  # error after which the step is doubled
 _SAME = 1e-9  # of the interval
 _CLEAR = 2.0  # leaps stay so many times the way of the contact point from the slope
 _TAIL = 2  # Legendre coefficients that estimate the error
+_CAUTION = 2.0  # the rounds of another leap may contract as much slower
+LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
 #: fastest phase (rad) of a run from which leaps are worth their weights
 WORTHWHILE = 5e3
 
@@ -63,7 +65,9 @@ class Leaps(NamedTuple):
     rates: Array  # (s, 7) of the quadratures at the points
     state: Array  # (2, d) z and z' at the start
     ends: Array  # (2, d) z and z' somewhere, or their errors
-    memory: Array  # (3,) of a march that goes on in another leg: level, patience, speed
+    memory: (
+        Array  # (4,) of a march that goes on in another leg: level, patience, speed, contraction of rounds (1/s)
+    )
 
 
 def new_leaps(modes: NormalModes, interval: float) -> Leaps:
@@ -96,7 +100,7 @@ def new_leaps(modes: NormalModes, interval: float) -> Leaps:
         np.zeros((POINTS, QUADRATURES)),
         np.zeros((2, d)),
         np.zeros((2, d)),
-        np.zeros(3),
+        np.array([0.0, 0.0, 0.0, np.inf]),
     )
     tables = lengths, *modes, nodes, free, forced, areas, fit[-_TAIL:], of_tail
     return Leaps(*[*map(np.ascontiguousarray, tables), *work])
@@ -238,8 +242,8 @@ def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
     _keep_force(leaps, 0, leaps.state, s.K[0])
     for j in range(1, points):
         copy(force[0, 0], force[0, j])
-    change = np.inf
-    for _ in range(_ROUNDS):
+    change, contraction = np.inf, leaps.memory[CONTRACTION] * h
+    for rounds in range(_ROUNDS):
         for j in range(points):
             copy(force[0, j], force[1, j])
         for j in range(1, points):
@@ -252,8 +256,12 @@ def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
             speed = max(speed, abs(c.gap_rate))
             _keep_force(leaps, j, leaps.ends, s.K[1])
         last, change = change, _change(leaps, level, y, s.scales, tolerance)
-        # rounds contract at a rate that two of them show (Hairer and Wanner, Solving ODEs II, Sec. IV.8)
-        if change <= _SETTLED or change * change <= _SETTLED * last < np.inf:
+        # rounds contract at a rate that two of them show, or those of the leap before did (Hairer and Wanner,
+        # Solving ODEs II, Sec. IV.8)
+        if rounds > 0:
+            contraction = change / last if last > 0.0 else 0.0
+            leaps.memory[CONTRACTION] = _CAUTION * contraction / h
+        if change <= _SETTLED or change * contraction <= _SETTLED:
             _write(leaps, level, points - 2, y, s.y_new)
             return _error(leaps, level, y, s, tolerance), speed
     return np.inf, speed

@@ -121,6 +121,41 @@ def test_a_leap_is_as_short_as_the_largest_speed_in_it_asks():
         derivative(problem.system, run._phase, 0.0, y, s.work, s.K[0])
 
 
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9])
+def test_rounds_end_when_another_one_would_change_nothing(tolerance, monkeypatch):
+    """How fast they contract is known from the rounds of this leap or of the one before."""
+    run = Run(beam_problem(beam_of(Scenario.builtin("many-modes", ["initial.angular_velocity=3.0"]))))
+    problem, s, y = run.problem, run._scratch, run._y
+    y[2:17] = 1e-3 * np.array([1.0, 0.3, -0.1, 0.03, *[1e-2 * (-1) ** k for k in range(11)]])
+    flight = leaps.Flight(problem.system, run._phase, Leg(1.0, 1e-4, 1000), tolerance, s, s.tables)
+    calls, level = [], s.tables.lengths.size - 1
+
+    def counted(*arguments):
+        calls.append(arguments)
+        return derivative(*arguments)
+
+    def leap(t, y):
+        derivative(problem.system, run._phase, t, y, s.work, s.K[0])
+        calls.clear()
+        error, _ = leaps._leap(flight, t, y, level)
+        assert np.isfinite(error)
+        return s.y_new.copy(), len(calls) // (leaps.POINTS - 1)
+
+    monkeypatch.setattr(leaps, "derivative", counted)
+    h = s.tables.lengths[level]
+    first, alone = leap(0.0, y)
+    second, rounds = leap(h, first)
+    # one round alone shows nothing; here they contract by a factor of 50
+    assert (alone, rounds) == (2, 1 if tolerance > 3e-8 else 2)
+    settled = 2.0 * leaps._SETTLED
+    monkeypatch.setattr(leaps, "_SETTLED", 1e-8)
+    for t, before, found in ((0.0, y, first), (h, first, second)):
+        s.tables.memory[:] = np.inf
+        exact, _ = leap(t, before)  # in as many rounds as it takes
+        s.tables.ends[:] = (found - exact)[:34].reshape(2, 17) @ s.tables.projection.T
+        assert leaps._norm(s.tables, before, s.scales, tolerance) < settled
+
+
 @pytest.mark.parametrize("case", ["many-modes", "paper"])
 def test_where_legs_end_changes_nothing(monkeypatch, case):
     """They end by the clock; a run is the same to the last bit on a machine that has other work to do."""
