@@ -10,7 +10,7 @@ It is small and changes slowly, so that a polynomial through s Gauss-Lobatto poi
     z_k(t + tau) = free vibration from t + int_0^tau g_k(tau - s) f_k(s) ds,   g_k the response to an impulse
 
 holds at these points with weights that depend on omega_k h alone: they are computed once, for steps h that are
-the output interval times powers of two.  Two or three rounds through the points find f (Picard iteration).  This
+the output interval times powers of two.  One to three rounds through the points find f (Picard iteration).  This
 is the collocation form of an exponential integrator (Hochbruck and Ostermann, Acta Numerica 2010, Sec. 2).  The
 step may be longer than the period of the fastest mode that is excited, and is as long as the highest Legendre
 coefficients of f allow.
