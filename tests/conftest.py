@@ -8,7 +8,7 @@ import signal
 import subprocess
 
 import pytest
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Page, sync_playwright
 
 # before anything imports NumPy: for the small matrices here more threads than one only wait for each other, which
 # took up to ten times the time where several test processes share the cores
@@ -83,13 +83,19 @@ def browser():
         chromium.close()
 
 
-@pytest.fixture
-def page(browser):
-    """A page of the browser that may report no fault and ask for nothing but files."""
+def watched(browser) -> tuple[Page, list[str]]:
+    """A new page of the browser, and a list of the faults that it reports and of what it asks for but files."""
     page, faults = browser.new_page(viewport={"width": 1280, "height": 720}), []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("console", lambda entry: faults.append(entry.text) if entry.type in ("error", "warning") else None)
     page.on("request", lambda request: request.url.startswith("file:") or faults.append(request.url))
+    return page, faults
+
+
+@pytest.fixture
+def page(browser):
+    """A page of the browser that may report no fault and ask for nothing but files."""
+    page, faults = watched(browser)
     yield page
     page.close()
     assert faults == []

@@ -346,7 +346,9 @@ def _on_common_clock(times: tuple[Array, Array], pairs: Sequence[EventPair], len
 def _chosen(left: History, right: History, wanted: Sequence[str] | None) -> tuple[list[str], dict[str, str]]:
     """Names of the variables to compare, and why others are not; what is asked for has to be possible."""
     every = dict.fromkeys([*map(str, left.data.data_vars), *map(str, right.data.data_vars)])
-    why = {name: _obstacle(left, right, name) for name in every}
+    # what decides the meaning of the coordinates
+    shapes = [tomllib.loads(history.scenario_toml).get("discretization") for history in (left, right)]
+    why = {name: _obstacle(left, right, name, shapes[0] == shapes[1]) for name in every}
     for name in wanted or ():
         if name not in every:
             raise InputError(f"variables: {name!r}: should be among {', '.join(every)}")
@@ -356,7 +358,7 @@ def _chosen(left: History, right: History, wanted: Sequence[str] | None) -> tupl
     return names, {name: reason for name, reason in why.items() if reason}
 
 
-def _obstacle(left: History, right: History, name: str) -> str:
+def _obstacle(left: History, right: History, name: str, same_shapes: bool) -> str:
     """Why a variable cannot be compared, "" if it can."""
     if name == "state":
         return "contact states are compared as state_disagreement"
@@ -365,9 +367,7 @@ def _obstacle(left: History, right: History, name: str) -> str:
             return f"the {side} history does not have it"
     if left[name].dims != right[name].dims:
         return "other dimensions"
-    # what decides the meaning of the coordinates
-    models = [tomllib.loads(history.scenario_toml).get("discretization") for history in (left, right)]
-    if name in _COORDINATES and models[0] != models[1]:
+    if name in _COORDINATES and not same_shapes:
         return "coordinates of other shape functions"
     sizes = [{d: n for d, n in h[name].sizes.items() if d not in ("time", "station")} for h in (left, right)]
     return "" if sizes[0] == sizes[1] else "other numbers of coordinates"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import shutil
 import subprocess
+from functools import cache
 from pathlib import Path
 
 from renders import player
@@ -15,6 +17,23 @@ from tests.renders.page_arrays import frame_axes
 
 NODE = shutil.which("node") or shutil.which("nodejs")
 PAGE = Path(next(iter(player.__path__))) / "page"
+
+#: answers each line, a source with what is given to it, with what its function returns
+_SERVER = """
+require("readline").createInterface({ input: process.stdin }).on("line", (line) => {
+  const { source, given } = JSON.parse(line);
+  let answer;
+  try { answer = { value: new Function("given", source)(given) }; }
+  catch (error) { answer = { error: String(error.stack) }; }
+  process.stdout.write(`${JSON.stringify(answer)}\\n`);
+});"""
+
+
+@cache
+def _node() -> subprocess.Popen[str]:
+    node = subprocess.Popen([NODE, "-e", _SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    atexit.register(node.kill)
+    return node
 
 
 class Scripts:
@@ -31,10 +50,13 @@ class Scripts:
 
     def value(self, expression, **given):
         """Value of a JavaScript expression, which may use what the scripts define, and CONTENT.NAME of `given`."""
-        source, content = f"{self._source}\nconsole.log(JSON.stringify({expression}));", self._content | given
-        done = subprocess.run([NODE, "-e", source], input=json.dumps(content), capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr[:2000]
-        return json.loads(done.stdout)
+        source, content = f"{self._source}\nreturn JSON.stringify({expression});", self._content | given
+        node = _node()
+        node.stdin.write(json.dumps({"source": source, "given": json.dumps(content)}) + "\n")
+        node.stdin.flush()
+        answer = json.loads(node.stdout.readline())
+        assert "error" not in answer, answer["error"][:2000]
+        return json.loads(answer["value"])
 
     def at(self, place, expression):
         """Value of an expression in which `moment` is what there is at a place among the frames."""

@@ -29,7 +29,7 @@ const context = new Proxy(shapes, {
   get: (own, name) => (name in own ? own[name] : () => {}),
   set: (own, name, value) => Boolean((own[name] = value)) || true,
 });
-const CONTENT = JSON.parse(require("fs").readFileSync(0, "utf8"));
+const CONTENT = JSON.parse(given);
 const window = {};
 const getComputedStyle = () => ({ fontSize: "14px", getPropertyValue: (name) => (name === "--lighten" ? "0" : name) });
 const document = {

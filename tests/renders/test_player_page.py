@@ -12,21 +12,21 @@ from tests.renders.browsing import drag, image, now, rgb, seek, settle, text
 from tests.renders.test_player import content
 
 
-def test_the_browser_decodes_what_was_embedded(player, run):
+def test_the_browser_decodes_what_was_embedded(opened, run):
     for name, array in content(run("paper"))[0].items():
         values = f"player.arrays.{name}"
-        size, total = player.evaluate(f"[{values}.length, {values}.reduce((s, v) => s + v, 0)]")
+        size, total = opened.evaluate(f"[{values}.length, {values}.reduce((s, v) => s + v, 0)]")
         assert (size, total) == (array.size, pytest.approx(float(array.astype(float).sum()), rel=1e-9))
 
 
 @pytest.mark.parametrize(("time", "state"), [(0.2, State.FREE), (0.3185, State.SLIP), (0.3252, State.SLIP)])
-def test_time_state_and_numbers_are_written(player, run, time, state):
-    seek(player, time)
-    assert text(player, "time") == f"t = {time:.6f} s"
-    assert text(player, "state") == state.name
-    assert player.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor") == rgb(state)
-    assert text(player, "rate") == ("shown at 1/500 of real time" if state else "shown at 1/10 of real time")
-    labels, values = (player.locator(f"#numbers {tag}").all_text_contents() for tag in ("dt", "dd"))
+def test_time_state_and_numbers_are_written(opened, run, time, state):
+    seek(opened, time)
+    assert text(opened, "time") == f"t = {time:.6f} s"
+    assert text(opened, "state") == state.name
+    assert opened.evaluate("getComputedStyle(document.getElementById('state')).backgroundColor") == rgb(state)
+    assert text(opened, "rate") == ("shown at 1/500 of real time" if state else "shown at 1/10 of real time")
+    labels, values = (opened.locator(f"#numbers {tag}").all_text_contents() for tag in ("dt", "dd"))
     found = dict(zip(labels, values, strict=True))
     data = run("paper").data.interp(time=time)
     for label, name, factor, unit in (
@@ -38,19 +38,19 @@ def test_time_state_and_numbers_are_written(player, run, time, state):
         number, said = found[label].replace("−", "-").split(" ")
         assert said == unit
         assert float(number) == pytest.approx(factor * float(data[name]), rel=2e-3, abs=2e-3), label
-    legend = player.locator("#force-legend").text_content().replace("−", "-")
+    legend = opened.locator("#force-legend").text_content().replace("−", "-")
     forces = re.fullmatch(r"Contact force \(N\)normal (\S+)tangential (\S+)", legend).groups()
     assert list(map(float, forces)) == pytest.approx(
         [float(data["lambda_n"]), float(data["lambda_tau"])], rel=2e-3
     )
-    legend = player.locator("#energy-legend").text_content()
+    legend = opened.locator("#energy-legend").text_content()
     energies = dict(re.findall(r"(kinetic|elastic|gravity|total) ([\d.]+)", legend))
     assert legend.startswith("Energy (J)")
     parts = [float(data[f"energy_{kind}"]) for kind in ("kinetic", "elastic", "gravity")]
     assert [float(energies[kind]) for kind in ("kinetic", "elastic", "gravity", "total")] == pytest.approx(
         [*parts, sum(parts)], abs=1e-3
     )
-    assert text(player, "deformation") == "deflection drawn ×5 about the pin–tip chord"
+    assert text(opened, "deformation") == "deflection drawn ×5 about the pin–tip chord"
 
 
 def test_the_rate_follows_the_chosen_speed(player):
@@ -61,14 +61,14 @@ def test_the_rate_follows_the_chosen_speed(player):
         assert text(player, "rate") == f"shown at {said} of real time"
 
 
-def test_events_are_listed_with_time_kind_and_impulse(player, run):
-    shown = player.locator("#events li").all_text_contents()
+def test_events_are_listed_with_time_kind_and_impulse(opened, run):
+    shown = opened.locator("#events li").all_text_contents()
     for row, event in zip(shown, run("paper").events, strict=True):
         found = re.fullmatch(r"([\d.]{8})(\w+) (?:(\S+) N s)?", row)
         assert (float(found[1]), found[2]) == (pytest.approx(event.time, abs=1e-6), event.kind.value)
         assert float(found[3] or 0.0) == pytest.approx(event.normal_impulse, rel=6e-3)
-    assert text(player, "events-note") == "time (s), kind, impulse"
-    dots = player.locator("#events i").evaluate_all("dots => dots.map(d => getComputedStyle(d).backgroundColor)")
+    assert text(opened, "events-note") == "time (s), kind, impulse"
+    dots = opened.locator("#events i").evaluate_all("dots => dots.map(d => getComputedStyle(d).backgroundColor)")
     assert dots == [rgb(event.state) for event in run("paper").events]
 
 
@@ -154,12 +154,12 @@ def test_slider_events_and_charts_are_scrubbed_with_the_mouse(player, run):
         assert now(player) == 0.0
 
 
-def test_frames_differ_and_are_not_blank(player):
+def test_frames_differ_and_are_not_blank(opened):
     images = {}
     for time in (0.0, 0.2, 0.3185, 0.3252, 0.5):
-        seek(player, time)
+        seek(opened, time)
         for name in ("scene", "inset", "force", "energy"):
-            images.setdefault(name, set()).add(image(player, name))
+            images.setdefault(name, set()).add(image(opened, name))
     assert {name: len(found) for name, found in images.items()} == dict.fromkeys(images, 5)
 
 

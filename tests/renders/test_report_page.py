@@ -51,9 +51,12 @@ def file(tmp_path_factory):
 
 
 @pytest.fixture
-def page(page, file):
-    page.goto(file.as_uri())
-    return page
+def report(tab, file):
+    """The report as it opens, in a window of a usual size."""
+    tab.page.set_viewport_size({"width": 1280, "height": 720})
+    tab.page.emulate_media(media="null")
+    yield tab.open(file)
+    tab.check()
 
 
 #: names of the measurements that are seen
@@ -71,47 +74,47 @@ CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail, td.partly')].filte
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_no_page_scrolls_sideways_and_every_verdict_is_seen(page, file, width):
-    page.set_viewport_size({"width": width, "height": 800})
-    page.evaluate("document.querySelectorAll('details').forEach(part => { part.open = true; })")
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert page.evaluate("document.querySelectorAll('td.pass, td.fail').length") == 4
-    assert page.evaluate(CUT_OFF) == 0
+def test_no_page_scrolls_sideways_and_every_verdict_is_seen(report, file, width):
+    report.set_viewport_size({"width": width, "height": 800})
+    report.evaluate("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+    assert report.evaluate("document.documentElement.scrollWidth") <= width
+    assert report.evaluate("document.querySelectorAll('td.pass, td.fail').length") == 4
+    assert report.evaluate(CUT_OFF) == 0
     # a wide table of numbers scrolls inside of itself, and the keyboard reaches it
-    assert page.evaluate("[...document.querySelectorAll('.scroll')].filter(b => b.tabIndex === 0).length") == 1
+    assert report.evaluate("[...document.querySelectorAll('.scroll')].filter(b => b.tabIndex === 0).length") == 1
 
 
-def test_groups_are_folded_but_those_that_fail(page):
-    assert page.evaluate(OPEN) == [False, True, True]
-    page.evaluate("document.getElementById('fold').click()")
-    assert page.evaluate(OPEN) == [True] * 3
-    page.evaluate("document.getElementById('fold').click()")
-    assert page.evaluate(OPEN) == [False] * 3
+def test_groups_are_folded_but_those_that_fail(report):
+    assert report.evaluate(OPEN) == [False, True, True]
+    report.evaluate("document.getElementById('fold').click()")
+    assert report.evaluate(OPEN) == [True] * 3
+    report.evaluate("document.getElementById('fold').click()")
+    assert report.evaluate(OPEN) == [False] * 3
 
 
-def test_a_link_opens_the_part_that_it_leads_to(page, file):
-    page.goto(f"{file.as_uri()}#first")
-    assert page.evaluate(OPEN)[0]
+def test_a_link_opens_the_part_that_it_leads_to(report, file):
+    report.goto(f"{file.as_uri()}#first")
+    assert report.evaluate(OPEN)[0]
 
 
-def test_the_filter_keeps_rows_with_all_words_and_opens_their_groups(page):
-    page.locator("#filter").fill("FALLING name-of-a-measurement-1")
-    assert page.evaluate(SEEN) == ["first.one.a-rather-long-name-of-a-measurement-1"]
-    assert page.evaluate("document.getElementById('shown').textContent") == "1 of 4 measurements"
-    page.locator("#filter").fill("no such word")
-    assert page.evaluate(SEEN) == []
-    page.locator("#filter").fill("")
-    assert page.evaluate(OPEN) == [False, True, True]
-    assert page.evaluate("document.getElementById('shown').textContent") == ""
+def test_the_filter_keeps_rows_with_all_words_and_opens_their_groups(report):
+    report.locator("#filter").fill("FALLING name-of-a-measurement-1")
+    assert report.evaluate(SEEN) == ["first.one.a-rather-long-name-of-a-measurement-1"]
+    assert report.evaluate("document.getElementById('shown').textContent") == "1 of 4 measurements"
+    report.locator("#filter").fill("no such word")
+    assert report.evaluate(SEEN) == []
+    report.locator("#filter").fill("")
+    assert report.evaluate(OPEN) == [False, True, True]
+    assert report.evaluate("document.getElementById('shown').textContent") == ""
 
 
-def test_the_filter_knows_verdicts(page):
-    page.locator("#verdict").select_option("fail")
-    assert page.evaluate(SEEN) == ["second.two.a-rather-long-name-of-a-measurement-1"]
-    page.locator("#filter").fill("falling")
-    assert page.evaluate(SEEN) == []
-    page.locator("#verdict").select_option("pass")
-    assert len(page.evaluate(SEEN)) == 2
+def test_the_filter_knows_verdicts(report):
+    report.locator("#verdict").select_option("fail")
+    assert report.evaluate(SEEN) == ["second.two.a-rather-long-name-of-a-measurement-1"]
+    report.locator("#filter").fill("falling")
+    assert report.evaluate(SEEN) == []
+    report.locator("#verdict").select_option("pass")
+    assert len(report.evaluate(SEEN)) == 2
 
 
 def luminance(page, selector: str, colour: str) -> float:
@@ -136,31 +139,31 @@ def test_the_theme_is_that_of_the_system_until_the_button_is_pressed(page, file,
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_paper_is_white_shows_everything_and_no_controls(page, theme):
-    page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-    page.locator("#filter").fill("falling")
-    page.evaluate("document.querySelectorAll('details').forEach(part => { part.open = false; })")
-    page.emulate_media(media="print")
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert luminance(page, "body", "backgroundColor") == pytest.approx(1.0)
-    assert luminance(page, "body", "color") < 0.2
-    assert page.evaluate("getComputedStyle(document.querySelector('figure svg')).filter") == "none"
-    assert len(page.evaluate(SEEN)) == 4
+def test_paper_is_white_shows_everything_and_no_controls(report, theme):
+    report.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
+    report.locator("#filter").fill("falling")
+    report.evaluate("document.querySelectorAll('details').forEach(part => { part.open = false; })")
+    report.emulate_media(media="print")
+    report.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert luminance(report, "body", "backgroundColor") == pytest.approx(1.0)
+    assert luminance(report, "body", "color") < 0.2
+    assert report.evaluate("getComputedStyle(document.querySelector('figure svg')).filter") == "none"
+    assert len(report.evaluate(SEEN)) == 4
     assert (
-        page.evaluate(
+        report.evaluate(
             "[...document.querySelectorAll('.controls, button, input')].filter(e => e.checkVisibility())"
         )
         == []
     )
-    page.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert page.evaluate(OPEN) == [False] * 3
+    report.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert report.evaluate(OPEN) == [False] * 3
 
 
-def test_the_keyboard_reaches_controls_and_groups(page):
-    page.evaluate("document.getElementById('filter').focus()")
+def test_the_keyboard_reaches_controls_and_groups(report):
+    report.evaluate("document.getElementById('filter').focus()")
     seen = []
     for _ in range(6):
-        page.keyboard.press("Tab")
-        seen.append(page.evaluate("document.activeElement.id || document.activeElement.tagName"))
+        report.keyboard.press("Tab")
+        seen.append(report.evaluate("document.activeElement.id || document.activeElement.tagName"))
     assert seen[:3] == ["verdict", "fold", "theme"]
     assert "SUMMARY" in seen

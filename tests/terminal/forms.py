@@ -120,7 +120,7 @@ def few_cases() -> None:
     from validation.reproduction import command
 
     def brief(out: Path, workers: int | None, on_progress: OnProgress, typed: str) -> SimpleNamespace:
-        scenarios = [case.scenario.replace(end_time=2.0) for case in command.main_cases()[:2]]
+        scenarios = [case.scenario.replace(end_time=1.0) for case in command.main_cases()[:2]]
         map_parallel(simulate, scenarios, workers, told(on_progress, ["one", "two"]))
         return SimpleNamespace(
             verdicts={"reproduced": 0},

@@ -105,17 +105,15 @@ def test_what_is_compiled_in_the_dark_is_one_line(nothing_compiled, tmp_path):
     assert (out, rest) == (b"", b"oblique-impact: interrupted\n")
 
 
-def test_a_piped_run_is_clean_even_if_colours_are_forced(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", "oblique_impact", *SHORT[1:]],
-        cwd=tmp_path,
-        env={**os.environ, "FORCE_COLOR": "1", "TTY_COMPATIBLE": "1"},
-        capture_output=True,
-        check=True,
-    )
-    assert not re.search(rb"[^\n -~]", done.stdout + done.stderr), done
-    assert done.stdout.startswith(b"completed: t = 0.33 s")
-    assert all(line.startswith(b"oblique-impact: compiling ") for line in done.stderr.splitlines()), done.stderr
+def test_a_piped_run_is_clean_even_if_colours_are_forced(cli, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.setenv(name, "1")
+    code, out, err = cli(*SHORT[1:])
+    assert code == 0
+    assert not re.search(r"[^\n -~]", out + err), (out, err)
+    assert out.startswith("completed: t = 0.33 s")
+    assert all(line.startswith("oblique-impact: compiling ") for line in err.splitlines()), err
 
 
 def test_a_reader_that_has_gone_is_no_traceback():
@@ -181,16 +179,11 @@ def test_a_kernel_is_told_once_for_each_class_of_systems(tmp_path, monkeypatch):
     assert len(told) == 2
 
 
-def compile_something(number):
-    announce(f"part {number}")
-    return number
-
-
 def test_processes_tell_what_they_compile():
-    told = []
+    told, parts = [], ["part 1", "part 2", "part 3"]
     with compilations(told.append):
-        assert map_parallel(compile_something, [1, 2, 3], workers=2) == [1, 2, 3]
-    assert sorted(told) == ["part 1", "part 2", "part 3"]
+        assert map_parallel(announce, parts, workers=2) == [None] * 3
+    assert sorted(told) == parts
 
 
 @pytest.mark.slow

@@ -6,14 +6,18 @@ with the number of the process and, later, with its exit code.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import importlib
 import json
 import os
 import runpy
 import sys
+import tempfile
+import threading
 from typing import Any
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import History, Scenario, simulate
 
 #: what the commands import by themselves, late
 MODULES = """
@@ -22,6 +26,8 @@ MODULES = """
     validation.reproduction.command validation.sweeps.command validation.sweeps.report renders.command
     renders.campbell renders.player renders.overview renders.exports.command renders.exports.pvd
     renders.exports.vtkhdf rich.table validation.sweeps.table renders.scene renders.film
+    renders.commands validation.commands validation.comparison fem_beam.reduction pyvista.plotting
+    matplotlib.pyplot matplotlib.backends.backend_svg
 """
 
 
@@ -29,7 +35,10 @@ def main() -> None:
     """Fork for each order."""
     for module in MODULES.split():
         importlib.import_module(module)
-    simulate(Scenario.builtin("paper", ["end_time=1e-3"]))  # the kernels are loaded
+    with tempfile.TemporaryDirectory() as folder:  # the kernels are loaded, and what reads and writes
+        simulate(Scenario.builtin("paper", ["end_time=1e-3"])).save(folder)
+        History.load(folder).data["q"][0].load()
+    gc.freeze()  # what is shared stays shared: no program looks through it for garbage
     for line in sys.stdin:
         order = json.loads(line)
         child = os.fork()
@@ -59,10 +68,26 @@ def _become(order: dict[str, Any]) -> None:
         getattr(importlib.import_module(module), function)()
     program, *arguments = order["words"]
     sys.argv = [program, *arguments]
-    if program.endswith(".py"):
-        runpy.run_path(program, run_name="__main__")
-    else:
-        runpy.run_module(program.replace("-", "_"), run_name="__main__", alter_sys=True)
+    code = None
+    try:
+        if program.endswith(".py"):
+            runpy.run_path(program, run_name="__main__")
+        else:
+            runpy.run_module(program.replace("-", "_"), run_name="__main__", alter_sys=True)
+    except SystemExit as stopped:
+        if not isinstance(stopped.code, int | None):
+            raise
+        code = stopped.code
+    _end(code or 0)
+
+
+def _end(code: int) -> None:
+    """End as Python does, but leave it to the system to clear away what was imported: that takes a second."""
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(code)
 
 
 if __name__ == "__main__":
