@@ -58,6 +58,8 @@ def test_fields_along_the_beam_are_computed_when_one_is_asked_for(monkeypatch):
     short = Scenario.builtin("paper").replace(end_time=0.02)
     history = simulate(short)
     assert history.summary["clearance"] is not None
+    assert history["gap"].dims == ("time",)
+    assert "moment" in history
     assert not calls
     other = pickle.loads(pickle.dumps(history))
     assert len(calls) == 1
@@ -66,6 +68,19 @@ def test_fields_along_the_beam_are_computed_when_one_is_asked_for(monkeypatch):
     assert np.abs(moment).max() > 0.1
     assert len(calls) == 1
     np.testing.assert_array_equal(other["moment"].values, moment)
+
+
+def test_variables_are_the_same_whichever_is_asked_for_first():
+    """Some have their labels before section forces are computed: names, values, and what was written on them."""
+    whole, early = (simulate(Scenario.builtin("paper", ["end_time=0.02"])) for _ in range(2))
+    order = list(whole.data.variables)
+    early["gap"].attrs["note"] = whole["gap"].attrs["note"] = "by hand"
+    assert list(early) == order
+    for name in ("gap", "q", "time", "station"):
+        assert early[name].identical(whole[name])
+    assert pickle.loads(pickle.dumps(early)).data.identical(whole.data)
+    assert early.data.identical(whole.data)
+    assert list(early.data.variables) == order
 
 
 def test_a_variable_is_an_attribute_from_the_first_word_on():
