@@ -104,8 +104,7 @@ def names_at_once(columns: Mapping[str, Array]) -> list[str]:
 def with_later(data: Dataset, columns: Mapping[str, Array]) -> Dataset:
     """Return all variables, where `data` are those of :func:`names_at_once`."""
     later = {name: tuple(rest) for name, *rest in stored(columns) if name not in data.variables}
-    found: Dataset = data.assign(later)[list(columns)]
-    return found
+    return data.assign(later)
 
 
 def check_variables(data: Dataset) -> None:

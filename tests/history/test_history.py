@@ -71,12 +71,14 @@ def test_fields_along_the_beam_are_computed_when_one_is_asked_for(monkeypatch):
     np.testing.assert_array_equal(other["moment"].values, moment)
 
 
-def test_variables_are_the_same_whichever_is_asked_for_first():
+def test_variables_are_the_same_whichever_is_asked_for_first(tmp_path):
     """Some have their labels before section forces are computed: names, values, and what was written on them."""
-    whole, early = (simulate(Scenario.builtin("paper", ["end_time=0.02"])) for _ in range(2))
+    whole, early, saved = (simulate(Scenario.builtin("paper", ["end_time=0.02"])) for _ in range(3))
     order = list(whole.data.variables)
     early["gap"].attrs["note"] = whole["gap"].attrs["note"] = "by hand"
     assert list(early) == order
+    saved["gap"].attrs["note"] = "by hand"
+    assert History.load(saved.save(tmp_path))["gap"].attrs["note"] == "by hand"
     for name in ("gap", "q", "time", "station"):
         assert early[name].identical(whole[name])
     assert pickle.loads(pickle.dumps(early)).data.identical(whole.data)
