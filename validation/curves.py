@@ -136,7 +136,7 @@ def graph_distance(a: Array, b: Array) -> float:
 
 
 def _directed_graph(points: Array, line: Array) -> float:
-    x = line[:, 0]
+    x, own = line[:, 0], points[:, 0]
     bound = _distance_at(points, line)
     largest = 0.0
     while True:
@@ -148,8 +148,11 @@ def _directed_graph(points: Array, line: Array) -> float:
         start = min(start, len(line) - 2)
         found = min(float(bound[k]), _directed(points[k : k + 1], line[start : max(stop, start + 2)]))
         largest = max(largest, found)
-        # no point is further from the line than this one and the way to it together
-        bound = np.minimum(bound, found + np.hypot(*(points - points[k]).T))
+        # no point is further from the line than this one and the way to it together; that says nothing of points
+        # further away along the abscissa than the largest bound is above what was found
+        way = 1.000001 * (bound[k] - found)
+        near = slice(np.searchsorted(own, own[k] - way), np.searchsorted(own, own[k] + way, side="right"))
+        bound[near] = np.minimum(bound[near], found + np.hypot(*(points[near] - points[k]).T))
 
 
 def _distance_at(points: Array, line: Array) -> Array:

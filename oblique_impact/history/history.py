@@ -20,7 +20,14 @@ from oblique_impact.history.at_a_time import Side, dataset_at
 from oblique_impact.history.events import EVENT_COLUMNS, event_row, events_csv, read_events
 from oblique_impact.history.netcdf import is_history, read_netcdf, write_netcdf
 from oblique_impact.history.summary import EARLIER_MACRO_GAP, parsed, read_summary
-from oblique_impact.history.variables import Stored, check_variables, dataset, stored
+from oblique_impact.history.variables import (
+    Stored,
+    check_variables,
+    dataset,
+    names_at_once,
+    stored,
+    with_later,
+)
 from oblique_impact.installed import installed, load, reason
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
@@ -82,17 +89,24 @@ class History:
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history["theta"]``; raises KeyError."""
-        return self.data[name]
+        return self._labelled(name)[name]
 
     def __getattr__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history.lambda_n``."""
         if name == "data" and "_columns" in self.__dict__:
-            found: Any = dataset(self.__dict__.pop("_columns"))
+            columns, early = self.__dict__.pop("_columns"), self.__dict__.pop("_early", None)
+            found: Any = dataset(columns) if early is None else with_later(early, columns)
             return self.__dict__.setdefault("data", found)  # type: ignore[no-any-return]
         known = self.__dict__.keys() & {"data", "_columns"}  # neither while one is copied or unpickled
-        if name.startswith("_") or not known or name not in self.data.variables:
+        if name.startswith("_") or not known or name not in self:
             raise AttributeError(f"a History has no attribute or variable {name!r}")
-        return self.data[name]
+        return self[name]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Send and store variables once: the labels that some have already are made again."""
+        if "_early" in self.__dict__:
+            self.__getattr__("data")
+        return self.__dict__
 
     def __dir__(self) -> list[str]:
         """Names for completion, those of the variables among them."""
@@ -100,15 +114,15 @@ class History:
 
     def __contains__(self, name: object) -> bool:
         """Whether there is a variable of this name."""
-        return name in self.data.variables
+        return name in self._names()
 
     def __iter__(self) -> Iterator[str]:
         """Go over the names of the variables, those of the axes among them."""
-        return map(str, self.data.variables)
+        return iter(self._names())
 
     def __len__(self) -> int:
         """Return the number of variables."""
-        return len(self.data.variables)
+        return len(self._names())
 
     def __repr__(self) -> str:
         """Say in a few lines what happened."""
@@ -271,9 +285,23 @@ class History:
         """Return the event log as CSV text."""
         return events_csv(self.events)
 
+    def _names(self) -> list[str]:
+        columns = self.__dict__.get("_columns")
+        return [str(name) for name in (self.data.variables if columns is None else columns)]
+
+    def _labelled(self, name: object) -> xr.Dataset:
+        """Return labelled data that have a variable: those without what takes long until that is asked for."""
+        columns: Mapping[str, Any] = self.__dict__.get("_columns", {})
+        if not isinstance(name, str) or name not in names_at_once(columns):
+            return self.data
+        if "_early" not in self.__dict__:
+            self.__dict__["_early"] = dataset({known: columns[known] for known in names_at_once(columns)})
+        found: xr.Dataset = self.__dict__["_early"]
+        return found
+
     def _stored(self) -> Iterator[Stored]:
         """Yield the variables as they are stored."""
-        if "_columns" in self.__dict__:
+        if "_columns" in self.__dict__ and "_early" not in self.__dict__:
             yield from stored(self.__dict__["_columns"])
         else:
             for name, variable in self.data.variables.items():

@@ -95,6 +95,18 @@ def dataset(columns: Mapping[str, Array]) -> Dataset:
     return found.set_coords([name for name, variable in found.variables.items() if variable.dims == (name,)])
 
 
+def names_at_once(columns: Mapping[str, Array]) -> list[str]:
+    """Return the names of the columns that are there without computing anything."""
+    later = getattr(columns, "LATER", ())
+    return [name for name in columns if name not in later]
+
+
+def with_later(data: Dataset, columns: Mapping[str, Array]) -> Dataset:
+    """Return all variables, where `data` are those of :func:`names_at_once`."""
+    later = {name: tuple(rest) for name, *rest in stored(columns) if name not in data.variables}
+    return data.assign(later)
+
+
 def check_variables(data: Dataset) -> None:
     """Raise InputError, in a few words, for data that are not those of a history."""
     for name in NEEDED:

@@ -70,30 +70,30 @@ class _Collection:
         self.part, self._heavy, self._reference = part, heavy, reference
         self._items: dict[str, str] = {}  # elements with the path of the first frame
         form, count, cells = _topology(part)
-        topology = self._item("topology", cells)
-        owners = self._item("part", np.full(count, number))
+        group = heavy.create_group(part.name)
+        topology = self._item(group, "topology", cells)
+        owners = self._item(group, "part", np.full(count, number))
         self._constant = (
             f'<Topology {form} NumberOfElements="{count}">{topology}</Topology>\n'
             f'<Attribute Name="part" AttributeType="Scalar" Center="Cell">{owners}</Attribute>\n'
         )
 
-    def _item(self, name: str, values: NDArray[Any]) -> str:
-        """Store numbers and return the element that refers to them."""
+    def _item(self, group: h5py.Group, name: str, values: NDArray[Any]) -> str:
+        """Store numbers in a group and return the element that refers to them."""
         packed = {"chunks": values.shape, **COMPRESSION} if values.size > _SMALL else {}
-        path = f"/{self.part.name}/{name}"
-        self._heavy.create_dataset(path, data=values, **packed)
+        group.create_dataset(name, data=values, **packed)
         kind, shape = "Int" if values.dtype.kind == "i" else "Float", " ".join(map(str, values.shape))
         return (
             f'<DataItem DataType="{kind}" Dimensions="{shape}" Format="HDF" Precision="8">'
-            f"{self._reference}:{path}</DataItem>"
+            f"{self._reference}:{group.name}/{name}</DataItem>"
         )
 
     def store(self, frame: int, sample: int) -> None:
         """Store points and results of a frame; those of a part that stands still once."""
         if self.part.moves or not frame:
-            shape = self.part.shape(sample)
+            shape, group = self.part.shape(sample), self._heavy.create_group(f"{self.part.name}/{frame:06d}")
             for name, values in {"position": shape.points, **shape.arrays}.items():
-                item = self._item(f"{frame:06d}/{name}", values)
+                item = self._item(group, name, values)
                 self._items.setdefault(name, item)
 
     def elements(self, frame: int) -> Iterator[str]:

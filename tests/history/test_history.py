@@ -20,8 +20,9 @@ from oblique_impact.beam.residual_flexibility import residual_compliance
 from oblique_impact.contact.state import State
 from oblique_impact.history import samples
 from oblique_impact.history.events import EVENT_COLUMNS
-from oblique_impact.history.history import FILES
+from oblique_impact.history.history import FILES, FORMAT
 from oblique_impact.history.sample_times import first_sample, jumps, last_sample
+from oblique_impact.history.variables import NEEDED
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +59,8 @@ def test_fields_along_the_beam_are_computed_when_one_is_asked_for(monkeypatch):
     short = Scenario.builtin("paper").replace(end_time=0.02)
     history = simulate(short)
     assert history.summary["clearance"] is not None
+    assert history["gap"].dims == ("time",)
+    assert "moment" in history
     assert not calls
     other = pickle.loads(pickle.dumps(history))
     assert len(calls) == 1
@@ -66,6 +69,21 @@ def test_fields_along_the_beam_are_computed_when_one_is_asked_for(monkeypatch):
     assert np.abs(moment).max() > 0.1
     assert len(calls) == 1
     np.testing.assert_array_equal(other["moment"].values, moment)
+
+
+def test_variables_are_the_same_whichever_is_asked_for_first(tmp_path):
+    """Some have their labels before section forces are computed: names, values, and what was written on them."""
+    whole, early, saved = (simulate(Scenario.builtin("paper", ["end_time=0.02"])) for _ in range(3))
+    order = list(whole.data.variables)
+    early["gap"].attrs["note"] = whole["gap"].attrs["note"] = "by hand"
+    assert list(early) == order
+    saved["gap"].attrs["note"] = "by hand"
+    assert History.load(saved.save(tmp_path))["gap"].attrs["note"] == "by hand"
+    for name in ("gap", "q", "time", "station"):
+        assert early[name].identical(whole[name])
+    assert pickle.loads(pickle.dumps(early)).data.identical(whole.data)
+    assert early.data.identical(whole.data)
+    assert list(early.data.variables) == order
 
 
 def test_a_variable_is_an_attribute_from_the_first_word_on():
@@ -150,6 +168,25 @@ def test_a_loaded_history_does_what_xarray_does(history, tmp_path):
     assert binned[2] == pytest.approx(theta[inside].mean(), rel=1e-12)
     (line,) = loaded["theta"].plot()
     np.testing.assert_array_equal(line.get_ydata(), theta)
+
+
+def test_a_file_that_xarray_has_written_is_read_as_xarray_reads_it(tmp_path):
+    """Words of any length, lists of them, numbers, and variables that are not known."""
+    history = simulate(Scenario.builtin("paper", ["end_time=0.01"]))
+    data = history.data[[*NEEDED, "moment", "station"]].copy()
+    data["own"] = ("time", "station"), data["moment"].values, {"units": "N m", "names": ["a", "bc"], "one": 1.5}
+    data["axis"] = ("coordinate",), np.arange(data.sizes["coordinate"]), {"long": "ü" * 70_000}
+    texts = {"format": FORMAT, "summary": json.dumps(history.summary), "events": "[]", "contacts": "[]", "odd": 3}
+    data.assign_attrs(texts).to_netcdf(tmp_path / "theirs.nc", engine="h5netcdf")
+    found = History.load(tmp_path / "theirs.nc").data
+    with xr.open_dataset(tmp_path / "theirs.nc", engine="h5netcdf", decode_cf=False) as theirs:
+        assert found.attrs == {"format": FORMAT, "odd": 3}
+        assert list(found.variables) == list(theirs.variables)
+        for name, variable in theirs.variables.items():
+            assert (found[name].dims, found[name].dtype) == (variable.dims, variable.dtype), name
+            np.testing.assert_array_equal(found[name].values, variable.values, err_msg=name)
+            for label, value in variable.attrs.items():
+                assert label == "_FillValue" or np.array_equal(found[name].attrs[label], value), (name, label)
 
 
 def test_dimensions_come_back_as_they_were(tmp_path):

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
+from scipy.linalg import LinAlgError, get_lapack_funcs
 from scipy.sparse import csr_array, diags_array, kron
 from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
@@ -34,6 +34,7 @@ NODE = 3
 BANDWIDTH = 3 * NODE - 1
 #: order of the rule with two points an element, and of one that is exact for inertia that varies linearly
 _REDUCED, _EXACT = 3, 5
+(_solve_general_band,) = get_lapack_funcs(("gbsv",), dtype=np.float64)
 #: rotations within a step below which the divided difference is a series: the quotient would lose digits
 _SMALL = 1e-2
 
@@ -51,6 +52,14 @@ class Resultants(NamedTuple):
 
     force: Complex
     moment: Array
+
+
+class StepStart(NamedTuple):
+    """What the forces of a step need of its beginning, at the Gauss points."""
+
+    fields: Fields
+    turn: Complex  # exp(i phi)
+    strain: Complex  # Gamma
 
 
 class StepForces(NamedTuple):
@@ -92,6 +101,8 @@ class ExactBeam:
         self.x: Array = np.sort(place)  # (n,) m, of the nodes
         self.ends = ends
         self.size = NODE * self.x.size
+        # (3 n,) length or 1 rad: what increments are measured by
+        self.scale: Array = np.tile([ends[-1], ends[-1], 1.0], self.x.size)
         points = np.asarray(self._basis.global_coordinates()[0])
         self.points: Array = points  # (elements, 2) m, Gauss points
         self._weights: Array = self._basis.dx
@@ -106,6 +117,7 @@ class ExactBeam:
         self._unknowns = 2 * NODE * element + np.arange(3 * NODE)
         rows, columns = self._unknowns[:, :, None], self._unknowns[:, None, :]
         self._band_index = ((BANDWIDTH + rows - columns) * self.size + columns).ravel()
+        self._force_index = self._unknowns.ravel()
 
     def _gradients(self) -> Array:
         """Matrix (elements, points, 4, 9) from an element's unknowns to x', y', phi', phi at its Gauss points."""
@@ -150,9 +162,8 @@ class ExactBeam:
 
     def fields(self, q: Array) -> Fields:
         """Fields at the Gauss points, each (..., elements, 2), of nodal values (..., 3 n)."""
-        found = self._operator @ q[..., self._unknowns][..., None, :, None]
-        rx, ry, curvature, rotation = np.moveaxis(found[..., 0], -1, 0)
-        return Fields(rx + 1j * ry, rotation, curvature)
+        found = (self._operator @ q[..., self._unknowns][..., None, :, None])[..., 0]
+        return Fields(found[..., 0] + 1j * found[..., 1], found[..., 3], found[..., 2])
 
     def resultants(self, q: Array, v: Array, viscosity: float = 0.0) -> Resultants:
         """Section forces at the Gauss points, each (..., elements, 2), with Kelvin-Voigt damping (s)."""
@@ -193,7 +204,13 @@ class ExactBeam:
 
     # --- forces
 
-    def step_forces(self, q0: Array, q1: Array, relaxation: float = 0.0) -> StepForces:
+    def step_start(self, q: Array) -> StepStart:
+        """Return what :meth:`step_forces` needs of the nodal values (3 n,) at the beginning of a step."""
+        at = self.fields(q)
+        turn = np.exp(1j * at.rotation)
+        return StepStart(at, turn, turn.conj() * at.tangent - 1.0)
+
+    def step_forces(self, q0: Array | StepStart, q1: Array, relaxation: float = 0.0) -> StepForces:
         """Return internal forces of a step from q0 to q1 whose work is the change of the strain energy, exactly.
 
         The strain exp(-i phi) r' is a product, and for differences and means over the step the rule of products is
@@ -205,31 +222,37 @@ class ExactBeam:
 
         Parameters
         ----------
-        q0, q1 : ndarray, shape (3 n,)
-            Nodal values at both ends.
+        q0 : ndarray, shape (3 n,), or StepStart
+            Nodal values at the beginning, or what :meth:`step_start` makes of them: it stays in all iterations.
+        q1 : ndarray, shape (3 n,)
+            Nodal values at the end.
         relaxation : float
             Kelvin-Voigt damping over the length of the step: the resultants gain this times those of the change of
             the strains.
         """
-        at0, at1 = self.fields(q0), self.fields(q1)
-        turn0, turn1 = np.exp(1j * at0.rotation), np.exp(1j * at1.rotation)
+        at0, turn0, strain0 = q0 if isinstance(q0, StepStart) else self.step_start(q0)
+        at1, turn1, strain1 = self.step_start(q1)
         mean, tangent = 0.5 * (turn0 + turn1), 0.5 * (at0.tangent + at1.tangent)
         quotient, quotient_rate = _divided_difference(at0.rotation, at1.rotation)
-        strain0, strain1 = strains(at0), strains(at1)
         n = self._force(0.5 * (strain0 + strain1) + relaxation * (strain1 - strain0))
         bending = self._stiffness[2]
         moment = 0.5 * (at0.curvature + at1.curvature) + relaxation * (at1.curvature - at0.curvature)
         force, turning = mean * n, ((n * quotient).conj() * tangent).real
-        loads = np.stack([force.real, force.imag, bending * moment, turning], axis=-1)
+        loads = np.empty((*self.points.shape, 4))
+        loads[..., 0], loads[..., 1] = force.real, force.imag
+        loads[..., 2], loads[..., 3] = bending * moment, turning
         forces = self._left @ loads.reshape(len(loads), -1, 1)
         # derivatives by x', y' and phi at the end of the step, of the strain first, then of forces and moment
         share, back = 0.5 + relaxation, turn1.conj()
-        dn = self._force(share * np.stack([back, 1j * back, -1j * back * at1.tangent]))
-        df = mean * dn
-        df[2] += 0.5j * turn1 * n
+        dn = np.empty((3, *back.shape), dtype=complex)
+        dn[0], dn[1], dn[2] = back, 1j * back, -1j * back * at1.tangent
+        dn = self._force(share * dn)
         turned = (n * quotient).conj()
-        dm = ((dn * quotient).conj() * tangent).real
-        dm += np.stack([0.5 * turned.real, -0.5 * turned.imag, ((n * quotient_rate).conj() * tangent).real])
+        df, dm = mean * dn, ((dn * quotient).conj() * tangent).real
+        df[2] += 0.5j * turn1 * n
+        dm[0] += 0.5 * turned.real
+        dm[1] -= 0.5 * turned.imag
+        dm[2] += ((n * quotient_rate).conj() * tangent).real
         D = np.zeros((*self.points.shape, 4, 4))
         for k, column in enumerate((0, 1, 3)):
             D[:, :, 0, column], D[:, :, 1, column], D[:, :, 3, column] = df[k].real, df[k].imag, dm[k]
@@ -237,7 +260,7 @@ class ExactBeam:
         blocks = self._left @ (D @ self._operator).reshape(len(loads), -1, 3 * NODE)
         band = np.bincount(self._band_index, blocks.ravel(), (2 * BANDWIDTH + 1) * self.size)
         return StepForces(
-            np.asarray(np.bincount(self._unknowns.ravel(), forces.ravel(), self.size), dtype=float),
+            np.asarray(np.bincount(self._force_index, forces.ravel(), self.size), dtype=float),
             np.asarray(band.reshape(2 * BANDWIDTH + 1, self.size), dtype=float),
         )
 
@@ -263,11 +286,12 @@ def strains(fields: Fields) -> Complex:
 def _divided_difference(phi0: Array, phi1: Array) -> tuple[Complex, Complex]:
     """Return (exp(i phi1) - exp(i phi0))/(phi1 - phi0), and its derivative by phi1."""
     step = phi1 - phi0
-    safe = np.where(np.abs(step) < _SMALL, 1.0, step)
-    half = 0.5 * step
-    series, series_rate = 1.0 - step**2 / 24.0 + step**4 / 1920.0, -step / 12.0 + step**3 / 480.0
-    ratio = np.where(np.abs(step) < _SMALL, series, 2.0 * np.sin(0.5 * safe) / safe)
-    rate = np.where(np.abs(step) < _SMALL, series_rate, (np.cos(half) - ratio) / safe)
+    small = np.abs(step) < _SMALL
+    ratio, rate = 1.0 - step**2 / 24.0 + step**4 / 1920.0, -step / 12.0 + step**3 / 480.0
+    if not small.all():
+        safe = np.where(small, 1.0, step)
+        ratio = np.where(small, ratio, 2.0 * np.sin(0.5 * safe) / safe)
+        rate = np.where(small, rate, (np.cos(0.5 * step) - ratio) / safe)
     middle = 1j * np.exp(0.5j * (phi0 + phi1))
     return middle * ratio, middle * (0.5j * ratio + rate)
 
@@ -286,6 +310,12 @@ def solve(band: Array, right: Array, held: int) -> Array:
 
     Raises LinAlgError for a singular one.
     """
+    # solve_banded by hand: for a few dozen unknowns its checks take longer than LAPACK
+    rows = np.zeros((3 * BANDWIDTH + 1, band.shape[1] - held))
+    rows[BANDWIDTH:] = band[:, held:]
+    _, _, solution, info = _solve_general_band(BANDWIDTH, BANDWIDTH, rows, right[held:], overwrite_ab=True)
+    if info > 0:
+        raise LinAlgError("singular matrix")
     found = np.zeros_like(right)
-    found[held:] = solve_banded((BANDWIDTH, BANDWIDTH), band[:, held:], right[held:], check_finite=False)
+    found[held:] = solution
     return found

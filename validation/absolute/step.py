@@ -110,13 +110,12 @@ def advance(
     """
     q0, v0, count = start.q, start.v, held.size
     inertia, relaxation = 2.0 / length**2, viscosity / length
-    size = np.tile([beam.ends[-1], beam.ends[-1], 1.0], beam.x.size)
     move = length * v0  # the unknowns: increments keep more digits than places
     move[:count] = held - q0[:count]
-    reaction, increments = 0.0, []
+    reaction, increments, begun = 0.0, [], beam.step_start(q0)
     for _ in range(MOST_ITERATIONS):
         q1 = q0 + move
-        internal = beam.step_forces(q0, q1, relaxation)
+        internal = beam.step_forces(begun, q1, relaxation)
         residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - load
         band = inertia * beam.mass_band + internal.tangent
         try:
@@ -127,7 +126,7 @@ def advance(
         except LinAlgError:
             break
         move = move + change
-        increments.append(float(np.max(np.abs(change / size))))
+        increments.append(float(np.max(np.abs(change / beam.scale))))
         if not np.isfinite(increments[-1]):
             break
         if increments[-1] < tolerance:
@@ -186,12 +185,12 @@ def equilibrium(
     NotConvergedError
         If they do not converge: put the load on in steps.
     """
-    size, increments = np.tile([beam.ends[-1], beam.ends[-1], 1.0], beam.x.size), []
+    increments: list[float] = []
     for _ in range(5 * MOST_ITERATIONS):
         internal = beam.static_forces(q)
         change = solve(internal.tangent, load - internal.forces, held)
         q = q + change
-        increments.append(float(np.max(np.abs(change / size))))
+        increments.append(float(np.max(np.abs(change / beam.scale))))
         if increments[-1] < tolerance:
             return q, tuple(increments)
         if not np.isfinite(increments[-1]):

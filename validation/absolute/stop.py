@@ -6,6 +6,7 @@ In absolute coordinates gap and slip are the components of the node's place: not
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -44,12 +45,12 @@ class Slope:
         s = scenario
         return cls(node, s.slope.angle, s.slope.offsets, s.contact.stiffness, s.contact.damping)
 
-    @property
+    @cached_property
     def normal(self) -> Array:
         """Unit vector (2,) away from the slope."""
         return np.array([-np.sin(self.angle), np.cos(self.angle)])
 
-    @property
+    @cached_property
     def tangent(self) -> Array:
         """Unit vector (2,) up the slope."""
         return np.array([np.cos(self.angle), np.sin(self.angle)])

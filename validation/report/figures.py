@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from renders.style import figure_style
@@ -26,6 +27,7 @@ def new_figure(width: float = FULL, height: float = 3.4) -> Iterator[Figure]:
 
 def to_svg(figure: Figure) -> str:
     """Return the figure as an <svg> element that scales with the page."""
+    _lay_out(figure)
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
@@ -34,3 +36,14 @@ def to_svg(figure: Figure) -> str:
     opening = re.sub(r' (?:width|height)="[^"]*"', "", text[: text.index(">")])
     limit = round(_PIXELS_PER_INCH * figure.get_size_inches()[0])
     return f'{opening} style="max-width: {limit}px"{text[text.index(">") :]}'
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place everything, once and for all: savefig would draw all of the figure for that, to draw it again."""
+    engine, dpi = figure.get_layout_engine(), figure.dpi
+    if engine is not None:
+        FigureCanvasSVG(figure)
+        figure.dpi = 72.0  # of SVG, in which letters are measured
+        engine.execute(figure)
+        figure.dpi = dpi
+        figure.set_layout_engine(None)
