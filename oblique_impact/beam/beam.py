@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from oblique_impact.beam import floating_frame, nodal_frame
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
-from oblique_impact.beam.floating_frame import BeamModel
+from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.nodal_frame import NodalModel
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import residual_compliance
@@ -109,10 +109,9 @@ class Beam:
             frame.FOLLOWING: -inverse @ coupling * (s.root.kind != "driven"),
         }
         slopes = o.stations.quadrature.slopes
-        return BeamModel(
+        return (FullBeamModel if full else BeamModel)(
             matrices=np.array([matrices[k] for k in sorted(matrices)]),
             vectors=np.array([vectors[k] for k in sorted(vectors)]),
-            full=full,
             quad_points=self.masses if full else np.zeros((2, 0)),
             quad_shapes=self.deflections(np.eye(n)) if full else np.zeros((0, n)),
             quad_shortening=self.integrals(slopes[:, :, None] * slopes[:, None]) if full else np.zeros((0, n, n)),

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.dense import DenseAlgebra, solve_dense_mass
+from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import Law, inlined, jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
@@ -34,8 +34,7 @@ class _BeamData(NamedTuple):
 
     matrices: Array  # (7, n, n)
     vectors: Array  # (5, n)
-    full: bool  # exact kinetic energy by quadrature
-    quad_points: Array  # (2, nq) r + x (m) and mass (kg)         (full only, else empty)
+    quad_points: Array  # (2, nq) r + x (m) and mass (kg)         (exact kinetic energy only, else empty)
     quad_shapes: Array  # (nq, n)
     quad_shortening: Array  # (nq, n, n) H(x)
     inertia: float  # J and the hub's (kg m^2)
@@ -228,11 +227,21 @@ def _prescribe(model: BeamModel, acceleration: float, spin: float, w: Workspace)
 @jitable
 def evaluate_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill mass matrix, forces and contact rows of the beam at (t, q, q')."""
+    _first_order(model, q, qd, w)
+    return _evaluate(model, t, q, qd, w)
+
+
+@jitable
+def evaluate_full_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Fill mass matrix, forces and contact rows of the beam with exact kinetic energy at (t, q, q')."""
+    _full(model, q, qd, w)
+    return _evaluate(model, t, q, qd, w)
+
+
+@jitable
+def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Add what does not depend on the order of the kinetic energy."""
     v = w.vectors
-    if model.full:
-        _full(model, q, qd, w)
-    else:
-        _first_order(model, q, qd, w)
     damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
     k = _contact(model, q, qd, w)
     gap_rate, slip_rate, gap_bias, slip_bias = (
@@ -279,8 +288,6 @@ def _multiply_inner(matrices: Array, which: int, x: Array, product: Array) -> No
 @jitable
 def solve_beam_mass(model: BeamModel, rank_one: float, w: Workspace, contact: bool) -> bool:
     """Solve for the free acceleration and, with `contact`, the responses; False if M is not positive definite."""
-    if model.full:
-        return solve_dense_mass(w, contact)
     v, pivot, following = w.vectors, w.mass[0, 0], model.vectors[FOLLOWING]
     for i in range(following.shape[0]):
         pivot += following[i] * w.mass[0, i + 1]
@@ -326,3 +333,12 @@ class BeamModel(_BeamData, DenseAlgebra):
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run."""
         return new_workspace(self.vectors.shape[1] + 1)
+
+
+class FullBeamModel(BeamModel):
+    """The beam with exact kinetic energy, by quadrature: a class of its own, so that others compile without it."""
+
+    __slots__ = ()
+
+    evaluate = evaluate_full_beam
+    solve_mass = DenseAlgebra.solve_mass
