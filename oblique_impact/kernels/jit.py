@@ -15,12 +15,11 @@ from __future__ import annotations
 import hashlib
 import inspect
 import os
-import pickle
 import platform
 import re
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar
@@ -37,7 +36,6 @@ from oblique_impact.errors import InputError
 from oblique_impact.kernels import interrupts
 from oblique_impact.kernels.compiling import announce, preparing
 from oblique_impact.kernels.inner import InnerCompiler
-from oblique_impact.kernels.meanwhile import Meanwhile, has_room
 from oblique_impact.kernels.reference import Reference
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -134,7 +132,6 @@ class Kernel:
         update_wrapper(self, function)
         self._function, self._name = function, name
         self._entries: dict[tuple[type, ...], Callable[..., Any]] = {}
-        self._meanwhile: Meanwhile | None = None
 
     def __call__(self, system: Any, *arguments: Any) -> Any:
         """Run it."""
@@ -144,23 +141,6 @@ class Kernel:
         entry = self._entries.get(classes) or self._prepare(classes, system, *arguments)
         return interrupts.call(entry, (system, *arguments))
 
-    def compile_meanwhile(self, system: Any, *arguments: Any) -> None:
-        """Let another process compile what a call with such arguments will need, if that is not in the cache."""
-        if not isinstance(system, tuple) or numba.config.DISABLE_JIT or self._meanwhile or not has_room():
-            return
-        kinds = tuple(map(numba.typeof, (system, *arguments)))
-        if cache_folder() is not None and not self._is_cached(kinds):
-            with suppress(OSError, pickle.PicklingError):
-                self._meanwhile = Meanwhile(self.__module__, self._function.__name__, kinds)
-
-    def _is_cached(self, kinds: tuple[Any, ...]) -> bool:
-        cache = self._compiled._cache
-        return cache._index_key(kinds, self._compiled.targetctx.codegen()) in cache._cache_file._load_index()
-
-    def compile(self, kinds: tuple[Any, ...]) -> None:
-        """Compile for arguments of some types of numba, or load what is in the cache."""
-        self._compiled.compile(kinds)
-
     def _prepare(self, classes: tuple[type, ...], *arguments: Any) -> Callable[..., Any]:
         """Compile or load the machine code for arguments of these classes.
 
@@ -169,11 +149,7 @@ class Kernel:
         """
         with preparing():
             kinds = tuple(map(numba.typeof, arguments))
-            if self._meanwhile is not None:
-                announce(self._name)
-                self._meanwhile.wait()
-                self._meanwhile = None
-            self.compile(kinds)
+            self._compiled.compile(kinds)
         self._entries[classes] = self._compiled.overloads[kinds].entry_point
         return self._entries[classes]
 

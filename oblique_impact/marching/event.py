@@ -263,17 +263,8 @@ class EventScheme(Scheme):
             return None
         return new_leaps(modes, interval)
 
-    def prepare(  # noqa: D102
-        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
-    ) -> None:
-        march_event.compile_meanwhile(system, phase, self._allowed, front, y, leg, scratch, scratch.tables)
-
     def march(  # noqa: D102
         self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
     ) -> Progress:
-        return progress_of(march_event(system, phase, self._allowed, front, y, leg, scratch, scratch.tables))
-
-    @property
-    def _allowed(self) -> float:
-        """Error of a step."""
-        return _SHARE_OF_A_STEP * self.tolerance
+        tolerance = _SHARE_OF_A_STEP * self.tolerance
+        return progress_of(march_event(system, phase, tolerance, front, y, leg, scratch, scratch.tables))

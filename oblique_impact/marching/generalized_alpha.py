@@ -347,20 +347,10 @@ class GeneralizedAlphaScheme(Scheme):
         Euler, which has no use for them.  The force on a contact point without inertia whose flexibility is damped
         begins with a jump and decays faster than any step: some steps more.
         """
-        return progress_of(
-            march_alpha(system, phase, self._control(phase, before, scratch), front, y, leg, scratch)
-        )
-
-    def prepare(  # noqa: D102
-        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
-    ) -> None:
-        march_alpha.compile_meanwhile(system, phase, self._control(phase, before, scratch), front, y, leg, scratch)
-
-    def _control(self, phase: Phase, before: Phase | None, scratch: Scratch) -> Control:
         rebound = phase.state == FREE and before is not None and before.state == FREE
         jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
         tolerance = self.tolerance * float(np.sqrt(scratch.tolerances.energy))
-        return Control(
+        control = Control(
             coefficients(self.rho_infinity, tolerance),
             backward_euler(tolerance),
             _MASSLESS_STEPS if phase.massless and phase.relaxation > 0.0 else _EULER_STEPS if jumps else 0,
@@ -368,6 +358,7 @@ class GeneralizedAlphaScheme(Scheme):
             float(self.contact_step),
             float(self.near),
         )
+        return progress_of(march_alpha(system, phase, control, front, y, leg, scratch))
 
 
 def _is_rigid(phase: Phase) -> bool:

@@ -110,7 +110,6 @@ class Run:
 
     def _execute(self, hold: Callable[[], None]) -> Record:
         record = self.record
-        self._prepare()
         try:
             if self.problem.contact:
                 self._begin()
@@ -127,12 +126,6 @@ class Run:
         record.stored = self._stored()
         self._close_contact()
         return record
-
-    def _prepare(self) -> None:
-        leg = Leg(float(self.problem.end_time), float(self.problem.output_interval), 1)
-        self.problem.scheme.prepare(
-            self.problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
-        )
 
     def _stored(self) -> float:
         """Energy (J) that an elastic stop, and what gives way with it, holds at the front."""

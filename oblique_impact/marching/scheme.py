@@ -202,11 +202,6 @@ class Scheme(ABC):
         """Return after how many steps a march returns; 0: as many as take about a tenth of a second."""
         return 0
 
-    def prepare(  # noqa: B027  by default there is nothing to prepare
-        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
-    ) -> None:
-        """Begin what a march with such arguments will wait for; called before the first one."""
-
     @abstractmethod
     def march(
         self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
