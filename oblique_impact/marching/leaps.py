@@ -261,7 +261,8 @@ def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
         if rounds > 0:
             contraction = change / last if last > 0.0 else 0.0
             leaps.memory[CONTRACTION] = _CAUTION * contraction / h
-        if change <= _SETTLED or change * contraction <= _SETTLED:
+        # powers are those of the motion before this round
+        if change <= _SETTLED or (change <= 1.0 and change * contraction <= _SETTLED):
             _write(leaps, level, points - 2, y, s.y_new)
             return _error(leaps, level, y, s, tolerance), speed
     return np.inf, speed

@@ -10,7 +10,7 @@ from oblique_impact import Scenario, simulate
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.marching import leaps
-from oblique_impact.marching.equations import derivative
+from oblique_impact.marching.equations import SUPPLIED, derivative
 from oblique_impact.marching.loop import Run, _Pace
 from oblique_impact.marching.scheme import Leg
 from oblique_impact.problem import beam_of, beam_problem
@@ -121,10 +121,21 @@ def test_a_leap_is_as_short_as_the_largest_speed_in_it_asks():
         derivative(problem.system, run._phase, 0.0, y, s.work, s.K[0])
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9])
-def test_rounds_end_when_another_one_would_change_nothing(tolerance, monkeypatch):
+@pytest.mark.parametrize(
+    ("spin", "tolerance", "wanted"),
+    [
+        (3.0, 1e-4, 1),
+        (3.0, 1e-5, 1),
+        (3.0, 1e-6, 2),
+        (3.0, 1e-8, 2),
+        (3.0, 1e-9, 3),
+        (60.0, 0.03, 1),
+        (60.0, 5e-3, 2),
+    ],
+)
+def test_rounds_end_when_another_one_would_change_nothing(spin, tolerance, wanted, monkeypatch):
     """How fast they contract is known from the rounds of this leap or of the one before."""
-    run = Run(beam_problem(beam_of(Scenario.builtin("many-modes", ["initial.angular_velocity=3.0"]))))
+    run = Run(beam_problem(beam_of(Scenario.builtin("many-modes", [f"initial.angular_velocity={spin}"]))))
     problem, s, y = run.problem, run._scratch, run._y
     y[2:17] = 1e-3 * np.array([1.0, 0.3, -0.1, 0.03, *[1e-2 * (-1) ** k for k in range(11)]])
     flight = leaps.Flight(problem.system, run._phase, Leg(1.0, 1e-4, 1000), tolerance, s, s.tables)
@@ -145,8 +156,8 @@ def test_rounds_end_when_another_one_would_change_nothing(tolerance, monkeypatch
     h = s.tables.lengths[level]
     first, alone = leap(0.0, y)
     second, rounds = leap(h, first)
-    # one round alone shows nothing; here they contract by a factor of 50
-    assert (alone, rounds) == (2, 1 if tolerance > 3e-8 else 2)
+    # one round alone shows nothing; they contract by factors of 10,000 and of 30
+    assert (alone, rounds) == (2, wanted)
     settled = 2.0 * leaps._SETTLED
     monkeypatch.setattr(leaps, "_SETTLED", 1e-8)
     for t, before, found in ((0.0, y, first), (h, first, second)):
@@ -154,6 +165,27 @@ def test_rounds_end_when_another_one_would_change_nothing(tolerance, monkeypatch
         exact, _ = leap(t, before)  # in as many rounds as it takes
         s.tables.ends[:] = (found - exact)[:34].reshape(2, 17) @ s.tables.projection.T
         assert leaps._norm(s.tables, before, s.scales, tolerance) < settled
+
+
+def test_powers_are_those_of_the_motion(monkeypatch):
+    """Of a driven beam: one round has its motion, but the powers are those of the motion before the round."""
+    run = Run(beam_problem(beam_of(Scenario.builtin("spin-up"))))
+    problem, s, y = run.problem, run._scratch, run._y
+    flight = leaps.Flight(problem.system, run._phase, Leg(15.0, 0.01, 1000), 1e-9, s, s.tables)
+    highest, supplied = s.tables.lengths.size - 1, 2 * problem.q0.size + SUPPLIED
+    h = s.tables.lengths[highest]
+
+    def leap(t, y):
+        derivative(problem.system, run._phase, t, y, s.work, s.K[0])
+        assert np.isfinite(leaps._leap(flight, t, y, highest)[0])
+        return s.y_new.copy()
+
+    before = y
+    for k in range(3):
+        y, before = leap(k * h, y), y
+    s.tables.memory[:] = np.inf
+    monkeypatch.setattr(leaps, "_SETTLED", 1e-8)
+    assert y[supplied] == pytest.approx(leap(2 * h, before)[supplied], rel=1e-9)
 
 
 @pytest.mark.parametrize("case", ["many-modes", "paper"])
