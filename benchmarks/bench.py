@@ -24,6 +24,10 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
+from oblique_impact.machine import THREADS
+
+os.environ.update(dict.fromkeys(THREADS, "1"))  # before anything loads NumPy
+
 sys.path.insert(0, str(Path(__file__).parent))
 import nodal
 import sweep

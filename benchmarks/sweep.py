@@ -16,8 +16,10 @@ import tempfile
 import time
 from typing import Any, NamedTuple
 
-# like the processes of a sweep: one thread each, for a fair comparison
-os.environ.update({"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"})
+from oblique_impact.machine import THREADS
+
+# like the program and the processes of a sweep: one thread each, for a fair comparison
+os.environ.update(dict.fromkeys(THREADS, "1"))
 
 from oblique_impact import simulation
 from validation.measuring import Done, Task, measure_run
