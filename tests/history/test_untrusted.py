@@ -185,7 +185,10 @@ def measured(file: Path) -> tuple[str, int]:
 @pytest.mark.slow
 def test_a_packed_bomb_is_refused_before_it_is_unpacked(crafted):
     def bomb(root, name, shape):
-        root.create_dataset(name, (2**27,), "f8", chunks=(2**24,), compression="gzip", data=np.zeros(2**27))
+        packed = root.create_dataset(
+            name, (2**27,), "f8", chunks=(2**24,), compression="gzip", data=np.zeros(2**27)
+        )
+        packed.dims[0].attach_scale(root["time"])
 
     replaced(crafted, "gap", bomb)  # 1 GB in 1 MB
     said, taken = measured(crafted)
