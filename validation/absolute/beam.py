@@ -208,7 +208,7 @@ class ExactBeam:
         """Return what :meth:`step_forces` needs of the nodal values (3 n,) at the beginning of a step."""
         at = self.fields(q)
         turn = np.exp(1j * at.rotation)
-        return StepStart(at, turn, turn.conj() * at.tangent - 1.0)
+        return StepStart(at, turn, strains(at, turn))
 
     def step_forces(self, q0: Array | StepStart, q1: Array, relaxation: float = 0.0) -> StepForces:
         """Return internal forces of a step from q0 to q1 whose work is the change of the strain energy, exactly.
@@ -278,9 +278,10 @@ class ExactBeam:
         return float(relaxation * self._energy(strains(at1) - strains(at0), at1.curvature - at0.curvature))
 
 
-def strains(fields: Fields) -> Complex:
-    """Extension and shear, Gamma = exp(-i phi) r' - 1."""
-    return np.asarray(np.exp(-1j * fields.rotation) * fields.tangent - 1.0)
+def strains(fields: Fields, turn: Complex | None = None) -> Complex:
+    """Extension and shear, Gamma = exp(-i phi) r' - 1; `turn` is exp(i phi) if that is known."""
+    turn = np.exp(1j * fields.rotation) if turn is None else turn
+    return np.asarray(turn.conj() * fields.tangent - 1.0)
 
 
 def _divided_difference(phi0: Array, phi1: Array) -> tuple[Complex, Complex]:
