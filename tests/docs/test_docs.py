@@ -267,7 +267,8 @@ def test_the_how_to_of_the_library_runs(tmp_path, monkeypatch, capsys):
 
 
 def build(folder: Path, source: Path) -> subprocess.CompletedProcess[str]:
-    options = ["-b", "html", "-W", "--keep-going", "-n", "-q"]
+    # -N: where CI is set Sphinx colours what it says, terminal or not, and its lines begin with escapes
+    options = ["-b", "html", "-W", "--keep-going", "-n", "-q", "-N"]
     return subprocess.run(
         [sys.executable, "-m", "sphinx", *options, str(source), str(folder)], capture_output=True, text=True
     )
