@@ -129,7 +129,7 @@ def test_a_reader_that_has_gone_is_no_traceback():
 @pytest.mark.parametrize("width", [40, 50, 59, 60, 70, 80, 99, 109, 110, 120, 200])
 def test_the_longest_bars_fit_into_any_width(width):
     """The longest words that occur; the last column of the terminal stays free."""
-    console = Console(file=io.StringIO(), width=width)
+    console = Console(file=io.StringIO(), width=width, color_system=None)
     text, short = "t = 0.123456 of 0.123456 s, 9999 events", "0.12346/0.33 s 999 events"
     bars = [
         (Bar(console, run_columns, state="STICK", text=text, short=short), 1.0),
