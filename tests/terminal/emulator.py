@@ -92,7 +92,8 @@ class Terminal:
 class Command:
     """A command in a terminal of its own, with a session of its own, as a shell starts it.
 
-    `program` knows how to start it, see `Program`; `environment` is added to that of a plain terminal.
+    `program` knows how to start it, see `Program`; `environment` is added to that of a plain terminal.  A bar is
+    drawn in `every_state`, or ten times a second as always.
     """
 
     def __init__(
@@ -105,6 +106,7 @@ class Command:
         environment: Mapping[str, str] | None = None,
         stdout: Path | None = None,
         prepare: str = "",
+        every_state: bool = True,
     ) -> None:
         self.terminal = Terminal(columns)
         self._program = program
@@ -117,6 +119,7 @@ class Command:
                 "stdout": str(stdout or ""),
                 "environment": {**plain, "TERM": "xterm-256color", **(environment or {})},
                 "prepare": prepare,
+                "every_state": every_state,
             }
         )
         self.code: int | None = None

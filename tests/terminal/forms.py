@@ -104,7 +104,7 @@ def reduced(form: Form) -> list[str]:
         ]
     elif form.command == "reproduce":
         words += ["--workers", "1"]
-    elif form.command == "export" and "--every" not in words:
+    elif form.command == "export" and not {"--every", "--all"} & set(words):
         words += ["--every", "10"]
     elif form.command == "render" and Path(understood["out"]).suffix in (".png", *FILMS):
         words += ["--size", "320x180"]

@@ -18,7 +18,7 @@ from validation import compare
 
 FORMS = {form.name: form for form in forms()}
 #: commands that end at once
-NO_BAR = ("schema", "init", "scenarios")
+NO_BAR = ("schema", "init", "scenarios", "compare")
 #: one form of each command with a bar; a run and a call that counts have all there is to bars
 EACH = {form.command: form for form in reversed(FORMS.values()) if form.command not in NO_BAR}
 KINDS = [pytest.param(EACH[name], marks=[] if name in ("run", "export") else pytest.mark.slow) for name in EACH]
@@ -36,7 +36,7 @@ SMALL = [
 
 def bar_of(form: Form, narrow: bool = False) -> str:
     """The bar that a command shows."""
-    if form.command in (*NO_BAR, "compare"):
+    if form.command in NO_BAR:
         return reading.RESULTS[form.command]  # too quick for a bar
     if form.command == "run":
         return reading.NARROW_RUN if narrow else reading.RUN
@@ -60,8 +60,10 @@ def start_form(start, short_run, tmp_path):
 
 def check(command, form: Form, columns: int) -> None:
     terminal = command.finish()
-    reading.check_ended_well(command, reading.RESULTS[form.command])
-    reading.check_words_are_whole(terminal, columns)
+    stopped = "discretization.modes=6" in form.words  # by physics, as the page says
+    reading.check_ended_well(command, reading.RESULTS[form.command], 1 if stopped else 0)
+    if not stopped:  # the reason is a line of any length
+        reading.check_words_are_whole(terminal, columns)
     reading.check_bars_stay_in_one_line(terminal)
     assert reading.saw(terminal, bar_of(form, columns < 60)), sorted(reading.all_lines(terminal))
 

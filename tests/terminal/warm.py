@@ -50,6 +50,19 @@ def main() -> None:
         print(os.waitstatus_to_exitcode(status), flush=True)
 
 
+def _draw_every_state() -> None:
+    """Draw a bar whenever it changes, not ten times a second: what is seen does not depend on the machine."""
+    from oblique_impact.command_line.bars import Bar
+
+    change = Bar.set_fields
+
+    def set_fields(bar: Bar, **fields: Any) -> None:
+        change(bar, **fields)
+        bar.refresh()
+
+    Bar.set_fields = set_fields  # type: ignore[method-assign]
+
+
 def _become(order: dict[str, Any]) -> None:
     """Be the program of an order in its terminal, as if a shell had started it there."""
     os.setsid()
@@ -63,6 +76,8 @@ def _become(order: dict[str, Any]) -> None:
     os.environ.clear()
     os.environ.update(order["environment"])
     os.chdir(order["folder"])
+    if order["every_state"]:
+        _draw_every_state()
     if order["prepare"]:
         module, _, function = order["prepare"].partition(":")
         getattr(importlib.import_module(module), function)()
