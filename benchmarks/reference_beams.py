@@ -77,12 +77,12 @@ def element_errors(elements: int, clamped: bool) -> list[mp.mpf]:
         order = np.argsort(values.real)[0 if clamped else 1 :][:3]
         found = []
         for k, wanted in zip(order, exact, strict=True):
-            x, square = mp.matrix(vectors[:, k].real.tolist()), mp.mpf(0)
-            for _ in range(4):  # Rayleigh quotients converge at third order
-                square = (x.T * K * x)[0] / (x.T * M * x)[0]
-                if _ < 3:
-                    x = mp.lu_solve(K - square * M, M * x)
-                    x /= mp.norm(x)
+            x = mp.matrix(vectors[:, k].real.tolist())
+            shifted = K - mp.mpf(values[k].real) * M  # regular in 40 digits, as the shift has but 16
+            for _ in range(3):
+                x = mp.lu_solve(shifted, M * x)
+                x /= mp.norm(x)
+            square = (x.T * K * x)[0] / (x.T * M * x)[0]
             found.append(mp.sqrt(square) / wanted - 1)
         return found
 

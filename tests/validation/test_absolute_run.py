@@ -13,6 +13,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import jumps
 from validation.absolute import ElasticSections, Run
 from validation.absolute import simulate as simulate_absolute
+from validation.absolute.stop import Place, Slope
 from validation.runs import NEAR
 
 ABSOLUTE = ("discretization.method=absolute", "contact.normal=spring")
@@ -80,6 +81,15 @@ def test_coulombs_law_holds_at_every_sample(rough):
     assert np.all(np.abs(tangential[sticking]) <= 0.3 * normal[sticking] + 2.0)
     assert np.all(normal >= 0.0)
     assert np.all(normal[state == int(State.FREE)] == 0.0)
+
+
+def test_the_stop_does_not_pull_where_the_gap_is_open_by_rounding():
+    slope = Slope.of(Scenario.builtin("paper", QUICK), 0)
+    for damping in (0.0, 0.1):
+        stop = replace(slope, damping=damping)
+        assert stop.force(Place(1e-17, 0.0, 1.0, 0.0)) == 0.0
+        assert stop.force(Place(-1e-3, 0.0, 0.0, 0.0)) == 1e-3 * slope.stiffness
+    assert stop.force(Place(-1e-3, 0.0, 11.0, 0.0)) == 0.0
 
 
 def test_a_transition_of_slip_is_located_where_the_slip_velocity_vanishes(rough):

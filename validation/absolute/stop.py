@@ -64,7 +64,8 @@ class Slope:
 
     def force(self, place: Place) -> float:
         """Return the normal force (N) at an instant: k d (1 + damping d') at the depth d, never pulling."""
-        return self.stiffness * -place.gap * max(0.0, 1.0 - self.damping * place.gap_rate)
+        # at a release, the gap is zero but for rounding
+        return self.stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.damping * place.gap_rate)
 
     def energy(self, place: Place) -> float:
         """Energy (J) in the spring at an instant of contact."""
