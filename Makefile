@@ -1,6 +1,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PACKAGES := oblique_impact fem_beam modal renders validation
 
 .PHONY: install demo test test-slow test-pythons lint docs pictures package bench clean
 
@@ -10,6 +11,8 @@ $(VENV)/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	# as pip does with what it copies; else an environment that keeps no bytecode parses all modules at every start
+	$(BIN)/python -m compileall -q $(PACKAGES)
 	touch $@
 
 demo: install
