@@ -17,7 +17,7 @@ CORE = "oblique_impact"
 FLOORS = (
     {"errors", "public"},
     {"files", "installed", "machine", "progress", "kernels"},
-    {"scenario"},
+    {"scenario", "interrupts"},
     {"contact"},
     {"beam"},
     {"marching"},

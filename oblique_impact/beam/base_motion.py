@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.jit import Law, compiled_law
+from oblique_impact.kernels.laws import Law, compiled_law
 
 if TYPE_CHECKING:
     from oblique_impact.scenario.sections import RootSection

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.kernels.jit import Law, compiled_law
+from oblique_impact.kernels.laws import Law, compiled_law
 from oblique_impact.kernels.workspace import Array
 
 FREE, SLIDING, STICKING = 0, 1, 2

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 
 _listeners: list[Callable[[str], None]] = []
 _clocks: list[Clock] = []
+_begun: list[float] = []  # s, of the kernels that are being compiled or loaded
 
 
 class Clock:
@@ -38,12 +39,18 @@ def clock() -> Iterator[Clock]:
 @contextmanager
 def preparing() -> Iterator[None]:
     """Say that the block compiles or loads a kernel."""
-    started = time.perf_counter()
+    _begun.append(started := time.perf_counter())
     try:
         yield
     finally:
+        _begun.remove(started)
         for one in _clocks:
             one.prepared += time.perf_counter() - started
+
+
+def is_preparing() -> bool:
+    """Whether a kernel is being compiled or loaded."""
+    return bool(_begun)
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 `jitable`            marks a function that kernels call
 `Kernel`             an entry point: compiled for packed systems, plain Python for a small user-defined system
 `compiled_protocol`  lets kernels call the methods of packed systems (named tuples)
-`compiled_law`       a user-defined function of numbers that kernels call, without being compiled anew for it
 
 Compiled kernels are cached on disk in a folder named after a digest of the numeric source, so an edited source
 never meets a stale binary (numba itself only watches the file of the entry point).  With ``NUMBA_DISABLE_JIT=1``
@@ -29,20 +28,14 @@ import platformdirs
 from numba import types
 from numba.core import event
 from numba.core.errors import NumbaError
-from numba.extending import overload, overload_method, register_jitable
-from numba.np.unsafe.ndarray import to_fixed_tuple
+from numba.extending import overload_method, register_jitable
 
-from oblique_impact.errors import InputError
-from oblique_impact.kernels import interrupts
 from oblique_impact.kernels.compiling import announce, preparing
 from oblique_impact.kernels.inner import InnerCompiler
 from oblique_impact.kernels.reference import Reference
 
 F = TypeVar("F", bound=Callable[..., Any])
 C = TypeVar("C", bound=type)
-
-#: a user-defined function in kernels takes one or two numbers and an array of parameters
-Law = Callable[..., float]
 
 # The source allocates nothing, so it runs without numba's reference counts: three times faster on small
 # systems. Divisions by zero give infinities, as in NumPy, and the step control sees them.
@@ -60,8 +53,6 @@ _NUMERIC_SOURCE = (
     "beam/floating_frame.py",
     "beam/nodal_frame.py",
 )
-_NUMBER = types.float64
-_PARAMETERS = types.Array(types.float64, 1, "C")
 
 
 class _Compilations(event.Listener):
@@ -139,7 +130,7 @@ class Kernel:
             return self._function(system, *arguments)
         classes = (type(system), *map(type, arguments))
         entry = self._entries.get(classes) or self._prepare(classes, system, *arguments)
-        return interrupts.call(entry, (system, *arguments))
+        return entry(system, *arguments)
 
     def _prepare(self, classes: tuple[type, ...], *arguments: Any) -> Callable[..., Any]:
         """Compile or load the machine code for arguments of these classes.
@@ -155,7 +146,7 @@ class Kernel:
 
     @cached_property
     def _compiled(self) -> Any:
-        with _cached_on_disk() as cached:
+        with cached_on_disk() as cached:
             compiled = numba.njit(cache=cached, **_OPTIONS)(self._function)
         _compilations.names[compiled] = self._name
         return compiled
@@ -166,79 +157,14 @@ def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:
     return lambda function: Kernel(function, name)
 
 
-def compiled_law(function: Callable[..., Any], arguments: int, parameters: int, entry: int | None = None) -> Law:
-    """Return a function of numbers that kernels can call: ``law(*arguments, array of parameters)``.
-
-    It is compiled by itself, in a fraction of a second and once for all values of its parameters, to a
-    first-class function of numba: kernels know its signature only.
-
-    Parameters
-    ----------
-    function : callable
-        ``function(*arguments, *parameters)`` in the part of Python that numba compiles.
-    arguments : int
-        1 or 2.
-    parameters : int
-        How many parameters (float) it takes.
-    entry : int, optional
-        Which entry of the returned tuple is wanted, if it returns one.
-
-    Raises
-    ------
-    InputError
-        With one line if numba cannot compile it.
-    """
-    try:
-        return _compiled_law(function, arguments, parameters, entry)
-    except NumbaError as error:
-        raise InputError(f"{function.__qualname__}: cannot be compiled: {_reason(error)}") from None
-
-
-@cache
-def _compiled_law(function: Callable[..., Any], arguments: int, count: int, entry: int | None) -> Law:
-    register_jitable(error_model="numpy")(function)
-
-    def of_one(a: float, numbers: Any) -> Any:
-        return function(a, *_entries(numbers, count))
-
-    def of_two(a: float, b: float, numbers: Any) -> Any:
-        return function(a, b, *_entries(numbers, count))
-
-    def entry_of_one(a: float, numbers: Any) -> Any:
-        return function(a, *_entries(numbers, count))[entry]
-
-    law = entry_of_one if entry is not None else of_one if arguments == 1 else of_two
-    if numba.config.DISABLE_JIT:
-        return law
-    signature = _NUMBER(*[_NUMBER] * arguments, _PARAMETERS)
-    with _cached_on_disk() as cached:
-        # the name of the folder follows the text of the built-in laws, not that of others
-        cached = cached and (function.__module__ or "").partition(".")[0] == __name__.partition(".")[0]
-        compiled: Law = numba.cfunc(signature, cache=cached, error_model="numpy")(law)
-    return compiled
-
-
-def _entries(numbers: Any, count: int) -> tuple[float, ...]:
-    """Return the first `count` entries of an array, which has more, as a tuple."""
-    return tuple(numbers[:count])
-
-
-@overload(_entries, prefer_literal=True)
-def _compiled_entries(numbers, count):  # type: ignore[no-untyped-def]  # compared with those of what it returns
-    if not isinstance(count, types.IntegerLiteral):
-        return None
-    length = count.literal_value + 1  # numba makes no tuple of nothing
-    return lambda numbers, count: to_fixed_tuple(numbers, length)[:-1]
-
-
-def _reason(error: NumbaError) -> str:
+def reason_of(error: NumbaError) -> str:
     """Return what the compiler objects to, without its colours and the names of its passes."""
     text = re.sub(r"\x1b\[[0-9;]*m|Failed in nopython mode pipeline \(step: [^)]*\)", "", str(error))
     return " ".join(text.strip().partition("\n\n")[0].split())[:200]
 
 
 @contextmanager
-def _cached_on_disk() -> Iterator[bool]:
+def cached_on_disk() -> Iterator[bool]:
     """Let numba cache what it compiles in the block in our folder; yields whether there is one."""
     folder = cache_folder()
     config: Any = numba.config

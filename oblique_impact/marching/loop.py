@@ -17,7 +17,7 @@ from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State
 from oblique_impact.contact.transitions import EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
-from oblique_impact.kernels.interrupts import interrupts_between_calls
+from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
@@ -32,7 +32,7 @@ from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Record, Segment
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
-from oblique_impact.marching.scheme import Front, Leg, arm, new_scratch
+from oblique_impact.marching.scheme import Front, Leg, Progress, arm, new_scratch
 
 MAX_EVENTS = 100_000
 _CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the run are chattering
@@ -88,7 +88,7 @@ class Run:
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
         self.problem = problem
         self.record = Record()
-        self._report = on_progress or (lambda status: None)
+        self._report = on_progress
         size = problem.q0.size
         extra = np.full(problem.scheme.extra_state(size), np.nan)
         self._y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
@@ -105,19 +105,16 @@ class Run:
 
     def execute(self) -> Record:
         """March to the end, to the named outcome that stops the physics, or to an interrupt."""
-        with interrupts_between_calls() as hold:
-            return self._execute(hold)
-
-    def _execute(self, hold: Callable[[], None]) -> Record:
         record = self.record
         try:
-            if self.problem.contact:
-                self._begin()
-            self._initial_inertia = self._inertia()
-            self._enter(None)
-            stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
-            for stop in [*sorted(stops), self.problem.end_time]:
-                self._march_to(stop, hold)
+            with hold_interrupts() as let_come:
+                if self.problem.contact:
+                    self._begin()
+                self._initial_inertia = self._inertia()
+                self._enter(None)
+                stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
+                for stop in [*sorted(stops), self.problem.end_time]:
+                    self._march_to(stop, let_come)
         except PhysicsStop as stopped:
             record.outcome = stopped.outcome
         except KeyboardInterrupt:
@@ -142,27 +139,37 @@ class Run:
             self._sample(self._phase)
         self._apply(self._phase, transition, probe)
 
-    def _march_to(self, stop: float, hold: Callable[[], None]) -> None:
+    def _march_to(self, stop: float, let_come: Callable[[], None]) -> None:
         problem, size = self.problem, self.problem.q0.size
         while True:
-            hold()
+            let_come()
             counted = problem.scheme.steps_per_leg(size)
             leg = Leg(float(stop), float(problem.output_interval), counted or self._pace.steps)
-            started = time.perf_counter()
-            progress = problem.scheme.march(
-                problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
-            )
-            self._pace.learn(progress.steps, time.perf_counter() - started)
+            progress = self._march(leg)
             self._front = progress.front
             self._keep(progress)
-            status = Status(self._front.t, problem.end_time, State(self._phase.state), len(self.record.events))
-            self._report(status)
+            if self._report is not None:
+                state = State(self._phase.state)
+                self._report(Status(self._front.t, problem.end_time, state, len(self.record.events)))
             if progress.reason == base.AT_STOP:
                 return
             if progress.reason == base.AT_GUARD:
                 self._pass_guard(progress.guard)
             elif progress.reason < 0:
                 raise PhysicsStop(self._failure(progress.reason))
+
+    def _march(self, leg: Leg) -> Progress:
+        """March a leg; an interrupt that does come within it takes the state back to where it began."""
+        problem, before, started = self.problem, self._y.copy(), time.perf_counter()
+        try:
+            progress = problem.scheme.march(
+                problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
+            )
+            self._pace.learn(progress.steps, time.perf_counter() - started)
+        except KeyboardInterrupt:
+            self._y[:] = before
+            raise
+        return progress
 
     def _failure(self, reason: int) -> Outcome:
         """Name why a march failed: a step that shrinks to nothing is a symptom of a singular problem."""
@@ -292,7 +299,7 @@ class Run:
         found = self._observe(phase, np.array([self._front.t]), self._y[None, :].copy())
         return Instant(*found.instants[0].tolist())
 
-    def _keep(self, progress: base.Progress) -> None:
+    def _keep(self, progress: Progress) -> None:
         """Store the samples and costs of a leg."""
         count = progress.samples
         if count:

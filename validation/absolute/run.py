@@ -17,6 +17,7 @@ from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.marching import records
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.loop import MAX_EVENTS, Status
@@ -124,10 +125,11 @@ class Run:
         breaks = self.motion.breakpoints if self.scenario.root.kind == "driven" else ()
         self._sample()
         try:
-            for stop in stops:
-                for part in sorted({stop, *(b for b in breaks if self.time < b < stop)}):
-                    self._march_to(part)
-                self._sample()
+            with hold_interrupts() as let_come:
+                for stop in stops:
+                    for part in sorted({stop, *(b for b in breaks if self.time < b < stop)}):
+                        self._march_to(part, let_come)
+                    self._sample()
         except PhysicsStop as stopped:
             self.record.outcome = stopped.outcome
             self._sample()
@@ -141,9 +143,10 @@ class Run:
 
     # --- steps
 
-    def _march_to(self, stop: float) -> None:
+    def _march_to(self, stop: float, let_come: Callable[[], None]) -> None:
         """March to an instant, in equal steps that are at most as long as the state asks for."""
         while self.time < stop:
+            let_come()
             left = stop - self.time
             length = left / ceil(left / self._longest() - 1e-9)
             last = length >= left * (1.0 - 1e-12)
