@@ -154,7 +154,7 @@ def measure(turns: int) -> list[Point]:
 
 def _each() -> Iterator[Point]:
     for modes in (4, 6, 7, 8, 9, 10, 12):
-        yield ours(_SHORT, modes, 1e-3)
+        yield ours(_SHORT, modes, 1e-2)
     for modes in (16, 20):
         yield ours(_SHORT, modes, 1e-6)
     if importlib.util.find_spec("exudyn") is None:

@@ -13,7 +13,8 @@ import numpy as np
 
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.dense import DenseAlgebra
-from oblique_impact.kernels.jit import Law, inlined, jitable
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
 PIN, HUB, DRIVEN = 0, 1, 2
@@ -70,37 +71,63 @@ def _contract(v: Array, x: Array) -> float:
     return total
 
 
+@inlined
+def _take_products(model: BeamModel, B: Array, Bd: Array, w: Workspace) -> float:
+    """Put the products of the model's matrices into their rows; returns B'^T H B' at the contact point.
+
+    All in one loop: each of these short sums by itself would wait for its last addition.
+    """
+    matrices, v = model.matrices, w.vectors
+    spinning, heavy, stiff, short = (
+        matrices[SPIN_STIFFNESS],
+        matrices[GRAVITY_STIFFNESS],
+        matrices[STIFFNESS],
+        matrices[CONTACT_SHORTENING],
+    )
+    damped, bending = matrices[DAMPING], 0.0
+    for i in range(B.shape[0]):
+        a, b, c, d, e, f = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for j in range(B.shape[0]):
+            x, rate = B[j], Bd[j]
+            a += spinning[i, j] * x
+            b += heavy[i, j] * x
+            c += stiff[i, j] * x
+            d += short[i, j] * x
+            e += damped[i, j] * rate
+            f += short[i, j] * rate
+        v[row.SPIN_PRODUCT, i + 1], v[row.GRAVITY_PRODUCT, i + 1], v[row.STIFFNESS_PRODUCT, i + 1] = a, b, c
+        v[row.SHORTENING_PRODUCT, i + 1], v[row.DAMPING_PRODUCT, i + 1] = d, e
+        bending += f * Bd[i]
+    return bending
+
+
 @jitable
 def _apply_forces(model: BeamModel, theta: float, B: Array, Bd: Array, w: Workspace) -> float:
     """Add gravity with its geometric stiffness, elasticity, damping, hub torque; the power (W) of damping."""
     v, g, c, s = w.vectors, model.gravity, np.cos(theta), np.sin(theta)
-    _multiply(model.matrices, GRAVITY_STIFFNESS, B, v[row.SCRATCH_A])
-    moment = c * (model.static_moment - 0.5 * _contract(v[row.SCRATCH_A], B)) - s * dot(model.vectors[LOAD], B)
+    heavy, stiff, damped = v[row.GRAVITY_PRODUCT], v[row.STIFFNESS_PRODUCT], v[row.DAMPING_PRODUCT]
+    moment = c * (model.static_moment - 0.5 * _contract(heavy, B)) - s * dot(model.vectors[LOAD], B)
     v[row.FORCES, 0] += model.torque - g * moment
     for i in range(B.shape[0]):
-        v[row.FORCES, i + 1] -= g * (c * model.vectors[LOAD, i] - s * v[row.SCRATCH_A, i + 1])
-        v[row.FORCES, i + 1] += model.torque * model.vectors[ROOT_SLOPE, i]
-    _multiply(model.matrices, STIFFNESS, B, v[row.SCRATCH_A])
-    _multiply(model.matrices, DAMPING, Bd, v[row.SCRATCH_B])
-    for i in range(B.shape[0]):
-        v[row.FORCES, i + 1] -= v[row.SCRATCH_A, i + 1] + v[row.SCRATCH_B, i + 1]
-    return _contract(v[row.SCRATCH_B], Bd)
+        weight = g * (c * model.vectors[LOAD, i] - s * heavy[i + 1])
+        v[row.FORCES, i + 1] += (
+            model.torque * model.vectors[ROOT_SLOPE, i] - weight - (stiff[i + 1] + damped[i + 1])
+        )
+    return _contract(damped, Bd)
 
 
 @jitable
 def _first_order(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
-    """Kinetic energy to second order in B: mass matrix and inertia forces."""
+    """Kinetic energy to second order in B: inertia forces, the rows of the mass matrix that are not constant."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
     M, v = w.mass, w.vectors
-    _multiply(model.matrices, SPIN_STIFFNESS, B, v[row.SCRATCH_A])
-    M[0, 0] = model.inertia + _contract(v[row.SCRATCH_A], B)
-    v[row.FORCES, 0] = -2.0 * spin * _contract(v[row.SCRATCH_A], Bd)
+    product = v[row.SPIN_PRODUCT]
+    M[0, 0] = model.inertia + _contract(product, B)
+    v[row.FORCES, 0] = -2.0 * spin * _contract(product, Bd)
     for i in range(B.shape[0]):
         M[0, i + 1] = model.vectors[COUPLING, i]
         M[i + 1, 0] = model.vectors[COUPLING, i]
-        v[row.FORCES, i + 1] = spin * spin * v[row.SCRATCH_A, i + 1]
-        for j in range(B.shape[0]):
-            M[i + 1, j + 1] = model.matrices[ELASTIC_MASS, i, j]
+        v[row.FORCES, i + 1] = spin * spin * product[i + 1]
 
 
 @jitable
@@ -150,13 +177,11 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
 
 
 @jitable
-def _contact(model: BeamModel, q: Array, qd: Array, w: Workspace) -> ContactKinematics:
+def _contact(model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace) -> ContactKinematics:
     """Gap, slip and biases at the contact point, and its rows (paper Eqs. 22-24 and 50)."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
     v = w.vectors
-    HB, HBd, shape = v[row.SCRATCH_A], v[row.SCRATCH_B], model.vectors[CONTACT_SHAPE]
-    _multiply(model.matrices, CONTACT_SHORTENING, B, HB)
-    _multiply(model.matrices, CONTACT_SHORTENING, Bd, HBd)
+    HB, shape = v[row.SHORTENING_PRODUCT], model.vectors[CONTACT_SHAPE]
     x, y = model.contact_radius - 0.5 * _contract(HB, B), dot(shape, B)
     x_rate, y_rate = -_contract(HB, Bd), dot(shape, Bd)
     angle = q[0] - model.slope_angle
@@ -167,7 +192,7 @@ def _contact(model: BeamModel, q: Array, qd: Array, w: Workspace) -> ContactKine
         v[row.NORMAL, i + 1] = -s * HB[i + 1] + c * shape[i]
         v[row.TANGENTIAL, i + 1] = -c * HB[i + 1] - s * shape[i]
     offsets = model.normal_offset, model.tangential_offset
-    return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, _contract(HBd, Bd))
+    return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, bending)
 
 
 class ContactKinematics(NamedTuple):
@@ -227,23 +252,25 @@ def _prescribe(model: BeamModel, acceleration: float, spin: float, w: Workspace)
 @jitable
 def evaluate_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill mass matrix, forces and contact rows of the beam at (t, q, q')."""
+    bending = _take_products(model, q[1:], qd[1:], w)
     _first_order(model, q, qd, w)
-    return _evaluate(model, t, q, qd, w)
+    return _evaluate(model, t, q, qd, bending, w)
 
 
 @jitable
 def evaluate_full_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill mass matrix, forces and contact rows of the beam with exact kinetic energy at (t, q, q')."""
+    bending = _take_products(model, q[1:], qd[1:], w)
     _full(model, q, qd, w)
-    return _evaluate(model, t, q, qd, w)
+    return _evaluate(model, t, q, qd, bending, w)
 
 
 @jitable
-def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w: Workspace) -> Evaluation:
     """Add what does not depend on the order of the kinetic energy."""
     v = w.vectors
     damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
-    k = _contact(model, q, qd, w)
+    k = _contact(model, q, qd, bending, w)
     gap_rate, slip_rate, gap_bias, slip_bias = (
         dot(v[row.NORMAL], qd),
         dot(v[row.TANGENTIAL], qd),
@@ -331,8 +358,10 @@ class BeamModel(_BeamData, DenseAlgebra):
     damping_at = beam_damping
 
     def new_workspace(self) -> Workspace:
-        """Allocate the arrays of a run."""
-        return new_workspace(self.vectors.shape[1] + 1)
+        """Allocate the arrays of a run; the elastic part of the mass matrix is there once and for all."""
+        work = new_workspace(self.vectors.shape[1] + 1)
+        work.mass[1:, 1:] = self.matrices[ELASTIC_MASS]
+        return work
 
 
 class FullBeamModel(BeamModel):

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from oblique_impact.contact.forces import stop_force
 from oblique_impact.contact.state import Instant, Phase
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.jit import compiled_law
+from oblique_impact.kernels.laws import compiled_law
 
 _DEPTHS = (1e-9, 1e-6, 1e-3)  # m; where a law is tried before a run
 
@@ -85,7 +85,7 @@ class ContactLaw(ABC):
 
     @property
     def _numbers(self) -> tuple[float, ...]:
-        return astuple(self)
+        return tuple(getattr(self, name) for name in self.__dataclass_fields__)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Names of the vectors of a workspace, rows of one array (18, d), as in ``w.vectors[row.FORCES, i]``."""
+"""Names of the vectors of a workspace, rows of one array (23, d), as in ``w.vectors[row.FORCES, i]``."""
 
 FORCES = 0  # Q
 NORMAL = 1  # D_n
@@ -13,4 +13,7 @@ INCREMENT = 9  # of q'' in an implicit step
 PRODUCT_A, PRODUCT_B = 10, 11  # products with the mass matrix
 SCRATCH_A, SCRATCH_B, SCRATCH_C = 12, 13, 14  # for what the system's methods need in between
 RANK_ONE = 15  # and 16, 17: S^-1 of a system's rank-one vector, for each effective matrix
-VECTORS = 18
+# of the beam in its floating frame, behind the entry of theta: its matrices times B
+SPIN_PRODUCT, GRAVITY_PRODUCT, STIFFNESS_PRODUCT, SHORTENING_PRODUCT = 18, 19, 20, 21
+DAMPING_PRODUCT = 22  # times B'
+VECTORS = 23

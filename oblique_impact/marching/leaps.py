@@ -57,11 +57,11 @@ class Leaps(NamedTuple):
     damping: Array  # (d,)
     nodes: Array  # (s,) of a step, from 0 to 1
     free: Array  # (levels, rows, 4, d) z and z' of a free vibration, of z and z' at the start
-    forced: Array  # (levels, rows, 2, s, d) z and z' of f at the points
+    forced: Array  # (levels, rows, 2, d, s) z and z' of f at the points
     areas: Array  # (levels, rows, s) integrals (s) of what is known at the points
     tail: Array  # (2, s) the last Legendre coefficients of what is known at the points
     of_tail: Array  # (levels, 2, 2, d) z and z' at the end of these
-    force: Array  # (2, s, d) f at the points, of this round and of the last one
+    force: Array  # (2, d, s) f at the points, of this round and of the last one
     rates: Array  # (s, 7) of the quadratures at the points
     state: Array  # (2, d) z and z' at the start
     ends: Array  # (2, d) z and z' somewhere, or their errors
@@ -83,7 +83,7 @@ def new_leaps(modes: NormalModes, interval: float) -> Leaps:
     d, nodes = modes.stiffness.size, _lobatto(POINTS)
     rows = POINTS - 1 + (2 ** max(highest, 1) - 1)
     lengths = interval * 2.0 ** np.array(levels)
-    free, forced = np.zeros((len(levels), rows, 4, d)), np.zeros((len(levels), rows, 2, POINTS, d))
+    free, forced = np.zeros((len(levels), rows, 4, d)), np.zeros((len(levels), rows, 2, d, POINTS))
     areas, of_tail = np.zeros((len(levels), rows, POINTS)), np.zeros((len(levels), _TAIL, 2, d))
     fit = np.linalg.inv(np.polynomial.legendre.legvander(2.0 * nodes - 1.0, POINTS - 1))
     for i, level in enumerate(levels):
@@ -92,11 +92,11 @@ def new_leaps(modes: NormalModes, interval: float) -> Leaps:
         used = slice(0, places.size)
         free[i, used] = _free(modes, lengths[i] * places)
         of_coefficients, integrals = _forced(modes, lengths[i], places)
-        forced[i, used] = np.einsum("pvmd,mj->pvjd", of_coefficients, fit)
+        forced[i, used] = np.einsum("pvmd,mj->pvdj", of_coefficients, fit)
         areas[i, used] = integrals @ fit
         of_tail[i] = of_coefficients[POINTS - 2, :, -_TAIL:].swapaxes(0, 1)
     work = (
-        np.zeros((2, POINTS, d)),
+        np.zeros((2, d, POINTS)),
         np.zeros((POINTS, QUADRATURES)),
         np.zeros((2, d)),
         np.zeros((2, d)),
@@ -147,21 +147,23 @@ def _at(leaps: Leaps, level: int, row: int, before: int, z: Array) -> None:
     """Put z and z' at a row of the tables into z (2, d); f is that of this round, or of the one before."""
     free, forced, force, start = leaps.free, leaps.forced, leaps.force, leaps.state
     for k in range(z.shape[1]):
-        z[0, k] = free[level, row, 0, k] * start[0, k] + free[level, row, 1, k] * start[1, k]
-        z[1, k] = free[level, row, 2, k] * start[0, k] + free[level, row, 3, k] * start[1, k]
-    for v in range(2):
-        for j in range(force.shape[1]):
-            for k in range(z.shape[1]):
-                z[v, k] += forced[level, row, v, j, k] * force[before, j, k]
+        place = free[level, row, 0, k] * start[0, k] + free[level, row, 1, k] * start[1, k]
+        rate = free[level, row, 2, k] * start[0, k] + free[level, row, 3, k] * start[1, k]
+        for j in range(force.shape[2]):
+            place += forced[level, row, 0, k, j] * force[before, k, j]
+            rate += forced[level, row, 1, k, j] * force[before, k, j]
+        z[0, k], z[1, k] = place, rate
 
 
 @jitable
 def _keep_force(leaps: Leaps, point: int, z: Array, dy: Array) -> None:
     """Keep f at a point, from the derivative `dy` there."""
     d, force, stiffness, damping, rates = z.shape[1], leaps.force, leaps.stiffness, leaps.damping, leaps.rates
-    multiply(leaps.projection, dy[d : 2 * d], force[0, point])
     for k in range(d):
-        force[0, point, k] += damping[k] * z[1, k] + stiffness[k] * z[0, k]
+        total = damping[k] * z[1, k] + stiffness[k] * z[0, k]
+        for i in range(d):
+            total += leaps.projection[k, i] * dy[d + i]
+        force[0, k, point] = total
     for i in range(QUADRATURES):
         rates[point, i] = dy[2 * d + i]
 
@@ -190,7 +192,7 @@ def _error(leaps: Leaps, level: int, y: Array, s: Scratch, tolerance: float) -> 
         for k in range(ends.shape[1]):
             coefficient = 0.0
             for j in range(tail.shape[1]):
-                coefficient += tail[m, j] * force[0, j, k]
+                coefficient += tail[m, j] * force[0, k, j]
             ends[0, k] = of_tail[level, m, 0, k] * coefficient
             ends[1, k] = of_tail[level, m, 1, k] * coefficient
         largest = max(largest, _norm(leaps, y, s.scales, tolerance))
@@ -209,8 +211,8 @@ def _change(leaps: Leaps, level: int, y: Array, scales: Array, tolerance: float)
     for v in range(2):
         for k in range(ends.shape[1]):
             total = 0.0
-            for j in range(force.shape[1]):
-                total += forced[level, end, v, j, k] * (force[0, j, k] - force[1, j, k])
+            for j in range(force.shape[2]):
+                total += forced[level, end, v, k, j] * (force[0, k, j] - force[1, k, j])
             ends[v, k] = total
     return float(_norm(leaps, y, scales, tolerance))
 
@@ -240,12 +242,13 @@ def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
     multiply(leaps.projection, y[:d], leaps.state[0])
     multiply(leaps.projection, y[d : 2 * d], leaps.state[1])
     _keep_force(leaps, 0, leaps.state, s.K[0])
-    for j in range(1, points):
-        copy(force[0, 0], force[0, j])
+    for k in range(d):
+        for j in range(1, points):
+            force[0, k, j] = force[0, k, 0]
     change, contraction = np.inf, leaps.memory[CONTRACTION] * h
     for rounds in range(_ROUNDS):
-        for j in range(points):
-            copy(force[0, j], force[1, j])
+        for k in range(d):
+            copy(force[0, k], force[1, k])
         for j in range(1, points):
             _at(leaps, level, j - 1, 1, leaps.ends)
             multiply(leaps.shapes, leaps.ends[0], s.at[:d])

@@ -202,7 +202,7 @@ class SolverSection(Section):
         "adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of "
         "the full nodal model), energy-consistent (that of absolute coordinates), or a user-defined one",
     )
-    tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = key(
+    tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
         1e-10, "relative tolerance of a step (event), of the iterations (generalized-alpha, energy-consistent)"
     )
     free_step: Annotated[Positive, Unit("s")] = key(1e-4, "step in flight (all but event)")

@@ -38,7 +38,7 @@ def test_weights_are_those_of_oscillators_under_a_polynomial():
     tables = leaps.new_leaps(MODES, INTERVAL)
     powers = np.array([1.0, -2.0, 0.5, 3.0])
     for level, h in enumerate(tables.lengths):
-        tables.force[0] = np.polynomial.polynomial.polyval(tables.nodes, powers)[:, None]
+        tables.force[0] = np.polynomial.polynomial.polyval(tables.nodes, powers)
         tables.state[:] = [[0.3, -0.2, 0.1, 1e-3, 0.05], [1.0, 2.0, -3.0, 4.0, -5.0]]
         leaps._at(tables, level, leaps.POINTS - 2, 0, tables.ends)
         for k in range(5):
