@@ -16,7 +16,7 @@ import tempfile
 import time
 from typing import Any, NamedTuple
 
-from oblique_impact.machine import THREADS
+from oblique_impact.machine import THREADS, collect_rarely
 
 # like the program and the processes of a sweep: one thread each, for a fair comparison
 os.environ.update(dict.fromkeys(THREADS, "1"))
@@ -103,6 +103,7 @@ def cost(runs: int, workers: int = WORKERS) -> dict[str, float]:
 
 def main(runs: int = 1000) -> None:
     """Print the table."""
+    collect_rarely()  # like the program
     found = cost(runs)
     print(f"{runs} runs on {WORKERS} processes, {1e3 * found['march']:.1f} ms of marching each (asked: {ASKED})")
     print(f"processor time of all processes over marching  {found['processor']:.3f}")

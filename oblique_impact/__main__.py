@@ -8,7 +8,7 @@ import signal
 import warnings
 from types import FrameType
 
-from oblique_impact.machine import THREADS
+from oblique_impact.machine import THREADS, collect_rarely
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
@@ -21,8 +21,7 @@ def main() -> None:
     handled = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not where a shell has it ignored
     if handled:
         signal.signal(signal.SIGINT, _leave)
-    # libraries, kernels and figures make few cycles of objects: to look for them took a tenth of a command's time
-    gc.set_threshold(1_000_000)
+    collect_rarely()
     for name in THREADS:  # before anything loads NumPy
         os.environ.setdefault(name, "1")
     from oblique_impact.command_line.application import main as command_line

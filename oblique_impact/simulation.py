@@ -89,11 +89,11 @@ def _beam_history(beam: Beam, record: Record, wall: float) -> History:
     contacts = [collision["contacts"] for collision in summary["macro_collisions"]]
     summary["without_limit"] = list(without_limit(scenario))
     summary["warnings"] = [
-        *doubts(scenario),
+        *doubts(scenario, beam.operators.sections),
         *warnings_of(beam, variables, events),
         *undetermined(beam, contacts),
     ]
-    return History.of_columns(variables, record.events, summary, scenario.to_toml(), record.contacts)
+    return History.of_columns(variables, record.events, summary, scenario, record.contacts)
 
 
 def simulate_system(
@@ -159,7 +159,7 @@ def simulate_system(
 
     samples = gather(record.segments, system.size, energies)
     summary = summarize(record, samples, wall, macro_gap)
-    history = History.of_columns(samples.variables(), record.events, summary, "", record.contacts)
+    history = History.of_columns(samples.variables(), record.events, summary, None, record.contacts)
     return _finished(history)
 
 

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, TypeVar
 from oblique_impact.errors import InputError
 from oblique_impact.history.provenance import NUMERIC_PACKAGES, package_version, source_digest
 from oblique_impact.kernels.compiling import announce, listen
-from oblique_impact.machine import THREADS, cores
+from oblique_impact.machine import THREADS, collect_rarely, cores
 from oblique_impact.progress import OnProgress, Progress
 
 Item = TypeVar("Item")
@@ -174,6 +174,8 @@ class _Processes:
 
     def __init__(self, count: int) -> None:
         context = get_context("spawn")
+        if hasattr(signal, "pthread_sigmask"):  # it lets processes hear interrupts that should be deaf to them
+            resource_tracker.ensure_running()
         self._told = context.SimpleQueue()
         self._ready = False
         self._members: list[Any] = []
@@ -234,6 +236,7 @@ def _started(count: int) -> Iterator[_Processes]:
 
 def _begin(compiled: SimpleQueue[str]) -> None:
     """Prepare a process: it leaves with its parent, even in the middle of its work, and tells what it compiles."""
+    collect_rarely()
     threading.Thread(target=_wait_for_parent, daemon=True).start()
     compiled.put("")  # ready
     listen(compiled.put)
@@ -255,7 +258,6 @@ def _deaf_to_interrupts() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # it would let them hear again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -30,7 +30,7 @@ NOTICEABLE = 1e-4
 #: distances this close, over the length, are equal: of a touch the first instant is told
 EQUAL = 1e-9
 BLOCK = 1024  # samples that are processed at a time: larger arrays leave the cache
-_HALVINGS = 24  # of a cell between two stations, until a place in it is known
+_HALVINGS = 12  # of a cell between two stations; a chord over so short a part of it errs by its square
 
 
 def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array]:
@@ -115,19 +115,25 @@ def _root(
 ) -> tuple[Array, Points]:
     """Places (m) in cells of the stations where `guide` changes its sign, and the points of the axis there.
 
-    The axis is Hermite's cubic of each cell; `part` of the cell, 0 to 1, is bisected.
+    The axis is Hermite's cubic of each cell; `part` of the cell, 0 to 1, is bisected, and a chord ends it.
     """
     length, start, step = x[cell + 1] - x[cell], z[row, cell], z[row, cell + 1] - z[row, cell]
     first, last = length * tangent[row, cell], length * tangent[row, cell + 1]
     square, cube = 3.0 * step - 2.0 * first - last, first + last - 2.0 * step
+
+    def at(part: Array) -> tuple[Points, Array]:
+        point = start + part * (first + part * (square + part * cube))
+        return point, guide(point, first + part * (2.0 * square + 3.0 * part * cube))
+
     falls = guide(start, first) < 0.0
     low, high = np.zeros(row.size), np.ones(row.size)
-    for _ in range(_HALVINGS + 1):
+    for _ in range(_HALVINGS):
         part = 0.5 * (low + high)
-        point = start + part * (first + part * (square + part * cube))
-        before = (guide(point, first + part * (2.0 * square + 3.0 * part * cube)) < 0.0) == falls
+        before = (at(part)[1] < 0.0) == falls
         low, high = np.where(before, part, low), np.where(before, high, part)
-    return x[cell] + part * length, point
+    (_, one), (_, other) = at(low), at(high)
+    part = low + (high - low) * one / (one - other)
+    return x[cell] + part * length, at(part)[0]
 
 
 def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,6 +89,10 @@ class BeamOperators:
 
     def natural_frequencies(self) -> Array:
         """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending."""
+        return self._frequencies.copy()
+
+    @cached_property
+    def _frequencies(self) -> Array:  # runs that differ in the slope alone have the same operators
         K, M1 = (matrix.toarray() if issparse(matrix) else matrix for matrix in (self.K, self.M1))
         return np.asarray(np.sqrt(np.maximum(eigh(K, M1, lower=False, eigvals_only=True), 0.0)))
 

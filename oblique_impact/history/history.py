@@ -66,7 +66,7 @@ class History:
     data: xr.Dataset
     events: list[Event]
     summary: dict[str, Any]
-    scenario_toml: str = ""
+    scenario_toml: str = field(default_factory=str)
     contacts: list[Contact] = field(default_factory=list)
 
     @classmethod
@@ -75,16 +75,19 @@ class History:
         columns: Mapping[str, NDArray[Any]],
         events: list[Event],
         summary: dict[str, Any],
-        scenario_toml: str,
+        scenario: Scenario | None,
         contacts: list[Contact],
     ) -> History:
-        """Return a history of known variables, by name; `data` is made when it is asked for.
+        """Return a history of known variables, by name; `data` and the scenario's text are made when asked for.
 
         xarray takes longer to load than the paper's case to run, which needs it for nothing.
         """
-        history = cls(cast(Any, None), events, summary, scenario_toml, contacts)
+        history = cls(cast(Any, None), events, summary, contacts=contacts)
         del history.__dict__["data"]
         history.__dict__["_columns"] = columns
+        if scenario is not None:
+            del history.__dict__["scenario_toml"]
+            history.__dict__["_scenario"] = scenario
         return history
 
     def __getitem__(self, name: str) -> xr.DataArray:
@@ -93,6 +96,8 @@ class History:
 
     def __getattr__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history.lambda_n``."""
+        if name == "scenario_toml" and "_scenario" in self.__dict__:
+            return self.__dict__.setdefault(name, self.__dict__.pop("_scenario").to_toml())  # type: ignore[no-any-return]
         if name == "data" and "_columns" in self.__dict__:
             columns, early = self.__dict__.pop("_columns"), self.__dict__.pop("_early", None)
             found: Any = dataset(columns) if early is None else with_later(early, columns)
@@ -106,6 +111,7 @@ class History:
         """Send and store variables once: the labels that some have already are made again."""
         if "_early" in self.__dict__:
             self.__getattr__("data")
+        _ = self.scenario_toml
         return self.__dict__
 
     def __dir__(self) -> list[str]:

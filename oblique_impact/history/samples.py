@@ -71,7 +71,7 @@ def gather(
     """
     states = np.concatenate([s.states for s in segments])
     time = np.concatenate([s.times for s in segments])
-    state = np.concatenate([np.full(s.times.size, s.state, dtype=np.int8) for s in segments])
+    state = np.repeat(np.array([s.state for s in segments], dtype=np.int8), [s.times.size for s in segments])
     scalars = np.concatenate([s.observation.instants for s in segments])
     q, qd = states[:, :size], states[:, size : 2 * size]
     qdd = np.concatenate([s.observation.qdd for s in segments])
