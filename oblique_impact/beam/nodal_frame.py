@@ -78,9 +78,9 @@ def _frame(model: NodalModel, q: Array, qd: Array) -> tuple[float, float]:
 
 @jitable
 def _contact(
-    model: NodalModel, q: Array, qd: Array, biased: bool, w: Workspace
+    model: NodalModel, q: Array, qd: Array, rows: bool, biased: bool, w: Workspace
 ) -> tuple[ContactKinematics, float, float]:
-    """Gap and slip with their rows in W, D_B + S (D_theta - x.D_B)/J, and their rates; biases only if `biased`."""
+    """Gap, slip and their rates, with `rows` D_B + S (D_theta - x.D_B)/J in W; biases only if `biased`."""
     v, u = w.vectors, model.vectors
     HB, shape = v[row.SCRATCH_C], u[CONTACT_SHAPE]
     theta, spin = _frame(model, q, qd)
@@ -101,15 +101,15 @@ def _contact(
     c, s = np.cos(angle), np.sin(angle)
     normal = (x * c - y * s + s * rigid - c * model.contact_radius) / model.inertia
     tangential = (-x * s - y * c + c * rigid + s * model.contact_radius) / model.inertia
-    gap_rate, slip_rate = 0.0, 0.0
-    for i in range(q.shape[0]):
-        v[row.NORMAL, i] = -s * HB[i] + normal * u[COUPLING, i]
-        v[row.TANGENTIAL, i] = -c * HB[i] + tangential * u[COUPLING, i]
-        gap_rate += v[row.NORMAL, i] * qd[i]
-        slip_rate += v[row.TANGENTIAL, i] * qd[i]
-    for i in range(model.contact_first, model.contact_end):
-        v[row.NORMAL, i] += c * shape[i]
-        v[row.TANGENTIAL, i] -= s * shape[i]
+    turning = model.inertia * spin  # S.W'
+    gap_rate, slip_rate = normal * turning - s * bending, tangential * turning - c * bending
+    if rows:
+        for i in range(q.shape[0]):
+            v[row.NORMAL, i] = -s * HB[i] + normal * u[COUPLING, i]
+            v[row.TANGENTIAL, i] = -c * HB[i] + tangential * u[COUPLING, i]
+        for i in range(model.contact_first, model.contact_end):
+            v[row.NORMAL, i] += c * shape[i]
+            v[row.TANGENTIAL, i] -= s * shape[i]
     curved = 0.0  # B'^T H B'
     if biased:
         band_multiply(model.bands, SHORTENING_BAND, qd, v[row.SCRATCH_A])
@@ -189,7 +189,7 @@ def nodal_damping(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace
 def evaluate_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
     """Fill forces and contact rows at (q, q')."""
     rank_one, damping = _forces(model, q, qd, w)
-    k, gap_rate, slip_rate = _contact(model, q, qd, True, w)
+    k, gap_rate, slip_rate = _contact(model, q, qd, True, True, w)
     supplied = model.torque * qd[0]
     return Evaluation(k.gap, k.slip, gap_rate, slip_rate, k.gap_bias, k.slip_bias, damping, supplied, rank_one)
 
@@ -204,18 +204,19 @@ def take_nodal_residual(
     supplied = model.torque * qd[0]
     e = Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, damping, supplied, rank_one)
     if contact:
-        k, gap_rate, slip_rate = _contact(model, q, qd, False, w)
+        k, gap_rate, slip_rate = _contact(model, q, qd, True, False, w)
         e = Evaluation(k.gap, k.slip, gap_rate, slip_rate, 0.0, 0.0, damping, supplied, rank_one)
-    multiply_nodal_mass(model, rank_one, w, qdd, v[row.RESIDUAL])
+    band_multiply(model.bands, MASS_BAND, qdd, v[row.RESIDUAL])
+    share = rank_one * dot(model.vectors[COUPLING], qdd)
     for i in range(q.shape[0]):
-        v[row.RESIDUAL, i] = v[row.FORCES, i] - v[row.RESIDUAL, i]
+        v[row.RESIDUAL, i] = v[row.FORCES, i] - (v[row.RESIDUAL, i] + share * model.vectors[COUPLING, i])
     return e
 
 
 @jitable
-def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-    """Gap, slip, their rates and the contact rows at (q, q')."""
-    k, gap_rate, slip_rate = _contact(model, q, qd, False, w)
+def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
+    """Gap, slip and their rates at (q, q'), the rows with `contact`."""
+    k, gap_rate, slip_rate = _contact(model, q, qd, contact, False, w)
     return Evaluation(k.gap, k.slip, gap_rate, slip_rate, 0.0, 0.0, 0.0, model.torque * qd[0], 0.0)
 
 

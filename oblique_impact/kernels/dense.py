@@ -86,7 +86,9 @@ class DenseAlgebra:
             v[row.RESIDUAL, i] = v[row.FORCES, i] - v[row.RESIDUAL, i]
         return e
 
-    def approach(self: Any, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:  # noqa: D102
+    def approach(  # noqa: D102
+        self: Any, t: float, q: Array, qd: Array, contact: bool, w: Workspace
+    ) -> Evaluation:
         e: Evaluation = self.evaluate(t, q, qd, w)
         return e
 

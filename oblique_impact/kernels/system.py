@@ -44,8 +44,8 @@ class System(Protocol):
     def take_residual(self, t: float, q: Array, qd: Array, qdd: Array, contact: bool, w: Workspace) -> Evaluation:
         """Evaluate and fill the residual Q - M q''; without `contact` rows and kinematics are not needed."""
 
-    def approach(self, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Gap, slip, their rates and the contact rows alone."""
+    def approach(self, t: float, q: Array, qd: Array, contact: bool, w: Workspace) -> Evaluation:
+        """Gap, slip and their rates alone; without `contact` the rows are not needed."""
 
     def mass_product(self, rank_one: float, w: Workspace, x: Array, product: Array) -> None:
         """M x of the evaluated system into `product`."""

@@ -150,7 +150,7 @@ def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: A
         move = normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
         y[i] += move
         done += v[row.FORCES, i] * move
-    e = system.approach(t, y[:d], y[d : 2 * d], w)
+    e = system.approach(t, y[:d], y[d : 2 * d], True, w)
     normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate + phase.tilt * e.gap_rate)
     normal += phase.tilt * tangential
     for i in range(d):

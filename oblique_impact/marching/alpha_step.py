@@ -173,7 +173,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
                 accurate = change <= _ROUNDING * tolerance
             if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
                 if not contact and phase.watched:
-                    e = system.approach(t + h, q, qd, w)
+                    e = system.approach(t + h, q, qd, contact, w)
                     end = moved(end, e, 0.0, 0.0, e.supplied_power)
                 return Step(OK, end, rank_one)
             if not left < UNBOUNDED:
@@ -195,7 +195,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
             qd[i] += step.velocity * more
         if 0.0 < change * s.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
-            e = system.approach(t + h, q, qd, w)
+            e = system.approach(t + h, q, qd, contact, w)
             end = moved(end, e, normal, tangential, e.supplied_power, phase.tilt)
             if not contact or _contact_defect(phase, end, step.velocity) <= closed:
                 return Step(OK, end, rank_one)

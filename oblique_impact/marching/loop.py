@@ -296,15 +296,14 @@ class Run:
 
     def _sample(self, phase: Phase) -> Instant:
         """Keep the front as a sample; returns the contact there."""
-        found = self._observe(phase, np.array([self._front.t]), self._y[None, :].copy())
+        found = self._observe(phase, np.array([self._front.t]), self._y[None, :])
         return Instant(*found.instants[0].tolist())
 
     def _keep(self, progress: Progress) -> None:
         """Store the samples and costs of a leg."""
         count = progress.samples
         if count:
-            times, states = self._scratch.times[:count].copy(), self._scratch.states[:count].copy()
-            self._observe(self._phase, times, states)
+            self._observe(self._phase, self._scratch.times[:count].copy(), self._scratch.states[:count])
         self.record.steps += progress.steps
         self.record.rejected += progress.rejected
         if self._open is not None:

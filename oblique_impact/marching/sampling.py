@@ -66,7 +66,7 @@ def observe_into(
     for i in range(times.shape[0]):
         kept = states.shape[1] > tail and not np.isnan(states[i, tail])
         if kept:
-            e = system.approach(times[i], states[i, :d], states[i, d : 2 * d], w)
+            e = system.approach(times[i], states[i, :d], states[i, d : 2 * d], False, w)
             reported = states[i, tail : tail + d + 2]
             c = moved(NO_CONTACT, e, float(reported[d]), float(reported[d + 1]), 0.0, phase.tilt)
             for j in range(d):

@@ -111,7 +111,7 @@ def test_effective_matrix(pair):
 
 def test_approach_is_the_evaluation_of_the_contact(pair):
     rows = pair.work.vectors[list(RESPONSES)].copy()
-    e = pair.full.model.approach(0.0, pair.W, pair.Wd, pair.work)
+    e = pair.full.model.approach(0.0, pair.W, pair.Wd, True, pair.work)
     assert_allclose(pair.work.vectors[list(RESPONSES)], rows, atol=0.0)
     assert_allclose(e[:4], pair.found[:4], atol=0.0)
 
