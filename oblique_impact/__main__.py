@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import signal
+import sys
 import warnings
 from types import FrameType
 
 from oblique_impact.machine import THREADS, collect_rarely
 
+_INTERRUPTED = 130
+
 
 def _leave(number: int, frame: FrameType | None) -> None:
     os.write(2, b"oblique-impact: interrupted\n")
-    os._exit(130)
+    os._exit(_INTERRUPTED)
+
+
+def _end(code: list[int]) -> None:
+    """End with a code, if there is one; else Python ends by the signal if that came within an `exec`."""
+    if code:
+        sys.stdout.flush()
+        os._exit(code[0])
 
 
 def main() -> None:
@@ -22,6 +33,7 @@ def main() -> None:
     if handled:
         signal.signal(signal.SIGINT, _leave)
     collect_rarely()
+    atexit.register(_end, code := list[int]())  # the last one of all that are called at the end
     for name in THREADS:  # before anything loads NumPy
         os.environ.setdefault(name, "1")
     from oblique_impact.command_line.application import main as command_line
@@ -34,6 +46,9 @@ def main() -> None:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         command_line()
+    except SystemExit as stop:
+        code += [_INTERRUPTED] if stop.code == _INTERRUPTED else []
+        raise
     finally:
         # an interrupt while the interpreter ends would print a traceback
         signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -10,11 +10,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
-from typing import Any
+from typing import Any, Self
 
 from filelock import FileLock, Timeout
 
 from oblique_impact.errors import InputError
+from oblique_impact.interrupts import hold_interrupts
 
 #: bytes; a file of text is read up to this size
 MAX_TEXT = 16_000_000
@@ -112,17 +113,26 @@ class CheckedFile(io.FileIO):
     """A new binary file for HDF5 whose first failed write is raised at the end of the block, as OSError.
 
     After a failed write, on a full disk for instance, HDF5 tries again until the process ends, and then crashes.
-    So every write is reported to HDF5 as done, and after the first failure nothing more is written.
+    So every write is reported to HDF5 as done, and after the first failure nothing more is written.  An interrupt
+    in a write would crash it too: it is held until a check, or the end of the block.
     """
 
     def __init__(self, path: Path) -> None:
         super().__init__(path, "w+")
         self.problem: OSError | None = None
+        self._held = ExitStack()
+
+    def __enter__(self) -> Self:
+        """Hold interrupts."""
+        super().__enter__()
+        self._let_come = self._held.enter_context(hold_interrupts(patient=True))
+        return self
 
     def check(self) -> None:
-        """Raise the OSError of the first write that failed, if any."""
+        """Raise the OSError of the first write that failed, if any, or let an interrupt come."""
         if self.problem:
             raise self.problem
+        self._let_come()
 
     def write(self, data: Any) -> int:
         """Write all of `data`, or remember why not."""
@@ -145,6 +155,7 @@ class CheckedFile(io.FileIO):
 
     def __exit__(self, *error: Any) -> None:
         """Close; HDF5 may have failed over what is missing, but the reason is the first failed write."""
-        super().__exit__(*error)
-        if error[0] is None or issubclass(error[0], (OSError, RuntimeError)):
-            self.check()
+        with self._held:
+            super().__exit__(*error)
+            if self.problem and (error[0] is None or issubclass(error[0], (OSError, RuntimeError))):
+                raise self.problem

@@ -1,4 +1,4 @@
-"""Ctrl-C during a run comes where the run lets it: what is kept then is a state that the motion was in."""
+"""Ctrl-C comes where a run or a writer of files lets it: neither is left in the midst of what belongs together."""
 
 from __future__ import annotations
 
@@ -8,23 +8,32 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from oblique_impact.kernels.compiling import is_preparing
-
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_urgent: list[None] = []
 
 
 @contextmanager
-def hold_interrupts() -> Iterator[Callable[[], None]]:
+def interrupts_at_once() -> Iterator[None]:
+    """Let interrupts come at once in the block, which takes longer than a person waits, whatever holds them."""
+    _urgent.append(None)
+    try:
+        yield
+    finally:
+        _urgent.pop()
+
+
+@contextmanager
+def hold_interrupts(patient: bool = False) -> Iterator[Callable[[], None]]:
     """Hold an interrupt that comes in the block until the function that this yields is called, or to the end.
 
-    While kernels are compiled it comes at once, and so does a second one.  Handlers other than Python's own stay;
-    Python's own, if it is put back in the block, is replaced at the next call.
+    A second one comes at once, unless `patient`.  Handlers other than Python's own stay; that one, if it is put
+    back in the block, is replaced at the next call.
     """
     usual, held = signal.default_int_handler, list[int]()
     mine = _SIGNALS if threading.current_thread() is threading.main_thread() else ()
 
     def hold(number: int, frame: FrameType | None) -> None:
-        if held or is_preparing():
+        if _urgent or (held and not patient):
             held.clear()
             raise KeyboardInterrupt
         held.append(number)

@@ -15,9 +15,9 @@ ROOT = Path(__file__).parents[1]
 CORE = "oblique_impact"
 #: rooms of the core from the bottom to the top: each imports from the floors below its own only
 FLOORS = (
-    {"errors", "public"},
+    {"errors", "interrupts", "public"},
     {"files", "installed", "machine", "progress", "kernels"},
-    {"scenario", "interrupts"},
+    {"scenario"},
     {"contact"},
     {"beam"},
     {"marching"},

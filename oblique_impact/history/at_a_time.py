@@ -63,7 +63,8 @@ def value_at(times: Array, values: Array, rates: Array | None, time: float, side
     first = left - 1 if left > 0 and not beside[left - 1] else left
     last = right + 1 if right + 1 < times.size and not beside[right] else right
     around = slice(first, last + 1)
-    return np.asarray(BarycentricInterpolator(times[around], values[around])(time))
+    # its weights are rounded by the order of the points, which it shuffles
+    return np.asarray(BarycentricInterpolator(times[around], values[around], rng=0)(time))
 
 
 def dataset_at(data: Dataset, time: float, side: Side) -> Dataset:

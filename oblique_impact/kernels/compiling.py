@@ -9,9 +9,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from oblique_impact.interrupts import interrupts_at_once
+
 _listeners: list[Callable[[str], None]] = []
 _clocks: list[Clock] = []
-_begun: list[float] = []  # s, of the kernels that are being compiled or loaded
 
 
 class Clock:
@@ -39,18 +40,13 @@ def clock() -> Iterator[Clock]:
 @contextmanager
 def preparing() -> Iterator[None]:
     """Say that the block compiles or loads a kernel."""
-    _begun.append(started := time.perf_counter())
+    started = time.perf_counter()
     try:
-        yield
+        with interrupts_at_once():
+            yield
     finally:
-        _begun.remove(started)
         for one in _clocks:
             one.prepared += time.perf_counter() - started
-
-
-def is_preparing() -> bool:
-    """Whether a kernel is being compiled or loaded."""
-    return bool(_begun)
 
 
 @contextmanager

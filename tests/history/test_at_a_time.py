@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
+from oblique_impact.history.at_a_time import value_at
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +28,13 @@ def test_between_samples(history, fine):
         assert float(now["gap"]) == pytest.approx(float(then["gap"]), abs=5e-7)
         np.testing.assert_allclose(now["uy"], then["uy"], atol=1e-6)
     assert float(history.at(0.05)["theta"]) == float(history["theta"].sel(time=0.05))
+
+
+def test_the_same_question_has_the_same_answer_to_the_last_bit():
+    """SciPy shuffles the points of an interpolation unless it is told not to."""
+    times, random = np.array([0.1, 0.2, 0.35, 0.5]) / 3.0, np.random.default_rng(0)
+    for values in random.normal(size=(30, 4)):
+        assert len({float(value_at(times, values, None, 0.09)) for _ in range(20)}) == 1
 
 
 def test_the_sides_of_a_jump(history):

@@ -5,10 +5,12 @@ from __future__ import annotations
 import signal
 import threading
 
+import h5py
 import numpy as np
 import pytest
 
 from oblique_impact import Interrupted, Scenario, simulate
+from oblique_impact.files import CheckedFile
 from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.kernels.compiling import preparing
 from oblique_impact.marching.event import EventScheme
@@ -100,6 +102,27 @@ def test_another_thread_leaves_it_to_the_main_one():
         thread.join()
         with pytest.raises(KeyboardInterrupt):
             let_come()
+
+
+@pytest.mark.parametrize("check", [True, False])
+def test_it_does_not_come_while_hdf5_writes(tmp_path, check):
+    """HDF5 calls Python for each write, and crashes if that does not return."""
+    path = tmp_path / "a.h5"
+
+    def write():
+        with CheckedFile(path) as raw, h5py.File(raw, "w") as file:
+            for _ in range(2):
+                signal.raise_signal(signal.SIGINT)
+            file["x"] = np.arange(10.0)
+            if check:
+                raw.check()
+            file["y"] = 1.0
+
+    with pytest.raises(KeyboardInterrupt):
+        write()
+    with h5py.File(path) as file:
+        assert set(file) == ({"x"} if check else {"x", "y"})
+        assert list(file["x"]) == list(range(10))
 
 
 @pytest.mark.parametrize("times", [1, 2])
