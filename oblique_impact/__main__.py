@@ -47,7 +47,8 @@ def main() -> None:
     try:
         command_line()
     except SystemExit as stop:
-        code += [_INTERRUPTED] if stop.code == _INTERRUPTED else []
+        if stop.code == _INTERRUPTED:
+            code.append(_INTERRUPTED)
         raise
     finally:
         # an interrupt while the interpreter ends would print a traceback

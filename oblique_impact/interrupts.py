@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_urgent: list[None] = []
+_urgent: list[None] = []  # an entry for each block in which interrupts come at once
 
 
 @contextmanager
@@ -26,8 +26,8 @@ def interrupts_at_once() -> Iterator[None]:
 def hold_interrupts(patient: bool = False) -> Iterator[Callable[[], None]]:
     """Hold an interrupt that comes in the block until the function that this yields is called, or to the end.
 
-    A second one comes at once, unless `patient`.  Handlers other than Python's own stay; that one, if it is put
-    back in the block, is replaced at the next call.
+    A second one comes at once, unless `patient`.  Handlers other than Python's own stay; Python's own, put back in
+    the block by somebody, is replaced at the next call.
     """
     usual, held = signal.default_int_handler, list[int]()
     mine = _SIGNALS if threading.current_thread() is threading.main_thread() else ()

@@ -11,6 +11,8 @@ import subprocess
 import pytest
 from playwright.sync_api import Page, sync_playwright
 
+from oblique_impact.machine import collect_rarely
+
 # before anything imports NumPy: for the small matrices here more threads than one only wait for each other, which
 # took up to ten times the time where several test processes share the cores
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -18,19 +20,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# looking for cycles among the objects of all libraries took a tenth of the time of the tests
-gc.set_threshold(100_000, 20, 100)
+collect_rarely()
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 
 
-def pytest_collection_finish() -> None:
-    """What stays until the end is not looked through for garbage."""
-    gc.freeze()
-
-
 def pytest_unconfigure() -> None:
-    """Nor is what the system takes back at once given back object by object."""
+    """What the system takes back at once is not given back object by object."""
     gc.freeze()
 
 

@@ -206,10 +206,9 @@ def take_nodal_residual(
     if contact:
         k, gap_rate, slip_rate = _contact(model, q, qd, True, False, w)
         e = Evaluation(k.gap, k.slip, gap_rate, slip_rate, 0.0, 0.0, damping, supplied, rank_one)
-    band_multiply(model.bands, MASS_BAND, qdd, v[row.RESIDUAL])
-    share = rank_one * dot(model.vectors[COUPLING], qdd)
+    multiply_nodal_mass(model, rank_one, w, qdd, v[row.RESIDUAL])
     for i in range(q.shape[0]):
-        v[row.RESIDUAL, i] = v[row.FORCES, i] - (v[row.RESIDUAL, i] + share * model.vectors[COUPLING, i])
+        v[row.RESIDUAL, i] = v[row.FORCES, i] - v[row.RESIDUAL, i]
     return e
 
 

@@ -97,11 +97,15 @@ class History:
     def __getattr__(self, name: str) -> xr.DataArray:
         """Return one labelled array, e.g. ``history.lambda_n``."""
         if name == "scenario_toml" and "_scenario" in self.__dict__:
-            return self.__dict__.setdefault(name, self.__dict__.pop("_scenario").to_toml())  # type: ignore[no-any-return]
+            text: Any = self.__dict__["_scenario"].to_toml()
+            return self.__dict__.setdefault(name, text)  # type: ignore[no-any-return]
         if name == "data" and "_columns" in self.__dict__:
-            columns, early = self.__dict__.pop("_columns"), self.__dict__.pop("_early", None)
+            columns, early = self.__dict__["_columns"], self.__dict__.get("_early")
             found: Any = dataset(columns) if early is None else with_later(early, columns)
-            return self.__dict__.setdefault("data", found)  # type: ignore[no-any-return]
+            self.__dict__.setdefault("data", found)
+            for done in ("_columns", "_early"):  # not before: an interrupt may come in between
+                self.__dict__.pop(done, None)
+            return self.__dict__["data"]  # type: ignore[no-any-return]
         known = self.__dict__.keys() & {"data", "_columns"}  # neither while one is copied or unpickled
         if name.startswith("_") or not known or name not in self:
             raise AttributeError(f"a History has no attribute or variable {name!r}")
@@ -111,7 +115,6 @@ class History:
         """Send and store variables once: the labels that some have already are made again."""
         if "_early" in self.__dict__:
             self.__getattr__("data")
-        _ = self.scenario_toml
         return self.__dict__
 
     def __dir__(self) -> list[str]:

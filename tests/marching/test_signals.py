@@ -173,3 +173,19 @@ def test_the_exact_beam_books_whole_steps(monkeypatch):
     summary = stopped.value.history.summary
     assert summary["steps"] == 5
     assert summary["end_time"] == pytest.approx(sum(steps))
+
+
+@pytest.mark.parametrize("attribute", ["data", "scenario_toml"])
+def test_what_is_made_late_is_not_lost_by_an_interrupt(monkeypatch, attribute):
+    """Ctrl-C saves a history a second time."""
+    history = simulate(Scenario.builtin("paper", ["end_time=0.01"]))
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("oblique_impact.history.history.dataset", interrupted)
+        patch.setattr(Scenario, "to_toml", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            getattr(history, attribute)
+    assert len(getattr(history, attribute)) > 0
