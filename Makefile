@@ -7,11 +7,12 @@ PACKAGES := oblique_impact fem_beam modal renders validation
 
 install: $(VENV)/.installed
 
+# compiles the modules as pip does with what it copies: else an environment that keeps no bytecode parses all of them at
+# every start
 $(VENV)/.installed: requirements.lock pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-	# as pip does with what it copies; else an environment that keeps no bytecode parses all modules at every start
 	$(BIN)/python -m compileall -q $(PACKAGES)
 	touch $@
 
