@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -84,16 +85,21 @@ def _beam_history(beam: Beam, record: Record, wall: float) -> History:
     samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
     variables = beam_variables(beam, samples)
     summary = summarize(record, samples, wall, macro_gap(scenario), scenario)
-    summary["clearance"] = closest(variables, scenario.beam.length)
-    events = [event.time for event in record.events]
-    contacts = [collision["contacts"] for collision in summary["macro_collisions"]]
-    summary["without_limit"] = list(without_limit(scenario))
-    summary["warnings"] = [
-        *doubts(scenario, beam.operators.sections),
-        *warnings_of(beam, variables, events),
-        *undetermined(beam, contacts),
-    ]
-    return History.of_columns(variables, record.events, summary, scenario, record.contacts)
+
+    def judge() -> dict[str, Any]:
+        events = [event.time for event in record.events]
+        contacts = [collision["contacts"] for collision in summary["macro_collisions"]]
+        return {
+            "clearance": closest(variables, scenario.beam.length),
+            "without_limit": list(without_limit(scenario)),
+            "warnings": [
+                *doubts(scenario),
+                *warnings_of(beam, variables, events),
+                *undetermined(beam, contacts),
+            ],
+        }
+
+    return History.of_columns(variables, record.events, summary, scenario, record.contacts, judge)
 
 
 def simulate_system(

@@ -169,9 +169,9 @@ def regime(history: History) -> str:
     from oblique_impact.contact.state import State
     from oblique_impact.contact.transitions import EventKind
 
-    collisions, outcome = history.summary["macro_collisions"], history.outcome
+    collisions, outcome = history.macro_collisions, history.outcome
     if outcome is not Outcome.COMPLETED:
-        stop = history.summary["end_time"]
+        stop = history.end_time
         if not collisions or (len(collisions) == 1 and stop - collisions[0]["end"] < history.macro_gap):
             return "painleve" if outcome is Outcome.PAINLEVE else "stopped"
     if not collisions:
@@ -189,13 +189,12 @@ def _measure(row: Row, quantities: Sequence[str], history: History) -> None:
             row["values"][name] = float(quantity(name).measure(history))
         except GapError as gap:
             row["values"][name], row["gaps"][name] = math.nan, str(gap)
-    summary = history.summary
     row["regime"] = regime(history)
     row["outcome"] = history.outcome.label
     row["message"] = "" if history.outcome is Outcome.COMPLETED else history.outcome.sentence
-    row["stopped_at"] = float(summary["end_time"])
-    row["steps"], row["events"] = int(summary["steps"]), int(summary["events"])
-    row["energy"] = max(abs(float(summary["energy"][key])) for key in ("initial", "final"))
+    row["stopped_at"] = history.end_time
+    row["steps"], row["events"] = history.steps, len(history.events)
+    row["energy"] = max(abs(history.balance[key]) for key in ("initial", "final"))
 
 
 def _files(history: History, scratch: str | None) -> Files:

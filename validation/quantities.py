@@ -140,7 +140,7 @@ def _complete(history: History) -> bool:
 
 def _at_end(history: History, variable: str) -> float:
     if not _complete(history):
-        raise GapError(f"stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}")
+        raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
     return float(_values(history, variable)[-1])
 
 
@@ -163,13 +163,13 @@ def _extreme(history: History, which: str, variable: str) -> float:
 
 def _begun(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision, by its number from 0."""
-    found: list[dict[str, Any]] = history.summary["macro_collisions"]
+    found: list[dict[str, Any]] = history.macro_collisions
     if len(found) > number:
         return found[number]
     what = "no second impact" if found else "no contact"
     if _complete(history):
         raise GapError(f"{what} before end_time")
-    raise GapError(f"{what} before it stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}")
+    raise GapError(f"{what} before it stopped at {history.end_time:.4g} s: {history.outcome.label}")
 
 
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
@@ -177,8 +177,8 @@ def _collision(history: History, number: int = 0) -> dict[str, Any]:
     from oblique_impact.contact.state import State
 
     collision = _begun(history, number)
-    if len(history.summary["macro_collisions"]) == number + 1:
-        end = history.summary["end_time"]
+    if len(history.macro_collisions) == number + 1:
+        end = history.end_time
         if not _complete(history) and end - collision["end"] < history.macro_gap:
             raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
         if history["state"].values[-1] != State.FREE:
@@ -234,8 +234,8 @@ def _energy_lost(history: History) -> float:
 def _ledger(key: str) -> Callable[[History], float]:
     def measure(history: History) -> float:
         if not _complete(history):
-            raise GapError(f"stopped at {history.summary['end_time']:.4g} s: {history.outcome.label}")
-        return float(history.summary["energy"][key])
+            raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
+        return float(history.balance[key])
 
     return measure
 
@@ -304,6 +304,6 @@ _NAMED = {
         ("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
         ("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
         ("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
-        ("events", "1", "transitions of the whole run", lambda history: float(history.summary["events"])),
+        ("events", "1", "transitions of the whole run", lambda history: float(len(history.events))),
     )
 }

@@ -22,13 +22,10 @@ STOUT = 0.2
 _FIRST_MODE = 3.5160
 
 
-def doubts(scenario: Scenario, sections: Sections | None = None) -> list[str]:
-    """Return a line for each implausible value, beginning with its key; none for plausible scenarios.
-
-    `sections` are those of the scenario, if they are known.
-    """
+def doubts(scenario: Scenario) -> list[str]:
+    """Return a line for each implausible value, beginning with its key; none for plausible scenarios."""
     with np.errstate(all="ignore"):
-        sections = sections or Sections.from_scenario(scenario)
+        sections = Sections.from_scenario(scenario)
         return [
             *_of_material(scenario),
             *_of_shape(scenario, sections),

@@ -77,14 +77,17 @@ class History:
         summary: dict[str, Any],
         scenario: Scenario | None,
         contacts: list[Contact],
+        judge: Callable[[], dict[str, Any]] = dict,
     ) -> History:
-        """Return a history of known variables, by name; `data` and the scenario's text are made when asked for.
+        """Return a history of known variables, by name.
 
-        xarray takes longer to load than the paper's case to run, which needs it for nothing.
+        `data`, the scenario's text and what `judge` adds to the summary are made when asked for: xarray takes
+        longer to load than the paper's case to run, and a study of impulses has no use for warnings.
         """
         history = cls(cast(Any, None), events, summary, contacts=contacts)
-        del history.__dict__["data"]
+        del history.__dict__["data"], history.__dict__["summary"]
         history.__dict__["_columns"] = columns
+        history.__dict__["_summary"] = summary, judge
         if scenario is not None:
             del history.__dict__["scenario_toml"]
             history.__dict__["_scenario"] = scenario
@@ -99,6 +102,11 @@ class History:
         if name == "scenario_toml" and "_scenario" in self.__dict__:
             text: Any = self.__dict__["_scenario"].to_toml()
             return self.__dict__.setdefault(name, text)  # type: ignore[no-any-return]
+        if name == "summary" and "_summary" in self.__dict__:
+            known, judge = self.__dict__["_summary"]
+            self.__dict__.setdefault("summary", {**known, **judge()})
+            self.__dict__.pop("_summary", None)
+            return self.__dict__["summary"]  # type: ignore[no-any-return]
         if name == "data" and "_columns" in self.__dict__:
             columns, early = self.__dict__["_columns"], self.__dict__.get("_early")
             found: Any = dataset(columns) if early is None else with_later(early, columns)
@@ -113,6 +121,8 @@ class History:
 
     def __getstate__(self) -> dict[str, Any]:
         """Send and store variables once: the labels that some have already are made again."""
+        if "_summary" in self.__dict__:
+            self.__getattr__("summary")
         if "_early" in self.__dict__:
             self.__getattr__("data")
         return self.__dict__
@@ -181,8 +191,24 @@ class History:
     @property
     def macro_collisions(self) -> list[dict[str, Any]]:
         """Contacts that belong together, see :class:`~oblique_impact.history.summary.MacroCollision`."""
-        found: list[dict[str, Any]] = self.summary["macro_collisions"]
+        found: list[dict[str, Any]] = self._measured["macro_collisions"]
         return found
+
+    @property
+    def balance(self) -> dict[str, float]:
+        """The balance of energy (J), see :class:`~oblique_impact.history.summary.Ledger`."""
+        found: dict[str, float] = self._measured["energy"]
+        return found
+
+    @property
+    def end_time(self) -> float:
+        """Time (s) at which the run ended."""
+        return float(self._measured["end_time"])
+
+    @property
+    def steps(self) -> int:
+        """Steps that were taken."""
+        return int(self._measured["steps"])
 
     @property
     def total_energy(self) -> xr.DataArray:
@@ -212,13 +238,19 @@ class History:
     @property
     def outcome(self) -> Outcome:
         """How the run ended."""
-        label = self.summary["outcome"]
+        label = self._measured["outcome"]
         return next(outcome for outcome in Outcome if outcome.label == label)
 
     @property
     def macro_gap(self) -> float:
         """Contacts less than this apart (s) are one macro-collision."""
-        return float(self.summary.get("macro_gap", EARLIER_MACRO_GAP))
+        return float(self._measured.get("macro_gap", EARLIER_MACRO_GAP))
+
+    @property
+    def _measured(self) -> dict[str, Any]:
+        """The summary, or what of it is known without judging."""
+        known: dict[str, Any] = self.__dict__["_summary"][0] if "_summary" in self.__dict__ else self.summary
+        return known
 
     def plot(self) -> Figure:
         """Draw the overview of a beam's run: motion, shapes, contact force, gap, energies, losses.

@@ -82,39 +82,45 @@ def gather(
 
 
 class BeamVariables(Mapping[str, Column]):
-    """The variables of a beam's history by name; those of `LATER` are computed when one of them is asked for.
+    """The variables of a beam's history by name; those along the beam are computed when one of them is asked for.
 
-    They take longer than all the others, and a study that asks for times and impulses has no use for them.
+    A study that asks for times and impulses has no use for them; those of `LATER` take longer than all the others.
     """
 
     LATER = ("ux_dot", "uy_dot", "moment", "shear", "axial_force", "bending_stress")
 
     def __init__(self, beam: Beam, samples: Samples) -> None:
-        self._source: tuple[Beam, Samples] | None = (beam, samples)
+        self._beam, self._samples = beam, samples
         self._known = {**samples.variables(), **_at_the_contact(beam, samples)}
-        ux, uy = displacements_along(beam, samples.q)
-        self._known |= {"ux": ux, "uy": uy}
-        if beam.scenario.contact.enabled:
-            self._known["clearance"], self._known["clearance_at"] = beam_clearance(beam, samples.q, ux, uy)
         self._known["station"] = beam.operators.stations.points
+        near = ("clearance", "clearance_at") if beam.scenario.contact.enabled else ()
+        self._names = (*self._known, "ux", "uy", *near, *self.LATER)
 
     def __getitem__(self, name: str) -> Column:
         """Return a variable; raises KeyError."""
-        if name in self.LATER and self._source is not None:
-            beam, s = self._source
+        if name not in self._known and name in self._names:
+            self._known |= self._computed(name)
+        return self._known[name]
+
+    def _computed(self, name: str) -> dict[str, Column]:
+        """Return a variable along the beam, and those that are computed along with it."""
+        beam, s = self._beam, self._samples
+        if name in self.LATER:
             forces = s.scalars[:, LAMBDA_N], s.scalars[:, LAMBDA_T]
             fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, *forces))
-            self._known |= {later: getattr(fields, later) for later in self.LATER}
-            self._source = None
-        return self._known[name]
+            return {later: getattr(fields, later) for later in self.LATER}
+        if name in ("ux", "uy"):
+            return dict(zip(("ux", "uy"), displacements_along(beam, s.q), strict=True))
+        distances = beam_clearance(beam, s.q, self["ux"], self["uy"])
+        return dict(zip(("clearance", "clearance_at"), distances, strict=True))
 
     def __iter__(self) -> Iterator[str]:
         """Go over all names."""
-        return iter(dict.fromkeys((*self._known, *self.LATER)))
+        return iter(self._names)
 
     def __len__(self) -> int:
         """Return the number of all variables."""
-        return len(set(self._known).union(self.LATER))
+        return len(self._names)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Send and store them computed: what they are computed from stays here."""
