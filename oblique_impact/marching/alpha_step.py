@@ -39,6 +39,7 @@ _MOST_ITERATIONS = 60
 _CLOSED = 10.0  # tolerances of velocity: the error of the velocity in a contact that counts as zero
 _FADING = 1.05  # a contraction that was not measured counts so much less with every step
 _STALLED, _ROUNDING = 0.25, 1e4  # a residual that stays above this part, and corrections in tolerances by rounding
+_ALIKE = 2.0  # of residuals by rounding, from step to step
 
 
 class Step(NamedTuple):
@@ -155,6 +156,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
     forces = kept_of(a.y, d).forces
     normal, tangential = (forces[0], forces[1]) if contact else (0.0, 0.0)
     s.contraction[slot] = -1.0 if stale else _FADING * s.contraction[slot]
+    s.rounded[slot] = 0.0 if stale else s.rounded[slot] / _FADING
     closed, end = _CLOSED * s.tolerances.velocity, NO_CONTACT
     change, before, rank_one = np.inf, 0.0, 0.0
     for iteration in range(_MOST_ITERATIONS):
@@ -171,6 +173,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
             if not accurate and left > _STALLED * before:
                 # the residual K q of a fine mesh is rounded: it falls no further
                 accurate = change <= _ROUNDING * tolerance
+                s.rounded[slot] = _ALIKE * left if accurate else 0.0
             if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
                 if not contact and phase.watched:
                     e = system.approach(t + h, q, qd, contact, w)
@@ -193,7 +196,8 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
             qdd[i] += more
             q[i] += step.position * more
             qd[i] += step.velocity * more
-        if 0.0 < change * s.contraction[slot] <= tolerance:
+        fallen = left <= s.rounded[slot] and change <= _ROUNDING * tolerance
+        if fallen or 0.0 < change * s.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
             e = system.approach(t + h, q, qd, contact, w)
             end = moved(end, e, normal, tangential, e.supplied_power, phase.tilt)

@@ -96,6 +96,7 @@ class Scratch(NamedTuple):
     scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
     tolerances: Tolerances
     contraction: Array  # (3,) of an implicit scheme's iterations, by slot; negative: not known
+    rounded: Array  # (3,) residuals below which they do not fall, by slot; 0: not known
     times: Array  # (samples,)
     states: Array  # (samples, ny)
     tables: Any  # what the scheme computes once for a run, or None
@@ -117,6 +118,7 @@ def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances,
         scales=scales,
         tolerances=tolerances,
         contraction=np.full(EFFECTIVE_SLOTS, -1.0),
+        rounded=np.zeros(EFFECTIVE_SLOTS),
         times=np.zeros(samples),
         states=np.zeros((samples, ny)),
         tables=tables,
