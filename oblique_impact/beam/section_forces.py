@@ -9,6 +9,7 @@ is the mode-acceleration method: Williams 1945; Bisplinghoff, Ashley, Halfman, A
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -87,9 +88,7 @@ def fields_along(beam: Beam, motion: Motion, block: int | None = None) -> Fields
     )
     stations = beam.operators.stations.points.size
     result = Fields(*(np.empty((motion.time.size, stations)) for _ in Fields._fields))
-    block = block or max(1, _AT_A_TIME // table.points.size)
-    for start in range(0, motion.time.size, block):
-        part = slice(start, start + block)
+    for part in _blocks(motion.time.size, table.points.size, block):
         for whole, rows in zip(result, _block(beam, Motion(*(v[part] for v in motion)), points), strict=True):
             whole[part] = rows.T
     return result
@@ -101,12 +100,22 @@ def displacements_along(beam: Beam, q: Array) -> tuple[Array, Array]:
     They are those of :func:`fields_along`, without what takes rates, accelerations and forces.
     """
     stations = beam.operators.stations
-    table, B = stations.quadrature, q[:, 1:].T
-    slopes = np.asarray(table.slopes @ B)
-    sums = np.zeros((table.points.size // table.order + 1, len(q)))
+    table = stations.quadrature
     weights = table.weights.reshape(-1, 1, table.order)
-    _add_panels(weights, -0.5 * beam.foreshortening * slopes * slopes, sums[1:])
-    return sums[stations.cells // table.order].T, np.asarray(stations.values @ B).T
+    ux, uy = np.empty((2, len(q), stations.points.size))
+    for part in _blocks(len(q), table.points.size):
+        B = q[part, 1:].T
+        slopes = np.asarray(table.slopes @ B)
+        sums = np.zeros((table.points.size // table.order + 1, B.shape[1]))
+        _add_panels(weights, -0.5 * beam.foreshortening * slopes * slopes, sums[1:])
+        ux[part], uy[part] = sums[stations.cells // table.order].T, np.asarray(stations.values @ B).T
+    return ux, uy
+
+
+def _blocks(samples: int, points: int, block: int | None = None) -> Iterator[slice]:
+    """Parts of the samples, so small that arrays over them and the points of the quadrature stay in the cache."""
+    block = block or max(1, _AT_A_TIME // points)
+    return (slice(start, start + block) for start in range(0, samples, block))
 
 
 def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
