@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
-from oblique_impact.history.at_a_time import value_at
+from oblique_impact.history.at_a_time import dataset_at, value_at
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +48,15 @@ def test_the_sides_of_a_jump(history):
     assert int(after["state"]) == int(impact.state)
     just_after = history.at(np.nextafter(impact.time, 1.0))
     assert float(just_after["gap_rate"]) == float(after["gap_rate"])
+
+
+def test_a_state_is_that_of_the_sample_before(history):
+    """A scheme of fixed steps may change it from one sample to the next, without a jump."""
+    data = history.data.isel(time=slice(0, 3))
+    data = data.assign(state=("time", np.array([0, 1, 2], dtype=np.int8), data["state"].attrs))
+    times = data["time"].values
+    assert int(dataset_at(data, 0.5 * (times[0] + times[1]), "right")["state"]) == 0
+    assert int(dataset_at(data, times[1], "left")["state"]) == 1
 
 
 @pytest.mark.parametrize("time", [-1e-9, 0.36, float("nan")])

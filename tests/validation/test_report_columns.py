@@ -118,6 +118,20 @@ def test_refine(study):
     assert last == ["64", "2.015625", "−0.04688", "2", "2", "0.0195"]  # 1.25 × (3/64)/(2² − 1)
 
 
+def test_refine_dims_what_lies_within_the_noise():
+    """The tighter run changes the value by a quarter: the differences 2.25 and 0.5625 are not both five times that."""
+    plan = plan_ladder(Ladder("a ladder", "paper", (), "elements", LEVELS), quantities=["impulse"])
+    values = (6.0, 3.0, 2.25, 2.0625)
+    for change, kind in ((0.25, "dim"), (0.0, "number")):
+        rows = [
+            failed(number, "completed", "") | {"values": {"impulse": value}, "energy": 3.0}
+            for number, value in enumerate((*values, values[-1] + change))
+        ]
+        result = StudyResult(Study("a study", "Title", "", ()), 1e-3, (judge(plan, rows, 1e-3),), 1.0)
+        *_, last = study_document(result, "command").sections[0].blocks[-1].rows
+        assert {cell.kind for cell in last[3:]} == {kind}
+
+
 def test_refine_for_machines(study):
     last = dict(zip(CSV_COLUMNS, list(csv_rows(study))[-1], strict=True))
     assert last == {
