@@ -6,8 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from oblique_impact import InputError
+from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.history.at_a_time import dataset_at, value_at
+from oblique_impact.history.sample_times import ascending
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +29,14 @@ def test_between_samples(history, fine):
         assert float(now["gap"]) == pytest.approx(float(then["gap"]), abs=5e-7)
         np.testing.assert_allclose(now["uy"], then["uy"], atol=1e-6)
     assert float(history.at(0.05)["theta"]) == float(history["theta"].sel(time=0.05))
+
+
+def test_a_cubic_does_not_reach_across_a_jump():
+    """Lines of slope 1, 10 higher after the jump at 1 s: half a second beside it they are still lines."""
+    times = ascending(np.array([0.0, 1.0, 1.0, 2.0, 3.0]))
+    values = times + 10.0 * (np.arange(5) > 1)
+    assert float(value_at(times, values, None, 1.5)) == pytest.approx(11.5, rel=1e-12)
+    assert float(value_at(times, values, None, 0.5)) == pytest.approx(0.5, rel=1e-12)
 
 
 def test_the_same_question_has_the_same_answer_to_the_last_bit():
@@ -74,6 +83,22 @@ def test_the_deformed_axis(history):
     np.testing.assert_allclose(now["shortening"], now["ux"][-1], rtol=1e-6)
     np.testing.assert_allclose(points[0], 0.0, atol=1e-15)
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(1.0, abs=1e-4)
+
+
+def test_the_axis_of_a_beam_on_a_hub_begins_at_its_radius():
+    """At rest along the x axis: from 0.25 m to 1.25 m."""
+    still = ["root.hub_radius=0.25", "initial.angle=0", "end_time=0.001", "contact.enabled=false"]
+    history = simulate(Scenario.builtin("paper", ["root.kind=hub", "root.inertia=1", *still]))
+    points = history.beam_at(0.0)
+    np.testing.assert_allclose(points[[0, -1]], [[0.25, 0.0], [1.25, 0.0]], atol=1e-15)
+
+
+def test_the_velocity_of_the_contact_point_is_that_of_gap_and_slip(history):
+    """Across the slope and along it, which rises by 18 degrees."""
+    vx, vy = (history[name].values for name in ("tip_vx", "tip_vy"))
+    s, c = np.sin(np.pi / 10), np.cos(np.pi / 10)
+    np.testing.assert_allclose(vy * c - vx * s, history["gap_rate"], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(vx * c + vy * s, history["slip_rate"], rtol=0.0, atol=1e-12)
 
 
 def test_tables(history):
