@@ -274,7 +274,7 @@ def test_small_values_are_measured_by_their_scale():
 
 
 def test_the_tolerance_is_relative_to_the_finest_value():
-    """From 161 to 1.625: the uncertainty 1.25 (1.875/3) is a half of the finest value, a thousandth of the first."""
+    """From 161 to 1.625: the uncertainty 1.25 (1.875/3) is half of the finest value, 5e-3 of the first."""
     found = analyse(UNIFORM, power(UNIFORM, 2.0, limit=1.0, factor=1000.0), tolerance=0.1)
     assert found.uncertainty == pytest.approx(0.78125)
     assert found.verdict == CONVERGING

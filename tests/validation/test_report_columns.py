@@ -119,7 +119,7 @@ def test_refine(study):
 
 
 def test_refine_dims_what_lies_within_the_noise():
-    """The tighter run changes the value by a quarter: the differences 2.25 and 0.5625 are not both five times that."""
+    """The tighter run changes the value by 0.25: differences of 0.75 and 0.1875 are below five times that."""
     plan = plan_ladder(Ladder("a ladder", "paper", (), "elements", LEVELS), quantities=["impulse"])
     values = (6.0, 3.0, 2.25, 2.0625)
     for change, kind in ((0.25, "dim"), (0.0, "number")):
