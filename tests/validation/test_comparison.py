@@ -371,6 +371,20 @@ def test_a_report_says_what_the_numbers_say(run, tmp_path):
         save_comparison(found, tmp_path / "a.pdf", "command")
 
 
+def test_what_is_drawn_has_the_unit_of_its_variable(run):
+    history = run("paper", "end_time=0.33")
+    for name, label in DRAWN.items():
+        assert label.endswith(f" ({history[name].attrs['units']})"), name
+
+
+def test_ten_events_without_a_partner_are_listed_and_the_others_counted():
+    line, times = ([0.0, END], [0.0, 1.0]), np.linspace(0.1, 1.9, 12)
+    found = str(compare(made(*line), made(*line, [event(t) for t in times]), names=("none", "dozen")))
+    assert found.count("only in dozen: impact -> slip at ") == 10
+    assert "\n  only in dozen: impact -> slip at 0.100000 s\n" in found
+    assert "\n  and 2 more\n" in found
+
+
 def test_an_event_that_one_run_lacks_is_drawn_and_told():
     line = ([0.0, END], [0.0, 1.0])
     found = compare(made(*line, [event(0.5)]), made(*line))

@@ -185,7 +185,9 @@ def test_shrinking_oscillation_is_judged_by_its_swing():
     found = analyse(UNIFORM, f, tolerance=1e-3)
     assert found.verdict == NOT_CONVERGING
     assert "alternate" in found.reason
-    assert "shrink" in found.reason
+    assert found.reason == "the differences alternate in sign and shrink"
+    steady = analyse(UNIFORM, [0.0, 1.0, 0.0, 1.0, 0.0])
+    assert steady.reason == "the differences alternate in sign and do not shrink"
     assert found.uncertainty == pytest.approx(SAFETY * abs(f[-2] - f[-3]))
     assert abs(f[-1] - 1.0) < found.uncertainty
     assert analyse(UNIFORM, f, tolerance=0.1).words == "converged"
@@ -356,6 +358,17 @@ def test_noise_is_measured_at_a_tenth_of_the_tolerance(tolerance, tighter):
     noisy = plan_ladder(ladder).noisy
     assert noisy.solver.tolerance == pytest.approx(tighter, rel=1e-12)
     assert noisy.discretization.modes == 3
+
+
+def test_levels_and_sizes_have_si_units():
+    """A size is a step, or one over a level."""
+    assert {axis.name: (axis.heading, axis.size_label) for axis in AXES.values()} == {
+        "elements": ("elements", "1/elements (1)"),
+        "modes": ("modes", "1/modes (1)"),
+        "steps": ("free step (s)", "free step (s)"),
+        "stiffness": ("stiffness (N/m)", "1/stiffness (m/N)"),
+        "tolerances": ("tolerance", "mean step (s)"),
+    }
 
 
 def test_the_size_of_a_tolerance_is_the_mean_step():

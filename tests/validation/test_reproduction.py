@@ -34,10 +34,11 @@ from validation.reproduction.measures import (
     flight_ranges,
     force_difference,
     increasing,
+    longest,
     stick_share,
 )
 from validation.reproduction.pictures import PLOTS, draw, summary
-from validation.reproduction.runs import Run, run_case
+from validation.reproduction.runs import Run, Stay, run_case
 from validation.reproduction.stick_pages import why
 from validation.reproduction.sticking import StickCheck, friction_ratio
 from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, _collision
@@ -116,6 +117,16 @@ def scaled(factor):
     return lambda t: factor * EARLY(t)
 
 
+def correlated(coefficient):
+    """Three periods of a sine after the first collision; one model lags by the phase of this cosine."""
+
+    def wave(phase):
+        return lambda t: np.sin(6.0 * np.pi * (t - 0.34) / 0.66 - phase)
+
+    courses = wave(0.0), wave(0.0), wave(np.arccos(coefficient))
+    return three(**dict.fromkeys(("tip_x", "tip_vx", "tip_y", "tip_vy"), courses))
+
+
 def parts(course):
     return three(**dict.fromkeys(("kinetic", "elastic", "gravity"), (course, constant(2.0), constant(2.0))))
 
@@ -160,6 +171,23 @@ RULES = [
     ("exchange-before", REPRODUCED, hybrid(gravity=lambda t: t, elastic=constant(0.9e-3 * 0.299))),
     ("exchange-before", PARTLY, hybrid(gravity=lambda t: t, elastic=constant(1.1e-3 * 0.299))),
     ("exchange-before", NOT, hybrid(gravity=lambda t: t, elastic=constant(1.1e-2 * 0.299))),
+    ("same-before", REPRODUCED, three(theta=(constant(1.0), constant(1.0), constant(1.0 + 0.9e-9)))),
+    ("same-before", PARTLY, three(theta=(constant(1.0), constant(1.0), constant(1.0 + 1.1e-9)))),
+    ("different-after", REPRODUCED, three(tip_x=(constant(1.0), constant(1.0), after(1.011, 1.0)))),
+    ("different-after", NOT, three(tip_x=(constant(1.0), constant(1.0), after(1.009, 1.0)))),
+    ("similar-after", REPRODUCED, correlated(0.91)),
+    ("similar-after", PARTLY, correlated(0.89)),
+    ("similar-after", NOT, correlated(0.49)),
+    ("maximum-before", REPRODUCED, hybrid(slip=lambda t: -0.05 * (t - 0.15) ** 2)),  # 1.1 mm up and down
+    ("maximum-before", NOT, hybrid(slip=lambda t: -0.04 * (t - 0.15) ** 2)),
+    ("direction-changes", REPRODUCED, reversing(0.3254)),
+    ("direction-changes", PARTLY, reversing(0.3256)),
+    ("direction-changes", NOT, reversing(0.3281)),
+    ("stick-at-0.699", REPRODUCED, slip_in_second((0.7009, "stick"))),
+    ("stick-at-0.699", PARTLY, slip_in_second((0.7011, "stick"))),
+    ("stick-at-0.699", NOT, slip_in_second((0.7041, "stick"))),
+    ("second-collision", PARTLY, touching(0.7039, 0.68, 0.68)),
+    ("second-collision", NOT, touching(0.7041, 0.68, 0.68)),
     ("elastic-after", REPRODUCED, hybrid(elastic=after(101.0, 1.0))),
     ("elastic-after", NOT, hybrid(elastic=after(99.0, 1.0))),
     ("all-parts-smaller", REPRODUCED, parts(until(0.34 + 0.04 * 0.66, 1.0))),
@@ -268,6 +296,8 @@ def test_force_difference_is_zero_for_the_same_and_one_without_overlap():
 
 
 def test_small_measures():
+    sticks = [Stay(start, end, State.STICK, 0.0) for start, end in ((0.1, 0.2), (0.3, 0.7), (0.8, 0.9))]
+    assert longest(sticks) == pytest.approx((0.3, 0.4))
     assert existing([1.0, 2.0, float("nan"), 3.0]) == [1.0, 2.0]
     assert increasing([1.0, 2.0, 3.0])
     assert not increasing([1.0, 1.0])
