@@ -55,6 +55,8 @@ def _of_shape(s: Scenario, sections: Sections) -> Iterator[str]:
         bend = f"a beam of {length:g} m would bend by {sag:.3g} m under its own weight"
         yield f"beam.length: {bend}; are the units right?"
     x = np.union1d(sections.area.x, sections.second_moment.x)
+    if sections.outer_fibre is not None:
+        x = np.union1d(x, sections.outer_fibre.x)
     radii = np.sqrt(sections.second_moment(x) / sections.area(x))
     radius = float(np.max(radii))
     gyration = f"the radius of gyration, sqrt(I/A) = {radius:.3g} m"

@@ -3,7 +3,7 @@
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.determinacy import undetermined, without_limit
+from oblique_impact.beam.determinacy import _up, undetermined, without_limit
 from oblique_impact.command_line.run import summary_lines
 from oblique_impact.problem import beam_of
 
@@ -26,7 +26,9 @@ def said(*changes: str, contacts=(3,)) -> str:
         ((), ALL),
         ((DAMPED,), ("peak_force",)),
         ((SPRING, "contact.stiffness=1e6"), ()),
+        # a thousand times 105 EI/(2 L^3), the stiffness of the hinged beam at its tip: 2.84e7 N/m
         ((SPRING, "contact.stiffness=2.8e7"), ()),
+        ((SPRING, "contact.stiffness=2.9e7"), ALL),
         ((SPRING, "contact.stiffness=1e9"), ALL),
         ((SPRING, "contact.stiffness=1e9", DAMPED), ()),
         (("contact.enabled=false",), ()),
@@ -44,6 +46,13 @@ def test_an_undamped_beam_on_a_rigid_stop_is_named_with_the_damping_that_helps()
     enough = said("beam.kelvin_voigt=0.00091")
     assert enough == ""
     assert said(contacts=()) == ""  # it did not come to a contact
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(9.11e-4, "0.00092"), (9.1e-4, "0.00091"), (0.0401, "0.041"), (1.0, "1")]
+)
+def test_damping_that_is_enough_is_rounded_up(value, text):
+    assert _up(value) == text
 
 
 def test_elements_that_do_not_resolve_the_damping_are_counted():

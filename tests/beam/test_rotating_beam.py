@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 from fem_beam import NodalBeam
 from modal import Eigenfunctions
 from modal.assembly import gauss_rule
+from oblique_impact import Scenario, natural_frequencies
 from oblique_impact.beam.operators import SpinningBeam, discretization
 from validation.beams import EPS, unit_beam
 from validation.reference_values import VALUES
@@ -109,3 +110,9 @@ def test_the_rigid_rotation_carries_no_stiffness(elements):
     np.testing.assert_allclose(nodal.K @ x, 0.0, atol=8 * EPS * abs(nodal.K).max())
     np.testing.assert_allclose(nodal.S, nodal.M1 @ x, rtol=0.0, atol=4 * elements * EPS)
     assert x @ nodal.S == pytest.approx(1.0 / 3.0, rel=1e-12)  # J = m L^3/3
+
+
+@pytest.mark.parametrize(("modes", "count"), [(2, 4), (6, 6)])
+def test_as_many_frequencies_as_modes_but_four_at_least(modes, count):
+    found = natural_frequencies(Scenario.builtin("paper", [f"discretization.modes={modes}"]))
+    assert found.flapwise.shape == found.chordwise.shape == (1, count)

@@ -37,6 +37,14 @@ def varied(elements=5, **changes):
     )
 
 
+def test_the_inertia_outside_of_a_place_turns_about_the_hub():
+    """int m (r + xi) (xi - x) dxi of 3 kg/m over 2 m on a hub of 0.5 m, and 4 kg at the tip."""
+    plain = Profile.of(1.0, 2.0)
+    sections = Sections(2.0, 0.5, 3.0, 1.0, plain, plain, tip_mass=4.0)
+    expected = [3.0 + 8.0 + 4.0 * 2.5 * 2.0, 3.0 * (0.75 + 1.0 / 3.0) + 4.0 * 2.5, 0.0]
+    assert_allclose(sections.outer_inertia_moment(np.array([0.0, 1.0, 2.0])), expected, rtol=1e-14, atol=1e-14)
+
+
 # Input ----------------------------------------------------------------------------------------------------------
 
 FEM = '[discretization]\nmethod = "fem"\n'

@@ -6,10 +6,13 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.small_deflection import NOTICEABLE, deflection_error, deflection_warnings
+from oblique_impact.history.samples import warnings_of
+from oblique_impact.problem import beam_of
 from validation.absolute.deflection_errors import Point, SmallDeflection
 
 STORE = Path(__file__).parents[2] / "docs" / "small-deflection.json"
@@ -56,6 +59,23 @@ def test_the_map_goes_from_a_thousandth_to_half_of_the_length():
     assert min(point.deflection for point in points) < 1e-3
     assert max(point.deflection for point in points) > 0.45
     assert {point.outcome for point in points} == {"completed", "mass-matrix-indefinite"}
+
+
+def test_a_tenth_is_worth_a_warning_to_either_side_whatever_the_sign():
+    """27 (d/L)^2 = 0.1 on a pin in the mean axis."""
+    pinned = Scenario.builtin("paper", [MEAN])
+    limit = math.sqrt(0.1 / 27.0)
+    assert [len(deflection_warnings(pinned, factor * limit)) for factor in (0.99, 1.01)] == [0, 1]
+    for sign in (1.0, -1.0):
+        (line,) = warnings_of(beam_of(pinned), {"uy": sign * np.array([[0.0, 0.1], [0.0, -0.01]])}, [])
+        assert line.startswith("largest deflection 0.1 m, 10 % of the length")
+
+
+def test_a_hub_without_inertia_holds_no_root():
+    pin, free, held = (
+        deflection_error(Scenario.builtin("paper", list(root)), 0.1) for root in ((), ("root.kind=hub",), HUB)
+    )
+    assert free == pin != held
 
 
 def test_a_run_warns_with_its_estimate_and_a_small_deflection_does_not():

@@ -6,8 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from oblique_impact import InputError
-from oblique_impact.history.at_a_time import value_at
+from oblique_impact import InputError, Scenario, simulate
+from oblique_impact.history.at_a_time import dataset_at, value_at
+from oblique_impact.history.sample_times import ascending
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +31,14 @@ def test_between_samples(history, fine):
     assert float(history.at(0.05)["theta"]) == float(history["theta"].sel(time=0.05))
 
 
+def test_a_cubic_does_not_reach_across_a_jump():
+    """Lines of slope 1, 10 higher after the jump at 1 s: half a second beside it they are still lines."""
+    times = ascending(np.array([0.0, 1.0, 1.0, 2.0, 3.0]))
+    values = times + 10.0 * (np.arange(5) > 1)
+    assert float(value_at(times, values, None, 1.5)) == pytest.approx(11.5, rel=1e-12)
+    assert float(value_at(times, values, None, 0.5)) == pytest.approx(0.5, rel=1e-12)
+
+
 def test_the_same_question_has_the_same_answer_to_the_last_bit():
     """SciPy shuffles the points of an interpolation unless it is told not to."""
     times, random = np.array([0.1, 0.2, 0.35, 0.5]) / 3.0, np.random.default_rng(0)
@@ -50,6 +59,15 @@ def test_the_sides_of_a_jump(history):
     assert float(just_after["gap_rate"]) == float(after["gap_rate"])
 
 
+def test_a_state_is_that_of_the_sample_before(history):
+    """A scheme of fixed steps may change it from one sample to the next, without a jump."""
+    data = history.data.isel(time=slice(0, 3))
+    data = data.assign(state=("time", np.array([0, 1, 2], dtype=np.int8), data["state"].attrs))
+    times = data["time"].values
+    assert int(dataset_at(data, 0.5 * (times[0] + times[1]), "right")["state"]) == 0
+    assert int(dataset_at(data, times[1], "left")["state"]) == 1
+
+
 @pytest.mark.parametrize("time", [-1e-9, 0.36, float("nan")])
 def test_a_time_outside_is_refused(history, time):
     with pytest.raises(InputError, match="should be from 0 to"):
@@ -65,6 +83,22 @@ def test_the_deformed_axis(history):
     np.testing.assert_allclose(now["shortening"], now["ux"][-1], rtol=1e-6)
     np.testing.assert_allclose(points[0], 0.0, atol=1e-15)
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).sum() == pytest.approx(1.0, abs=1e-4)
+
+
+def test_the_axis_of_a_beam_on_a_hub_begins_at_its_radius():
+    """At rest along the x axis: from 0.25 m to 1.25 m."""
+    still = ["root.hub_radius=0.25", "initial.angle=0", "end_time=0.001", "contact.enabled=false"]
+    history = simulate(Scenario.builtin("paper", ["root.kind=hub", "root.inertia=1", *still]))
+    points = history.beam_at(0.0)
+    np.testing.assert_allclose(points[[0, -1]], [[0.25, 0.0], [1.25, 0.0]], atol=1e-15)
+
+
+def test_the_velocity_of_the_contact_point_is_that_of_gap_and_slip(history):
+    """Across the slope and along it, which rises by 18 degrees."""
+    vx, vy = (history[name].values for name in ("tip_vx", "tip_vy"))
+    s, c = np.sin(np.pi / 10), np.cos(np.pi / 10)
+    np.testing.assert_allclose(vy * c - vx * s, history["gap_rate"], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(vx * c + vy * s, history["slip_rate"], rtol=0.0, atol=1e-12)
 
 
 def test_tables(history):

@@ -11,7 +11,7 @@ from fem_beam.nodal import NodalBeam
 from fem_beam.reduction import eigenmodes
 from modal.eigenfunctions import Eigenfunctions
 from oblique_impact import History, InputError, Scenario, concatenate, simulate
-from oblique_impact.beam.clearance import nearest
+from oblique_impact.beam.clearance import nearest, slope_warnings
 from oblique_impact.command_line.application import main
 from oblique_impact.scenario.sections import SlopeSection
 
@@ -184,6 +184,15 @@ def test_a_contact_beyond_the_ends_is_told(run):
     assert f"contact {place:.4g} m along the slope, outside of slope.extent = [0, 0.5]" in line
     # and nothing else changes: the mechanics are those of the unbounded slope
     np.testing.assert_array_equal(history["q"].values, run("paper", "end_time=0.35")["q"].values)
+
+
+@pytest.mark.parametrize(("place", "told"), [(-1.1e-4, 1), (-0.9e-4, 0), (0.50009, 0), (0.50011, 1)])
+def test_a_contact_beyond_an_end_by_a_ten_thousandth_of_the_length_is_told(place, told):
+    one = np.ones(1)
+    variables = {"clearance": 0.0 * one, "clearance_at": one, "tip_x": 0.0 * one, "tip_y": one, "time": one}
+    variables |= {"state": one, "slip": place * one}
+    scenario = Scenario.builtin("paper", ["slope.extent=[0.0, 0.5]"])
+    assert len(slope_warnings(scenario, variables, [])) == told
 
 
 def test_a_single_rebound_beyond_the_ends_is_told(run):

@@ -86,6 +86,26 @@ def test_parts_become_the_whole_again(paper, time):
     assert Scenario.from_toml(whole.scenario_toml) == Scenario.from_toml(paper.scenario_toml)
 
 
+@pytest.mark.parametrize("peaks", [(1.0, 7.0), (7.0, 1.0)])
+def test_a_contact_that_is_cut_has_the_larger_peak_of_its_parts(paper, peaks):
+    k = sample(paper, 0.318)
+    parts = [cut(paper, k, first) for first in (True, False)]
+    for part, place, peak in zip(parts, (-1, 0), peaks, strict=True):
+        part.contacts[place] = part.contacts[place]._replace(peak_force=peak, peak_energy=peak / 2.0)
+    count = len(parts[0].contacts)
+    assert len(concatenate(*parts).contacts) == len(paper.contacts)
+    whole = concatenate(*parts).contacts[count - 1]
+    assert (whole.peak_force, whole.peak_energy) == (7.0, 3.5)
+
+
+def test_the_gap_of_the_first_history_holds_for_all(swings):
+    a, b = (
+        dataclasses.replace(history, summary=history.summary | {"macro_gap": gap})
+        for history, gap in zip(swings, (0.25, 0.5), strict=True)
+    )
+    assert concatenate(a, b, shift=True).macro_gap == 0.25
+
+
 def test_a_joint_at_a_jump_keeps_both_sides(paper):
     """The left part ends before an impact, the right one begins after it."""
     k = sample(paper, paper.events[0].time)
@@ -109,6 +129,9 @@ def test_a_run_that_is_taken_up_where_it_ended_is_the_whole_run():
     second = ball(first["q"].values[-1], first["qd"].values[-1], 1.0)
     joined, whole = concatenate(first, second, shift=True), ball([0.0, 1.0], [0.5, 0.0], 2.0)
     assert [e.kind for e in joined.events] == [e.kind for e in whole.events]
+    for name in ("start", "end"):
+        spans = [[getattr(contact, name) for contact in history.contacts] for history in (joined, whole)]
+        assert spans[0] == pytest.approx(spans[1], abs=1e-9)
     found = compare(joined, whole)
     assert len(whole.events) >= 3
     assert found.largest_shift < 1e-9

@@ -123,6 +123,13 @@ def test_what_a_run_is_judged_by_is_computed_when_the_summary_is_asked_for(monke
     assert len(calls) == 2
 
 
+def test_steps_and_rejected_steps_are_told_apart():
+    """A scheme of fixed steps takes 200 of 1e-5 s in 2 ms of flight, and rejects none."""
+    flight = ["solver.scheme=fixed-step", "solver.free_step=1e-5", "end_time=0.002"]
+    summary = simulate(Scenario.builtin("paper", flight)).summary
+    assert (summary["steps"], summary["rejected_steps"]) == (200, 0)
+
+
 def test_a_variable_is_an_attribute_from_the_first_word_on():
     """Before anything has asked for labelled data; one that is not there is still none."""
     history = simulate(Scenario.builtin("paper", ["end_time=0.01"]))

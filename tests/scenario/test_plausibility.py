@@ -53,6 +53,42 @@ def test_what_is_hardly_meant_is_named(case):
         assert len(line.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("key", "softest", "stiffest"),
+    [("beam.youngs_modulus", 1e6, 1.3e12), ("beam.density", 20.0, 3e4)],
+)
+def test_rubber_and_diamond_foam_and_osmium_are_plausible(key, softest, stiffest):
+    """Moduli in Pa, densities in kg/m^3: what lies between them, but no more, is not named."""
+    for value, named in ((0.99 * softest, 1), (1.01 * softest, 0), (0.99 * stiffest, 0), (1.01 * stiffest, 1)):
+        lines = doubts(Scenario.builtin("paper", [f"{key}={value}"]))
+        assert sum(line.startswith(key) for line in lines) == named, value
+
+
+def stout(*changes):
+    found = doubts(Scenario.builtin("paper", ["contact.enabled=false", *changes]))
+    return [line for line in found if line.startswith("beam.second_moment")]
+
+
+def test_a_radius_of_gyration_of_a_fifth_of_the_length_is_named():
+    """sqrt(I/A) = 5 mm of the paper's beam; 30 mm at the thick end of one that is 0.1 m long."""
+    assert stout("beam.length=0.0249")
+    assert not stout("beam.length=0.0251")
+    (line,) = stout(
+        "discretization.method=fem",
+        "beam.length=0.1",
+        "beam.area=1e-4",
+        "beam.second_moment=[[0,9e-8],[0.1,1e-12]]",
+    )
+    assert "sqrt(I/A) = 0.03 m, is more than a fifth of beam.length = 0.1 m" in line
+
+
+@pytest.mark.parametrize("table", ["[[0,0.01],[1,0.004]]", "[[0,0.01],[0.5,0.004],[1,0.01]]"])
+def test_an_outer_fibre_that_is_too_near_anywhere_is_named(table):
+    """sqrt(I/A) = 5 mm along the whole beam, and a fibre that comes as near as 4 mm."""
+    (line,) = doubts(Scenario.builtin("paper", ["discretization.method=fem", f"beam.outer_fibre={table}"]))
+    assert line.startswith("beam.outer_fibre: 0.004 m is less than the radius of gyration, sqrt(I/A) = 0.005 m")
+
+
 @pytest.mark.parametrize(("factor", "named"), [(0.45, False), (0.55, True)])
 def test_the_limit_of_bending_under_its_own_weight(factor, named):
     """m g L^4/(8 E I) of the uniform beam; at half its length it is named."""

@@ -319,6 +319,26 @@ def test_a_rule_names_the_key_its_value_and_what_is_allowed(key, changes, allowe
     assert re.fullmatch(rf"{re.escape(key)} = [^\n]+: {re.escape(allowed)}", str(error.value)), error.value
 
 
+FLAT = "slope.angle=0 initial.angle=0"
+RAISED = "slope.origin=[0.0,{}]"
+
+
+@pytest.mark.parametrize(
+    ("changes", "taken", "refused"),
+    [
+        ("contact.point={} discretization.method=fem", "0.0011", "0.0009"),
+        # a beam along the x axis, and a slope below it, on it, or above it
+        (f"{FLAT} {RAISED}", "-1e-9", "1e-9"),
+        (f"{FLAT} {RAISED}", "1e-13", "2e-12"),
+        (f"{FEM} discretization.nodes=[0,{{}},1] contact.point=0.7", "0.7000000001", "0.70001"),
+    ],
+)
+def test_places_are_refused_from_their_bounds_on(changes, taken, refused):
+    Scenario.from_toml("", changes.format(taken).split())
+    with pytest.raises(InputError):
+        Scenario.from_toml("", changes.format(refused).split())
+
+
 def test_every_rule_is_among_them():
     for rule in RULES:
         words = ".*".join(re.escape(part) for part in re.split(r"\{.*?\}", rule.allowed))

@@ -8,12 +8,13 @@ import re
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
 from rich.console import Console
 
-from oblique_impact.command_line.bars import Bar, counting_columns, run_columns
+from oblique_impact.command_line.bars import Bar, counting_columns, digits_of, run_columns
 from oblique_impact.kernels.compiling import announce, compilations
 from oblique_impact.kernels.jit import kernel
 from tests.terminal import reading
@@ -144,6 +145,18 @@ def test_the_longest_bars_fit_into_any_width(width):
     assert all(len(line.rstrip()) < width for line in lines), lines
     assert all(re.search(rf"{reading.TIME}", line) for line in lines), lines
     assert [str(total) in line for (_, total), line in zip(bars, lines, strict=True)] == [False, True, True], lines
+
+
+@pytest.mark.parametrize(("end", "digits"), [(0.33, 5), (1.0, 4), (9.9, 4), (12.5, 3), (1e5, 0)])
+def test_times_are_told_so_that_the_last_one_has_five_digits(end, digits):
+    assert digits_of(end) == digits
+
+
+@pytest.mark.parametrize(("each", "text"), [(2.5, "2.5 runs/s"), (0.5, "30.0 runs/min"), (None, "– runs/s")])
+def test_slow_runs_are_counted_by_the_minute(each, text):
+    task = SimpleNamespace(finished_speed=None, speed=each)
+    _, _, _, rate, *_ = counting_columns("sweep", "runs")(120)
+    assert rate.render(task).plain == text
 
 
 class Packed(NamedTuple):

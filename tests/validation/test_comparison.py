@@ -17,9 +17,10 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.marching.records import Event
+from renders.style import SERIES
 from validation import compare
 from validation.comparison import compare_events
-from validation.comparison_report import DRAWN, comparison_document, save_comparison
+from validation.comparison_report import DRAWN, _picture, comparison_document, save_comparison
 from validation.curves import graph_distance, hausdorff_distance
 from validation.event_pairs import align
 from validation.report.document import render_html
@@ -79,12 +80,35 @@ def test_the_distance_of_curves_is_relative_to_span_and_scale():
     assert v.hausdorff == pytest.approx(0.3 / 1.3, rel=2e-4)
 
 
+def test_the_scale_is_the_range_of_values_far_from_zero():
+    line = [0.0, 1.0, END]
+    v = compare(made(line, [10.0, 10.0, 10.5]), made(line, [10.0, 11.0, 10.5]))["v"]
+    assert (v.scale, v.relative(v.plain.largest)) == (1.0, 1.0)
+
+
+def test_a_collision_that_the_shorter_history_cuts_is_not_measured():
+    """The first collision of both; the second one goes on after the end of one of them."""
+    histories = []
+    for end in (END, 1.5):
+        spans = ((0.5, 0.6), (1.4, min(end, 1.6)))
+        collisions = [
+            {"start": start, "end": stop, "contacts": 1, "peak_force": 1.0}
+            | {"normal_impulse": 1.0, "tangential_impulse": 0.0}
+            for start, stop in spans
+        ]
+        history = made([0.0, end], [0.0, 1.0])
+        histories.append(History(history.data, [], history.summary | {"macro_collisions": collisions}))
+    for pair in (histories, histories[::-1]):
+        assert {m.name.partition(":")[0] for m in compare(*pair).measures} == {"collision 1"}
+
+
 def test_states_disagree_where_events_are_not_shared():
     """Contact from 1 s on, and from 1.5 s on with an event of another kind: a quarter of the time."""
     late = step(1.5)
     late.events[0] = event(1.5, EventKind.REBOUND)
     found = compare(step(1.0), late)
     assert found.state_disagreement == pytest.approx(0.25)
+    assert "contact states differ in 25 % of the time" in str(found)
     assert (len(found.only_left), len(found.only_right)) == (1, 1)
     assert found.largest_shift == 0.0
 
@@ -161,6 +185,24 @@ def test_other_intervals_and_other_ends(run):
     assert found["theta"].relative(found["theta"].plain.rms) < 2e-3
     assert {m.name.partition(":")[0] for m in found.measures} == {"collision 1"}
     assert max(abs(m.difference) for m in found.measures) < 1e-6
+
+
+def test_a_picture_tells_the_two_apart_and_shows_the_tip_of_what_varies_along_the_beam():
+    """The picture of a field is that of its last station."""
+    pages = []
+    for dims, points in ((("time", "station"), [0.0, 0.5, 1.0]), (("time",), 1.0)):
+        line = [0.0, 1.0, END]
+        pair = [
+            made(line, np.zeros(3), u=labelled(np.multiply.outer(course, points), dims, "m", "u"))
+            for course in ([0.0, 1.0, 4.0], [0.0, 2.0, 3.0])
+        ]
+        if len(dims) > 1:
+            station = labelled(np.array(points), ("station",), "m", "arc length")
+            pair = [History(h.data.assign_coords(station=station), [], h.summary) for h in pair]
+        pages.append(_picture(compare(*pair, ["u"])).svg)
+    assert pages[0] == pages[1]
+    assert SERIES[0] != SERIES[1]
+    assert all(f"stroke: {colour}" in pages[0] for colour in SERIES[:2])
 
 
 def test_results_along_the_beam_are_taken_at_common_stations():
@@ -327,6 +369,20 @@ def test_a_report_says_what_the_numbers_say(run, tmp_path):
         assert f"<!-- {label} -->" in page
     with pytest.raises(InputError, match=r"\.html or \.json"):
         save_comparison(found, tmp_path / "a.pdf", "command")
+
+
+def test_what_is_drawn_has_the_unit_of_its_variable(run):
+    history = run("paper", "end_time=0.33")
+    for name, label in DRAWN.items():
+        assert label.endswith(f" ({history[name].attrs['units']})"), name
+
+
+def test_ten_events_without_a_partner_are_listed_and_the_others_counted():
+    line, times = ([0.0, END], [0.0, 1.0]), np.linspace(0.1, 1.9, 12)
+    found = str(compare(made(*line), made(*line, [event(t) for t in times]), names=("none", "dozen")))
+    assert found.count("only in dozen: impact -> slip at ") == 10
+    assert "\n  only in dozen: impact -> slip at 0.100000 s\n" in found
+    assert "\n  and 2 more\n" in found
 
 
 def test_an_event_that_one_run_lacks_is_drawn_and_told():

@@ -39,7 +39,14 @@ from validation.refinement.convergence import (
     observed_order,
     richardson_limit,
 )
-from validation.refinement.figures import _decades, _differences, _reference_slope, relative_errors
+from validation.refinement.figures import (
+    _decades,
+    _differences,
+    _level_axis,
+    _reference_slope,
+    _relative_values,
+    relative_errors,
+)
 from validation.refinement.ladders import (
     AXES,
     Ladder,
@@ -178,7 +185,9 @@ def test_shrinking_oscillation_is_judged_by_its_swing():
     found = analyse(UNIFORM, f, tolerance=1e-3)
     assert found.verdict == NOT_CONVERGING
     assert "alternate" in found.reason
-    assert "shrink" in found.reason
+    assert found.reason == "the differences alternate in sign and shrink"
+    steady = analyse(UNIFORM, [0.0, 1.0, 0.0, 1.0, 0.0])
+    assert steady.reason == "the differences alternate in sign and do not shrink"
     assert found.uncertainty == pytest.approx(SAFETY * abs(f[-2] - f[-3]))
     assert abs(f[-1] - 1.0) < found.uncertainty
     assert analyse(UNIFORM, f, tolerance=0.1).words == "converged"
@@ -266,6 +275,26 @@ def test_small_values_are_measured_by_their_scale():
     assert analyse(UNIFORM, f, tolerance=1e-3, scale=1.0).verdict == CONVERGED
 
 
+def test_the_tolerance_is_relative_to_the_finest_value():
+    """From 161 to 1.625: the uncertainty 1.25 (1.875/3) is half of the finest value, 5e-3 of the first."""
+    found = analyse(UNIFORM, power(UNIFORM, 2.0, limit=1.0, factor=1000.0), tolerance=0.1)
+    assert found.uncertainty == pytest.approx(0.78125)
+    assert found.verdict == CONVERGING
+
+
+@pytest.mark.parametrize(("order", "verdict"), [(0.29, NOT_CONVERGING), (0.31, CONVERGING)])
+def test_orders_from_three_tenths_on_are_convergence(order, verdict):
+    assert analyse(UNIFORM, power(UNIFORM, order), tolerance=1e-6).verdict == verdict
+
+
+@pytest.mark.parametrize(("times", "verdict"), [(4.9, NOT_CONVERGING), (5.1, CONVERGING)])
+def test_differences_tell_an_order_from_five_times_the_noise_on(times, verdict):
+    """Of three levels with a declared order, the last difference is so many times the noise."""
+    f = power(UNIFORM[:3], 2.0)
+    noise = abs(f[-1] - f[-2]) / times
+    assert analyse(UNIFORM[:3], f, tolerance=1e-6, noise=noise, declared=2.0).verdict == verdict
+
+
 def test_chance_is_rarely_called_convergence():
     """Independent random values have no limit: the rule may be fooled only now and then."""
     rng = np.random.default_rng(2016)
@@ -320,6 +349,26 @@ def test_levels_change_what_they_are_about():
         AXES["steps"].apply(paper, 1e-5)
     with pytest.raises(InputError, match="--steps"):
         AXES["tolerances"].apply(paper.replace(solver__scheme="fixed-step"), 1e-5)
+
+
+@pytest.mark.parametrize(("tolerance", "tighter"), [(1e-8, 1e-9), (5e-13, 1e-13)])
+def test_noise_is_measured_at_a_tenth_of_the_tolerance(tolerance, tighter):
+    """... of the finest level, and no lower than a scenario allows."""
+    ladder = Ladder("a", "paper", (f"solver.tolerance={tolerance}",), "modes", (1.0, 2.0, 3.0))
+    noisy = plan_ladder(ladder).noisy
+    assert noisy.solver.tolerance == pytest.approx(tighter, rel=1e-12)
+    assert noisy.discretization.modes == 3
+
+
+def test_levels_and_sizes_have_si_units():
+    """A size is a step, or one over a level."""
+    assert {axis.name: (axis.heading, axis.size_label) for axis in AXES.values()} == {
+        "elements": ("elements", "1/elements (1)"),
+        "modes": ("modes", "1/modes (1)"),
+        "steps": ("free step (s)", "free step (s)"),
+        "stiffness": ("stiffness (N/m)", "1/stiffness (m/N)"),
+        "tolerances": ("tolerance", "mean step (s)"),
+    }
 
 
 def test_the_size_of_a_tolerance_is_the_mean_step():
@@ -381,6 +430,23 @@ def test_quantities_of_the_papers_case(run):
         assert quantity(name).measure(history) == value, name
     lost = history.summary["energy"]["initial"] - quantity("energy_after_collision").measure(history)
     assert 0.0 < lost < sum(history.summary["energy"][f"lost_{k}"] for k in ("impact", "friction", "scheme"))
+
+
+def test_extremes_have_signs_and_events_are_counted_from_one(run):
+    """A beam that falls from rest turns ever faster the other way: its rate is at most the 0 of the start."""
+    fall = run("paper", "end_time=0.3")
+    assert quantity("max:theta_dot").measure(fall) == 0.0
+    assert quantity("min:theta_dot").measure(fall) == float(fall["theta_dot"][-1]) < -1.0
+    history = run("paper")
+    found = [quantity(f"event:{number}").measure(history) for number in (1, 2, len(history.events))]
+    assert found == [history.events[k].time for k in (0, 1, -1)]
+
+
+def test_the_energy_after_a_collision_is_that_of_the_flight_that_follows(run):
+    history = run("paper")
+    first, second = history.macro_collisions[:2]
+    energy = history.total_energy.sel(time=0.5 * (first["end"] + second["start"]), method="nearest")
+    assert quantity("energy_after_collision").measure(history) == pytest.approx(float(energy), rel=1e-7)
 
 
 def test_every_quantity_has_the_unit_of_what_it_measures(run):
@@ -690,11 +756,26 @@ def test_the_picture_shows_relative_differences_over_levels():
     for item in result.results:
         _differences(axes, result, item, {"color": "red"})
     _reference_slope(axes, result)
-    curve, _, other, hollow, slope = axes.lines
+    curve, within, other, hollow, slope = axes.lines
     np.testing.assert_allclose(curve.get_xdata(), levels[1:])
     np.testing.assert_allclose(curve.get_ydata(), np.array([0.75, 0.1875]) / 2.0625)
     np.testing.assert_allclose(other.get_ydata(), np.array([1.0, 1.0]) / 6.0)
+    assert within.get_xdata().size == 0
     np.testing.assert_allclose(hollow.get_xdata(), levels[1:])  # the tighter tolerance changes it by one
     assert first.analysis.noise == 1.0
     assert slope.get_ydata()[1] / slope.get_ydata()[0] == pytest.approx(2.0**-2)
     assert relative_errors(first, impulse)[-1] == pytest.approx(6.0 / 2.0625 - 1.0)
+    axes = Figure().subplots()
+    _relative_values(axes, result, impulse, {"color": "red"})
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), np.array([3.0, 2.25, 2.0625]) / 2.0625)
+
+
+@pytest.mark.parametrize(
+    ("axis", "levels", "inverted"), [("steps", (4e-5, 2e-5, 1e-5), True), ("modes", (1.0, 2.0, 3.0), False)]
+)
+def test_finer_levels_are_to_the_right(axis, levels, inverted):
+    plan = plan_ladder(Ladder("a", "paper", ("solver.scheme=fixed-step",), axis, levels, ("impulse",)))
+    rows = [failed(n, "completed", "") | {"values": {"impulse": 1.0 + n}, "energy": 1.0} for n in range(3)]
+    axes = Figure().subplots()
+    _level_axis(axes, judge(plan, rows, 1e-3))
+    assert axes.xaxis_inverted() == inverted

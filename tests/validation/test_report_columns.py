@@ -118,6 +118,41 @@ def test_refine(study):
     assert last == ["64", "2.015625", "−0.04688", "2", "2", "0.0195"]  # 1.25 × (3/64)/(2² − 1)
 
 
+@pytest.mark.parametrize(
+    ("values", "tolerance", "verdict"),
+    [
+        ((3.0, 2.25, 2.0625), 0.1, "✓ converged, at order 2.00"),
+        ((3.0, 2.25, 2.0625), 1e-3, "◐ converging at order 2.00"),
+        ((3.0, 4.0, 6.0), 1e-3, "✗ not converging"),
+        ((3.0, 4.0, float("nan")), 1e-3, "no verdict"),
+    ],
+)
+def test_refine_marks_its_verdicts(values, tolerance, verdict):
+    """Differences of 3/4 and 3/16: order 2, of which the uncertainty is 1.25 (3/16)/3 = 0.08."""
+    ladder = Ladder("a ladder", "paper", (), "elements", LEVELS[:3], declared={"impulse": 2.0})
+    plan = plan_ladder(ladder, quantities=["impulse"])
+    rows = [
+        failed(number, "completed", "") | {"values": {"impulse": value}, "energy": 3.0}
+        for number, value in enumerate((*values, values[-1]))
+    ]
+    found = StudyResult(Study("a study", "Title", "", ()), tolerance, (judge(plan, rows, tolerance),), 1.0)
+    assert tables(render_html(study_document(found, "command")))["Verdicts"][1][6] == verdict
+
+
+def test_refine_dims_what_lies_within_the_noise():
+    """The tighter run changes the value by 0.25: differences of 0.75 and 0.1875 are below five times that."""
+    plan = plan_ladder(Ladder("a ladder", "paper", (), "elements", LEVELS), quantities=["impulse"])
+    values = (6.0, 3.0, 2.25, 2.0625)
+    for change, kind in ((0.25, "dim"), (0.0, "number")):
+        rows = [
+            failed(number, "completed", "") | {"values": {"impulse": value}, "energy": 3.0}
+            for number, value in enumerate((*values, values[-1] + change))
+        ]
+        result = StudyResult(Study("a study", "Title", "", ()), 1e-3, (judge(plan, rows, 1e-3),), 1.0)
+        *_, last = study_document(result, "command").sections[0].blocks[-1].rows
+        assert {cell.kind for cell in last[3:]} == {kind}
+
+
 def test_refine_for_machines(study):
     last = dict(zip(CSV_COLUMNS, list(csv_rows(study))[-1], strict=True))
     assert last == {

@@ -29,17 +29,19 @@ from validation.reproduction.claims import (
 from validation.reproduction.material import Material
 from validation.reproduction.measures import (
     Trio,
+    between,
     existing,
     flight_ranges,
     force_difference,
     increasing,
+    longest,
     stick_share,
 )
 from validation.reproduction.pictures import PLOTS, draw, summary
-from validation.reproduction.runs import Run, run_case
+from validation.reproduction.runs import Run, Stay, run_case
 from validation.reproduction.stick_pages import why
 from validation.reproduction.sticking import StickCheck, friction_ratio
-from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied
+from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, _collision
 
 CLAIMS = {claim.id: claim for claim in ALL_CLAIMS}
 MACROS = ((0.3, 0.34), (0.68, 0.71))
@@ -97,8 +99,36 @@ def pulse(centre, width=0.005):
     return lambda t: np.where(np.abs(t - centre) < width, 1.0, 0.0)
 
 
-def after(level):
-    return lambda t: np.where(t < 0.3, 3.0, level)
+def after(level, before=3.0):
+    return lambda t: np.where(t < 0.3, before, level)
+
+
+def until(time, level):
+    """3 J until some time, and less from then on."""
+    return lambda t: np.where(t < time, 3.0, level)
+
+
+def touching(*second):
+    """Runs of the three models that differ in when they touch the slope for the second time."""
+    return Trio(*(made(macros=[MACROS[0], (start, 0.71)]) for start in second))
+
+
+def scaled(factor):
+    return lambda t: factor * EARLY(t)
+
+
+def correlated(coefficient):
+    """Three periods of a sine after the first collision; one model lags by the phase of this cosine."""
+
+    def wave(phase):
+        return lambda t: np.sin(6.0 * np.pi * (t - 0.34) / 0.66 - phase)
+
+    courses = wave(0.0), wave(0.0), wave(np.arccos(coefficient))
+    return three(**dict.fromkeys(("tip_x", "tip_vx", "tip_y", "tip_vy"), courses))
+
+
+def parts(course):
+    return three(**dict.fromkeys(("kinetic", "elastic", "gravity"), (course, constant(2.0), constant(2.0))))
 
 
 def constant(value):
@@ -118,7 +148,50 @@ RULES = [
     ("normal-coincides", NOT, three(lambda_n=(EARLY, LATE, EARLY))),
     ("no-motion-across", NOT, hybrid(state=constant(1.0), gap=constant(1e-4))),
     ("no-motion-across", REPRODUCED, hybrid(state=constant(1.0), gap=constant(1e-12))),
+    ("no-motion-across", REPRODUCED, hybrid(state=constant(1.0), gap=constant(0.9e-9))),
+    ("no-motion-across", PARTLY, hybrid(state=constant(1.0), gap=constant(1.1e-9))),
     ("no-motion-across", NOT, trio()),  # no contact
+    # on either side of what the rules say; a force that is larger by x differs by x/(2 + x)
+    ("friction-coincides", REPRODUCED, three(lambda_tau=(EARLY, ZERO, scaled(1.2)))),
+    ("friction-coincides", PARTLY, three(lambda_tau=(EARLY, ZERO, scaled(1.25)))),
+    ("friction-coincides", NOT, three(lambda_tau=(EARLY, ZERO, scaled(1.9)))),
+    ("friction-slight-difference", REPRODUCED, three(lambda_tau=(EARLY, ZERO, scaled(1.000003)))),
+    ("friction-slight-difference", NOT, three(lambda_tau=(EARLY, ZERO, scaled(1.000001)))),
+    ("normal-coincides", REPRODUCED, three(lambda_n=(EARLY, EARLY, scaled(1.2)))),
+    ("normal-coincides", PARTLY, three(lambda_n=(EARLY, EARLY, scaled(1.25)))),
+    ("friction-matters", REPRODUCED, touching(0.6811, 0.68, 0.68)),
+    ("friction-matters", REPRODUCED, touching(0.68, 0.6811, 0.68)),
+    ("friction-matters", NOT, touching(0.6809, 0.68, 0.68)),
+    ("energy-constant-before", REPRODUCED, hybrid(energy=lambda t: 3.0 * (1.0 + 3e-6 * t))),
+    ("energy-constant-before", PARTLY, hybrid(energy=lambda t: 3.0 * (1.0 + 4e-6 * t))),
+    ("considerable-loss", REPRODUCED, hybrid(energy=after(2.69))),
+    ("considerable-loss", NOT, hybrid(energy=after(2.71))),
+    ("considerable-loss", NOT, hybrid(energy=until(0.7, 1.0))),  # lost in the second one
+    ("hybrid-loses-most", PARTLY, three(energy=(until(0.7, 1.0), after(2.0), after(1.5)))),
+    ("exchange-before", REPRODUCED, hybrid(gravity=lambda t: t, elastic=constant(0.9e-3 * 0.299))),
+    ("exchange-before", PARTLY, hybrid(gravity=lambda t: t, elastic=constant(1.1e-3 * 0.299))),
+    ("exchange-before", NOT, hybrid(gravity=lambda t: t, elastic=constant(1.1e-2 * 0.299))),
+    ("same-before", REPRODUCED, three(theta=(constant(1.0), constant(1.0), constant(1.0 + 0.9e-9)))),
+    ("same-before", PARTLY, three(theta=(constant(1.0), constant(1.0), constant(1.0 + 1.1e-9)))),
+    ("different-after", REPRODUCED, three(tip_x=(constant(1.0), constant(1.0), after(1.011, 1.0)))),
+    ("different-after", NOT, three(tip_x=(constant(1.0), constant(1.0), after(1.009, 1.0)))),
+    ("similar-after", REPRODUCED, correlated(0.91)),
+    ("similar-after", PARTLY, correlated(0.89)),
+    ("similar-after", NOT, correlated(0.49)),
+    ("maximum-before", REPRODUCED, hybrid(slip=lambda t: -0.05 * (t - 0.15) ** 2)),  # 1.1 mm up and down
+    ("maximum-before", NOT, hybrid(slip=lambda t: -0.04 * (t - 0.15) ** 2)),
+    ("direction-changes", REPRODUCED, reversing(0.3254)),
+    ("direction-changes", PARTLY, reversing(0.3256)),
+    ("direction-changes", NOT, reversing(0.3281)),
+    ("stick-at-0.699", REPRODUCED, slip_in_second((0.7009, "stick"))),
+    ("stick-at-0.699", PARTLY, slip_in_second((0.7011, "stick"))),
+    ("stick-at-0.699", NOT, slip_in_second((0.7041, "stick"))),
+    ("second-collision", PARTLY, touching(0.7039, 0.68, 0.68)),
+    ("second-collision", NOT, touching(0.7041, 0.68, 0.68)),
+    ("elastic-after", REPRODUCED, hybrid(elastic=after(101.0, 1.0))),
+    ("elastic-after", NOT, hybrid(elastic=after(99.0, 1.0))),
+    ("all-parts-smaller", REPRODUCED, parts(until(0.34 + 0.04 * 0.66, 1.0))),
+    ("all-parts-smaller", PARTLY, parts(until(0.34 + 0.06 * 0.66, 1.0))),
     ("friction-matters", NOT, trio()),
     ("energy-constant-before", NOT, hybrid(energy=lambda t: 3.0 + t)),
     ("energy-constant-before", REPRODUCED, hybrid(energy=constant(3.0))),
@@ -163,6 +236,18 @@ RULES = [
 @pytest.mark.parametrize(("claim", "verdict", "runs"), RULES, ids=[f"{rule[0]}: {rule[1]}" for rule in RULES])
 def test_rules_can_hold_and_fail(claim, verdict, runs):
     assert CLAIMS[claim].judge(runs).verdict == verdict
+
+
+def test_what_a_rule_found_is_written_with_its_unit_and_side():
+    earlier, later = (CLAIMS["friction-matters"].judge(touching(time, 0.68, 0.68)).text for time in (0.677, 0.683))
+    assert earlier == "second touch 3 ms earlier with friction"
+    assert later == "second touch 3 ms later with friction"
+    spread = CLAIMS["impact-times-spread"].judge(touching(0.68, 0.69, 0.685))
+    assert spread.text == "spread of the first touches 1, 2, 3: 0, 10, – ms"
+    assert spread.numbers["collision_2"] == pytest.approx(0.01)
+    assert CLAIMS["considerable-loss"].judge(hybrid(energy=after(2.25))).text == "0.75 J, 25 % of the total"
+    work = CLAIMS["friction-dissipates"].judge(trio()).text
+    assert work == "100 mJ, 5 % of what is lost in the run"
 
 
 def test_times_are_written_in_their_unit():
@@ -211,12 +296,26 @@ def test_force_difference_is_zero_for_the_same_and_one_without_overlap():
 
 
 def test_small_measures():
+    sticks = [Stay(start, end, State.STICK, 0.0) for start, end in ((0.1, 0.2), (0.3, 0.7), (0.8, 0.9))]
+    assert longest(sticks) == pytest.approx((0.3, 0.4))
     assert existing([1.0, 2.0, float("nan"), 3.0]) == [1.0, 2.0]
     assert increasing([1.0, 2.0, 3.0])
     assert not increasing([1.0, 1.0])
     assert not increasing([1.0])
     run = made(slip=lambda t: t)
     assert flight_ranges(run, "slip") == pytest.approx([0.3, 0.34, 0.29], abs=1e-9)
+
+
+def test_runs_are_compared_in_the_middle_of_the_flight_that_all_have():
+    """The last of three leaves the slope at 0.36 s, the first touches it again at 0.66 s; the run ends at 1 s."""
+    late, early = made(macros=[(0.3, 0.36), (0.68, 0.71)]), made(macros=[(0.3, 0.34), (0.66, 0.7)])
+    assert [between(trio(late, early), k) for k in (1, 2, 3)] == [pytest.approx(0.51), pytest.approx(0.855), None]
+    assert between(trio(made(macros=[(0.3, 0.69)])), 1) is None
+
+
+def test_the_energy_that_is_left_is_that_of_the_flight_that_follows():
+    run = made(energy=lambda t: t)  # flights from 0.34 to 0.68 s, and from 0.71 to 1 s
+    assert [_collision(run, k).energy_left for k in (1, 2)] == pytest.approx([0.51, 0.855])
 
 
 def test_time_in_contact_and_share_of_stick():

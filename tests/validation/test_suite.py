@@ -10,7 +10,7 @@ import pytest
 from oblique_impact import InputError
 from validation.checks.registry import Check, Evidence, Group, Measurement, all_checks, checks_of, within
 from validation.curves import hausdorff_distance
-from validation.suite import select
+from validation.suite import counts, results_of, select
 
 HOME = Group("a", "A")
 
@@ -41,6 +41,22 @@ def test_an_error_in_a_check_is_a_failure_with_its_name():
     (found,) = Check("a.b", HOME, "a problem", 0.1, broken).evidence().measurements
     assert found.verdict == "fail"
     assert found.quantity == "did not finish: ValueError: no such thing"
+
+
+def test_counts_are_of_checks_measurements_and_failures():
+    def check(name, *computed):
+        measured = [Measurement("x", value, 0.0, "m", 1.0, "", str(n)) for n, value in enumerate(computed)]
+        return Check(f"a.{name}", HOME, "", 0.1, lambda: measured)
+
+    checks = [check("one", 0.0, 2.0, 2.0), check("two", 2.0, 0.0)]
+    results = results_of(checks, {check.id: check.evidence() for check in checks})
+    assert counts(results) == "2 checks, 5 measurements: 3 fail"
+    assert counts(results[:1]) == "1 check, 1 measurement: all pass"
+
+
+@pytest.mark.parametrize(("seconds", "mark"), [(2.0, "quick"), (2.1, "full")])
+def test_a_check_of_more_than_two_seconds_is_not_quick(seconds, mark):
+    assert Check("a.b", HOME, "a problem", seconds, list).mark == mark
 
 
 def test_two_checks_of_one_name_are_refused():

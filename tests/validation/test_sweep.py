@@ -11,8 +11,13 @@ from types import SimpleNamespace
 import numpy as np
 import pyarrow as pa
 import pytest
+from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Scenario
+from oblique_impact.contact.state import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.errors import Outcome
+from oblique_impact.marching.records import Event
 from oblique_impact.scenario.toml import flat_keys
 from renders.style import SLIP_COLOUR, STICK_COLOUR
 from validation.journal import Journal
@@ -31,7 +36,16 @@ from validation.measuring import (
 from validation.quantities import GapError, quantity
 from validation.report.document import render_html
 from validation.sweeps.design import MAX_RUNS
-from validation.sweeps.figures import _COLOURS, _cells, _direction, sweep_pictures
+from validation.sweeps.figures import (
+    _COLOURS,
+    _cells,
+    _curve,
+    _direction,
+    _edges,
+    _mark_stopped,
+    _scale,
+    sweep_pictures,
+)
 from validation.sweeps.keys import kind, known_keys, unit
 from validation.sweeps.plan import Plan, load_plan, make_plan, shipped_names
 from validation.sweeps.report import sweep_document
@@ -350,25 +364,59 @@ def test_regimes(run):
     assert set(REGIMES) >= {"no contact", "slip", "reversal", "stick", "painleve", "stopped"}
 
 
+def test_a_regime_is_that_of_the_first_collision():
+    """A stick in the second one does not count."""
+
+    def event(time, state):
+        return Event(time, EventKind.IMPACT, 1.0, 0.0, -1.0, 0.1, 0.0, state)
+
+    history = SimpleNamespace(
+        outcome=Outcome.COMPLETED,
+        macro_collisions=[{"start": 0.3, "end": 0.31}, {"start": 0.6, "end": 0.61}],
+        events=[event(0.3, State.SLIP), event(0.6, State.STICK)],
+    )
+    assert regime(history) == "slip"
+    history.events[0] = event(0.3, State.STICK)
+    assert regime(history) == "stick"
+
+
+def test_the_energy_of_a_row_is_the_larger_of_the_first_and_the_last():
+    """At rest at 45 degrees above the pin: m g L/2 sin 45 degrees, of which collisions take a part."""
+    plan = make_plan('quantities = ["impulse"]\n[[axes]]\nkey = "end_time"\nvalues = [0.4]')
+    row = measure_run(plan.task(0)).row
+    assert row["energy"] == pytest.approx(2766.7 * 3.14e-4 * 9.8 * 0.5 * math.sin(math.pi / 4), rel=1e-9)
+
+
 # --- quantities that sweeps brought
 
 
-@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
-def test_restitution_is_the_balance_of_angular_momentum(run, frame):
+TIP_MASS = ("discretization.method=fem", "beam.tip_mass=0.2", "beam.length=0.8")
+
+
+@pytest.mark.parametrize(
+    ("frame", "changes"),
+    [("tangent", ()), ("mean-axis", ()), ("tangent", TIP_MASS)],
+    ids=["tangent", "mean-axis", "tip mass"],
+)
+def test_restitution_is_the_balance_of_angular_momentum(run, frame, changes):
     """J (w+ - w-) is the moment of the contact impulses less that of gravity during the collision."""
-    history = run("paper", "end_time=0.4", f"discretization.frame={frame}", "contact.friction=frictionless")
+    model = (f"discretization.frame={frame}", *changes, "contact.friction=frictionless")
+    history = run("paper", "end_time=0.4", *model)
+    tip_mass, length = (0.2, 0.8) if changes else (0.0, 1.0)
     collision = history.summary["macro_collisions"][0]
     times = history["time"].values
     before = np.flatnonzero(times == collision["start"])[0]
     after = np.flatnonzero(times == collision["end"])[-1]
     lengths = 0.3 * math.sin(math.pi / 10)  # of the foot of the perpendicular from the pin onto the slope
-    lever = math.sqrt(1.0 - lengths**2)
-    angle = math.pi / 10 - math.asin(0.3 * math.sin(math.pi / 10))
-    mass = 3.14e-4 * 2766.7
-    inertia = mass / 3.0
-    weight = 0.5 * mass * 9.8 * math.cos(angle) * (times[after] - times[before])
+    lever = math.sqrt(length**2 - lengths**2)
+    angle = math.pi / 10 - math.asin(lengths / length)
+    mass = 3.14e-4 * 2766.7 * length
+    inertia = (mass / 3.0 + tip_mass) * length**2
+    first_moment = (0.5 * mass + tip_mass) * length
+    weight = first_moment * 9.8 * math.cos(angle) * (times[after] - times[before])
     change = (lever * collision["normal_impulse"] - weight) / inertia
-    spin = -math.sqrt(3.0 * 9.8 * (math.sin(math.pi / 4) - math.sin(angle)))  # of the rigid bar that falls
+    fall = 9.8 * first_moment * (math.sin(math.pi / 4) - math.sin(angle))
+    spin = -math.sqrt(2.0 * fall / inertia)  # of the rigid bar that falls
     expected = -(spin + change) / spin
     assert quantity("restitution").measure(history) == pytest.approx(expected, abs=0.01)
 
@@ -541,6 +589,35 @@ def test_a_cell_of_a_map_is_where_its_values_are():
     cells = _cells(first, second, 10.0 * first.places + second.places)
     np.testing.assert_allclose(cells, np.add.outer([1.0, 2.0, 3.0], 10.0 * np.linspace(0.1, 0.9, 6)))
     assert {name: _COLOURS[name] for name in ("slip", "stick")} == {"slip": SLIP_COLOUR, "stick": STICK_COLOUR}
+
+
+def test_a_logarithmic_direction_has_a_logarithmic_axis_and_cells_around_its_values():
+    """Values 1, 10, 100: edges half a decade to either side; 1, 2, 3: half a unit."""
+    text = AXIS + 'key = "gravity"\nrange = [1, 100]\ncount = 3\nspacing = "log"\n'
+    plan = make_plan(text + AXIS + 'key = "end_time"\nvalues = [1, 2, 3]')
+    log, linear = (_direction(d, make_table(plan, fake_rows(plan))) for d in plan.design.dimensions)
+    np.testing.assert_allclose(_edges(log, linear)[0], 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
+    np.testing.assert_allclose(_edges(log, linear)[1], [0.5, 1.5, 2.5, 3.5])
+    axes = Figure().subplots()
+    _scale(axes, log, "x")
+    _scale(axes, linear, "y")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+
+
+def test_curves_are_named_joined_on_grids_only_and_marked_where_a_run_stopped():
+    plan = make_plan('quantities = ["impulse"]\n' + PICTURES["few values"][0])
+    (picture,) = sweep_pictures(plan, make_table(plan, fake_rows(plan)))
+    assert re.findall("<!-- (gravity = .*?) -->", picture.svg) == [f"gravity = {g} m/s²" for g in (1, 2, 3)]
+    plan = make_plan(ANGLES)
+    rows = [row | {"outcome": "painleve" if row["run"] == 2 else "completed"} for row in fake_rows(plan)]
+    table = make_table(plan, rows)
+    along = _direction(plan.design.dimensions[0], table)
+    axes = Figure().subplots()
+    assert _mark_stopped([axes], plan, table, along)
+    np.testing.assert_array_equal(axes.lines[0].get_xdata(), [0.3])
+    for joined, style in ((True, "-"), (False, "None")):
+        _curve(axes, along.places, along.places, 0, None, joined)
+        assert axes.lines[-1].get_linestyle() == style
 
 
 TWO_AXES = AXIS + 'key = "slope.angle"\nrange = [0.1, 0.9]\ncount = 6\n' + AXIS
