@@ -20,7 +20,7 @@ const shapes = {
   rect(...box) { within = box; },
   fillText(text, x, y) { noted.texts.push({ text, x, y }); },
   fillRect(...rect) { noted.fills.push({ rect, tint: this.fillStyle }); },
-  fill(shape) { noted.fills.push({ points: shape ? shape.points : path, arcs, tint: this.fillStyle }); },
+  fill(shape) { noted.fills.push({ points: shape ? shape.points : path, arcs, tint: this.fillStyle, alpha: this.globalAlpha }); },
   stroke(shape) { noted.strokes.push({ points: shape ? shape.points : path, tint: this.strokeStyle, alpha: this.globalAlpha, within }); },
   measureText: (text) => ({ width: 7 * text.length }),
   createLinearGradient: (...ends) => ({ ends, stops: [], addColorStop(...stop) { this.stops.push(stop); } }),

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from PIL import ImageColor
 
 from oblique_impact.contact.state import State
-from renders import campbell, overview
-from renders.charts import Chart, energy_curves, force_curves
+from renders import campbell, charts, frame, overview
+from renders.charts import Chart, Curve, energy_curves, force_curves
 from renders.frame import Composer
 from renders.letters import Letters
 from renders.story import story_of
@@ -68,6 +68,52 @@ def test_the_cursor_is_at_its_time_and_the_past_is_solid(story):
     assert solid[40:].sum() > 5 * faint[40:].sum() + 100
 
 
+@pytest.fixture
+def figures(monkeypatch):
+    """The figures that charts are drawn in."""
+    kept: list[Figure] = []
+
+    class Kept(Figure):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            kept.append(self)
+
+    monkeypatch.setattr(charts, "Figure", Kept)
+    return kept
+
+
+def test_a_curve_has_at_the_label_of_a_time_its_value_then(story, figures):
+    """In a part of a film; the value of this curve is its time."""
+    timeline, time = make_timeline(story.time_map, between=(0.3, 0.34)), np.linspace(0.3, 0.34, 4001)
+    Chart([Curve(time, time, LIGHT.ink, "")], "time (s)", (600, 260), timeline, story, Letters(1.0))
+    axes = figures[0].axes[0]
+    said = [float(label.get_text()) for label in axes.get_xticklabels()]
+    assert len(said) > 2
+    np.testing.assert_allclose(np.interp(axes.get_xticks(), *axes.lines[0].get_data()), said, atol=2e-5)
+    assert axes.get_xlabel() == "time (s), stretched around contacts"
+
+
+def test_the_legend_of_a_chart_has_the_colours_of_its_curves(story, figures):
+    Chart(energy_curves(story), "energy (J)", (900, 260), make_timeline(story.time_map), story, Letters(1.0))
+    legend = figures[0].axes[0].get_legend()
+    names = [name.get_text() for name in legend.get_texts()]
+    assert names == [*KINDS, "total"]
+    assert [handle.get_color() for handle in legend.legend_handles] == [*LIGHT.energies, LIGHT.ink]
+
+
+def test_each_chart_of_a_film_is_called_what_its_curves_are(story, monkeypatch):
+    called = {}
+
+    def chart(curves, label, *rest):
+        called[label] = [curve.label for curve in curves]
+        return Chart(curves, label, *rest)
+
+    monkeypatch.setattr(frame, "Chart", chart)
+    small = replace(story, style=Style(size=(960, 540)))
+    Composer(small, make_timeline(story.time_map, frames=4)).close()
+    assert called == {"force (N)": ["normal", "tangential"], "energy (J)": [*KINDS, "total"]}
+
+
 def test_contacts_are_shaded_where_they_are(story):
     """The ground of a chart, row by row above its curves, is grey in contacts and white in flights."""
     timeline = make_timeline(story.time_map, between=(0.3, 0.34))
@@ -97,9 +143,18 @@ def test_a_frame_tells_its_rate_and_the_force_and_gap_of_the_inset(story, monkey
     gap = 1e3 * float(geometry.value("gap", geometry.index(0.31)))
     said = texts(monkeypatch, lambda: composer.draw(0.31, 2.5))
     assert {f"gap {gap:.0f} mm", "no contact force", "2.5 times real time", "FREE"} <= set(said)
-    for rate, words in ((1.0, "real time"), (0.002, "1/500 of real time"), (1 / 7, "1/7 of real time")):
+    for rate, words in (
+        (1.0, "real time"),
+        (1.15, "1.15 times real time"),
+        (0.002, "1/500 of real time"),
+        (1 / 7, "1/7 of real time"),
+    ):
         assert words in texts(monkeypatch, lambda rate=rate: composer.draw(0.31, rate))
     composer.close()
+    magnified = Composer(story_of(story.histories, Style(size=(960, 540), deformation=2.5)))
+    said = texts(monkeypatch, lambda: magnified.draw(0.31))
+    magnified.close()
+    assert any(words.startswith("deflection drawn ×2.5") for words in said)
 
 
 @pytest.fixture
@@ -157,6 +212,39 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
     assert [bar.get_height() for bar in axes.containers[0]] == [v if abs(v) > 1e-8 else 0.0 for v in lost]
 
 
+def test_the_overview_shows_both_runs_their_energies_and_losses(panels, run):
+    history, other = run("paper"), run("paper", "contact.friction=frictionless")
+    axes = panels["Energy"]
+    np.testing.assert_allclose(line(axes, "total, b")[1], sum(other[f"energy_{kind}"].values for kind in KINDS))
+    colours = {found.get_label(): found.get_color() for found in axes.lines}
+    assert (colours["elastic"], colours["gravity"]) == LIGHT.energies[1:]
+    axes = panels["Where the energy went"]
+    kinds = [kind.get_text() for kind in axes.get_xticklabels()]
+    said = [float(text.get_text()) for text in axes.texts]
+    for number, one in enumerate((history, other)):
+        lost = np.array([one.summary["energy"][f"lost_{kind}"] for kind in kinds])
+        heights = [bar.get_height() for bar in axes.containers[number]]
+        assert axes.containers[number].get_label() == "ab"[number]
+        np.testing.assert_allclose(heights, lost, atol=1e-8)
+        np.testing.assert_allclose(said[4 * number : 4 * number + 4], lost, rtol=6e-3, atol=1e-8)
+
+
+def test_the_overview_shows_the_beam_where_it_is_at_the_time_beside_it(panels, run):
+    history = run("paper")
+    axes = panels["The beam up to the first impact"]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "y (m)")
+    (path,) = (found for found in axes.lines if found.get_linestyle() == ":")
+    np.testing.assert_array_equal(path.get_data(), (history["tip_x"].values, history["tip_y"].values))
+    labels = [text for text in axes.texts if text.get_text().endswith(" s")]
+    radius = np.sqrt(314.16e-6 / np.pi)
+    for label, outline in zip(labels, axes.patches, strict=False):
+        near = history.data.interp(time=float(label.get_text().removesuffix(" s")))
+        tip = np.array([float(near["tip_x"]), float(near["tip_y"])])
+        assert np.linalg.norm(label.xy - tip) < 5e-3  # a millisecond at up to 5 m/s
+        distances = np.linalg.norm(outline.get_xy() - label.xy, axis=1)
+        assert distances.min() == pytest.approx(radius, rel=0.01)  # the end of the beam is around it
+
+
 def test_the_overview_shows_how_far_events_are_apart(run):
     """Of two runs with the same events: the second one's are later by 1, 2, 3... microseconds."""
     history = run("paper")
@@ -197,6 +285,8 @@ def test_a_campbell_diagram_names_flapwise_and_chordwise(monkeypatch, tmp_path):
     for label, start in (("flapwise", 10.0), ("chordwise", 20.0), ("once per revolution", 0.0)):
         x, y = line(axes, label)
         np.testing.assert_allclose(y, start + x)
+    marks = [found.get_xdata() for found in axes.lines if np.ptp(found.get_xdata()) == 0.0]
+    np.testing.assert_array_equal([mark[0] for mark in marks], [0.0, 6.0])
 
 
 def test_a_run_that_loses_nothing_has_no_bars_of_rounding(run):

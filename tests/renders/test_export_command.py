@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 import re
+import runpy
 import stat
 import subprocess
 import sys
 import time
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from renders import export
 from renders.exports import selection
 from tests.renders.export_readers import read
 
@@ -33,7 +36,9 @@ def test_export_says_what_it_wrote_and_nothing_else(folder, tmp_path, cli, forma
     frames = read(target)
     forecast, done, file, readers, opened = out.splitlines()
     assert re.fullmatch(rf"{len(frames)} frames, about [\d.]+ MB", forecast)
-    assert re.match(rf"{len(frames)} of \d+ samples, 0 to 0.34 s, both sides of \d+ jumps; ", done)
+    times = np.array([frame.stamp for frame in frames])
+    jumps = int(np.sum(times[1:] == np.nextafter(times[:-1], np.inf)))
+    assert re.match(rf"{len(frames)} of \d+ samples, 0 to 0.34 s, both sides of {jumps} jumps; ", done)
     assert "true shapes (deformation factor 1)" in done
     assert file == f"  {format}: {target}"
     assert readers.startswith("  read by ParaView 5.1")
@@ -41,6 +46,30 @@ def test_export_says_what_it_wrote_and_nothing_else(folder, tmp_path, cli, forma
         opened == f"  in ParaView with colours and arrows: paraview --script={target.with_suffix('.paraview.py')}"
     )
     assert float(frames[0].fields["deformation_factor"]) == 1.0
+
+
+def test_the_state_for_paraview_has_the_parts_colours_and_arrow_of_the_run(run, tmp_path, monkeypatch):
+    """What it tells ParaView, which is not there: the numbers of the parts, Pa and N as they are in the file."""
+    history = run("paper", "end_time=0.34")
+    exported = export(history, tmp_path / "beam.pvd", every=5000)
+    names = re.findall(r"\b(?<!\.)([A-Z]\w+)\(", exported.state.read_text(encoding="utf-8"))
+    simple = MagicMock(__all__=sorted(set(names)))
+    monkeypatch.setitem(sys.modules, "paraview", MagicMock(simple=simple))
+    monkeypatch.setitem(sys.modules, "paraview.simple", simple)
+    monkeypatch.setattr(sys, "argv", ["pvpython"])
+    runpy.run_path(str(exported.state))
+    parts = [line.partition(" = ")[2] for line in read(exported.file)[0].fields["parts"].splitlines()]
+    asked = [call.kwargs["LowerThreshold"] for call in simple.Threshold.call_args_list]
+    assert [parts[number] for number in asked] == ["surface", "pin", "slope", "contact_point"]
+    (low, high), _ = simple.GetColorTransferFunction.return_value.RescaleTransferFunction.call_args
+    largest = float(np.abs(history["bending_stress"].values).max())
+    assert largest <= high == -low <= 1.35 * largest
+    assert simple.GetScalarBar.return_value.Title == "bending stress (Pa)"
+    peak = float(np.hypot(history["lambda_n"], history["lambda_tau"]).max())
+    arrow = simple.Glyph.return_value
+    assert arrow.OrientationArray == arrow.ScaleArray == ["POINTS", "contact_force"]
+    assert arrow.ScaleFactor * peak == pytest.approx(0.16)  # of the length of 1 m
+    assert simple.AnnotateTimeFilter.call_args.kwargs["Format"] == "t = {time:.5f} s"
 
 
 def test_all_takes_every_sample_and_the_default_an_even_choice(folder, tmp_path, cli, monkeypatch):

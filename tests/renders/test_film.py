@@ -70,6 +70,21 @@ def test_a_strip_has_a_row_for_each_time(run, tmp_path):
         assert picture.size == (600, 321)
 
 
+def test_the_rows_of_a_strip_are_in_the_order_of_their_times(run, tmp_path):
+    """Two rows of one time are alike, above the one with the colour bar; one shows the largest force."""
+    story = story_of([run("paper")], Style(size=(600, 160)))
+    write_strip(story, [0.1, 0.1, 0.3], tmp_path / "a.png")
+    with Image.open(tmp_path / "a.png") as picture:
+        rows = np.asarray(picture).astype(int)
+    first, second, third = (rows[n * 161 : n * 161 + 160] for n in range(3))
+    assert np.array_equal(first, second)
+    assert not np.array_equal(second, third)
+    history = story.histories[0]
+    first = history.summary["macro_collisions"][0]
+    force = history.data["lambda_n"].sel(time=slice(first["start"], first["end"]))
+    assert float(force["time"][int(np.argmax(force.values))]) in strip_times(history)
+
+
 def test_an_interrupted_film_leaves_nothing(run, tmp_path):
     story = small(run)
     timeline = make_timeline(story.time_map, frames=50)

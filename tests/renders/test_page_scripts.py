@@ -174,6 +174,20 @@ def test_a_vibration_is_the_same_band_as_in_a_film(scripts):
     np.testing.assert_allclose(line, expected.y[: line.size], atol=0.02)  # where the area of a pixel is cut
 
 
+def test_between_frames_numbers_follow_the_points_of_the_charts(scripts):
+    """Which are closer than the frames."""
+    arrays, names = scripts.arrays, ("normal", "kinetic", "gap")
+    wide = np.flatnonzero(np.diff(arrays["frame_point"]) > 3)[::5]
+    assert wide.size > 20
+    places = [float(place) for place in np.concatenate([wide + 0.3, wide + 0.8])]
+    read = "[m.time, m.normal, m.kinetic, m.gap]"
+    found = scripts.value(f"CONTENT.places.map(p => ((m) => {read})(momentAt(p, newMoment())))", places=places)
+    times, *values = np.array(found).T
+    for name, shown in zip(names, values, strict=True):
+        expected = np.interp(times, arrays["chart_time"], arrays[f"chart_{name}"].astype(float))
+        np.testing.assert_allclose(shown, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
+
+
 def test_the_interpolated_beam_keeps_its_length(run):
     """Between the frames of a fast spin the beam turns; it does not cut the corner."""
     scripts = Scripts(story_of([run("spin-up")]))
@@ -222,6 +236,87 @@ def test_the_path_of_the_contact_point_has_the_colours_of_the_states(scripts):
     starts = np.concatenate([[0], np.flatnonzero(np.diff(states.astype(int))) + 1])
     assert [stroke["tint"] for stroke in noted["strokes"]] == [rgb(state) for state in states[starts]]
     assert [stroke["points"][0][0] for stroke in noted["strokes"]] == pytest.approx(x[starts].tolist(), abs=1e-6)
+
+
+@pytest.mark.parametrize("part", [0.3, 0.7])
+def test_the_path_of_the_contact_point_ends_where_it_is(scripts, part):
+    frame = int(part * scripts.arrays["frame_time"].size)
+    noted = scripts.drawn(frame, "drawTrace(context, { scale: 1, x0: 0, y0: 0, thick: 1 }, moment, 1e9)")
+    points = np.array([point for stroke in noted["strokes"] for point in stroke["points"]])
+    way = np.hypot(*np.diff(points, axis=0).T).sum()
+    gone = np.hypot(np.diff(scripts.x[: frame + 1, -1]), np.diff(scripts.y[: frame + 1, -1])).sum()
+    assert points[[0, -1]] == pytest.approx(
+        np.stack([scripts.x[[0, frame], -1], -scripts.y[[0, frame], -1]], axis=1), abs=1e-6
+    )
+    assert way == pytest.approx(gone, rel=2e-3)
+
+
+def test_ghosts_are_earlier_positions_the_older_the_fainter(scripts, story):
+    """Before an impact; their contact points are 0.11 of the length apart along the path up to now."""
+    frame = int(np.flatnonzero(scripts.arrays["frame_state"])[0]) - 2
+    count, past = story.geometries[0].stations.size, slice(0, frame + 1)
+    gone = np.append(0.0, np.cumsum(np.hypot(np.diff(scripts.x[past, -1]), np.diff(scripts.y[past, -1]))))
+    fine = np.linspace(0.0, gone[-1], 1001)
+    path = np.stack(
+        [np.interp(fine, gone, scripts.x[past, -1]), np.interp(fine, gone, scripts.y[past, -1])], axis=1
+    )
+    bent = {}
+    for factor in (1, 10):
+        call = f"(setScene({factor}), drawGhosts(context, {{ scale: 1, x0: 0, y0: 0, thick: 1 }}, moment))"
+        fills = scripts.drawn(frame, call)["fills"]
+        edges = [np.array(fill["points"]) * (1.0, -1.0) for fill in fills]
+        axes = np.array([0.5 * (edge[1 : count + 1] + edge[:count:-1]) for edge in edges])
+        bent[factor] = axes[:, count // 2] - 0.5 * (axes[:, 0] + axes[:, -1])
+        away = np.linalg.norm(axes[:, -1:] - path, axis=2)
+        way = fine[away.argmin(axis=1)]
+        assert away.min(axis=1).max() < 2e-3
+        assert np.diff(way) == pytest.approx(np.full(len(way) - 1, 0.11), abs=5e-3)
+        assert 0.0 < gone[-1] - way[-1] < 0.2
+        strength = [fill["alpha"] for fill in fills]
+        assert len(set(strength)) == len(way) > 2
+        assert strength == sorted(strength)
+    np.testing.assert_allclose(bent[10], 10.0 * bent[1], atol=1e-6)
+
+
+def test_a_zoomed_scene_has_a_bar_as_long_as_it_says(scripts):
+    shown = "[note(() => drawScene(moment)), sceneView(800, 500)]"
+    call = f"(() => {{ zoomBy(4, sceneView(800, 500).whole); return {shown}; }})()"
+    noted, view = scripts.at(strongest(scripts)[0], call)
+    number, unit = next(text["text"] for text in noted["texts"] if text["text"].endswith("m")).split(" ")
+    long = float(number) * {"mm": 1e-3, "m": 1.0}[unit] * view["scale"]
+    assert any(fill["rect"][2] == pytest.approx(long) for fill in noted["fills"] if "rect" in fill)
+
+
+def test_what_touches_is_marked_where_it_touches(run):
+    """Along the beam, not at its tip."""
+    story = story_of([run("mid-span")])
+    scripts, geometry = Scripts(story), story.geometries[0]
+    frame = strongest(scripts)[0]
+    k = int(scripts.arrays["frame_sample"][frame])
+    view = "{ scale: 1e3, x0: 0, y0: 0, thick: 1 }"
+    place = scripts.at(frame, f"touchPlace({view}, moment)")
+    assert np.array(place) / (1e3, -1e3) == pytest.approx(geometry.contact_place(k)[:2], abs=1e-5)
+    (mark,) = scripts.drawn(frame, f"drawAxisMark(context, {view}, moment)")["fills"]
+    assert np.array(mark["arcs"][0][:2]) / (1e3, -1e3) == pytest.approx(geometry.contact_point(k), abs=1e-5)
+    assert np.linalg.norm(geometry.contact_point(k)) < 0.8 * geometry.scenario.beam.length
+
+
+def test_a_driven_root_has_a_filled_bolt_and_a_pin_a_hollow_one(scripts, run):
+    driven = Scripts(story_of([run("spin-up", "end_time=0.2")]))
+    for one, tint in ((scripts, "colour.paper"), (driven, "colour.edge")):
+        noted, wanted = one.value(f"[note(() => drawHinge(context, sceneView(800, 500))), {tint}]")
+        assert noted["fills"][0]["tint"] == wanted
+    assert scripts.value("colour.paper !== colour.edge")
+
+
+def test_forces_have_the_colours_of_the_states(scripts):
+    """The curve while the beam touches and while it does not; the points at the cursor."""
+    frame = strongest(scripts)[0]
+    noted = scripts.drawn(frame, "drawChart(chartSpecs()[0], moment, [START, END])")
+    lines = {stroke["tint"] for stroke in noted["strokes"] if stroke["alpha"] == 0.3}
+    assert lines == {rgb(0), rgb(1)}
+    points = [fill["tint"] for fill in noted["fills"] if fill.get("arcs")]
+    assert points[-2:] == [rgb(1), rgb(1)]
 
 
 def test_the_past_of_a_chart_is_solid_and_its_events_are_marked(scripts):

@@ -190,6 +190,9 @@ def test_trace_and_ghosts_are_the_past(story, geometry):
         surface = geometry.surface(geometry.index((4 - n) / 12.0))
         behind = 4.0 * (n + 1) * geometry.radii.max() * beam._eye
         np.testing.assert_allclose(mesh.points, surface.points - behind, atol=1e-6)
+    strength = [np.abs(255 * np.array(actor.prop.color.float_rgb) - 255).sum() for _, actor in beam._ghosts]
+    assert strength == sorted(strength, reverse=True)
+    assert strength[-1] > 0.0
     view.close()
 
 
@@ -251,6 +254,17 @@ def test_the_force_is_that_of_the_slope_on_the_beam(geometry):
         assert (force @ tangent) * (velocity @ tangent) < 0.0
 
 
+def test_a_force_that_is_a_small_part_of_the_largest_one_has_an_arrow(story, geometry):
+    view = view_of(story, arrow=True)
+    force = np.hypot(*(np.nan_to_num(geometry.history[name].values) for name in ("lambda_n", "lambda_tau")))
+    weak = np.flatnonzero((force > 0.002 * force.max()) & (force < 0.05 * force.max()))
+    for k in weak[[0, len(weak) // 2, -1]]:
+        place, acting = view._beams[0].force_at(float(geometry.times[k]))
+        np.testing.assert_allclose(place, geometry.contact_place(k))
+        assert np.linalg.norm(acting) == pytest.approx(force[k] / force.max())
+    view.close()
+
+
 def test_without_a_force_there_is_no_arrow(story):
     view = view_of(story, arrow=True)
     assert not np.any(np.abs(drawn(view, 0.15) - rgb(LIGHT.arrow)).max(axis=2) < 40)
@@ -307,8 +321,10 @@ def test_a_magnified_difference(run):
         np.testing.assert_allclose(same[name].values, modal[name].values, atol=1e-9)
     shown = magnify_difference(modal, fem, 1e4)
     k = 1000
-    expected = modal["theta"].values[k] + 1e4 * (fem["theta"].values[k] - modal["theta"].values[k])
     assert fem["time"].values[k] == modal["time"].values[k]
-    assert shown["theta"].values[k] == pytest.approx(expected, abs=1e-12)
+    for name in ("theta", "ux", "uy"):
+        expected = modal[name].values[k] + 1e4 * (fem[name].values[k] - modal[name].values[k])
+        np.testing.assert_allclose(shown[name].values[k], expected, rtol=0.0, atol=1e-12)
+        assert np.abs(expected - fem[name].values[k]).max() > 1e-10
     with pytest.raises(InputError, match="--magnify-difference"):
         magnify_difference(modal, fem, 0.0)

@@ -59,6 +59,8 @@ def test_numbers_are_those_of_the_history(shown):
     np.testing.assert_allclose(frame_stress(arrays), stress, atol=4 * HALF * np.abs(stress).max())
     np.testing.assert_array_equal(arrays["place"], history["station"].values.astype("f4"))
     np.testing.assert_allclose(arrays["radius"], geometry.radii[:: BETWEEN + 1], rtol=2 * ROUNDING)
+    state_at = dict(zip(history["time"].values, history["state"].values, strict=True))
+    assert arrays["chart_state"].tolist() == [state_at[time] for time in arrays["chart_time"]]
     assert facts["factor"] == geometry.factor
     for name, short in SERIES.items():
         values = arrays[f"chart_{short}"]

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from oblique_impact.contact.state import State
+from oblique_impact.scenario.scenario import Scenario
+from renders.player import write_player
+from renders.story import story_of
 from tests.renders.browsing import drag, image, now, rgb, seek, settle, text
 from tests.renders.test_player import content
 
@@ -53,6 +57,10 @@ def test_time_state_and_numbers_are_written(opened, run, time, state):
         [*parts, sum(parts)], abs=1e-3
     )
     assert text(opened, "deformation") == "deflection drawn ×5 about the pin–tip chord"
+    swatches = opened.locator("#force-legend i").evaluate_all(
+        "all => all.map(i => [i.className, getComputedStyle(i).borderTopColor])"
+    )
+    assert swatches == [["", rgb(state)], ["dashed", rgb(state)]]
 
 
 def test_the_rate_follows_the_chosen_speed(player):
@@ -72,6 +80,18 @@ def test_events_are_listed_with_time_kind_and_impulse(opened, run):
     assert text(opened, "events-note") == "time (s), kind, impulse"
     dots = opened.locator("#events i").evaluate_all("dots => dots.map(d => getComputedStyle(d).backgroundColor)")
     assert dots == [rgb(event.state) for event in run("paper").events]
+    titles = opened.locator("#events button").evaluate_all("buttons => buttons.map(b => b.title)")
+    for title, event in zip(titles, run("paper").events, strict=True):
+        found = re.fullmatch(r"t = (\S+) s, then (\w+)", title)
+        assert (float(found[1]), found[2]) == (event.time, State(event.state).name)
+
+
+def test_how_many_events_are_listed_of_how_many(page, run, tmp_path):
+    history = run("paper", "end_time=0.35")
+    many = [event for event in history.events for _ in range(500)]
+    assert len(many) > 1000
+    page.goto(write_player(story_of([replace(history, events=many)]), tmp_path / "many.html").as_uri())
+    assert text(page, "events-note") == f"1000 of {len(many)}; time (s)"
 
 
 @pytest.mark.parametrize(("time", "state", "strength"), [(0.2, State.FREE, 0.35), (0.3185, State.SLIP, 1.0)])
@@ -86,6 +106,73 @@ def test_the_strip_above_the_buttons_has_the_colours_of_the_states(player, time,
     )
     assert found == pytest.approx([int(part) for part in re.findall(r"\d+", rgb(state))], abs=4)
     assert alpha == pytest.approx(255 * strength, abs=2)
+
+
+def test_times_below_the_strip_stand_where_the_film_shows_them(player, run):
+    """The start, the end, and the beginnings of collisions."""
+    found = player.evaluate(
+        """async () => {
+            const seen = [], pen = CanvasRenderingContext2D.prototype, write = pen.fillText;
+            pen.fillText = function (text, x, ...rest) {
+              if (this.canvas.id === "strip") seen.push([text, x]);
+              return write.call(this, text, x, ...rest);
+            };
+            player.seek(0.3252);
+            await new Promise((r) => requestAnimationFrame(() => requestAnimationFrame(r)));
+            pen.fillText = write;
+            return [seen, document.getElementById("strip").getBoundingClientRect().width];
+        }"""
+    )
+    written, wide = found
+    times, film = (player.evaluate(f"Array.from(player.arrays.frame_{name})") for name in ("time", "film"))
+    starts = [collision["start"] for collision in run("paper").summary["macro_collisions"]]
+    said = {float(text.removesuffix(" s")): x for text, x in written}
+    inner = [time for time in starts if round(time, 3) in said]
+    assert inner
+    assert {0.0, 1.0} | {round(time, 3) for time in inner} == set(said)
+    for time in inner:
+        at = 7 + (wide - 14) * np.interp(time, times, film) / film[-1]  # half of the slider's thumb is 7
+        assert said[round(time, 3)] == pytest.approx(at, abs=1.0)
+
+
+def test_a_beam_that_is_drawn_thicker_is_said_to_be(page, files, run):
+    """The round end of a beam of 10 m, over its radius in the scale by which its tip moves."""
+    page.goto(files("spin-up").as_uri())
+    tips = []
+    for time in (0.5, 14.0):
+        seek(page, time)
+        tips.append(page.evaluate("((m) => [player.place('scene'), [m.x.at(-1), m.y.at(-1)]])(player.now())"))
+    radii = page.evaluate(
+        """async () => {
+            const seen = [], arc = Path2D.prototype.arc;
+            Path2D.prototype.arc = function (...circle) { seen.push(circle[2]); return arc.apply(this, circle); };
+            player.seek(14.0);
+            await new Promise((r) => requestAnimationFrame(() => requestAnimationFrame(r)));
+            Path2D.prototype.arc = arc;
+            return seen;
+        }"""
+    )
+    pixels, metres = (np.linalg.norm(np.subtract(tips[1][n], tips[0][n])) for n in (0, 1))
+    beam = Scenario.from_toml(run("spin-up").scenario_toml).beam
+    radius = (beam.outer_fibre or np.sqrt(beam.area / np.pi)) * pixels / metres
+    thick = int(re.search(r", thickness ×(\d+)$", text(page, "deformation"))[1])
+    assert thick > 1
+    assert metres > 1.0
+    assert min(radii) == pytest.approx(thick * radius, rel=1e-3)
+
+
+def test_what_a_contact_along_the_beam_is_called(page, files):
+    page.goto(files("mid-span").as_uri())
+    settle(page)
+    assert "about the chord from the pin to the contact point" in text(page, "deformation")
+    assert text(page, "tip-title") == "Contact point, true scale"
+
+
+def test_the_chosen_factor_is_the_drawn_one(player):
+    for choice in ("10", "2"):
+        player.locator("#factor").select_option(choice)
+        settle(player)
+        assert text(player, "deformation") == f"deflection drawn ×{choice} about the pin–tip chord"
 
 
 def test_a_run_that_blew_up_is_shown(page, run, files):
@@ -219,6 +306,12 @@ def test_names_for_those_who_do_not_see_it(player):
         " !(e.getAttribute('aria-label') || e.closest('label') || e.textContent.trim())).length"
     )
     assert unnamed == 0
+
+
+def test_a_link_opens_after_an_event(page, files, run):
+    page.goto(f"{files().as_uri()}#event=3")
+    settle(page)
+    assert now(page) == np.nextafter(run("paper").events[2].time, np.inf)
 
 
 def test_a_link_opens_at_a_time_and_in_a_theme(page, files):

@@ -69,6 +69,14 @@ def test_letters_are_the_same_part_of_a_picture_at_every_size(size, points):
     assert Style(size=size).resolution == pytest.approx(size[0] / SLIDE[0])
 
 
+@pytest.mark.parametrize("size", [(1080, 1080), (720, 1280), (1600, 480)])
+def test_a_picture_of_another_shape_covers_a_slide(size):
+    """As wide as the slide and higher, or as high and wider."""
+    inches = [pixels / Style(size=size).resolution for pixels in size]
+    over = [found / wanted for found, wanted in zip(inches, (40.0 / 3.0, 7.5), strict=True)]
+    assert min(over) == pytest.approx(1.0)
+
+
 def test_letters_have_their_points_at_a_resolution():
     style = Style(size=(2000, 1000), dpi=254.0, letters=8.0)
     assert Letters.of(style).size(10.0) == round(8.0 / 72.0 * 254.0)

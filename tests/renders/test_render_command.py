@@ -54,6 +54,14 @@ def test_odd_sizes_are_rounded_and_said(folder, tmp_path, cli):
     assert fastest > 10.0 * slowest  # the frames stand before, in and after contacts
 
 
+def test_a_title_card_counts_in_what_is_said_of_a_film(folder, tmp_path, cli):
+    """Half a second at ten frames per second, and three frames of the run."""
+    words = ("--size", "320x180", "--frames", "3", "--fps", "10", "--title-card", "0.5", "--bare")
+    _, out, _ = cli("render", folder, "--out", tmp_path / "a.gif", *words)
+    assert "8 frames of 320x180, 0.8 s at 10 per second; " in out
+    assert "; 0.5 s of them a title card\n" in out
+
+
 def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp_path, cli):
     fem = run("paper", "discretization.method=fem").save(tmp_path / "fem")
     code, _, err = cli(

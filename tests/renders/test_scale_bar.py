@@ -64,6 +64,22 @@ def test_what_is_drawn_is_as_long_as_the_bar():
         assert right - left == pytest.approx(across[1], abs=1.0)
 
 
+def test_a_frame_has_bars_as_long_as_they_say(story):
+    """What a frame has more than one without scale bars: a bar each, and its words, which are shorter."""
+    pictures = []
+    for shown in (True, False):
+        composer = Composer(replace(story, style=replace(story.style, scale_bar=shown)))
+        pictures.append(np.asarray(composer.draw(0.1)).astype(int))
+        places = [(view.scale_bar(0.22 * box[2]), box) for view, box, _ in composer._views]
+        composer.close()
+    more = np.abs(pictures[0] - pictures[1]).max(axis=2) > 60
+    for bar, (left, top, wide, high) in places:
+        part = more[top : top + high, left : left + wide]
+        columns = np.flatnonzero(part.any(axis=0))
+        assert bar.across[0] > 45.0
+        assert columns[-1] - columns[0] == pytest.approx(bar.across[0], abs=4.0)
+
+
 def test_views_and_inset_have_a_bar_of_their_own(story, monkeypatch):
     composer = Composer(story)
     bars = [view.scale_bar(0.22 * box[2]).text for view, box, _ in composer._views]

@@ -7,12 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from PIL import ImageColor
 
+from oblique_impact.contact.state import State
 from oblique_impact.scenario.scenario import Scenario
 from renders import render
 from renders.frame import Composer
 from renders.story import story_of
-from renders.style import DARK, Style
+from renders.style import DARK, LIGHT, Style
 from renders.timeline import make_timeline
 from renders.title import beam_words, builtin_name, parameters
 from renders.title_card import exaggerations, title_card
@@ -76,6 +78,12 @@ def test_parameters_of_a_run():
     ]
 
 
+def test_restitution_and_friction_are_those_of_the_contact():
+    contact = ["contact.restitution=0.25", "contact.mu_static=0.5", "contact.mu_kinetic=0.4"]
+    words = "slope 18°, rigid stop, restitution 0.25, hybrid friction, μ = 0.4"
+    assert parameters(Scenario.builtin("paper", contact))[3] == words
+
+
 def test_the_name_of_a_built_in_scenario():
     assert builtin_name(Scenario.builtin("damped")) == "damped"
     assert builtin_name(Scenario.builtin("damped", ["end_time=0.5"])) == ""
@@ -109,6 +117,41 @@ def test_two_beams_have_their_names_and_the_beam_that_they_share(run, monkeypatc
     assert several.beam == []  # another number of modes
 
 
+def test_name_and_state_beside_each_other_are_those_of_the_run_below(run, monkeypatch):
+    """At times when one beam touches and the other one does not."""
+    runs = [run("paper"), run("paper", "contact.friction=frictionless")]
+    composer = Composer(story_of(runs, Style(size=(960, 540)), ["one", "other"]))
+    states = [history.data["state"].interp(time=runs[0]["time"], method="zero").values for history in runs]
+    apart = runs[0]["time"].values[np.flatnonzero((states[0] != states[1]) & (states[0] + states[1] > 0.0))]
+    for time in apart[[len(apart) // 3, len(apart) // 2]]:
+        found = {item.text: item.place for item in written(monkeypatch, lambda time=time: composer.draw(time))}
+        names = [State(int(history.at(time)["state"])).name for history in runs]
+        assert names[0] != names[1]
+        for name, left in ((names[0], True), (names[1], False), ("one", True), ("other", False)):
+            assert (found[name][0] < 480) == left, name
+    composer.close()
+
+
+def test_names_over_each_other_have_the_colours_of_their_beams(run, monkeypatch):
+    """A beam has the colour of its series; so has what stands before its name."""
+    runs = [run("paper"), run("paper", "contact.friction=frictionless"), run("sticking")]
+    composer, pictures = (
+        Composer(story_of(runs, Style(size=(1280, 720), layout="overlay"), ["a1", "b2", "c3"])),
+        [],
+    )
+    found = written(monkeypatch, lambda: pictures.append(np.asarray(composer.draw(0.3)).astype(int)))
+    ((view, _, _),) = (one for one in composer._views if one[2] == 0)
+    for n, (name, beam) in enumerate(zip(("a1", "b2", "c3"), view._beams, strict=True)):
+        assert beam.geometry.history is runs[n]
+        assert beam._moving[0].prop.color.hex_rgb == LIGHT.series[n]
+        left, top, _, bottom = next(map(round, item.box) for item in found if item.text == name)
+        before = pictures[0][top:bottom, left - (bottom - top) : left]
+        seen = [(np.abs(before - ImageColor.getrgb(colour)).max(axis=2) < 8).sum() for colour in LIGHT.series]
+        assert np.argmax(seen) == n
+        assert seen[n] > 10
+    composer.close()
+
+
 def test_the_card_tells_what_is_exaggerated_and_where_runs_differ(run, monkeypatch):
     runs = [run("paper"), run("paper", "contact.friction=frictionless")]
     story = story_of(runs, Style(size=(1280, 720), title="A title"), ["rough", "smooth"])
@@ -116,6 +159,7 @@ def test_the_card_tells_what_is_exaggerated_and_where_runs_differ(run, monkeypat
     said = texts(monkeypatch, lambda: title_card(story, timeline))
     assert said[:2] == ["A title", "rough and smooth"]
     assert "smooth: slope 18°, rigid stop, restitution 0, frictionless" in said
+    assert "rough: slope 18°, rigid stop, restitution 0, hybrid friction, μ = 0.3" in said
     assert f"deflection drawn ×{story.factor:g} about the line from pin to contact point" in said
     assert "time runs at 1/10 of real time in flight, at 1/500 of real time in contact" in said
     true = story_of(runs[:1], Style(deformation=1.0))

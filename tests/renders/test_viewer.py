@@ -91,6 +91,8 @@ def test_the_window_shows_the_beam_at_the_time_of_the_slider(viewer, history, pr
     reach = (points - geometry.contact_place(k)) @ along
     assert reach.max() == pytest.approx(0.0, abs=1e-6)
     assert -reach.min() == pytest.approx(0.16, rel=1e-2)
+    viewer.go_to(geometry.history.events[0].time)
+    assert "SLIP" in said(viewer)  # the state after the event
     viewer.go_to(0.1)
     assert not viewer._force.visibility
     assert said(viewer) == "t = 0.10000 s  FREE"
@@ -104,6 +106,10 @@ def test_colours_keep_their_scale_and_something_is_drawn(viewer, pressed):
     red, blue = picture[..., 0], picture[..., 2]
     assert np.sum(red > blue + 40) > 50
     assert np.sum(blue > red + 40) > 50
+    table = viewer.mesh_actor.mapper.lookup_table
+    stretched, pressed_together = (table.map_value(sign * 1e9) for sign in (1.0, -1.0))
+    assert stretched[0] > stretched[2] + 0.2
+    assert pressed_together[2] > pressed_together[0] + 0.2
     low, high = viewer.mesh_actor.mapper.scalar_range
     assert 2.0 * np.abs(viewer.mesh[bar.strip()]).max() > high == -low >= np.abs(viewer.mesh[bar.strip()]).max()
 
