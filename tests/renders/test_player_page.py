@@ -252,7 +252,7 @@ def test_frames_differ_and_are_not_blank(opened):
     assert {name: len(found) for name, found in images.items()} == dict.fromkeys(images, 5)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1000, 700), (390, 844)])
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1000, 700), (390, 844), (360, 740)])
 def test_it_fits_every_window(browser, files, width, height):
     page = browser.new_page(viewport={"width": width, "height": height}, device_scale_factor=2.0)
     page.goto(files().as_uri())
