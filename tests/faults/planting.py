@@ -27,7 +27,7 @@ LIBRARIES = (
     *("pydantic", "pytest", "pyvista", "scipy.interpolate", "scipy.signal", "skfem", "typer", "xarray"),
 )
 COPIED = (
-    *("oblique_impact", "modal", "fem_beam", "validation", "renders", "tests", "docs", "examples"),
+    *("oblique_impact", "modal", "fem_beam", "validation", "renders", "tests", "docs", "examples", "benchmarks"),
     *("pyproject.toml", "CITATION.cff", "CHANGELOG.md", "requirements.lock"),
 )
 BUILT = shutil.ignore_patterns("_build", "gallery", "__pycache__")
