@@ -6,6 +6,7 @@ import fcntl
 import json
 import os
 import pty
+import re
 import select
 import signal
 import struct
@@ -22,6 +23,7 @@ import pyte
 
 #: s; what takes longer hangs
 PATIENCE = 600.0
+_BEFORE_A_LINE_IS_ERASED = re.compile(rb"(?=\x1b\[2K)")
 #: what would tell a program about the terminal in which the tests run
 _TELL_OF_TERMINALS = {"TERM", "COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"}
 
@@ -30,7 +32,8 @@ class Terminal:
     """A terminal of `columns` by `rows` characters.
 
     `path` is the device that a program writes to.  `raw` is everything that was written, `screens` what was to be
-    seen after each piece of it (a list of lines each, with those that have scrolled out above).
+    seen after each piece of it and before a line was erased (a list of lines each, with those that have scrolled
+    out above).
     """
 
     def __init__(self, columns: int = 80, rows: int = 24) -> None:
@@ -57,8 +60,9 @@ class Terminal:
             return False
         data = os.read(self._ours, 65536)
         self.raw += data
-        self._stream.feed(data)
-        self.screens.append(self.lines)
+        for piece in re.split(_BEFORE_A_LINE_IS_ERASED, data):  # a slow reader gets a bar and its end in one
+            self._stream.feed(piece)
+            self.screens.append(self.lines)
         return True
 
     @property
