@@ -93,6 +93,9 @@ def test_a_mass_at_the_tip_is_a_sphere_of_its_volume(shape):
     cap = offsets[geometry.places.size * SIDES : -1]
     np.testing.assert_allclose(np.linalg.norm(cap, axis=1), radius, rtol=1e-12)
     assert cap[:, 0].max() == pytest.approx(radius)
+    # rings at equal angles from where the sphere comes out of the beam
+    rings = np.arcsin(cap[:-1, 0].reshape(-1, SIDES)[:, 0] / radius)
+    assert 2.0 * rings[0] - rings[1] == pytest.approx(-np.arccos(geometry.radii[-1] / radius))
     # the sphere rests on the slope, whose drawn surface lies its radius below the line of contact
     assert geometry.touch_radius == pytest.approx(radius)
     assert drawn(shape, beam__tip_mass=mass, contact__point=0.5).touch_radius < radius / 2.0

@@ -156,7 +156,11 @@ def test_the_card_tells_what_is_exaggerated_and_where_runs_differ(run, monkeypat
     runs = [run("paper"), run("paper", "contact.friction=frictionless")]
     story = story_of(runs, Style(size=(1280, 720), title="A title"), ["rough", "smooth"])
     timeline = make_timeline(story.time_map, card=2.0)
-    said = texts(monkeypatch, lambda: title_card(story, timeline))
+    items = written(monkeypatch, lambda: title_card(story, timeline))
+    said = [item.text for item in items]
+    for item, below in pairwise(items):
+        assert item.box[0] == below.box[0]
+        assert 0 < item.box[3] <= below.box[1] < 720
     assert said[:2] == ["A title", "rough and smooth"]
     assert "smooth: slope 18°, rigid stop, restitution 0, frictionless" in said
     assert "rough: slope 18°, rigid stop, restitution 0, hybrid friction, μ = 0.3" in said

@@ -693,6 +693,19 @@ def test_reports_tell_changes_and_uneven_events():
     assert sum(words in line for line in lines(result)) == 1
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("paper", "Scenario paper; end_time = 0.01, contact.enabled = False. Refined"),
+        ("mine", "Scenario mine; end_time = 0.01, contact.enabled = False (against the defaults). Refined"),
+    ],
+)
+def test_a_report_tells_what_differs_from_the_scenario_of_that_name_or_from_the_defaults(name, said):
+    base = Scenario.builtin("paper", ["end_time=0.01", "contact.enabled=false"])
+    result = refine(base, modes=[1, 2, 3], workers=1, name=name)
+    assert said in render_html(study_document(result, "command"))
+
+
 def test_data_for_machines_is_complete(stopped):
     data = json.loads(json.dumps(study_data(stopped, "command"), allow_nan=True))
     entry = data["ladders"][0]["quantities"][1]

@@ -35,6 +35,7 @@ from validation.measuring import (
 )
 from validation.quantities import GapError, quantity
 from validation.report.document import render_html
+from validation.sweeps import command
 from validation.sweeps.design import MAX_RUNS
 from validation.sweeps.figures import (
     _COLOURS,
@@ -434,6 +435,17 @@ def test_energy_lost_is_what_the_ledger_lost(run):
 
 
 # --- the folder
+
+
+def test_progress_counts_runs_with_those_that_were_there(tmp_path, monkeypatch):
+    plan, told = make_plan(ANGLES), []
+    with open_store(tmp_path, plan) as store:
+        store.add(done(2))
+    monkeypatch.setattr(command, "measure_each", lambda tasks, *_, **__: map(measure_run, tasks))
+    result = command.sweep(plan, out=tmp_path, on_progress=told.append)
+    assert [(p.done, p.total) for p in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    assert [p.last for p in told[1:]] == ["run 0", "run 1", "run 3"]
+    assert (result.earlier, result.table.num_rows) == (1, 4)
 
 
 def test_rows_survive(tmp_path):
