@@ -13,8 +13,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
 from validation.curves import Array, Courses, Deviation, interpolated
-from validation.event_pairs import EventPair, align, pair_events
-from validation.event_pairs import largest_difference as largest_difference
+from validation.event_pairs import EventPair, align, largest_difference, pair_events
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -261,14 +260,6 @@ def compare(
         aligned.disagreement([history["state"].values for history in (left, right)]),
         skipped,
     )
-
-
-# --- events
-
-
-def compare_events(left: History, right: History, max_shift: float = np.inf) -> list[EventPair]:
-    """Align the event logs of two histories; see `pair_events`."""
-    return pair_events(left.events, right.events, max_shift)
 
 
 # --- variables

@@ -9,7 +9,7 @@ import pytest
 
 from renders.ground import ground_of
 from renders.scene import View
-from renders.shadow import Caster, Surface, part_of, shadow_on
+from renders.shadow import Caster, Part, Surface, part_of, shadow_around, shadow_on
 from renders.slope import DrawnSlope
 from renders.story import story_of
 from renders.style import Style
@@ -125,6 +125,33 @@ def test_a_shadow_falls_straight_down_and_grows_with_height():
     assert peaks[0] > peaks[1] > peaks[2] > 0
     below = Caster(np.stack([x + 5.0, np.full(21, 0.05)], axis=1), np.full(21, 0.05))
     assert shadow_on(surface, [below], see) is None  # beyond the surface
+
+
+def test_what_stands_on_the_ground_has_a_shadow_around_it_that_fades():
+    x, z = np.meshgrid(np.linspace(-0.2, 0.6, 81), np.linspace(-0.3, 0.3, 61))
+    seen = Part((0, 0, 81, 61), x, z, x > -0.195)
+    levels = shadow_around([(0.0, 0.4, 0.1)], 0.05, seen).levels.astype(int)
+    under = (x >= 0.0) & (x <= 0.4) & (np.abs(z) <= 0.1)
+    assert np.ptp(levels[under]) == 0
+    assert levels[under].min() == levels.max()
+    right, ahead = levels[30, 60:], levels[40:, 40]  # away from its edges
+    for way in (right, ahead):
+        assert way[0] == levels.max()
+        assert np.all(np.diff(way) <= 0)
+        assert way[-1] == 0 < way[3]
+    np.testing.assert_array_equal(right[:11], ahead[:11])
+    np.testing.assert_array_equal(levels[:, 1:], levels[::-1, 1:])
+    np.testing.assert_array_equal(levels[:, 1:-1], levels[:, -2:0:-1])
+    assert levels[:, 0].max() == 0  # beyond the ground
+
+
+def test_a_mass_at_the_tip_throws_its_shadow_at_the_tip(run):
+    story = story_of([run("tapered", "end_time=0.01")], PLAIN)
+    (beam,) = (view := View(story, [0], (320, 200)))._beams
+    radii, geometry = beam.caster(0.0).radii, story.geometries[0]
+    assert radii[0] == geometry.radii[0]
+    assert radii[-1] == geometry.mass_radius > geometry.radii[-1]
+    view.close()
 
 
 def test_a_frame_does_not_depend_on_the_frames_before_it(story):

@@ -19,7 +19,6 @@ from oblique_impact.history.sample_times import ascending
 from oblique_impact.marching.records import Event
 from renders.style import SERIES
 from validation import compare
-from validation.comparison import compare_events
 from validation.comparison_report import DRAWN, _picture, comparison_document, save_comparison
 from validation.curves import graph_distance, hausdorff_distance
 from validation.event_pairs import align
@@ -242,7 +241,6 @@ def test_events_far_apart_are_not_the_same():
     pair = made(*line, [event(0.5)]), made(*line, [event(0.9)])
     assert not compare(*pair).shared
     assert len(compare(*pair, max_shift=0.5).shared) == 1
-    assert len(compare_events(*pair)) == 1
 
 
 def test_differences_of_events_have_their_signs():

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import csv
 import html
 import json
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from oblique_impact import Scenario
 from validation import suite
 from validation.checks.registry import Check, Group, Measurement
 from validation.comparison import compare
 from validation.comparison_report import comparison_data, comparison_document
 from validation.measuring import failed
+from validation.refinement.growth import Case, Predictability
+from validation.refinement.growth import judge as judge_shadows
 from validation.refinement.ladders import Ladder, Study
+from validation.refinement.predictability_report import write_predictability
 from validation.refinement.report import CSV_COLUMNS, csv_rows, study_data, study_document
 from validation.refinement.study import StudyResult, judge, plan_ladder
 from validation.report.document import render_html
@@ -26,6 +32,7 @@ from validation.sweeps.report import sweep_document
 from validation.sweeps.table import make_table
 
 from .test_comparison import event, made
+from .test_predictability import row
 
 
 def tables(page):
@@ -320,3 +327,82 @@ def test_reproduce():
     }
     assert (found["verdict_fixed_step"], found["ours_fixed_step"]) == (NOT, "0.2")
     assert (found["verdict_event"], found["ours_event"]) == (REPRODUCED, "0.1")
+
+
+@pytest.fixture
+def shadowed():
+    """A run with three macro-collisions and three shadows, of which the last one lacks the third collision."""
+    rows = [
+        row(0, (0.5, 1.0, 2.0), (1.0, 2.0, 4.0), (3.0, 5.0, 7.0)),
+        row(1, (0.5, 1.0 - 2e-8, 2.0 + 1e-6), (1.5, 2.0, 4.0), (3.0, 6.0, 7.0)),
+        row(2, (0.5, 1.0, 2.0), (1.0, 2.25, 4.0), (3.0, 4.0, 7.0)),
+        row(3, (0.5, 1.0 + 3e-7), (1.0, 2.0), (3.0, 5.0)),
+    ]
+    case = Case("given", Scenario.builtin("paper"), "What it is.")
+    found = judge_shadows(case, (1e-8, 1e-6), np.array([-1e-8, 1e-8, 1e-6]), rows)
+    return Predictability("given", (found,), 9.0)
+
+
+def test_predictability(shadowed, tmp_path):
+    """A growth is the shift over that of the angle times the first touch, at 0.5 s."""
+    page = write_predictability(tmp_path, shadowed, "command").read_text()
+    found = tables(page)
+    assert found["Verdicts, with the growth of the start of each macro-collision"] == [
+        ["", "collision 1", "collision 2", "collision 3"],
+        ["given", "✓ predictable, 0", "✓ predictable, 4", "✗ not predictable, ≥ 2 × 10⁶"],
+    ]
+    small, large = "by 1e-08 rad", "by 1e-06 rad"
+    assert found["Macro-collisions, and how far the shadows move them"] == [
+        [
+            *("collision", "start (s)", f"{small} (s)", f"{large} (s)"),
+            *("impulse (N s)", f"{small} (N s)", f"{large} (N s)", "contacts", "growth", "verdict"),
+        ],
+        ["1", "0.5", "0", "0", "1", "0.5", "0", "3", "0", "✓ predictable"],
+        ["2", "1", "2 × 10⁻⁸", "3 × 10⁻⁷", "2", "0.25", "0", "4 to 6", "4", "✓ predictable"],
+        ["3", "2", "1 × 10⁻⁶", "1", "4", "0", "–", "7", "≥ 2 × 10⁶", "✗ not predictable"],
+    ]
+    assert "What it is." in page
+    assert "The last event that is predicted is at 1 s." in page
+    assert "given: predictable, predictable, not predictable." in page
+    assert "9.0 s" in page
+
+
+def test_predictability_for_machines(shadowed, tmp_path):
+    write_predictability(tmp_path, shadowed, "command")
+    with (tmp_path / "results.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    names = ("case", "collision", "start", "impulse", "fewest_contacts", "most_contacts", "lower_bound", "verdict")
+    assert [[row[name] for name in names] for row in rows] == [
+        ["given", "1", "0.5", "1.0", "3", "3", "False", "predictable"],
+        ["given", "2", "1.0", "2.0", "4", "6", "False", "predictable"],
+        ["given", "3", "2.0", "4.0", "7", "7", "True", "not predictable"],
+    ]
+    assert [float(row["growth"]) for row in rows] == pytest.approx([0.0, 4.0, 2e6])
+    data = json.loads((tmp_path / "results.json").read_text())
+    (case,) = data["cases"]
+    assert (data["study"], data["command"], data["times"]) == ("given", "command", {"wall_time": 9.0})
+    assert case["scenario"] == Scenario.builtin("paper").model_dump(mode="json")
+    assert {
+        name: case[name] for name in ("name", "perturbations", "offsets", "unit_time", "events", "horizon")
+    } == {
+        "name": "given",
+        "perturbations": [1e-8, 1e-6],
+        "offsets": [-1e-8, 1e-8, 1e-6],
+        "unit_time": 0.5,
+        "events": [0.5, 1.0, 2.0],
+        "horizon": 1.0,
+    }
+    assert case["shadows"] == [[0.5, 1.0 - 2e-8, 2.0 + 1e-6], [0.5, 1.0, 2.0], [0.5, 1.0 + 3e-7, None]]
+    assert case["growth"] == pytest.approx([0.0, 4.0, 2e6])
+    last = case["collisions"][-1]
+    assert last.pop("spread") == pytest.approx([1e-6, 1.0])
+    assert last == {
+        "number": 3,
+        "start": 2.0,
+        "impulse": 4.0,
+        "contacts": [7, 7],
+        "impulse_spread": [0.0, None],
+        "growth": pytest.approx(2e6),
+        "lower_bound": True,
+        "verdict": "not predictable",
+    }

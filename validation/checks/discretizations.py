@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from oblique_impact.history.history import History
 from validation.checks.plots import mesh_convergence_figure
 from validation.checks.registry import Evidence, Measurement, checks_of, within
-from validation.comparison import compare_events, largest_difference
 from validation.curves import hausdorff_distance
+from validation.event_pairs import largest_difference, pair_events
 from validation.runs import NEAR, column, contact_times, run
 
 check = checks_of("discretizations", "Assumed modes against finite elements")
@@ -27,7 +27,7 @@ _TEXT = "two discretizations of one beam with the same spectral content: order 4
 def events() -> list[Measurement]:
     """Aligned event logs: number of unpaired events, and the largest distance in the first macro-collision."""
     modal, fem = run("paper"), run("paper", *_ELEMENTS)
-    pairs = compare_events(modal, fem)
+    pairs = pair_events(modal.events, fem.events)
     unpaired = sum(pair.time_difference is None for pair in pairs)
     end = modal.summary["macro_collisions"][0]["end"]
     first = [pair for pair in pairs if pair.left and pair.left.time <= end]
@@ -85,7 +85,7 @@ def _aligned(history: History, name: str, start: float, end: float, samples: int
 def trajectories() -> list[Measurement]:
     """Largest distance of the tip and of theta over the phases of a macro-collision, two modes, 64 elements."""
     modal, fem = run("paper", *_FINE), run("paper", *_FINE, *_ELEMENTS)
-    pairs = compare_events(modal, fem)
+    pairs = pair_events(modal.events, fem.events)
     limits = [(0.0, 0.0)] + [(p.left.time, p.right.time) for p in pairs if p.left and p.right] + [(0.02, 0.02)]
     found = []
     for name, unit, allowed in (("tip_x", "m", 1e-8), ("tip_y", "m", 1e-8), ("theta", "rad", 1e-7)):

@@ -253,7 +253,10 @@ def _collision_table(case: CaseResult) -> Table:
         "growth",
         "verdict",
     ]
-    return Table(columns, rows, "Macro-collisions, and how far the shadows move them")
+    caption = (
+        "Macro-collisions, and how far the shadows move them; a start that a shadow lacks is later than its end"
+    )
+    return Table(columns, rows, caption)
 
 
 def _contacts(c: Collision) -> str:
