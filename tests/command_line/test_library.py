@@ -25,7 +25,7 @@ from renders.exports.command import Format
 from renders.exports.target import SUFFIXES
 from renders.geometry import QUANTITIES
 from renders.style import THEMES, CameraName, Colour, ThemeName
-from validation import AxisSection, SweepFile, compare, refine, reproduce, sweep, validate
+from validation import AxisSection, SweepFile, compare, predictability, refine, reproduce, sweep, validate
 from validation.refinement.command import ShippedStudy
 from validation.refinement.shipped import STUDIES
 from validation.reproduction import command as reproduction
@@ -370,6 +370,7 @@ def bad(swing, history, tmp_path):
         "--within 2": lambda: refine(swing, elements=[4, 8, 16], within=2.0),
         "scenario together with --study": lambda: refine(swing, study="steps"),
         "changes: are for a shipped study": lambda: refine(swing, elements=[4, 8, 16], changes={"gravity": 9.0}),
+        "predictability: scenario = 'paper'": lambda: predictability("paper"),
         "changes: ": lambda: refine(study="steps", changes={"gravity": object()}),
         "--study": lambda: refine(study="nonsense"),
         "--out": lambda: reproduce(tmp_path / "file"),
@@ -387,11 +388,11 @@ def bad(swing, history, tmp_path):
     }
 
 
-@pytest.mark.parametrize("number", range(26))
+@pytest.mark.parametrize("number", range(27))
 def test_bad_input_is_one_line_and_leaves_nothing(swing, history, tmp_path, number):
     (tmp_path / "file").write_text("in the way")
     cases = bad(swing, history, tmp_path)
-    assert len(cases) == 26
+    assert len(cases) == 27
     words, call = list(cases.items())[number]
     with pytest.raises(InputError) as refused:
         call()

@@ -297,3 +297,12 @@ def test_a_run_that_loses_nothing_has_no_bars_of_rounding(run):
     (axes,) = (axes for axes in figure.axes if axes.get_title(loc="left") == "Where the energy went")
     assert {bar.get_height() for bar in axes.patches} == {0.0}
     assert axes.get_ylim() == (0.0, 1.0)
+
+
+def test_energy_that_a_scheme_adds_is_a_bar_downwards(run):
+    history = run("paper", "end_time=0.05")
+    energy = history.summary["energy"] | {"lost_scheme": -0.5}
+    figure = replace(history, summary={**history.summary, "energy": energy}).plot()
+    (axes,) = (axes for axes in figure.axes if axes.get_title(loc="left") == "Where the energy went")
+    assert [bar.get_height() for bar in axes.patches] == [0.0, 0.0, 0.0, -0.5]
+    assert axes.texts[-1].get_text() == "-0.5"

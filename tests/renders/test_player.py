@@ -209,9 +209,13 @@ def test_words_of_a_history_are_only_words(run, tmp_path):
     history = run("paper", "end_time=0.05")
     made = {"provenance": {"version": '</script><script>alert("x")</script>', "numeric_source": "feed"}}
     theirs = replace(history, summary=history.summary | made)
-    text = write_player(story_of([theirs]), tmp_path / "words.html").read_text(encoding="utf-8")
-    assert "alert(" in text
+    title = "</script><script>alert(1)</script>"
+    story = story_of([theirs], Style(title=title))
+    text = write_player(story, tmp_path / "words.html").read_text(encoding="utf-8")
+    assert text.count("alert(") >= 2
     assert "<script>alert" not in text
+    (facts,) = re.findall(r'id="facts">(.*?)</script>', text)
+    assert json.loads(facts)["title"].startswith(title)
 
 
 def test_the_same_history_gives_the_same_file(run, tmp_path):

@@ -78,7 +78,7 @@ def test_distances_from_intervals():
         ({"speed": 0.0}, "--speed 0"),
         ({"contact_speed": -1.0}, "--contact-speed -1"),
         ({"contact_speed": float("nan")}, "--contact-speed nan"),
-        ({"between": (0.5, 0.2)}, "--between 0.5,0.2"),
+        ({"between": (0.5, 0.2)}, "--between 0.5,0.2: should be two increasing times from 0 to 1 s"),
         ({"between": (0.5, 7.0)}, "--between 0.5,7"),
         ({"frames": 1}, "--frames 1"),
     ],

@@ -158,6 +158,11 @@ def test_an_unperturbed_run_that_failed_is_called_so():
     assert lines(Predictability("given", (found,), 0.0))[1:] == ["  the unperturbed run failed: timeout: too long"]
 
 
+def test_a_run_without_a_contact_says_how_far_it_came():
+    found = judge(Case("given", SOFT), (1e-8,), OFFSETS, [row(0, (), end=0.25), row(1, ()), row(2, ())])
+    assert lines(Predictability("given", (found,), 0.0))[1:] == ["  no contact until 0.25 s: completed"]
+
+
 @pytest.mark.parametrize(
     ("growth", "verdict"), [(10.0, PREDICTABLE), (10.1, SENSITIVE), (999.0, SENSITIVE), (1e3, UNPREDICTABLE)]
 )

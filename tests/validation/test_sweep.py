@@ -35,7 +35,7 @@ from validation.measuring import (
 )
 from validation.quantities import GapError, quantity
 from validation.report.document import render_html
-from validation.sweeps import command
+from validation.sweeps import command, figures
 from validation.sweeps.design import MAX_RUNS
 from validation.sweeps.figures import (
     _COLOURS,
@@ -614,6 +614,19 @@ def test_a_logarithmic_direction_has_a_logarithmic_axis_and_cells_around_its_val
     _scale(axes, log, "x")
     _scale(axes, linear, "y")
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+
+
+def test_a_curve_has_the_runs_of_its_value(monkeypatch):
+    """Runs are counted with the second direction as the fast one, and their quantity is that count."""
+    found = []
+    monkeypatch.setattr(figures, "to_svg", lambda figure: found.append(figure) or "<svg/>")
+    plan = make_plan('quantities = ["impulse"]\n' + PICTURES["few values"][0])
+    sweep_pictures(plan, make_table(plan, fake_rows(plan)))
+    lines = found[0].axes[0].lines
+    assert [line.get_label() for line in lines] == [f"gravity = {g} m/s²" for g in (1, 2, 3)]
+    for number, line in enumerate(lines):
+        np.testing.assert_allclose(line.get_xdata(), np.linspace(0.1, 0.9, 6))
+        np.testing.assert_array_equal(line.get_ydata(), 3.0 * np.arange(6) + number)
 
 
 def test_curves_are_named_joined_on_grids_only_and_marked_where_a_run_stopped():

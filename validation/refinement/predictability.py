@@ -116,7 +116,7 @@ def predictability(
 
 
 def _cases(scenario: Scenario | Sequence[Case], name: str) -> list[Case]:
-    if isinstance(scenario, Sequence):
+    if isinstance(scenario, Sequence) and all(isinstance(case, Case) for case in scenario):
         return list(scenario)
     require_scenario(scenario, "predictability")
     return [Case(name, scenario)]
