@@ -120,11 +120,12 @@ class Scenario(ScenarioKeys):
         return {**data, TABLE: {path: flat[path] for path in derived_values(self)}}
 
 
-def require_scenario(value: object, where: str) -> None:
-    """Raise InputError, in one line that begins with `where`, if a value is no scenario."""
+def require_scenario(value: object, where: str) -> Scenario:
+    """Return a value if it is a scenario; else raises InputError, in one line that begins with `where`."""
     if not isinstance(value, Scenario):
         makers = "Scenario.builtin(NAME), Scenario.load(FILE) and Scenario(...) make one"
         raise InputError(f"{where}: scenario = {short(value)}: should be a Scenario; {makers}")
+    return value
 
 
 def builtin_names() -> list[str]:

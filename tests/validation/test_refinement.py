@@ -613,6 +613,7 @@ def test_a_run_the_physics_stops_is_a_row_and_not_the_end(stopped):
     assert later.analysis.verdict == NO_VERDICT
     assert "painleve" in later.gaps[-1]
     assert all(math.isfinite(value) for value in later.values[:-1])
+    assert f"  modes 3: painleve at t = {ladder.runs[2]['stopped_at']:.6g} s" in lines(stopped)
 
 
 def test_an_interrupt_ends_the_study_and_not_one_run(monkeypatch):

@@ -677,6 +677,16 @@ def test_pictures_of_one_and_two_axes(case):
     assert re.findall(r'(?:src|href)="(?!#|data:)([^"]*)"|url\((?!#)([^)]*)\)', page) == []
 
 
+@pytest.mark.parametrize("missing", [True, False])
+def test_a_map_explains_its_hatching_where_a_value_is_missing(missing):
+    plan = make_plan('quantities = ["impulse"]\n' + PICTURES["map"][0])
+    rows = list(fake_rows(plan))
+    if missing:
+        rows[3] |= {"values": {}}
+    *_, values = sweep_pictures(plan, make_table(plan, rows))
+    assert ("<!-- no such value -->" in values.svg) == missing
+
+
 def test_every_axis_of_a_picture_has_its_unit():
     plan = make_plan(PICTURES["map"][0])
     rows = [row | {"regime": "slip" if row["run"] else "stick"} for row in fake_rows(plan)]

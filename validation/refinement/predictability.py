@@ -118,8 +118,7 @@ def predictability(
 def _cases(scenario: Scenario | Sequence[Case], name: str) -> list[Case]:
     if isinstance(scenario, Sequence) and all(isinstance(case, Case) for case in scenario):
         return list(scenario)
-    require_scenario(scenario, "predictability")
-    return [Case(name, scenario)]
+    return [Case(name, require_scenario(scenario, "predictability"))]
 
 
 def _check(perturbations: Sequence[float], shadows: int) -> None:
