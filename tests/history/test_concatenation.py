@@ -175,6 +175,17 @@ def test_a_jump_of_the_energy_is_unaccounted_for(swings):
     assert [w for w in joined.summary["warnings"] if "jumps at 0.1 s" in w]
 
 
+def test_what_made_the_spans_is_told_in_their_order(swings):
+    a, b = (
+        dataclasses.replace(
+            one, summary=one.summary | {"provenance": {"version": version, "parts": {version: "digest"}}}
+        )
+        for one, version in zip(swings, ("0.9", "0.8"), strict=True)
+    )
+    joined = concatenate(a, b, a, shift=True).summary["provenance"]
+    assert joined == {"version": "0.9, 0.8", "parts": {"0.9": "digest", "0.8": "digest"}}
+
+
 def test_joining_in_steps_is_joining_at_once(swings):
     a, b = swings
     steps = concatenate(concatenate(a, b, shift=True), concatenate(b, a, shift=True), shift=True)
