@@ -20,7 +20,7 @@ from validation.report.document import (
 )
 from validation.report.provenance import provenance
 from validation.reproduction.cases import MODELS, SCHEMES
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, VERDICTS, moment
+from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, moment
 from validation.reproduction.material import Material
 from validation.reproduction.motions import STICK
 from validation.reproduction.pictures import PLOTS
@@ -77,8 +77,7 @@ def _assumptions() -> list[tuple[str, str]]:
 
 def _overview(material: Material) -> list[Block]:
     judged = material.judged
-    counts = {verdict: sum(j.verdict == verdict for j in judged) for verdict in VERDICTS}
-    text = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    text = ", ".join(f"{count} {verdict}" for verdict, count in material.verdicts.items())
     missed = " ".join(judged_.claim.statement for judged_ in judged if judged_.verdict == NOT) or "none."
     return [
         Paragraph(f"{len(judged)} claims: {text}."),
