@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from itertools import chain
+from math import isnan
 
 from validation.report.document import (
     MARKS,
@@ -182,7 +183,8 @@ def _robustness(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     grid = material.grid
     inside = sum(point.second[0] <= STICK <= point.second[1] for point in grid)
     long = [point for point in grid if point.second[3] >= 1e-4]
-    nearest = min(grid, key=lambda point: max(point.second[0] - STICK, STICK - point.second[1], 0.0))
+    # a combination without a second collision (NaN) is the farthest
+    nearest = min(grid, key=lambda p: (isnan(p.second[0]), max(p.second[0] - STICK, STICK - p.second[1], 0.0)))
     stick = f"stays judged as stick of 0.1 ms or more occur in it in {len(long)} of the combinations"
     if long:
         stick += f", the latest from {moment(max(point.second[2] for point in long))}"
