@@ -9,12 +9,8 @@ from typing import Any, NamedTuple
 
 from oblique_impact.scenario.scenario import Scenario
 
-#: contact.friction of the three models, in the order of the paper, and their names in the report
-MODELS = {
-    "hybrid": "hybrid",
-    "frictionless": "nontangential friction (frictionless)",
-    "modified-coulomb": "modified Coulomb",
-}
+#: contact.friction of the three models, in the order of the paper
+MODELS = ("hybrid", "frictionless", "modified-coulomb")
 #: the two ways through the same equations, and their names in the report
 SCHEMES = {"fixed-step": "fixed-step, as printed", "event": "event-located"}
 

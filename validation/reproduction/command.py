@@ -26,7 +26,7 @@ from validation.reproduction.cases import (
     threshold_cases,
     variant_cases,
 )
-from validation.reproduction.claims import VERDICTS, Judged
+from validation.reproduction.claims import Judged
 from validation.reproduction.diagrams import choices_diagram, robustness_diagram, sticking_diagram
 from validation.reproduction.material import Material
 from validation.reproduction.measures import Trio
@@ -64,7 +64,7 @@ class Reproduction:
     @property
     def verdicts(self) -> dict[str, int]:
         """How many claims have which verdict: "reproduced", "partly", "not reproduced"."""
-        return {verdict: sum(judged.verdict == verdict for judged in self.claims) for verdict in VERDICTS}
+        return self.material.verdicts
 
 
 def reproduce(

@@ -97,7 +97,7 @@ def frictionless_loses_least(trio: Trio) -> Finding:
 def friction_dissipates(trio: Trio) -> Finding:
     work = trio.hybrid.energy["lost_friction"]
     whole = trio.hybrid.energy["initial"] - trio.hybrid.energy["final"]
-    text = f"{number(1e3 * work, 4)} mJ, {number(100.0 * work / whole, 2)} % of what is lost in the run"
+    text = f"{number(1e3 * work, 4)} mJ, {number(100.0 * work / whole, 3)} % of what is lost in the run"
     return Finding(verdict(work > 0.0), {"friction": work, "lost": whole}, text)
 
 
@@ -152,5 +152,5 @@ def all_parts_smaller(trio: Trio) -> Finding:
         numbers[f"{part} share"] = share
         numbers |= {f"{part} mean {model}": mean for model, mean in zip(trio._fields, means, strict=True)}
         words = "smallest" if smallest[-1] else "not"
-        texts.append(f"{part} {number(100.0 * share, 2)} % of the time, mean {words}")
+        texts.append(f"{part} {number(100.0 * share, 3)} % of the time, mean {words}")
     return Finding(verdict(min(shares) >= 0.95, all(smallest)), numbers, "; ".join(texts))

@@ -22,6 +22,11 @@ class Material:
     grid: Sequence[Robustness]
     threshold: tuple[float, Sequence[tuple[float, str]]]  # ratio, (coefficient, what happened)
 
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """How many claims have which verdict."""
+        return {verdict: sum(judged.verdict == verdict for judged in self.judged) for verdict in VERDICTS}
+
     def counts(self, claim: str) -> dict[str, int]:
         """Return how many combinations of open choices give which verdict; {} for claims not judged on them."""
         if not self.grid or claim not in self.grid[0].verdicts:

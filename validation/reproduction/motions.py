@@ -109,7 +109,7 @@ def _stick_text(run: Run, macros: list[MacroCollision]) -> tuple[dict[str, float
         return numbers, "no stick"
     fastest = max(abs(stick.slip_rate) for stick in sticks)
     numbers["fastest"] = fastest
-    part = f"{number(1e6 * total, 3)} µs in all, {number(100.0 * share, 2)} % of the contact"
+    part = f"{number(1e6 * total, 3)} µs in all, {number(100.0 * share, 3)} % of the contact"
     speed = f"slip velocity as they begin up to {number(1e3 * fastest, 3)} mm/s"
     text = f"{len(sticks)} stays judged as stick, {part}; {speed}"
     return numbers, text

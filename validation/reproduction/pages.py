@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from itertools import chain
+from math import isnan
 
 from validation.report.document import (
     MARKS,
@@ -20,7 +21,7 @@ from validation.report.document import (
 )
 from validation.report.provenance import provenance
 from validation.reproduction.cases import MODELS, SCHEMES
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, VERDICTS, moment
+from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, moment
 from validation.reproduction.material import Material
 from validation.reproduction.motions import STICK
 from validation.reproduction.pictures import PLOTS
@@ -77,8 +78,7 @@ def _assumptions() -> list[tuple[str, str]]:
 
 def _overview(material: Material) -> list[Block]:
     judged = material.judged
-    counts = {verdict: sum(j.verdict == verdict for j in judged) for verdict in VERDICTS}
-    text = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    text = ", ".join(f"{count} {verdict}" for verdict, count in material.verdicts.items())
     missed = " ".join(judged_.claim.statement for judged_ in judged if judged_.verdict == NOT) or "none."
     return [
         Paragraph(f"{len(judged)} claims: {text}."),
@@ -183,7 +183,8 @@ def _robustness(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     grid = material.grid
     inside = sum(point.second[0] <= STICK <= point.second[1] for point in grid)
     long = [point for point in grid if point.second[3] >= 1e-4]
-    nearest = min(grid, key=lambda point: max(point.second[0] - STICK, STICK - point.second[1], 0.0))
+    # a combination without a second collision (NaN) is the farthest
+    nearest = min(grid, key=lambda p: (isnan(p.second[0]), max(p.second[0] - STICK, STICK - p.second[1], 0.0)))
     stick = f"stays judged as stick of 0.1 ms or more occur in it in {len(long)} of the combinations"
     if long:
         stick += f", the latest from {moment(max(point.second[2] for point in long))}"
