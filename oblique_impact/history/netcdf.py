@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import h5netcdf
 import h5py
 import numpy as np
-from h5py import h5a, h5r, h5t
+from h5py import h5a, h5d, h5r, h5t
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import CheckedFile
@@ -123,6 +123,12 @@ def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def _lies_elsewhere(variable: h5py.Dataset) -> bool:
+    # no property list stays with the variable: HDF5 crashes at exit if one of a virtual layout is still open
+    properties = variable.id.get_create_plist()
+    return bool(properties.get_layout() == h5d.VIRTUAL or properties.get_external_count())
+
+
 def _checked(file: h5py.File, name: str) -> h5py.Dataset:
     """Return a variable whose description says that it may be read."""
     if not isinstance(file.get(name, getlink=True), h5py.HardLink):
@@ -134,7 +140,7 @@ def _checked(file: h5py.File, name: str) -> h5py.Dataset:
         raise InputError(f"{name}: does not hold numbers")
     if variable.shape is None or not 1 <= variable.ndim <= 2:
         raise InputError(f"{name}: should have one or two dimensions")
-    if variable.is_virtual or variable.external:
+    if _lies_elsewhere(variable):
         raise InputError(f"{name}: lies in another file; a history holds everything itself")
     if not variable.is_scale and "DIMENSION_LIST" not in variable.attrs:
         raise InputError(f"{name}: {_ALONG}")

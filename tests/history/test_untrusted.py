@@ -141,6 +141,17 @@ def test_what_a_history_never_holds_is_refused(crafted, harm, name):
     assert HARM[harm] in said.partition(f"{name}: ")[2], said
 
 
+def test_a_refused_file_harms_no_one_who_keeps_the_error(crafted):
+    """HDF5 crashes at exit if a property list of a virtual layout is still open."""
+    replaced(crafted, "gap", virtual)
+    code = (
+        "import ctypes, sys\nfrom oblique_impact import History, InputError\n"
+        "try:\n    History.load(sys.argv[1])\n"
+        "except InputError as error:\n    ctypes.pythonapi.Py_IncRef(ctypes.py_object(error))"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(crafted)], timeout=60).returncode == 0
+
+
 def test_a_variable_of_another_length_than_its_dimension_is_refused(crafted):
     with h5py.File(crafted, "r+") as root:
         time, size = root["time"], root["gap"].shape[0]
