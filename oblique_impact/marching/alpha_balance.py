@@ -61,7 +61,7 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
     _take_applied_impulses(a, h)
     y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, step.rank_one)
-    y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a)
+    y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a, h)
     if rigid or phase.state == STICKING:
         y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)
 
@@ -108,7 +108,7 @@ def _of_displacement(c: Coefficients, before: Kept, after: Kept, which: int) -> 
 
 
 @jitable
-def _mean_damping_power(a: Attempt) -> float:
+def _mean_damping_power(a: Attempt, h: float) -> float:
     """Power (W) of damping forces over a step, their mean times the displacement; s.at holds the mean velocity v.
 
     The displacement is h v but for a step of backward Euler, where it is h times the velocity v1 at the end.
@@ -116,14 +116,16 @@ def _mean_damping_power(a: Attempt) -> float:
     """
     s, y_new, w = a.scratch, a.scratch.y_new, a.scratch.work
     d = w.vectors.shape[1]
-    q, mean, end = y_new[:d], s.at[:d], y_new[d : 2 * d]
+    mean, other, end = s.at[:d], s.at[d : 2 * d], y_new[d : 2 * d]
     if not is_backward_euler(a.c):
-        return float(a.system.damping_at(a.t, q, mean, w))
+        for i in range(d):
+            other[i] = 0.5 * (a.y[i] + y_new[i])  # a damping matrix may depend on q: that of the middle
+        return float(a.system.damping_at(a.t + 0.5 * h, other, mean, w))
     for i in range(d):
-        s.at[d + i] = end[i] - mean[i]
+        other[i] = end[i] - mean[i]
         mean[i] += end[i]
-    whole = a.system.damping_at(a.t, q, mean, w)
-    return float(0.25 * (whole - a.system.damping_at(a.t, q, s.at[d : 2 * d], w)))
+    whole = a.system.damping_at(a.t + h, y_new[:d], mean, w)
+    return float(0.25 * (whole - a.system.damping_at(a.t + h, y_new[:d], other, w)))
 
 
 @jitable

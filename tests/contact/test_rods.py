@@ -13,6 +13,9 @@ from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import routh_impulse
 from oblique_impact.contact.state import Instant, State, rigid_phase
 from oblique_impact.contact.transitions import EventKind
+from oblique_impact.marching.scheme import Scheme
+from oblique_impact.scenario.sections import SolverSection
+from tests.systems import RungeKutta
 from validation.reference_values import VALUES
 from validation.small_systems import FreeRod, PinnedBar, samples_at
 
@@ -34,11 +37,13 @@ def sliding(instant: Instant, ratio: float) -> Forces:
     return sliding_force(rigid_phase()._replace(state=int(State.SLIP), intercept=ratio), instant)
 
 
-def slide_rod(mu: float, angle: float, slip: float, spin: float, height: float = 0.0) -> History:
+def slide_rod(
+    mu: float, angle: float, slip: float, spin: float, height: float = 0.0, scheme: Scheme | None = None
+) -> History:
     """Run that rod for half a second."""
     rod = FreeRod(gravity=9.8)
     start = rod.at(angle, height), rod.moving(angle, (slip, 0.0), spin)
-    return simulate_system(rod, *start, 0.5, friction=Coulomb(mu, mu))
+    return simulate_system(rod, *start, 0.5, friction=Coulomb(mu, mu), scheme=scheme)
 
 
 def test_effective_inverse_mass_of_the_painleve_rod():
@@ -98,6 +103,15 @@ def test_a_rod_slides_into_the_paradox_only_above_a_second_critical_friction(spi
         x = atan((3.0 * mu - sqrt(9.0 * mu**2 - 16.0)) / 2.0)
         growth = 6.0 * sin(x) * (mu * sin(x) - cos(x)) / (3.0 * (sin(2.0 * x) + mu * cos(2.0 * x)))
         assert np.sign(round(growth - 1.0, 9)) == sign
+
+
+def test_an_integrator_of_ones_own_ends_at_the_paradox_as_well():
+    """A step that reaches into it has no force; the run keeps what lies before, and says why it ends."""
+    step = 1e-4
+    scheme = RungeKutta(SolverSection(free_step=step, contact_step=step))
+    own, located = (slide_rod(1.6, radians(45.0), -20.0, 1.0, scheme=chosen) for chosen in (scheme, None))
+    assert own.outcome is located.outcome is Outcome.PAINLEVE
+    assert own.end_time == pytest.approx(located.end_time, abs=step)
 
 
 # --- item 6f: frictional impact of a free rod --------------------------------------------------------------

@@ -305,6 +305,10 @@ def test_the_papers_judgement_sticks_at_any_slip_rate():
     table = machine(judgement=LITERAL)
     assert table.closed(Probe(slip_rate=0.5).instant).state == State.STICK
     assert slides(table.closed(Probe(slip_rate=0.5, slip_acceleration=-4.0).instant), 1, 0.3)
+    for pull in (0.3 * 9.8, -0.3 * 9.8):  # the edge of the cone: the slip itself asks for no force
+        held = table.closed(Probe(slip_rate=0.5, slip_acceleration=0.999 * pull).instant)
+        assert held.state == State.STICK
+        assert slides(table.closed(Probe(slip_rate=0.5, slip_acceleration=1.001 * pull).instant), 1, 0.3)
     judged = table.after_guard(SLIP_UP, JUDGED, Probe(slip_rate=0.5))
     assert (judged.kind, judged.phase.state, judged.arrest) == (EventKind.STICK, State.STICK, None)
     left = table.after_guard(STICK, JUDGED, Probe(slip_rate=-1e-4, slip_acceleration=4.0))

@@ -108,6 +108,10 @@ def test_a_tip_mass_bends_as_well():
     mass = 0.6 * 3.0 * 68.952e9 * 7.85e-9 / 9.8
     assert doubts(base.replace(beam__tip_mass=mass))
     assert not doubts(base.replace(beam__tip_mass=0.7 * mass))
+    own = 30.0 * 3.14e-4 * 9.8 / (8.0 * 68.952e9 * 7.85e-9)  # m g L^4/(8 E I) of a beam of one metre
+    for share, named in ((0.49, False), (0.51, True)):  # it is named from half of the length on
+        tip_mass = (share - own) * 3.0 * 68.952e9 * 7.85e-9 / 9.8
+        assert bool(doubts(base.replace(beam__tip_mass=tip_mass))) == named
 
 
 def test_the_first_period_is_that_of_a_clamped_beam():

@@ -23,6 +23,7 @@ from oblique_impact.contact.transitions import Baumgarte
 from oblique_impact.kernels.compiling import compilations
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.marching.location import cubic_dip
 from oblique_impact.scenario.user_defined import register
 from tests.small.systems import (
     EVENT_ERROR,
@@ -244,6 +245,70 @@ def test_generalized_alpha_locates_the_release_of_a_lifted_mass(rho):
     # the force F cos(W t0) W s that lifts it is F W^2 h^2 away at most, which is so much over its slope in time
     assert_order(steps, times, (1.7, 2.4), (rate * steps) ** 2 / rate)
     assert_order(steps, heights, (1.7, 2.4), lift * s**2 * (rate * steps) ** 2)
+
+
+@pytest.mark.parametrize("rho", RHOS)
+def test_generalized_alpha_sees_a_graze_within_a_step(rho):
+    """A ball that is pulled up flies v = 1.47 m/s towards the ground and would turn 5 mm under it, or 1 mm above.
+
+    Both ends of the first step of 0.1 s from the turn are above the ground. The scheme is exact for a parabola.
+    """
+    speed, h = 1.47, 0.1
+    turns, rise = speed / GRAVITY, 0.5 * speed**2 / GRAVITY
+
+    def flight(depth: float) -> History:
+        start, scheme = np.array([0.0, rise - depth]), GeneralizedAlphaScheme(h, h, rho)
+        pulled_up = PulledMass(gravity=-GRAVITY)
+        return completed(simulate_system(pulled_up, start, np.array([0.0, -speed]), 3.0 * h, scheme=scheme))
+
+    grazes = flight(5e-3)
+    assert kinds_of(grazes) == ["rebound"]
+    assert times_of(grazes)[0] == pytest.approx(turns - sqrt(2.0 * 5e-3 / GRAVITY), abs=ROUNDING)
+    passes = flight(-1e-3)
+    assert not kinds_of(passes)
+    exact = 1e-3 + 0.5 * GRAVITY * (passes["time"].values - turns) ** 2
+    assert passes["gap"].values == pytest.approx(exact, abs=ROUNDING)
+
+
+@pytest.mark.parametrize("rho", RHOS[1:])  # the shorter step of backward Euler does go under the ground
+def test_generalized_alpha_ends_a_step_that_only_seems_to_graze_where_it_was_to_end(rho):
+    """m y'' = -m g + F sin(W t): a cubic through the ends of a step dips under the ground, a shorter step not.
+
+    The samples are those of the same flight 10 m higher up, where nothing is near.
+    """
+    speed, h, system = 1.2, 0.2, PulledMass(lift=60.0, rate=12.0)
+
+    def flight(height: float) -> History:
+        start, scheme = np.array([0.0, height]), GeneralizedAlphaScheme(h, h, rho)
+        return completed(simulate_system(system, start, np.array([0.0, -speed]), 1.1 * h, scheme=scheme))
+
+    far = flight(10.0)
+    gaps, rates = far["gap"].values, h * far["gap_rate"].values
+    lowest, _ = cubic_dip(gaps[0], gaps[1], rates[0], rates[1])
+    down = lowest + 2e-3
+    near = flight(10.0 - down)
+    assert not kinds_of(near)
+    assert near["gap"].values == pytest.approx(gaps - down, abs=ROUNDING)
+
+
+@pytest.mark.parametrize("rho", RHOS)
+def test_generalized_alpha_holds_a_light_mass_that_sticks_to_an_elastic_stop(rho):
+    """m x'' = k (u t - x) + lambda_tau with m = 0.25 kg on a spring of the ground: it slips at mu m g/(k u).
+
+    Until then it does not move along the ground at all, whatever the inverse mass.
+    """
+    k, u, mu, mass = 10.0, 0.2, 0.4, 0.25
+    slip, h = mu * mass * GRAVITY / (k * u), 5e-3
+    system = PulledMass(stiffness=k, pull=u, mass=mass)
+    options = {"friction": Coulomb(mu, 0.75 * mu), "stop": ElasticStop(1e3)}
+    start = np.array([0.0, -mass * GRAVITY / 1e3])  # where the spring carries it
+    scheme = GeneralizedAlphaScheme(h, h, rho)
+    history = completed(simulate_system(system, start, REST, slip + 0.02, scheme=scheme, **options))
+    assert kinds_of(history) == ["slip"]
+    assert times_of(history)[0] == pytest.approx(slip, rel=1e-6)
+    held = history["time"].values < slip - h
+    assert held.sum() > 40
+    assert np.abs(history["slip"].values[held]).max() < ROUNDING * mass
 
 
 @pytest.mark.parametrize("rho", RHOS)
