@@ -36,6 +36,7 @@ def build_nodal(scenario: Scenario) -> BeamOperators:
         J=float(rigid @ operators.S),
         Sm=float(rigid @ operators.P),
         rigid=rigid,
+        curvature_factor=csr_array(nodal.curvature_factor() @ kept),
         left_out=left_out,
         largest_element=float(np.max(np.diff(nodal.nodes))),
     )

@@ -104,6 +104,12 @@ class NodalBeam:
         """Mass, int m Phi^T Phi + M_t Phi(L)^T Phi(L)."""
         return csr_array(self._assemble(_mass, self.sections.mass_per_length)) + self._at_tip_squared
 
+    @property
+    def mass_with_hub(self) -> csr_array:
+        """M1 with the inertia of the hub at the slope of the root."""
+        n = self.basis.N
+        return self.M1 + csr_array(([self.sections.hub_inertia], ([1], [1])), shape=(n, n))
+
     @cached_property
     def K(self) -> csr_array:
         """Bending stiffness, int E I Phi''^T Phi''."""

@@ -6,12 +6,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular, svd
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import eigsh
 
 from fem_beam.nodal import Array, NodalBeam, merge_points
-from oblique_impact.beam.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
+from oblique_impact.beam.operators import (
+    BeamOperators,
+    ShapeTable,
+    SpinningBeam,
+    StationTable,
+    eigenvectors,
+    station_points,
+)
 from oblique_impact.scenario.scenario import Scenario
 
 Indices = NDArray[np.int64]
@@ -36,8 +42,8 @@ def build_operators(scenario: Scenario) -> BeamOperators:
 def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     """Elastic eigenvectors, shape (2 nodes, count), in ascending order of frequency; all if count is None.
 
-    Their modal mass is the mass of the beam, so those of a uniform one have int phi^2 dx = length like the
-    eigenfunctions of ``modal``; the tip is positive.  A few modes of a large mesh take a shift-invert Lanczos
+    "hinged" ones turn with the hub, if there is one.  Their modal mass, with the hub's, is the mass of the beam, so
+    those of a uniform one are scaled like the eigenfunctions of ``modal``; the tip is positive.  A few modes of a large mesh take a shift-invert Lanczos
     method, all others the decomposition of dense matrices.
     """
     free = nodal.free_dofs(root)
@@ -52,15 +58,9 @@ def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
 
 
 def _all(nodal: NodalBeam, free: Indices) -> Array:
-    """Eigenvectors (n, n), ascending: singular vectors of G L^-T with K = G^T G and M1 = L L^T.
-
-    The square root has half the condition exponent of K, so low frequencies of fine meshes keep their digits.
-    """
-    factor = cholesky(nodal.M1.toarray()[np.ix_(free, free)], lower=True)
-    curvature = nodal.curvature_factor().toarray()[:, free]
-    scaled = solve_triangular(factor, curvature.T, lower=True)
-    left, _, _ = svd(scaled, full_matrices=True, lapack_driver="gesvd")
-    return np.asarray(solve_triangular(factor, left, lower=True, trans="T")[:, ::-1])
+    """Eigenvectors (n, n), ascending, from the square root of the stiffness."""
+    mass = nodal.mass_with_hub.toarray()[np.ix_(free, free)]
+    return eigenvectors(nodal.curvature_factor().toarray()[:, free], mass)
 
 
 def _lowest(nodal: NodalBeam, free: Indices, count: int) -> Array:
@@ -72,9 +72,9 @@ def _lowest(nodal: NodalBeam, free: Indices, count: int) -> Array:
     sections = nodal.sections
     middle = np.array([0.5 * sections.length])
     shift = -float(sections.bending_stiffness(middle)[0]) / (sections.mass * sections.length**3)
-    K, M1 = (csc_array(matrix[free][:, free]) for matrix in (nodal.K, nodal.M1))
+    K, mass = (csc_array(matrix[free][:, free]) for matrix in (nodal.K, nodal.mass_with_hub))
     start = np.ones(free.size)  # not at random: the same beam gives the same modes
-    squares, vectors = eigsh(K, count, M1, sigma=shift, which="LM", v0=start, tol=0.0)
+    squares, vectors = eigsh(K, count, mass, sigma=shift, which="LM", v0=start, tol=0.0)
     return np.asarray(vectors[:, np.argsort(squares)])
 
 
@@ -126,8 +126,6 @@ def _station_table(nodal: NodalBeam, V: Array | csr_array) -> StationTable:
 
 
 def spectrum(scenario: Scenario) -> SpinningBeam:
-    """Elastic operators of the mesh for the frequencies of the spinning beam, in all its modes."""
-    hinged = scenario.root.kind == "pin"
+    """Operators of the mesh for the frequencies of the spinning beam, in all its clamped modes."""
     nodal = NodalBeam.from_scenario(scenario)
-    o = project(nodal, eigenmodes(nodal, "hinged" if hinged else "clamped", None))
-    return SpinningBeam(o.K, o.M1, o.C, hinged=hinged)
+    return SpinningBeam.of(project(nodal, eigenmodes(nodal, "clamped", None)), scenario)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modal.eigenfunctions import Array, Eigenfunctions, Family
+from modal.eigenfunctions import Array, Eigenfunctions
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
 from oblique_impact.scenario.scenario import Scenario
@@ -16,11 +16,16 @@ _ROUNDING = 1e-17
 def build_operators(scenario: Scenario) -> BeamOperators:
     """Discretize the uniform beam of `scenario` with `discretization.modes` eigenfunctions.
 
-    Tangent frame: clamped-free functions; mean-axis frame: hinged-free functions without the rigid
-    one.  Every integral is exact to rounding.
+    Tangent frame: clamped-free functions; mean-axis frame: those of the beam on its pin or with its hub, without
+    the rigid one.  Every integral is exact to rounding.
     """
-    family: Family = "clamped-free" if scenario.discretization.frame == "tangent" else "hinged-free"
-    shapes = Eigenfunctions(family, scenario.discretization.modes, scenario.beam.length)
+    sections, count = Sections.from_scenario(scenario), scenario.discretization.modes
+    if scenario.discretization.frame == "tangent":
+        shapes = Eigenfunctions("clamped-free", count, sections.length)
+    elif sections.hub_inertia == 0.0:
+        shapes = Eigenfunctions("hinged-free", count, sections.length)
+    else:
+        shapes = _with_hub(sections, count)
     return _integrate(scenario, shapes)
 
 
@@ -85,12 +90,27 @@ def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
 
 
 def spectrum(scenario: Scenario) -> SpinningBeam:
-    """Operators for the frequencies of the spinning beam, in a basis rich enough to be exact.
-
-    Hinged (`pin`): hinged-free functions, to which the rigid rotation is orthogonal; else clamped-free.
-    """
-    hinged = scenario.root.kind == "pin"
-    family: Family = "hinged-free" if hinged else "clamped-free"
+    """Operators for the frequencies of the spinning beam, in a basis rich enough to be exact."""
     count = max(_SPECTRUM_MODES, scenario.discretization.modes + 16)
-    o = _integrate(scenario, Eigenfunctions(family, count, scenario.beam.length))
-    return SpinningBeam(o.K, o.M1, o.C, hinged=hinged)
+    if scenario.root.kind == "driven":
+        shapes = Eigenfunctions("clamped-free", count, scenario.beam.length)
+    else:
+        shapes = _SeenFromRoot(**vars(_with_hub(Sections.from_scenario(scenario), count)))
+    return SpinningBeam.of(_integrate(scenario, shapes), scenario)
+
+
+def _with_hub(sections: Sections, count: int) -> Eigenfunctions:
+    """First elastic eigenfunctions of the uniform beam with its hub."""
+    length = sections.length
+    hub = sections.hub_inertia / (sections.mass * length**2)
+    return Eigenfunctions("hub-free", count, length, hub, sections.hub_radius / length)
+
+
+class _SeenFromRoot(Eigenfunctions):
+    """Eigenfunctions less their rigid rotation with the root: clamped there."""
+
+    def derivative(self, x: Array, order: int) -> Array:
+        """Return derivatives at points x (m); shape (points, count), 1/m^order."""
+        slope = super().derivative(np.zeros(1), 1)
+        rigid = (self.length * self.radius + x, np.ones_like(x), np.zeros_like(x))[order]
+        return super().derivative(x, order) - rigid[:, None] * slope

@@ -2,25 +2,32 @@
 
     clamped-free   cos b cosh b = -1   phi = cosh z - cos z - s (sinh z - sin z)
     hinged-free    tan b = tanh b      phi = sin z + (sin b / sinh b) sinh z            z = b x / L
+    hub-free       the root turns with a hub of radius r and inertia J_h = h m L^3 about its axis,
 
-(Blevins, Formulas for Natural Frequency and Mode Shape, 1979.)  They are scaled to
-int phi^2 dx = L, which gives both families |phi(L)| = 2, and signed so that phi(L) = +2.  The
-hyperbolic parts are written with decaying exponentials only: the textbook differences of cosh and
-sinh lose all digits near order 12.
+        c^2 (sin b cosh b + cos b sinh b) + 2 c sin b sinh b + (sin b cosh b - cos b sinh b)
+            + k (1 + cos b cosh b) = 0,    c = b r/L, k = h b^3
+        phi = r phi_x,    E I (phi_xx - r phi_xxx) = -omega^2 J_h phi_x    at x = 0
+
+(Blevins, Formulas for Natural Frequency and Mode Shape, 1979.)  The first two are the limits of the third for
+h = infinity and, with r = 0, for h = 0.  They are scaled to int phi^2 dx + (J_h/m) phi'(0)^2 = L, which gives
+clamped-free and hinged-free ones |phi(L)| = 2, and signed so that phi(L) > 0.  The hyperbolic parts are written with
+decaying exponentials only: the textbook differences of cosh and sinh lose all digits near order 12.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Family = Literal["clamped-free", "hinged-free"]
+Family = Literal["clamped-free", "hinged-free", "hub-free"]
 
 _NEWTON_STEPS = 8
+_BISECTIONS = 64  # of intervals of about pi: down to neighbouring numbers
 
 
 def clamped_free_roots(count: int) -> Array:
@@ -43,17 +50,42 @@ def hinged_free_roots(count: int) -> Array:
     return np.asarray(b)
 
 
+def hub_free_roots(count: int, hub: float, radius: float = 0.0) -> Array:
+    """First `count` positive roots b for a hub of the inertia `hub` m L^3 and the radius `radius` L, shape (count,).
+
+    Clamping the root is one constraint, so each lies between two neighbours of the clamped beam (Rayleigh).
+    """
+    clamped = clamped_free_roots(count + 1)
+    low, high = clamped[:-1], clamped[1:]
+    above = np.where(np.arange(count) % 2 == 0, -1.0, 1.0)  # sign of the equation's left side above each root
+    for _ in range(_BISECTIONS):
+        b = 0.5 * (low + high)
+        c, cosine, sine, tanh, sech = radius * b, np.cos(b), np.sin(b), np.tanh(b), 1.0 / np.cosh(b)
+        value = c**2 * (sine + cosine * tanh) + 2.0 * c * sine * tanh + (sine - cosine * tanh)
+        value += hub * b**3 * (cosine + sech)
+        is_above = value * above > 0.0
+        low, high = np.where(is_above, low, b), np.where(is_above, b, high)
+    return np.asarray(high)
+
+
 @dataclass(frozen=True)
 class Eigenfunctions:
-    """The first `count` eigenfunctions of a family on a beam of `length` (m)."""
+    """The first `count` eigenfunctions of a family on a beam of `length` (m).
+
+    The hub-free family takes the inertia of the hub over m L^3, `hub`, and its radius over L, `radius`.
+    """
 
     family: Family
     count: int
     length: float
+    hub: float = 0.0
+    radius: float = 0.0
 
-    @property
+    @cached_property
     def roots(self) -> Array:
         """Dimensionless wave numbers b, shape (count,)."""
+        if self.family == "hub-free":
+            return hub_free_roots(self.count, self.hub, self.radius)
         find = clamped_free_roots if self.family == "clamped-free" else hinged_free_roots
         return find(self.count)
 
@@ -61,7 +93,10 @@ class Eigenfunctions:
         """Return derivatives of the given order (0 to 3) at points x (m); shape (points, count), 1/m^order."""
         b = self.roots
         z = np.multiply.outer(np.asarray(x, dtype=float) / self.length, b)
-        shape = _clamped_free(z, b, order) if self.family == "clamped-free" else _hinged_free(z, b, order)
+        if self.family == "hub-free":
+            shape = _hub_free(z, b, order, self.hub, self.radius)
+        else:
+            shape = _clamped_free(z, b, order) if self.family == "clamped-free" else _hinged_free(z, b, order)
         return np.asarray(shape * (b / self.length) ** order)
 
 
@@ -87,6 +122,31 @@ def _hinged_free(z: Array, b: Array, order: int) -> Array:
     shape = _cosine_derivative(z - 0.5 * np.pi, order) / sine + hyperbolic
     # phi / sin b has the end value 2 and, by phi(L)^2 L / 4 = int phi^2 dx, the norm L
     return np.asarray(shape)
+
+
+def _hub_free(z: Array, b: Array, order: int, hub: float, radius: float) -> Array:
+    """d^order phi / dz^order of phi = p cos z + q sin z + r exp(-z) + s exp(z - b), r = q + s exp(-b) - slope.
+
+    The tip gives s, the root the others, all up to a factor, which makes the slope of the root 1/(1 + k): so the
+    coefficients stay of order one from k = 0, free, to k = infinity, clamped.
+    """
+    c, k, decay, cosine, sine = radius * b, hub * b**3, np.exp(-b), np.cos(b), np.sin(b)
+    slope = 1.0 / (1.0 + k)
+    held = 0.5 * k * slope
+    q = (1.0 + c) * slope - held - decay * held * (cosine - sine)
+    q = q / (1.0 + c + decay * (c * (cosine - sine) + cosine + sine))
+    p = c * q + held
+    s = 0.5 * (p * (cosine - sine) + q * (cosine + sine))
+    tip = p * cosine + q * (sine + decay) + s * (1.0 + decay**2) - slope * decay
+    # as the fourth derivative of phi is phi, int phi^2 has a closed form in the values at the ends (Rayleigh)
+    third = slope - 2.0 * q
+    norm = np.sqrt(0.25 * (tip**2 + (3.0 * k * slope**2 - 2.0 * c * slope * third) / b))
+    cos_z, sin_z = np.cos(z), np.sin(z)
+    even, odd = ((cos_z, sin_z), (-sin_z, cos_z), (-cos_z, -sin_z), (sin_z, -cos_z))[order]
+    falling = np.exp(-z) if order % 2 == 0 else -np.exp(-z)
+    # r is not added up: a heavy hub's slope is far smaller than the rounding of q and s, and counts by its inertia
+    shape = p * even + q * (odd + falling) + s * (np.exp(z - b) + decay * falling) - slope * falling
+    return np.asarray(shape * np.sign(tip) / norm)
 
 
 def _cosine_derivative(z: Array, order: int) -> Array:

@@ -30,12 +30,15 @@ class Energies(NamedTuple):
 
 
 def damping_matrix(scenario: Scenario, operators: BeamOperators) -> Array:
-    """Damping matrix (n, n): Kelvin-Voigt, mass-proportional, and 2 zeta omega_i on each eigenmode of (K, M1)."""
-    beam = scenario.beam
-    matrix = beam.kelvin_voigt * operators.K + beam.mass_proportional * operators.M1
+    """Damping matrix (n, n): Kelvin-Voigt, mass-proportional, and 2 zeta omega_i on each elastic eigenmode.
+
+    The mass is that of the elastic coordinates, with the hub's.
+    """
+    beam, mass = scenario.beam, operators.elastic_mass
+    matrix = beam.kelvin_voigt * operators.K + beam.mass_proportional * mass
     if beam.modal_damping_ratio > 0.0:
-        squares, modes = eigh(operators.K, operators.M1)
-        weighted = operators.M1 @ modes
+        squares, modes = eigh(operators.K, mass)
+        weighted = mass @ modes
         rates = 2.0 * beam.modal_damping_ratio * np.sqrt(np.maximum(squares, 0.0))
         matrix = matrix + (weighted * rates) @ weighted.T
     return np.ascontiguousarray(matrix)
@@ -54,7 +57,7 @@ class Beam:
 
     def __init__(self, scenario: Scenario, operators: BeamOperators) -> None:
         self.scenario, self.operators = scenario, operators
-        self.hub_inertia = scenario.root.inertia if scenario.root.kind == "hub" else 0.0  # kg m^2
+        self.hub_inertia = operators.sections.hub_inertia  # kg m^2
 
     @property
     def size(self) -> int:
@@ -86,14 +89,13 @@ class Beam:
     def model(self) -> BeamModel | NodalModel:
         """Everything the kernels need, a :class:`~oblique_impact.kernels.system.System`."""
         s, o, kept = self.scenario, self.operators, self.foreshortening
-        frame, hub, n = floating_frame, self.hub_inertia, self.operators.size
+        frame, n = floating_frame, self.operators.size
         full = s.discretization.kinetics == "full"
         drive, parameters = self.motion.acceleration
         shortening = kept if s.contact.shortening else 0.0
-        elastic_mass, coupling = o.M1 + hub * np.outer(o.root_slope, o.root_slope), o.S + hub * o.root_slope
-        inverse = np.linalg.inv(elastic_mass)
+        inverse = np.linalg.inv(o.elastic_mass)
         matrices = {
-            frame.ELASTIC_MASS: elastic_mass,
+            frame.ELASTIC_MASS: o.elastic_mass,
             frame.SPIN_STIFFNESS: o.M1 - kept * o.C,
             frame.STIFFNESS: o.K,
             frame.DAMPING: damping_matrix(s, o),
@@ -102,11 +104,11 @@ class Beam:
             frame.MASS_INVERSE: 0.5 * (inverse + inverse.T),
         }
         vectors = {
-            frame.COUPLING: coupling,
+            frame.COUPLING: o.coupling,
             frame.LOAD: o.P,
             frame.ROOT_SLOPE: o.root_slope,
             frame.CONTACT_SHAPE: o.contact_shape,
-            frame.FOLLOWING: -inverse @ coupling * (s.root.kind != "driven"),
+            frame.FOLLOWING: -inverse @ o.coupling * (s.root.kind != "driven"),
         }
         slopes = o.stations.quadrature.slopes
         return (FullBeamModel if full else BeamModel)(
@@ -115,8 +117,9 @@ class Beam:
             quad_points=self.masses if full else np.zeros((2, 0)),
             quad_shapes=self.deflections(np.eye(n)) if full else np.zeros((0, n)),
             quad_shortening=self.integrals(slopes[:, :, None] * slopes[:, None]) if full else np.zeros((0, n, n)),
-            inertia=o.J + hub,
+            inertia=o.inertia,
             static_moment=o.Sm,
+            hub_inertia=self.hub_inertia,
             root=_ROOTS[s.root.kind],
             drive=drive,
             drive_parameters=parameters,
@@ -128,7 +131,6 @@ class Beam:
         s, (normal_offset, tangential_offset) = self.scenario, self.scenario.slope.offsets
         return {
             "gravity": s.gravity,
-            "hub_inertia": self.hub_inertia,
             "torque": s.root.torque if s.root.kind == "hub" else 0.0,
             "contact_radius": s.root.hub_radius + s.contact.point,
             "slope_angle": s.slope.angle,
@@ -225,7 +227,7 @@ class FullBeam(Beam):
         shortening = o.contact_shortening * float(s.contact.shortening)
         bands = np.zeros((5, HALF_BANDWIDTH + 1, self.size))
         for which, matrix in (
-            (frame.MASS_BAND, o.M1),
+            (frame.MASS_BAND, o.elastic_mass),
             (frame.STIFFNESS_BAND, o.K),
             (frame.SPIN_BAND, o.M1 - o.C),
             (frame.GRAVITY_BAND, o.D),
@@ -234,17 +236,16 @@ class FullBeam(Beam):
             for k in range(HALF_BANDWIDTH + 1):
                 diagonal = matrix.diagonal(k)
                 bands[which, k, : diagonal.size] = diagonal
-        bands[frame.MASS_BAND, 0, 0] += self.hub_inertia
         vectors = np.zeros((7, self.size))
         vectors[frame.CONTACT_SHAPE], at = o.contact_shape, np.flatnonzero(o.contact_shape)
-        vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.S, o.P, rigid
+        vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.coupling, o.P, rigid
         vectors[frame.GRAVITY_RIGID], vectors[frame.SHORTENING_RIGID] = o.D @ rigid, shortening @ rigid
-        mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(bands, o.S)
+        mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(bands, o.coupling)
         return NodalModel(
             bands=bands,
             mass_factor=mass_factor,
             vectors=vectors,
-            inertia=o.J,
+            inertia=o.inertia,
             static_moment=o.Sm,
             kelvin_voigt=s.beam.kelvin_voigt,
             mass_proportional=s.beam.mass_proportional,
@@ -260,7 +261,7 @@ class FullBeam(Beam):
 
     def split(self, q: Array) -> Array:
         """Return [theta, B] (..., n + 1) of W (..., n), with the angle of the mean-axis frame."""
-        theta = (q @ self.operators.S / self.operators.J)[..., None]
+        theta = (q @ self.operators.coupling / self.operators.inertia)[..., None]
         return np.concatenate([theta, q - theta * self.operators.rigid], axis=-1)
 
 

@@ -52,7 +52,7 @@ class ShapedProfile(Profile):
 
 @dataclass(frozen=True)
 class Sections:
-    """Cross-sections, material and tip mass of a beam, in SI units.
+    """Cross-sections, material, tip mass and hub of a beam, in SI units.
 
     With the mass per length m(x) = rho A(x), the tip mass M_t at x = length L and r = hub_radius, swapping
     the order of integration in C and D (theory, Sec. 1) leaves the weights
@@ -73,6 +73,7 @@ class Sections:
     tip_mass: float = 0.0  # kg
     outer_fibre: Profile | None = None  # m, None: circular sections of the given area
     degree: int = 1  # of E I in x between two kinks
+    hub_inertia: float = 0.0  # kg m^2, of a hub that turns freely
 
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> Sections:
@@ -95,6 +96,7 @@ class Sections:
             beam.tip_mass,
             profile("outer_fibre") if beam.outer_fibre else None,
             DEGREE if varies else 1,
+            scenario.root.inertia if scenario.root.kind == "hub" else 0.0,
         )
 
     @property
@@ -140,7 +142,7 @@ class Sections:
 
     @cached_property
     def inertia(self) -> float:
-        """J = int m (r + x)^2 (kg m^2), with the tip mass."""
+        """J = int m (r + x)^2 (kg m^2), with the tip mass, without the hub."""
         return float(self._outer(0.0, 2)) + self.tip_mass * (self.hub_radius + self.length) ** 2
 
     def _outer(self, x: Array | float, power: int) -> Array:

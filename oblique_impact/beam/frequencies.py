@@ -37,8 +37,8 @@ class Frequencies:
     speeds : ndarray, shape (speeds,)
         Spin rates (rad/s).
     flapwise, chordwise : ndarray, shape (speeds, count)
-        Out of the plane of rotation, and in it (rad/s).  A hinged beam's rigid rotation is among them: at the spin
-        rate itself flapwise, at 0 chordwise.
+        Out of the plane of rotation, and in it (rad/s).  The rigid rotation of a beam that is free to turn, on a
+        pin or with its hub, is among them: at the spin rate itself flapwise, at 0 chordwise.
     """
 
     speeds: Array
@@ -59,7 +59,11 @@ def natural_frequencies(
     Parameters
     ----------
     scenario : Scenario
-        Its root decides: a pin gives the hinged beam, a hub or a driven root the clamped one at its radius.
+        Its root decides: a pin gives the hinged beam, a driven root the clamped one at its radius, a hub the beam
+        with its hub of that inertia and radius, which is free to turn.  The joint is the same in both directions:
+        flapwise a pin is a ball joint and the hub tilts with its inertia, like an arm along the beam, so that a hub
+        without inertia is a pin and a very heavy one is held.  Flapwise frequencies of a hub on an axle that it
+        cannot tilt are those of a driven root.
     speeds : sequence of float
         Spin rates (rad/s).
     count : int, optional
@@ -102,35 +106,41 @@ def natural_frequencies(
 def lowest_elastic_frequency(scenario: Scenario) -> float:
     """Return the lowest angular frequency (rad/s) of bending of the beam at rest, free of contact.
 
-    Hinged on a pin, clamped otherwise.  By Rayleigh and Ritz with ten polynomials, whatever the discretization: to
-    1e-9 for a uniform beam, to about a hundredth for sections that change abruptly.
+    Of a pin, a hub or a driven root as in :func:`natural_frequencies`.  By Rayleigh and Ritz with ten polynomials,
+    whatever the discretization: to 1e-9 for a uniform beam, to about a hundredth for sections that change abruptly.
     """
     return _lowest_elastic_frequency(Undeformed.of(scenario))
 
 
 @lru_cache(maxsize=8)
 def _lowest_elastic_frequency(which: Undeformed) -> float:
-    sections, hinged = Sections.from_scenario(which.scenario), which.root.kind == "pin"
+    sections = Sections.from_scenario(which.scenario)
     length = sections.length
     nodes, weights = legendre.leggauss(_POINTS)
     edges = np.concatenate([[0.0], sections.kinks, [length]]) / length
     half = 0.5 * np.diff(edges)[:, None]
     x = (edges[:-1, None] + half * (1.0 + nodes)).ravel()
     w = (half * weights).ravel()
-    # functions of x / length that vanish at the root, with their slopes if it is clamped; else the first is rigid
-    root = [0.5, 0.5] if hinged else legendre.legpow([0.5, 0.5], 2)
-    shapes = np.zeros((_SHAPES + 2, _SHAPES))
-    for k in range(_SHAPES):
-        shapes[: k + len(root), k] = legendre.legmul(root, np.eye(_SHAPES)[k, : k + 1])
-    values = legendre.legval(2.0 * x - 1.0, shapes)
-    curvatures = 4.0 * legendre.legval(2.0 * x - 1.0, legendre.legder(shapes, 2))
-    tip = legendre.legval(1.0, shapes)
     masses, stiffnesses = sections.mass_per_length(x * length), sections.bending_stiffness(x * length)
     mass, stiffness = float(masses.max()), float(stiffnesses.max())  # scales, that extremes do not overflow
-    M = (values * w * (masses / mass)) @ values.T + sections.tip_mass / (mass * length) * np.outer(tip, tip)
+    # point masses of the quadrature and the tip's, their distances from the axis, all over length and scales
+    points = np.append(w * (masses / mass), sections.tip_mass / (mass * length))
+    arms = sections.hub_radius / length + np.append(x, 1.0)
+    # functions of x / length that vanish at the root with their slopes
+    shapes = np.zeros((_SHAPES + 2, _SHAPES))
+    for k in range(_SHAPES):
+        shapes[: k + 3, k] = legendre.legmul(legendre.legpow([0.5, 0.5], 2), np.eye(_SHAPES)[k, : k + 1])
+    values = legendre.legval(2.0 * np.append(x, 1.0) - 1.0, shapes)
+    curvatures = 4.0 * legendre.legval(2.0 * x - 1.0, legendre.legder(shapes, 2))
+    turns = np.zeros(_SHAPES)
+    hub = sections.hub_inertia / (mass * length**3)
+    if which.root.kind != "driven":  # each takes so much of the rigid rotation that it has no angular momentum
+        turns = -(values * points) @ arms / (points @ arms**2 + hub)
+        values = values + np.outer(turns, arms)
+    M = (values * points) @ values.T + hub * np.outer(turns, turns)
     K = (curvatures * w * (stiffnesses / stiffness)) @ curvatures.T
-    squares = np.sort(eigvals(K, M).real)
-    return float(np.sqrt(max(squares[1 if hinged else 0], 0.0)) * np.sqrt(stiffness / mass) / length**2)
+    square = np.min(eigvals(K, M).real)
+    return float(np.sqrt(max(square, 0.0)) * np.sqrt(stiffness / mass) / length**2)
 
 
 def macro_gap(scenario: Scenario) -> float:

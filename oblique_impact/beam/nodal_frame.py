@@ -1,15 +1,17 @@
 """The full nodal beam in its total transverse coordinates: banded mass, forces, contact rows.
 
 W = x theta + B are the nodal deflections and slopes seen from the root's inertial axis turned to nothing:
-rigid rotation and elastic deflection in one vector, with W_0 = 0 as the only boundary condition.  In the
-mean-axis frame, S.B = 0, they split again by theta = S.W/J, B = W - x theta.  First-order kinetics reads
+rigid rotation and elastic deflection in one vector, with W_0 = 0 as the only boundary condition.  M, S = M x and
+J = x.S are those of beam and hub, whose inertia is an entry of M at the slope of the root.  In the mean-axis frame,
+S.B = 0, they split again by theta = S.W/J, B = W - x theta.  First-order kinetics reads
 
-    (M1 + kappa S S^T) W'' + Cd W' + K W = f + d_n lambda_n + d_tau lambda_tau,   kappa = B^T N B / J^2
+    (M + kappa S S^T) W'' + Cd W' + K W = f + d_n lambda_n + d_tau lambda_tau,   kappa = B^T N B / J^2
     f = f_B + S (Q_theta - x.f_B)/J,     f_B = theta'^2 N W - g (cos theta P - sin theta D B)
     Q_theta = -2 theta' B^T N B' - g (Sm cos theta - 1/2 cos theta B^T D B - sin theta P.B)
     d = D_B + S (D_theta - x.D_B)/J
 
-with N = M1 - C, because N x = 0 and K x = 0.  Everything is banded but for rank one, so a step costs O(n).
+with N = M1 - C of the beam alone, because N x = 0 and K x = 0.  Everything is banded but for rank one, so a step
+costs O(n).
 """
 
 from __future__ import annotations
@@ -40,7 +42,7 @@ from oblique_impact.kernels.workspace import (
 
 # NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D, H at the contact point
 MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
-# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M1^-1 S, shape functions at the contact point
+# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M^-1 S, shape functions at the contact point
 COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE = range(7)
 _LANES = 4
 
@@ -51,10 +53,9 @@ class _NodalData(NamedTuple):
     bands: Array  # (5, 4, n) diagonals 0..3: bands[b, k, i] is the entry (i, i + k)
     mass_factor: Array  # (n + 3, 4) of the mass matrix
     vectors: Array  # (7, n)
-    inertia: float  # J of the beam (kg m^2)
+    inertia: float  # J (kg m^2), with the hub's
     static_moment: float  # Sm (kg m)
     gravity: float
-    hub_inertia: float
     torque: float  # on the hub (N m)
     kelvin_voigt: float  # s
     mass_proportional: float  # 1/s
@@ -168,9 +169,8 @@ def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
     spin = dot(model.vectors[COUPLING], qd) / model.inertia
     band_multiply(model.bands, STIFFNESS_BAND, qd, v[row.SCRATCH_A])
     band_multiply(model.bands, MASS_BAND, qd, v[row.SCRATCH_B])
-    v[row.SCRATCH_B, 0] -= model.hub_inertia * qd[0]
     for i in range(n):
-        # mass-proportional damping acts on B' only: M1 B' = M1 W' - S theta', without the hub's inertia
+        # mass-proportional damping acts on B' only: M B' = M W' - S theta'
         v[row.SCRATCH_A, i] *= model.kelvin_voigt
         v[row.SCRATCH_A, i] += model.mass_proportional * (v[row.SCRATCH_B, i] - spin * model.vectors[COUPLING, i])
         power += v[row.SCRATCH_A, i] * qd[i]
@@ -221,7 +221,7 @@ def approach_nodal(model: NodalModel, t: float, q: Array, qd: Array, contact: bo
 
 @jitable
 def multiply_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, x: Array, product: Array) -> None:
-    """(M1 + kappa S S^T) x into `product`."""
+    """(M + kappa S S^T) x into `product`."""
     band_multiply(model.bands, MASS_BAND, x, product)
     share = rank_one * dot(model.vectors[COUPLING], x)
     for i in range(x.shape[0]):
@@ -287,7 +287,7 @@ def solve_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, contact: 
 def factor_nodal_effective(
     model: NodalModel, t: float, q: Array, velocity: float, position: float, w: Workspace, slot: int, stale: bool
 ) -> bool:
-    """Factor M1 + velocity Cd + position K in a slot, only if the step has changed (`stale`)."""
+    """Factor M + velocity Cd + position K in a slot, only if the step has changed (`stale`)."""
     if not stale:
         return True
     mass = 1.0 + velocity * model.mass_proportional
@@ -334,12 +334,12 @@ class NodalModel(_NodalData):
         return Workspace(np.zeros((0, 0)), np.zeros((rows, _LANES)), effective, np.zeros((row.VECTORS, n)))
 
     def definiteness(self, rank_one: float, w: Workspace) -> float:
-        """1 + kappa S.M1^-1 S, which vanishes with the definiteness of the mass matrix."""
+        """1 + kappa S.M^-1 S, which vanishes with the definiteness of the mass matrix."""
         return float(1.0 + rank_one * (self.vectors[COUPLING] @ self.vectors[MASS_RESPONSE]))
 
 
 def factored_mass(bands: Array, coupling: Array) -> tuple[Array, Array]:
-    """Factors of the mass matrix, (n + 3, 4) as of `factor_band`, and M1^-1 S (n,).
+    """Factors of the mass matrix, (n + 3, 4) as of `factor_band`, and M^-1 S (n,).
 
     Raises LinAlgError if the matrix is not positive definite.
     """

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
-from scipy.sparse import issparse
+from scipy.linalg import cholesky, eigh, solve_triangular, svd
+from scipy.sparse import csr_array, issparse
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.scenario.user_defined import discretization
@@ -54,7 +55,7 @@ class BeamOperators:
 
     n shape functions Phi (row) of the arc-length label x in [0, length]; r = hub_radius.  With m(x) the
     mass per length, in which a tip mass is a point mass at x = length (theory: Sec. 1 of the documentation;
-    H(x) = int_0^x Phi'^T Phi' dxi):
+    H(x) = int_0^x Phi'^T Phi' dxi), all of the beam alone, without its hub:
 
         M1 = int m Phi^T Phi        K = int E I Phi''^T Phi''
         C  = int m (r + x) H        D = int m H
@@ -79,6 +80,7 @@ class BeamOperators:
     root_slope: Array  # (n,) Phi'(0)
     stations: StationTable
     rigid: Array = field(default_factory=lambda: np.zeros(0))  # (n,) the function x; of a nodal model only
+    curvature_factor: Matrix = None  # (points, n) G with K = G^T G; of a nodal model
     largest_element: float = 0.0  # m, of a nodal model
     left_out: float = 0.0  # m/N, compliance of a contact point that a nodal model has condensed
 
@@ -87,50 +89,97 @@ class BeamOperators:
         """Number n of shape functions."""
         return int(self.P.shape[0])
 
+    @property
+    def elastic_mass(self) -> Matrix:
+        """M1 + J_h Phi'(0)^T Phi'(0) (n, n): mass of the elastic coordinates, with the hub's."""
+        slope = self.root_slope[None]
+        if issparse(self.M1):
+            slope = csr_array(slope)
+        return self.M1 + self.sections.hub_inertia * (slope.T @ slope)
+
+    @property
+    def coupling(self) -> Array:
+        """S + J_h Phi'(0) (n,): coupling to the rigid rotation of beam and hub; 0 in the mean-axis frame."""
+        return self.S + self.sections.hub_inertia * self.root_slope
+
+    @property
+    def inertia(self) -> float:
+        """J + J_h (kg m^2)."""
+        return self.J + self.sections.hub_inertia
+
     def natural_frequencies(self) -> Array:
-        """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending."""
+        """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending.
+
+        In the mean-axis frame those of the beam with its hub.  A nodal model has its rigid rotation among them.
+        """
         return self._frequencies.copy()
 
     @cached_property
     def _frequencies(self) -> Array:  # runs that differ in the slope alone have the same operators
-        K, M1 = (matrix.toarray() if issparse(matrix) else matrix for matrix in (self.K, self.M1))
-        return np.asarray(np.sqrt(np.maximum(eigh(K, M1, lower=False, eigvals_only=True), 0.0)))
+        if issparse(self.K):
+            factor, mass = self.curvature_factor.toarray(), self.elastic_mass.toarray()
+            return np.asarray(np.linalg.norm(factor @ eigenvectors(factor, mass), axis=0))
+        squares = eigh(self.K, self.elastic_mass, lower=False, eigvals_only=True)
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+
+
+def eigenvectors(factor: Array, mass: Array) -> Array:
+    """Return the eigenvectors (n, n) of K = G^T G with `factor` G (points, n), ascending, scaled to v^T M v = 1.
+
+    They are singular vectors of G L^-T, M = L L^T.  G has half the condition exponent of K, so modes of low
+    frequency keep their digits on fine meshes.
+    """
+    lower = cholesky(mass, lower=True)
+    scaled = solve_triangular(lower, factor.T, lower=True)
+    left, _, _ = svd(scaled, full_matrices=True, lapack_driver="gesvd")
+    return np.asarray(solve_triangular(lower, left, lower=True, trans="T")[:, ::-1])
 
 
 @dataclass(frozen=True)
 class SpinningBeam:
-    """Elastic operators of a beam that spins at a constant rate.
+    """A beam that spins at a constant rate, in clamped shape functions seen from its root.
 
-    Flapwise (out of the plane of rotation): (K + Omega^2 C) v = omega^2 M1 v; chordwise (in the
-    plane): (K + Omega^2 (C - M1)) v = omega^2 M1 v (Southwell and Gough 1921; Wright et al. 1982).
+    A root that is free to turn moves the beam by r + x besides.  This rigid rotation has no elastic energy, and
+    C (r + x) = M1 (r + x), so it is a mode at any rate Omega, and the elastic ones are orthogonal to it in the mass
+    of beam and hub.  With S = M1 (r + x) and the inertia J of beam and hub, what is left are (Southwell and Gough
+    1921; Wright et al. 1982)
 
-    The rigid rotation x of a hinged beam satisfies C x = M1 x and K x = 0, so it is an exact mode of both
-    problems, with frequencies Omega (flapwise) and 0 (chordwise).  It is left out of the operators,
-    which act on its orthogonal complement, and put back in the lists.
+        (K + Omega^2 (C - M1)) v = omega^2 (M1 - S S^T/J) v    chordwise, in the plane of rotation
+        omega_f^2 = omega^2 + Omega^2                          flapwise, out of it
+
+    A held root has J = infinity, a pin the inertia of the beam.  Flapwise the joint is the same: a pin is a ball
+    joint, and a hub tilts with its inertia, like an arm along the beam.  A hub on an axle that it cannot tilt
+    vibrates flapwise like a held root.
     """
 
     K: Array  # (n, n)
     M1: Array
     C: Array
-    hinged: bool
+    S: Array  # (n,)
+    inertia: float  # J (kg m^2) of beam and hub about the axis; infinity of a held root
+
+    @classmethod
+    def of(cls, operators: BeamOperators, scenario: Scenario) -> SpinningBeam:
+        """Take the operators of clamped shape functions, and how the root is held."""
+        o, held = operators, scenario.root.kind == "driven"
+        return cls(o.K, o.M1, o.C, o.S, math.inf if held else o.inertia)
 
     def flapwise(self, spin_rate: float, count: int) -> Array:
-        """First `count` flapwise angular frequencies (rad/s), ascending."""
-        return self._frequencies(spin_rate**2, self.C, abs(spin_rate), count)
+        """First `count` flapwise angular frequencies (rad/s), ascending; the rigid one of a free root is the rate."""
+        return np.hypot(self.chordwise(spin_rate, count), spin_rate)
 
     def chordwise(self, spin_rate: float, count: int) -> Array:
-        """First `count` chordwise angular frequencies (rad/s), ascending."""
-        return self._frequencies(spin_rate**2, self.C - self.M1, 0.0, count)
-
-    def _frequencies(self, factor: float, geometric: Array, rigid: float, count: int) -> Array:
-        wanted = (0, min(count, self.K.shape[0]) - 1)
-        stiffness = self.K + factor * geometric
-        # the upper triangle is reduced from the last row upwards, which keeps the digits of the low frequencies:
-        # the entries grow from the first row to the last by up to twelve orders of magnitude
-        squares = eigh(stiffness, self.M1, lower=False, eigvals_only=True, subset_by_index=wanted)
-        elastic = np.sqrt(np.maximum(squares, 0.0))
-        found = np.sort(np.append(elastic, rigid)) if self.hinged else elastic
-        return np.asarray(found[:count])
+        """First `count` chordwise angular frequencies (rad/s), ascending; the rigid one of a free root is 0."""
+        stiffness = self.K + spin_rate**2 * (self.C - self.M1)
+        mass = self.M1 - np.outer(self.S, self.S) / self.inertia
+        # flexibilities 1/omega^2 are found to eps of the largest, squares of frequencies to eps of the largest too,
+        # which on fine meshes is more than the lowest; scaled, the stiffness is nearly the unit matrix
+        scale = 1.0 / np.sqrt(np.diag(stiffness))
+        scales = np.outer(scale, scale)
+        flexibilities = eigh(mass * scales, stiffness * scales, eigvals_only=True)[::-1]
+        rigid = np.zeros(0 if math.isinf(self.inertia) else 1)
+        elastic = 1.0 / np.sqrt(np.maximum(flexibilities[:count], np.finfo(float).tiny))
+        return np.append(rigid, elastic)[:count]
 
 
 @cache

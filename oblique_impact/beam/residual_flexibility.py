@@ -2,7 +2,7 @@
 
 MacNeal, Computers & Structures 1 (1971) 581-601; Craig and Chang (1977) for bodies with rigid motion: the static
 compliance of the whole beam at the contact point, under a unit load that the inertia of the frame's rigid motion
-balances, less that of the shapes that are kept.
+(of beam and hub) balances, less that of the shapes that are kept.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ _ROUNDING = 1e-9  # of the whole compliance: a residual below it is the rounding
 def static_compliance(sections: Sections, point: float, clamped: bool) -> float:
     """Deflection (m/N) of the point at x = `point` (m) by a unit load there: int M^2/(E I), M the bending moment.
 
-    A clamped beam carries the load to its root.  A hinged one turns: the inertia forces m (r + x) a of that
-    turning balance the load, and the deflection is the one in the mean-axis frame.  Uniform beam with the load at
-    its end: L^3/(3 E I), and 2 L^3/(105 E I).
+    A clamped beam carries the load to its root.  One that is free to turn about the axis, on a pin or with its
+    hub, is accelerated: the inertia forces m (r + x) a of this turning, and J_h a of the hub, balance the load, and
+    the deflection is the one in the mean-axis frame.  Uniform beam with the load at its end: L^3/(3 E I), and on a
+    pin 2 L^3/(105 E I).
     """
     edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, point])
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
@@ -30,7 +31,7 @@ def static_compliance(sections: Sections, point: float, clamped: bool) -> float:
     x, w = (middle + half * nodes).ravel(), (half * weights).ravel()
     moment = np.maximum(point - x, 0.0)
     if not clamped:
-        turning = (sections.hub_radius + point) / sections.inertia
+        turning = (sections.hub_radius + point) / (sections.inertia + sections.hub_inertia)
         moment -= turning * sections.outer_inertia_moment(x)
     return float(w @ (moment**2 / sections.bending_stiffness(x)))
 
