@@ -90,13 +90,14 @@ def test_energies(pair):
 
 
 def test_effective_matrix(pair):
-    """S = (1 + cv mu) M1 + (cq + cv eta) K + kappa S S^T, its residual and its responses, against dense."""
+    """(1 + cv mu) M + (cq + cv eta) K + kappa S S^T, its residual and its responses, against dense."""
     model, work, o = pair.full.model, pair.work, pair.full.operators
     a = np.random.default_rng(1).normal(size=pair.W.size)
     e = model.take_residual(0.0, pair.W, pair.Wd, a, True, work)
-    M1 = o.M1.toarray()
-    M1[0, 0] += model.hub_inertia
-    rank_one = e.rank_one * np.outer(o.S, o.S)
+    M1, coupling = o.M1.toarray(), o.S.copy()
+    M1[0, 0] += pair.full.scenario.root.inertia  # the slope of the root
+    coupling[0] += pair.full.scenario.root.inertia
+    rank_one = e.rank_one * np.outer(coupling, coupling)
     assert_allclose(work.vectors[row.RESIDUAL], work.vectors[row.FORCES] - (M1 + rank_one) @ a, atol=1e-9)
     product = np.zeros(a.size)
     model.mass_product(e.rank_one, work, a, product)

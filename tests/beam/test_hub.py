@@ -1,0 +1,322 @@
+"""A hub with inertia, from none (a pin) to a held root: modes, frames, frequencies, collisions."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from mpmath import mp
+from numpy.polynomial import Polynomial
+from numpy.testing import assert_allclose
+from scipy.linalg import eigh
+
+from oblique_impact import Scenario, natural_frequencies, simulate
+from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.frequencies import lowest_elastic_frequency, macro_gap
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.residual_flexibility import residual_compliance
+from oblique_impact.kernels import rows as row
+from oblique_impact.problem import beam_of
+from validation.beams import unit_beam
+
+INERTIAS = [0.0, 1e-4, 0.02, 1.0, 1e3, 1e9]
+
+
+def exact_frequencies(count, inertia=None, radius=0.0, tip_mass=0.0):
+    """Elastic frequencies of the unit beam with its hub, clamped if `inertia` is None: zeros of a determinant.
+
+    w = a cos bx + c sin bx + d cosh bx + e sinh bx with w = r w', w'' - r w''' = -J b^4 w' at the root and
+    w'' = 0, w''' = -M b^4 w at the tip; in 30 digits.
+    """
+
+    def determinant(b):
+        c, s, ch, sh = mp.cos(b), mp.sin(b), mp.cosh(b), mp.sinh(b)
+        values = [c, s, ch, sh], [1, 0, 1, 0], [0, b, 0, b], [-(b**2), 0, b**2, 0], [0, -(b**3), 0, b**3]
+        at_tip, w, slope, second, third = values
+        rows = [
+            [-c, -s, ch, sh],
+            [f + mp.mpf(tip_mass) * b * v for f, v in zip([s, -c, sh, ch], at_tip, strict=True)],
+        ]
+        if inertia is None:
+            rows += [w, slope]
+        else:
+            rows.append([v - mp.mpf(radius) * t for v, t in zip(w, slope, strict=True)])
+            rows.append(
+                [
+                    k - mp.mpf(radius) * q + mp.mpf(inertia) * b**4 * t
+                    for k, q, t in zip(second, third, slope, strict=True)
+                ]
+            )
+        return mp.det(mp.matrix(rows)) / ch
+
+    found, step = [], mp.mpf("0.3")
+    with mp.workdps(30):
+        low, below = step, determinant(step)
+        while len(found) < count:
+            high = low + step
+            above = determinant(high)
+            if below * above < 0:
+                root = mp.findroot(determinant, (low, high), solver="anderson", tol=1e-40)
+                found.append(float(root**2))
+            low, below = high, above
+    return np.array(found)
+
+
+def hub(inertia, radius=0.0):
+    return {"kind": "hub", "inertia": inertia, "hub_radius": radius}
+
+
+def elastic(scenario, count, direction="chordwise", spin=0.0):
+    """Frequencies without the rigid one of a free root."""
+    free = scenario.root.kind != "driven"
+    return getattr(natural_frequencies(scenario, [spin], count + free), direction)[0, free:]
+
+
+# Frequencies ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("inertia", INERTIAS)
+@pytest.mark.parametrize("radius", [0.0, 0.3])
+def test_frequencies_are_the_zeros_of_the_secular_equation(inertia, radius):
+    exact = exact_frequencies(5, inertia, radius)
+    scenario = unit_beam(hub(inertia, radius), method="modal")
+    assert_allclose(elastic(scenario, 5), exact, rtol=1e-11)
+    assert_allclose(elastic(scenario, 5, "flapwise"), exact, rtol=1e-11)
+    assert natural_frequencies(scenario).chordwise[0, 0] == 0.0
+    assert lowest_elastic_frequency(scenario) == pytest.approx(exact[0], rel=1e-9)
+    of_elements = elastic(unit_beam(hub(inertia, radius), method="fem", elements=24), 5)
+    # (beta h)^4/1440 where the root is held or hinged; with an own shape at the root at most some times that
+    assert np.all(np.abs(of_elements / exact - 1.0) < 3.0 * exact**2 / 24**4 / 1440)
+
+
+@pytest.mark.parametrize(
+    ("root", "tip_mass"), [(None, 0.0), (0.0, 0.0), (0.02, 0.0), (None, 300.0), (0.0, 300.0), (0.05, 300.0)]
+)
+@pytest.mark.parametrize("elements", [64, 128])
+def test_frequencies_on_fine_meshes_keep_their_digits(root, tip_mass, elements):
+    held = {"kind": "driven"} if root is None else hub(root)
+    frame = "tangent" if root is None else "mean-axis"
+    scenario = unit_beam(held, method="fem", elements=elements, modes=3, frame=frame)
+    scenario = scenario.replace(beam__tip_mass=tip_mass)
+    exact = exact_frequencies(3, root, tip_mass=tip_mass)
+    allowed = 1e-8 + exact**2 / elements**4 / 1440  # of cubic elements
+    for found in (elastic(scenario, 3), build_operators(scenario).natural_frequencies()):
+        assert np.all(found / exact - 1.0 < 1.1 * allowed)
+        assert np.all(found / exact - 1.0 > -1e-11)  # a mesh is stiffer than the beam
+    if root is not None:
+        nodal = scenario.replace(
+            discretization__modes=0, solver__scheme="generalized-alpha", solver__free_step=1e-4
+        )
+        found = beam_of(nodal).operators.natural_frequencies()
+        assert found[0] < 1e-5 * found[1]
+        assert np.all(np.abs(found[1:4] / exact - 1.0) < 1.1 * allowed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spin", [0.0, 5.0])
+@pytest.mark.parametrize("tip_mass", [0.0, 300.0])
+def test_frequencies_of_two_hundred_and_fifty_six_elements(spin, tip_mass):
+    """Spinning, too: from mesh to mesh the first one changes by the order of the elements, not by rounding."""
+    first = []
+    for elements in (64, 128, 256):
+        scenario = unit_beam({"kind": "driven"}, method="fem", elements=elements).replace(beam__tip_mass=tip_mass)
+        first.append(elastic(scenario, 1, "chordwise", spin)[0])
+    steps = np.diff(first) / first[-1]
+    assert abs(steps[1]) < abs(steps[0]) / 12.0 + 1e-10
+    if spin == 0.0:
+        assert first[-1] == pytest.approx(exact_frequencies(1, None, tip_mass=tip_mass)[0], rel=1e-10)
+
+
+def ritz(inertia, radius, tip_mass, spin, count):
+    """Chordwise and flapwise frequencies of the unit beam with its hub, by polynomials and plain integrals.
+
+    u = (r + x) s + x^2 (...): the hub turns by s.  An arm along the beam of the inertia J_h has, out of the plane,
+    the centrifugal potential Omega^2 J_h s^2/2; in the plane the hub has none.
+    """
+    n, nodes, weights = 12, *np.polynomial.legendre.leggauss(30)
+    x, w = 0.5 * (1.0 + nodes), 0.5 * weights
+    basis = [Polynomial([radius, 1.0])] + [
+        Polynomial([0, 0, 1]) * np.polynomial.Legendre.basis(k, domain=[0, 1]).convert(kind=Polynomial)
+        for k in range(n)
+    ]
+    u, slope, curvature, tip = (
+        np.array([p.deriv(k)(at) for p in basis]) for k, at in ((0, x), (1, x), (2, x), (0, 1.0))
+    )
+    root = np.eye(n + 1)[0]
+    mass = (u * w) @ u.T + tip_mass * np.outer(tip, tip)
+    tension = radius * (1.0 - x) + 0.5 * (1.0 - x**2) + tip_mass * (1.0 + radius)
+    # the hub's arm shortens too: the root moves in by r s^2/2 with all that hangs on it
+    arm = radius * (radius + 0.5 + tip_mass * (1.0 + radius))
+    centrifugal = (slope * w * tension) @ slope.T + arm * np.outer(root, root)
+    bending, own = (curvature * w) @ curvature.T, inertia * np.outer(root, root)
+    squares = (
+        eigh(bending + spin**2 * (centrifugal - mass), mass + own, eigvals_only=True),
+        eigh(bending + spin**2 * (centrifugal + own), mass + own, eigvals_only=True),
+    )
+    return [np.sqrt(np.maximum(found[:count], 0.0)) for found in squares]
+
+
+@pytest.mark.parametrize("method", ["modal", "fem"])
+@pytest.mark.parametrize(("inertia", "radius"), [(0.0, 0.0), (0.05, 0.0), (0.05, 0.4), (2.0, 1.0)])
+def test_a_spinning_beam_with_its_hub(method, inertia, radius):
+    scenario = unit_beam(hub(inertia, radius), method=method, elements=32)
+    masses = [0.0] if method == "modal" else [0.0, 0.5]
+    for tip_mass in masses:
+        found = natural_frequencies(scenario.replace(beam__tip_mass=tip_mass), [4.0], 4)
+        chordwise, flapwise = ritz(inertia, radius, tip_mass, 4.0, 4)
+        rtol = 1e-7 if method == "modal" else 2e-5  # beta^4 h^4/1440 of the third elastic mode
+        assert_allclose(found.chordwise[0], chordwise, rtol=rtol, atol=1e-5)
+        assert_allclose(found.flapwise[0], flapwise, rtol=rtol)
+        assert (found.chordwise[0, 0], found.flapwise[0, 0]) == (0.0, 4.0)
+
+
+def test_the_marched_equations_have_these_frequencies():
+    """Small vibrations about a steady spin, hub with radius: the forces of the tangent frame by differences."""
+    spin, size, step = 4.0, 9, 1e-4
+    scenario = unit_beam(hub(0.05, 0.4), method="modal", frame="tangent", kinetics="full", modes=size - 1)
+    scenario = scenario.replace(gravity=0.0)
+    model = Beam(scenario, build_operators(scenario)).model
+    slopes, rates = np.zeros((size, size)), np.eye(size)[0] * spin
+    for k in range(size):
+        for sign in (1.0, -1.0):
+            work = model.new_workspace()
+            model.evaluate(0.0, sign * step * np.eye(size)[k], rates, work)
+            assert model.solve_mass(0.0, work, False)
+            slopes[:, k] += sign * work.vectors[row.FREE_ACCELERATION] / (2.0 * step)
+    squares = np.sort(np.linalg.eigvals(-slopes).real)[1:4]
+    assert_allclose(np.sqrt(squares), natural_frequencies(scenario, [spin], 4).chordwise[0, 1:], rtol=3e-5)
+
+
+def test_modes_prints_the_beam_with_its_hub(cli):
+    """Of the paper's beam with 0.05 kg m^2: 209.65, 591.97, 1554.42 rad/s."""
+    mass, stiffness = 2766.7 * 3.14e-4, 68.952e9 * 7.85e-9
+    exact = np.sqrt(stiffness / mass) * exact_frequencies(3, 0.05 / mass)
+    code, out, _ = cli("modes", "paper", "--set", "root.kind=hub", "--set", "root.inertia=0.05", "--json")
+    printed = json.loads(out)
+    assert code == 0
+    for direction in ("flapwise", "chordwise"):
+        assert_allclose(printed[direction][0], [0.0, *exact], rtol=1e-10)
+
+
+# Modes of the mean-axis frame -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["modal", "fem"])
+@pytest.mark.parametrize("inertia", INERTIAS)
+def test_modes_are_orthogonal_to_each_other_and_to_the_rigid_rotation(method, inertia):
+    scenario = unit_beam(hub(inertia), method=method, frame="mean-axis", modes=20, elements=40)
+    o = build_operators(scenario)
+    slope = o.root_slope
+    assert_allclose(o.M1 + inertia * np.outer(slope, slope), np.eye(20), atol=1e-10)
+    # relative to the angular momentum of a unit rotation
+    assert_allclose((o.S + inertia * slope) / (1.0 / 3.0 + inertia), np.zeros(20), atol=1e-12)
+    squares = np.diag(o.K)
+    assert_allclose(o.K / np.sqrt(np.outer(squares, squares)), np.eye(20), atol=1e-9)
+    exact = exact_frequencies(3, inertia)
+    assert_allclose(np.sqrt(squares[:3]), exact, rtol=1e-12 if method == "modal" else 1e-5)
+    assert_allclose(o.natural_frequencies()[:3], np.sqrt(squares[:3]), rtol=1e-10)
+
+
+@pytest.mark.parametrize("inertia", [0.0, 0.02, 1e3])
+def test_what_the_modes_leave_out_is_the_flexibility_of_the_higher_ones(inertia):
+    """Static compliance under a load that the inertia of beam and hub balances, less the kept modes': a tail."""
+    few, many = (
+        build_operators(unit_beam(hub(inertia), method="modal", frame="mean-axis", modes=n)) for n in (4, 100)
+    )
+    tail = np.sum(many.contact_shape[4:] ** 2 / np.diag(many.K)[4:])
+    assert residual_compliance(few, clamped=False) == pytest.approx(tail, rel=2e-4)
+
+
+# Collisions -----------------------------------------------------------------------------------------------------
+
+ELASTIC = (
+    "gravity=0",
+    "contact.normal=spring",
+    "contact.stiffness=1e6",
+    "contact.friction=frictionless",
+    "initial.angle=0.225",
+    "initial.angular_velocity=-3.8",
+    "solver.output_interval=1e-3",
+    "end_time=0.0185",
+)
+NODAL = ("method=fem", "modes=0", "elements=64", "frame=mean-axis")
+
+
+def strike(*changes, modes=16, frame="mean-axis"):
+    return simulate(
+        Scenario.builtin(
+            "paper", [*ELASTIC, f"discretization.modes={modes}", f"discretization.frame={frame}", *changes]
+        )
+    )
+
+
+def with_hub(inertia):
+    return ("root.kind=hub", f"root.inertia={inertia}")
+
+
+@pytest.mark.parametrize("inertia", [0.0, 1e-4, 0.02, 1.0, 1e3])
+def test_contacts_converge_to_those_of_the_nodal_model(inertia):
+    """Starts and ends of the first contacts on a spring of 1e6 N/m: 8 modes to 1e-5 s, 16 to 5e-7 s."""
+    nodal = strike(
+        *with_hub(inertia),
+        *(f"discretization.{key}" for key in NODAL),
+        "solver.scheme=generalized-alpha",
+        "solver.free_step=2e-6",
+        "solver.contact_step=1e-6",
+    )
+    expected = [(c.start, c.end) for c in nodal.contacts if c.end < 0.0185]
+    assert len(expected) >= 2
+    for modes, bound in ((8, 1e-5), (16, 5e-7)):
+        found = strike(*with_hub(inertia), modes=modes)
+        times = [(c.start, c.end) for c in found.contacts][: len(expected)]
+        assert_allclose(times, expected, rtol=0.0, atol=bound)
+        assert abs(found.summary["energy"]["unaccounted"]) < 1e-9 * found.summary["energy"]["initial"]
+
+
+def test_a_heavy_hub_is_a_held_root():
+    """The hub's speed changes like 1/J; a root that is driven at constant speed has clamped modes."""
+    driven = strike(
+        "root.kind=driven", "root.profile=constant-speed", "root.spin_rate=-3.8", "initial.angular_velocity=0",
+        frame="tangent",
+    )  # fmt: skip
+    off = []
+    for inertia in (1e3, 1e5):
+        found = strike(*with_hub(inertia))
+        assert len(found.contacts) == len(driven.contacts)
+        pairs = zip(found.contacts, driven.contacts, strict=True)
+        off.append(max(abs(a.normal_impulse - b.normal_impulse) for a, b in pairs))
+    assert off[0] < 1e-3
+    assert off[1] == pytest.approx(0.01 * off[0], rel=0.05)
+
+
+def test_a_hub_without_inertia_is_a_pin():
+    """Also where a macro-collision ends, which the lowest elastic frequency decides, and under friction."""
+    pin, free = (
+        simulate(Scenario.builtin("paper", ["end_time=0.34", "discretization.frame=mean-axis", *root]))
+        for root in ((), ("root.kind=hub",))
+    )
+    assert pin.contacts == free.contacts
+    assert len(pin.contacts) > 1
+    assert pin.summary["macro_collisions"] == free.summary["macro_collisions"]
+    assert pin.macro_gap == free.macro_gap
+    np.testing.assert_array_equal(pin["q"].values, free["q"].values)
+    one, other = (
+        natural_frequencies(Scenario.builtin("paper", root), [0.0, 30.0]) for root in ((), ("root.kind=hub",))
+    )
+    np.testing.assert_array_equal(one.flapwise, other.flapwise)
+    np.testing.assert_array_equal(one.chordwise, other.chordwise)
+    turned = simulate(
+        Scenario.builtin(
+            "paper", ["end_time=0.01", "root.kind=hub", "root.torque=20", "discretization.frame=mean-axis"]
+        )
+    )
+    assert turned["theta_dot"].values[-1] > 0.1  # against the weight
+
+
+def test_macro_collisions_follow_the_lowest_frequency_of_the_beam_with_its_hub():
+    heavy = Scenario.builtin("paper", ["root.kind=hub", "root.inertia=1e9", "gravity=0"])
+    held = Scenario.builtin("paper", ["root.kind=driven", "gravity=0"])
+    assert macro_gap(heavy) == pytest.approx(macro_gap(held), rel=1e-8)
+    between = macro_gap(heavy.replace(root__inertia=0.05))
+    assert between == pytest.approx(4.0 * np.pi / 209.65, rel=1e-4)
