@@ -42,9 +42,9 @@ def build_operators(scenario: Scenario) -> BeamOperators:
 def eigenmodes(nodal: NodalBeam, root: str, count: int | None) -> Array:
     """Elastic eigenvectors, shape (2 nodes, count), in ascending order of frequency; all if count is None.
 
-    "hinged" ones turn with the hub, if there is one.  Their modal mass, with the hub's, is the mass of the beam, so
-    those of a uniform one are scaled like the eigenfunctions of ``modal``; the tip is positive.  A few modes of a large mesh take a shift-invert Lanczos
-    method, all others the decomposition of dense matrices.
+    "hinged" ones turn with the hub, if there is one.  Their modal mass, with the hub's, is the mass of the beam:
+    those of a uniform one are scaled like the eigenfunctions of ``modal``; the tip is positive.  A few modes of a
+    large mesh take a shift-invert Lanczos method, all others the decomposition of dense matrices.
     """
     free = nodal.free_dofs(root)
     rigid = 1 if root == "hinged" else 0  # the rigid rotation has frequency 0

@@ -10,8 +10,8 @@
 
 (Blevins, Formulas for Natural Frequency and Mode Shape, 1979.)  The first two are the limits of the third for
 h = infinity and, with r = 0, for h = 0.  They are scaled to int phi^2 dx + (J_h/m) phi'(0)^2 = L, which gives
-clamped-free and hinged-free ones |phi(L)| = 2, and signed so that phi(L) > 0.  The hyperbolic parts are written with
-decaying exponentials only: the textbook differences of cosh and sinh lose all digits near order 12.
+clamped-free and hinged-free ones |phi(L)| = 2, and signed so that phi(L) > 0.  The hyperbolic parts are written
+with decaying exponentials only: the textbook differences of cosh and sinh lose all digits near order 12.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def hinged_free_roots(count: int) -> Array:
 
 
 def hub_free_roots(count: int, hub: float, radius: float = 0.0) -> Array:
-    """First `count` positive roots b for a hub of the inertia `hub` m L^3 and the radius `radius` L, shape (count,).
+    """First `count` positive roots b, shape (count,), for a hub of inertia `hub` m L^3 and radius `radius` L.
 
     Clamping the root is one constraint, so each lies between two neighbours of the clamped beam (Rayleigh).
     """

@@ -76,7 +76,7 @@ def campbell_diagram(
             ("chordwise", beam.chordwise, SERIES[1], "--"),
         ):
             table = np.array([found(rate, count) for rate in rates])
-            elastic = np.where(table > 0.0, table, np.nan)  # a hinged beam's rigid mode has no place on a log axis
+            elastic = np.where(table > 0.0, table, np.nan)  # a free root's rigid mode has no place on a log axis
             lines = axes.semilogy(rates, elastic, color=colour, linestyle=dash)
             lines[0].set_label(name)
         axes.semilogy(rates[1:], rates[1:], color=GREY, linewidth=0.9, linestyle=":", label="once per revolution")

@@ -18,7 +18,8 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.residual_flexibility import static_compliance
 from oblique_impact.scenario.scenario import Scenario
 
-#: a stop this many times as stiff as the hinged beam at its contact point is nearly rigid: 3e7 N/m for the paper's
+#: a stop this many times as stiff as the beam, free to turn, is at its contact point is nearly rigid: for the
+#: paper's 3e7 N/m
 _NEARLY_RIGID = 1e3
 #: contacts within a macro-collision, above which an undamped beam is as good as on a rigid stop
 _MANY_CONTACTS = 20

@@ -61,9 +61,9 @@ def natural_frequencies(
     scenario : Scenario
         Its root decides: a pin gives the hinged beam, a driven root the clamped one at its radius, a hub the beam
         with its hub of that inertia and radius, which is free to turn.  The joint is the same in both directions:
-        flapwise a pin is a ball joint and the hub tilts with its inertia, like an arm along the beam, so that a hub
-        without inertia is a pin and a very heavy one is held.  Flapwise frequencies of a hub on an axle that it
-        cannot tilt are those of a driven root.
+        flapwise a pin is a ball joint, and a hub tilts with its inertia, like an arm along the beam, so that one
+        without inertia is a pin and a very heavy one is held.  A hub on an axle that it cannot tilt vibrates
+        flapwise like a driven root.
     speeds : sequence of float
         Spin rates (rad/s).
     count : int, optional
@@ -106,8 +106,9 @@ def natural_frequencies(
 def lowest_elastic_frequency(scenario: Scenario) -> float:
     """Return the lowest angular frequency (rad/s) of bending of the beam at rest, free of contact.
 
-    Of a pin, a hub or a driven root as in :func:`natural_frequencies`.  By Rayleigh and Ritz with ten polynomials,
-    whatever the discretization: to 1e-9 for a uniform beam, to about a hundredth for sections that change abruptly.
+    On a pin, with its hub, or clamped, as in :func:`natural_frequencies`.  By Rayleigh and Ritz with ten
+    polynomials, whatever the discretization: to 1e-9 for a uniform beam, to about a hundredth for sections that
+    change abruptly.
     """
     return _lowest_elastic_frequency(Undeformed.of(scenario))
 

@@ -2,8 +2,8 @@
 
 W = x theta + B are the nodal deflections and slopes seen from the root's inertial axis turned to nothing:
 rigid rotation and elastic deflection in one vector, with W_0 = 0 as the only boundary condition.  M, S = M x and
-J = x.S are those of beam and hub, whose inertia is an entry of M at the slope of the root.  In the mean-axis frame,
-S.B = 0, they split again by theta = S.W/J, B = W - x theta.  First-order kinetics reads
+J = x.S are those of beam and hub, whose inertia M has at the slope of the root.  In the mean-axis frame, S.B = 0,
+they split again by theta = S.W/J, B = W - x theta.  First-order kinetics reads
 
     (M + kappa S S^T) W'' + Cd W' + K W = f + d_n lambda_n + d_tau lambda_tau,   kappa = B^T N B / J^2
     f = f_B + S (Q_theta - x.f_B)/J,     f_B = theta'^2 N W - g (cos theta P - sin theta D B)

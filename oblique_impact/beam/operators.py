@@ -140,9 +140,9 @@ class SpinningBeam:
     """A beam that spins at a constant rate, in clamped shape functions seen from its root.
 
     A root that is free to turn moves the beam by r + x besides.  This rigid rotation has no elastic energy, and
-    C (r + x) = M1 (r + x), so it is a mode at any rate Omega, and the elastic ones are orthogonal to it in the mass
-    of beam and hub.  With S = M1 (r + x) and the inertia J of beam and hub, what is left are (Southwell and Gough
-    1921; Wright et al. 1982)
+    C (r + x) = M1 (r + x), so it is a mode at any rate Omega, and the elastic ones are orthogonal to it in the
+    mass of beam and hub.  With S = M1 (r + x) and the inertia J of both (Southwell and Gough 1921; Wright et al.
+    1982),
 
         (K + Omega^2 (C - M1)) v = omega^2 (M1 - S S^T/J) v    chordwise, in the plane of rotation
         omega_f^2 = omega^2 + Omega^2                          flapwise, out of it
@@ -165,15 +165,15 @@ class SpinningBeam:
         return cls(o.K, o.M1, o.C, o.S, math.inf if held else o.inertia)
 
     def flapwise(self, spin_rate: float, count: int) -> Array:
-        """First `count` flapwise angular frequencies (rad/s), ascending; the rigid one of a free root is the rate."""
+        """First `count` flapwise angular frequencies (rad/s), ascending; of a free root the rate is the first."""
         return np.hypot(self.chordwise(spin_rate, count), spin_rate)
 
     def chordwise(self, spin_rate: float, count: int) -> Array:
-        """First `count` chordwise angular frequencies (rad/s), ascending; the rigid one of a free root is 0."""
+        """First `count` chordwise angular frequencies (rad/s), ascending; of a free root 0 is the first."""
         stiffness = self.K + spin_rate**2 * (self.C - self.M1)
         mass = self.M1 - np.outer(self.S, self.S) / self.inertia
-        # flexibilities 1/omega^2 are found to eps of the largest, squares of frequencies to eps of the largest too,
-        # which on fine meshes is more than the lowest; scaled, the stiffness is nearly the unit matrix
+        # eigenvalues are good to eps of the largest: among omega^2 that exceeds the lowest on fine meshes, among
+        # 1/omega^2 it belongs to the lowest; scaled, the stiffness is nearly the unit matrix
         scale = 1.0 / np.sqrt(np.diag(stiffness))
         scales = np.outer(scale, scale)
         flexibilities = eigh(mass * scales, stiffness * scales, eigvals_only=True)[::-1]

@@ -20,10 +20,10 @@ _ROUNDING = 1e-9  # of the whole compliance: a residual below it is the rounding
 def static_compliance(sections: Sections, point: float, clamped: bool) -> float:
     """Deflection (m/N) of the point at x = `point` (m) by a unit load there: int M^2/(E I), M the bending moment.
 
-    A clamped beam carries the load to its root.  One that is free to turn about the axis, on a pin or with its
-    hub, is accelerated: the inertia forces m (r + x) a of this turning, and J_h a of the hub, balance the load, and
-    the deflection is the one in the mean-axis frame.  Uniform beam with the load at its end: L^3/(3 E I), and on a
-    pin 2 L^3/(105 E I).
+    A clamped beam carries the load to its root.  One that is free to turn, on a pin or with its hub, is
+    accelerated: the inertia forces m (r + x) a of this turning, and J_h a of the hub, balance the load, and the
+    deflection is the one in the mean-axis frame.  Uniform beam with the load at its end: L^3/(3 E I), and on a pin
+    2 L^3/(105 E I).
     """
     edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, point])
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)

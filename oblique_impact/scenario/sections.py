@@ -164,8 +164,8 @@ class DiscretizationSection(Section):
     )
     frame: Literal["tangent", "mean-axis"] = key(
         "tangent",
-        "the floating frame: tangent to the root (clamped shapes), or the mean axis (hinged shapes), which "
-        "is the default of the full nodal model",
+        "the floating frame: tangent to the root (clamped shapes), or the mean axis (shapes that turn at the "
+        "root), which is the default of the full nodal model",
     )
     kinetics: Literal["zeroth-order", "first-order", "full"] = key(
         "first-order", "order of the kinetic energy in the elastic coordinates"

@@ -102,7 +102,8 @@ def gradient(function, x, step):
 def test_energies_are_integrals_over_the_moving_beam(frame):
     """Kinetic and gravity energy of the full kinematics by plain Gauss quadrature of r(x, t) and its velocity."""
     beam = beam_of(f"full, {frame}, hub")
-    shapes = Eigenfunctions("clamped-free" if frame == "tangent" else "hub-free", 3, 1.0, 0.02 / (2766.7 * 3.14e-4))
+    family = "clamped-free" if frame == "tangent" else "hub-free"
+    shapes = Eigenfunctions(family, 3, 1.0, hub=0.02 / (2766.7 * 3.14e-4))
     nodes, weights = np.polynomial.legendre.leggauss(40)
     x, w = 0.5 * (1.0 + nodes), 0.5 * weights
     inner = np.multiply.outer(x, x)  # Gauss points of [0, x]

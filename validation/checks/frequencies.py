@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.optimize import brentq
 
 import fem_beam
 import modal
 from modal import clamped_free_roots, hinged_free_roots
+from oblique_impact.beam.frequencies import natural_frequencies
 from oblique_impact.beam.operators import build_operators
 from validation.beams import unit_beam
 from validation.checks.plots import frequency_errors_figure
@@ -58,6 +60,52 @@ def orthogonality() -> list[Measurement]:
                 Measurement(
                     f"{name}, {family}-free: largest deviation", off, 0.0, "1", 1e-11, text, f"{name}-{family}"
                 )
+            )
+    return found
+
+
+def _with_hub(inertia: float, radius: float, count: int) -> np.ndarray:
+    """Roots b of the unit beam with its hub: zeros of the determinant of its four boundary conditions."""
+
+    def determinant(b: float) -> float:
+        c, s, ch, sh = np.cos(b), np.sin(b), np.cosh(b), np.sinh(b)
+        slope, third = np.array([0.0, 1.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0, 1.0])
+        rows = [
+            np.array([1.0, 0.0, 1.0, 0.0]) - radius * b * slope,  # w = r w_x
+            np.array([-1.0, 0.0, 1.0, 0.0]) - radius * b * third + inertia * b**3 * slope,  # moment of the hub
+            np.array([-c, -s, ch, sh]) / ch,
+            np.array([s, -c, sh, ch]) / ch,
+        ]
+        return float(np.linalg.det(rows))
+
+    places = np.arange(0.1, 1.3 * np.pi * (count + 1), 0.1)
+    signs = np.sign([determinant(b) for b in places])
+    found = [
+        brentq(determinant, places[k], places[k + 1], xtol=1e-14, rtol=1e-14)
+        for k in np.flatnonzero(signs[1:] != signs[:-1])
+    ]
+    return np.array(found[:count])
+
+
+@check(
+    "A beam that is free to turn with its hub, whose inertia goes from none, a pin, to a held root's.", seconds=0.5
+)
+def with_hub() -> list[Measurement]:
+    """The worst of three elastic frequencies for each hub; inertias in m L³, radii in L."""
+    found, text = [], "zeros of the determinant of the four boundary conditions, by bisection"
+    for inertia, radius in ((0.0, 0.0), (1e-4, 0.0), (0.02, 0.0), (1.0, 0.0), (1e3, 0.0), (0.02, 0.3), (1.0, 2.0)):
+        roots = _with_hub(inertia, radius, 3)
+        root = {"kind": "hub", "inertia": inertia, "hub_radius": radius}
+        # the determinant gives some 14 digits; elements err by about (b h)⁴/1440
+        bounds = {"modal": np.full(3, 2e-13), "fem": 1.5 * VALUES["1.3"] * (roots / 32) ** 4}
+        for method, bound in bounds.items():
+            scenario = unit_beam(root, method=method, elements=32)
+            computed = natural_frequencies(scenario, count=4).chordwise[0, 1:]
+            k = int(np.argmax(np.abs(computed / roots**2 - 1.0) / bound))
+            quantity = f"frequency {k + 1}, hub of {inertia:g} m L³ at {radius:g} L, {method}"
+            name = f"{method}-{inertia:g}-{radius:g}"
+            found.append(
+                within(quantity, computed[k], roots[k] ** 2, "sqrt(EI/(m L⁴))", float(bound[k]), text, name)
             )
     return found
 
