@@ -91,9 +91,9 @@ def test_frequencies_are_the_zeros_of_the_secular_equation(inertia, radius):
 
 
 @pytest.mark.parametrize(
-    ("root", "tip_mass"), [(None, 0.0), (0.0, 0.0), (0.02, 0.0), (None, 300.0), (0.0, 300.0), (0.05, 300.0)]
+    ("root", "tip_mass", "elements"),
+    [(None, 0.0, 128), (0.0, 0.0, 64), (0.02, 0.0, 128), (None, 300.0, 128), (0.0, 300.0, 64), (0.05, 300.0, 64)],
 )
-@pytest.mark.parametrize("elements", [64, 128])
 def test_frequencies_on_fine_meshes_keep_their_digits(root, tip_mass, elements):
     held = {"kind": "driven"} if root is None else hub(root)
     frame = "tangent" if root is None else "mean-axis"
