@@ -87,6 +87,12 @@ class BeamOperators:
         """Number n of shape functions."""
         return int(self.P.shape[0])
 
+    @cached_property
+    def contact_slope(self) -> Array:
+        """Slopes Phi'(x_F) (n,) of the shape functions at the contact point, which is one of the stations (1/m)."""
+        row = self.stations.slopes[[int(np.argmin(np.abs(self.stations.points - self.contact_point)))]]
+        return np.asarray(row.toarray() if issparse(row) else row)[0]
+
     def natural_frequencies(self) -> Array:
         """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending."""
         return self._frequencies.copy()

@@ -296,7 +296,7 @@ def test_what_touches_is_marked_where_it_touches(run):
     view = "{ scale: 1e3, x0: 0, y0: 0, thick: 1 }"
     place = scripts.at(frame, f"touchPlace({view}, moment)")
     assert np.array(place) / (1e3, -1e3) == pytest.approx(geometry.contact_place(k)[:2], abs=1e-5)
-    (mark,) = scripts.drawn(frame, f"drawAxisMark(context, {view}, moment)")["fills"]
+    (mark,) = scripts.drawn(frame, f"drawContactPoint(context, {view}, moment)")["fills"]
     assert np.array(mark["arcs"][0][:2]) / (1e3, -1e3) == pytest.approx(geometry.contact_point(k), abs=1e-5)
     assert np.linalg.norm(geometry.contact_point(k)) < 0.8 * geometry.scenario.beam.length
 
