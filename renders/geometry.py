@@ -150,7 +150,7 @@ class BeamGeometry:
 
     @property
     def flat_end(self) -> bool:
-        """Whether the beam ends in a plane, not in a hemisphere or a mass: so does one that touches with its edge."""
+        """Whether the beam ends in a plane: one with corners, or one that touches with its edge; not in a mass."""
         s = self.scenario
         edge = s.contact_fibre != 0.0 and s.contact.point == s.beam.length
         return self.mass_radius == 0.0 and (edge or has_corners(s.beam.section.shape))
@@ -247,7 +247,9 @@ class BeamGeometry:
         """From the axis to the contact point (m) at the samples, in the floating frame."""
         arm = self.scenario.root.hub_radius + self.stations[self._touch] + self._values("ux")[:, self._touch]
         tip = self._values("tip_x") + 1j * self._values("tip_y")
-        return np.asarray(tip * np.exp(-1j * self._values("theta")) - arm - 1j * self._values("uy")[:, self._touch])
+        return np.asarray(
+            tip * np.exp(-1j * self._values("theta")) - arm - 1j * self._values("uy")[:, self._touch]
+        )
 
     def _axis(self, k: float) -> Array:
         """Return the true axis at the rings, (rings, 2)."""

@@ -31,8 +31,8 @@ def drawn_slope(geometry: BeamGeometry) -> DrawnSlope | None:
     """Return what is drawn of the slope of a run; None without contact, or if it is out of the beam's reach.
 
     Where contact is on the beam's axis the surface lies half its depth, that at the contact point, below the line
-    that the axis touches; else it is that line. The ends are those of the scenario; an unbounded slope is drawn as far as any part of the beam comes near or below
-    it. The deformation factor changes nothing of it.
+    that the axis touches; else it is that line. The ends are those of the scenario; an unbounded slope is drawn as
+    far as any part of the beam comes near or below it. The deformation factor changes nothing of it.
     """
     scenario, slope = geometry.scenario, geometry.scenario.slope
     if not scenario.contact.enabled:

@@ -35,10 +35,10 @@ _HALVINGS = 12  # of a cell between two stations; a chord over so short a part o
 
 
 def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array]:
-    """Smallest signed distance (m) of the axis, or of the face, from the slope, and the arc length (m) where it is.
+    """Smallest signed distance (m) of the beam from the slope, and the arc length (m) where it is.
 
-    Between two stations the axis is the cubic through both ends and their tangents, as in a Hermite element: the
-    distance does not depend on the stations.
+    It is that of the axis, or of the face.  Between two stations either is the cubic through both ends and their
+    tangents, as in a Hermite element: the distance does not depend on the stations.
 
     Parameters
     ----------

@@ -40,7 +40,8 @@ from oblique_impact.kernels.workspace import (
 
 # NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D, H at the contact point
 MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
-# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M1^-1 S, shape functions and slopes at the contact point
+# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M1^-1 S, shape functions at the contact point, their
+# slopes there
 COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE, CONTACT_SLOPE = range(8)
 _LANES = 4
 

@@ -89,9 +89,10 @@ class BeamOperators:
 
     @cached_property
     def contact_slope(self) -> Array:
-        """Slopes Phi'(x_F) (n,) of the shape functions at the contact point, which is one of the stations (1/m)."""
+        """Slopes Phi'(x_F) (n,) of the shape functions at the contact point, one of the stations (1/m)."""
         row = self.stations.slopes[[int(np.argmin(np.abs(self.stations.points - self.contact_point)))]]
-        return np.asarray(row.toarray() if issparse(row) else row)[0]
+        slopes: Array = np.asarray(row.toarray() if issparse(row) else row)[0]
+        return slopes
 
     def natural_frequencies(self) -> Array:
         """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending."""

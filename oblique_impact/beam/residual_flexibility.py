@@ -22,8 +22,8 @@ def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array
 
     That is int M_i M_k/(E I) with the bending moments M of the two loads (m/N, 1/N; 1/N, 1/(N m)).  A clamped beam
     carries a load to its root.  A hinged one turns: the inertia forces m (r + x) a of that turning balance the
-    load, and the deflection is the one in the mean-axis frame.  Uniform beam with the force at its end: L^3/(3 E I),
-    and 2 L^3/(105 E I).
+    load, and the deflection is the one in the mean-axis frame.  Uniform beam with the force at its end:
+    L^3/(3 E I), and 2 L^3/(105 E I).
     """
     edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, point])
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)

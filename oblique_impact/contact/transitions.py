@@ -58,8 +58,8 @@ class AtEnd(Enum):
 class Transition(NamedTuple):
     """The next phase, the event to record and what changes the velocities.
 
-    Without an event it is a kink of the friction law, or the contact point crosses the line of the slope beyond its
-    ends.
+    Without an event it is a kink of the friction law, or the contact point crosses the line of the slope beyond
+    its ends.
 
     `impulse` is that of an impact.  `arrest` is what the friction force does within a step to stop the slip; it is
     booked with the finite forces.  `stop` names the reason why no contact state exists after the impulse; the run
@@ -200,7 +200,7 @@ class ContactMachine:
         return self._at_zero_slip(phase, instant)
 
     def touch(self, probe: ContactProbe) -> Transition:
-        """Impact of a closing contact, or a grazing contact that closes without one; none beyond the slope's ends."""
+        """Impact of a closing contact, or a grazing contact that closes without one; none beyond an end."""
         if self._is_beyond(probe.instant.slip):
             return Transition(self._below(), None, at_end=AtEnd.FALLS_PAST)
         if self.stop is not None:

@@ -158,9 +158,7 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
     }
 
 
-def warnings_of(
-    beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]
-) -> list[str]:
+def warnings_of(beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]) -> list[str]:
     """Say where the model leaves its range of validity; `passages` are those of the summary's `slope_ends`."""
     deflection = variables["uy"]
     largest = float(max(np.max(deflection), -np.min(deflection)))

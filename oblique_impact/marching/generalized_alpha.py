@@ -96,7 +96,7 @@ def _of_force(phase: Phase, guard: int) -> bool:
     """Whether a guard is a function of the force of a constraint, not of the motion."""
     if guard == NORMAL:
         return phase.state != FREE and not phase.gives_way
-    return phase.state == STICKING and (guard == LOWER or guard == UPPER)
+    return phase.state == STICKING and guard in (LOWER, UPPER)
 
 
 @jitable

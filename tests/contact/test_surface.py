@@ -1,4 +1,4 @@
-"""Contact at the beam's face in place of its axis: kinematics, balances, first touch, discretizations, refusals."""
+"""Contact at the beam's face in place of its axis: kinematics, balances, first touch, discretizations."""
 
 from __future__ import annotations
 
@@ -47,6 +47,11 @@ def place(scenario, q):
     return np.array([z.imag, z.real])
 
 
+def moving(scenario, q, qd):
+    """Return the place over the time since it was at q."""
+    return lambda t: place(scenario, q + t * qd)
+
+
 def derivatives(function, h):
     """First and second derivative at 0 by central differences of order 6 (Fornberg 1988)."""
     samples = [function(k * h) for k in range(-3, 4)]
@@ -67,10 +72,9 @@ def test_gap_slip_rows_rates_and_biases_are_those_of_the_moving_fibre(name):
         e = beam.model.evaluate(0.0, q, qd, work)
         np.testing.assert_allclose([e.gap, e.slip], place(scenario, q), rtol=0.0, atol=1e-13)
         rows = np.array([work.vectors[row.NORMAL], work.vectors[row.TANGENTIAL]])
-        units = np.eye(beam.size)
-        expected = np.array([next(derivatives(lambda h, u=u: place(scenario, q + h * u), 1e-3)) for u in units]).T
+        expected = np.array([next(derivatives(moving(scenario, q, unit), 1e-3)) for unit in np.eye(beam.size)]).T
         np.testing.assert_allclose(rows, expected, atol=1e-10)
-        rates, accelerations = derivatives(lambda h: place(scenario, q + h * qd), 2e-3)
+        rates, accelerations = derivatives(moving(scenario, q, qd), 2e-3)
         np.testing.assert_allclose([e.gap_rate, e.slip_rate], rates, atol=1e-9)
         np.testing.assert_allclose([e.gap_bias, e.slip_bias], accelerations, rtol=1e-6, atol=1e-6)
 
@@ -141,7 +145,7 @@ def test_a_rigid_beam_touches_when_its_face_does():
 
 
 def test_the_pin_carries_no_moment(run):
-    """Equilibrium of the whole beam about its pin: the contact force has the lever of the fibre, not of the axis."""
+    """Equilibrium of the whole beam about its pin: the contact force has the lever of the fibre."""
     history = run(
         "paper", ON_THE_FACE, "discretization.kinetics='full'", "end_time=0.32", "contact.mu_kinetic=0.3"
     )
@@ -151,7 +155,7 @@ def test_the_pin_carries_no_moment(run):
     assert closed.sum() > 10
     assert force > 50.0
     assert moment < 1e-6 * force * DEPTH
-    # the force at the fibre bends the beam up to its very end: half the depth times its component along the section
+    # the force at the fibre bends the beam up to its very end: half the depth times the part along the section
     angle = history["theta"].values[closed] - Scenario().slope.angle
     normal, tangential = (history[name].values[closed] for name in ("lambda_n", "lambda_tau"))
     angle += history["q"].values[closed, 1:] @ Eigenfunctions("clamped-free", 2, 1.0).derivative(np.ones(1), 1)[0]
@@ -186,7 +190,7 @@ def test_what_the_modes_leave_out_adds_up_to_the_whole_flexibility():
 
 
 def test_modal_and_nodal_beams_agree(run):
-    """Elastic stop, first contact: 12 modes with their residual flexibility, and 16 elements in all their nodes."""
+    """Elastic stop, first contact: 12 modes with their residual flexibility, and 16 elements."""
     common = (ON_THE_FACE, "end_time=0.318", "solver.contact_step=1e-5", "solver.free_step=1e-4")
     modal = ("discretization.method='modal'", "discretization.modes=12", "solver.scheme='event'")
     one, two = (run("elastic-stop", *common, *m) for m in (modal, ("discretization.elements=16",)))

@@ -30,7 +30,7 @@ def scheme(name):
 @pytest.mark.parametrize("name", LATE)
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 def test_a_block_slides_off_the_end_and_falls_freely(name, mu):
-    """From x = 0 at v down to the end at -L, L = v t + a t^2/2, a = g (sin(alpha) - mu cos(alpha)); then free fall."""
+    """From x = 0 at v down to the end at -L, L = v t + a t^2/2, a = g (sin(alpha) - mu cos(alpha)); then it falls."""
     alpha, way, end, start = pi / 6, 0.5, 0.6, 0.5
     push, pull = GRAVITY * cos(alpha), GRAVITY * sin(alpha)
     acceleration = pull - mu * push
@@ -82,7 +82,7 @@ def swing(name, start, first, restitution, end):
 
 @pytest.mark.parametrize("name", LATE)
 def test_it_falls_past_beyond_an_end_comes_back_and_strikes_again_from_above(name):
-    """y = cos(w t), x = t: it crosses y = 0 after one quarter and three quarters of a period, then hits the slope."""
+    """y = cos(w t), x = t: it crosses y = 0 after one and three quarters of a period, then hits the slope."""
     end = 5.7 * QUARTER
     history, late = swing(name, 1.0, 3.5 * QUARTER, 1.0, end), LATE[name] + 1e-8
     ends = history.summary["slope_ends"]

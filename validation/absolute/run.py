@@ -253,7 +253,9 @@ class Run:
         ends = (AtEnd.SLIDES_OFF,) if self.slope.extent else ()
         if self.phase.state is State.STICK:
             return (EventKind.RELEASE, EventKind.SLIP)
-        return (EventKind.RELEASE, *ends, EventKind.REVERSAL) if self.phase.direction else (EventKind.RELEASE, *ends)
+        return (
+            (EventKind.RELEASE, *ends, EventKind.REVERSAL) if self.phase.direction else (EventKind.RELEASE, *ends)
+        )
 
     def _guard(self, kind: EventKind | AtEnd, step: Step, length: float) -> float:
         """Return a function that is positive at the end of a step before something has happened."""

@@ -71,11 +71,11 @@ class Slope:
         return np.asarray(q[:2] + self.fibre * np.array([-np.sin(q[2]), np.cos(q[2])]))
 
     def rows(self, u: Array, q: Array) -> Array:
-        """Derivatives (3,) of the contact point's component along a unit vector u (2,)."""
+        """Return the derivatives (3,) of the contact point's component along a vector u (2,)."""
         return np.append(u, -self.fibre * float(u @ [np.cos(q[2]), np.sin(q[2])]))
 
     def mean_rows(self, u: Array, q0: Array, q1: Array) -> tuple[Array, float]:
-        """Their means over a step, whose product with q1 - q0 is the displacement, and the last one's derivative."""
+        """Return their means over a step, which times q1 - q0 give the displacement; d(last mean)/d(last of q1)."""
         quotient, rate = divided_difference(q0[2], q1[2])
         along = self.fibre * (u[0] - 1j * u[1]) * 1j
         return np.append(u, float(np.real(along * quotient))), float(np.real(along * rate))
@@ -133,8 +133,8 @@ class Contact:
     def forces(self, q0: Array, q1: Array, length: float) -> PointForces:
         """Return the mean forces on the node within a step."""
         slope, n = self.slope, self.slope.normal
-        gaps = (float(n @ slope.point(q)) - slope.offsets[0] for q in (q0, q1))
-        force, rate = self.normal_force(*gaps, length)
+        gap0, gap1 = (float(n @ slope.point(q)) - slope.offsets[0] for q in (q0, q1))
+        force, rate = self.normal_force(gap0, gap1, length)
         direction, turning = slope.mean_rows(n + self.friction * slope.tangent, q0, q1)
         tangent = rate * np.outer(direction, slope.rows(n, q1))
         tangent[2, 2] += force * turning
