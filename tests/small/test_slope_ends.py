@@ -30,7 +30,7 @@ def scheme(name):
 @pytest.mark.parametrize("name", LATE)
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 def test_a_block_slides_off_the_end_and_falls_freely(name, mu):
-    """From x = 0 at v down to the end at -L, L = v t + a t^2/2, a = g (sin(alpha) - mu cos(alpha)); then it falls."""
+    """From x = 0 at v to the end at -L, L = v t + a t^2/2, a = g (sin(alpha) - mu cos(alpha)), then it falls"""
     alpha, way, end, start = pi / 6, 0.5, 0.6, 0.5
     push, pull = GRAVITY * cos(alpha), GRAVITY * sin(alpha)
     acceleration = pull - mu * push
