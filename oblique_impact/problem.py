@@ -96,6 +96,7 @@ def contact_machine(scenario: Scenario, scheme: Scheme, tolerances: Tolerances) 
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         scheme.judgement,
         stop_of(scenario),
+        scenario.slope.extent,
     )
 
 

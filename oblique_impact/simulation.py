@@ -87,14 +87,13 @@ def _beam_history(beam: Beam, record: Record, wall: float) -> History:
     summary = summarize(record, samples, wall, macro_gap(scenario), scenario)
 
     def judge() -> dict[str, Any]:
-        events = [event.time for event in record.events]
         contacts = [collision["contacts"] for collision in summary["macro_collisions"]]
         return {
             "clearance": closest(variables, scenario.beam.length),
             "without_limit": list(without_limit(scenario)),
             "warnings": [
                 *doubts(scenario),
-                *warnings_of(beam, variables, events),
+                *warnings_of(beam, variables, summary["slope_ends"]),
                 *undetermined(beam, contacts),
             ],
         }
@@ -114,6 +113,7 @@ def simulate_system(
     output_interval: float = 1e-2,
     baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
     stop: ContactLaw | None = None,
+    extent: tuple[float, ...] = (),
     gap_tolerance: float | None = None,
     breakpoints: tuple[float, ...] = (),
     macro_gap: float = 0.0,
@@ -131,6 +131,8 @@ def simulate_system(
         s.
     friction, impact, scheme, stop : optional
         Laws, marching scheme and an elastic stop; default frictionless, plastic, event-located, rigid.
+    extent : tuple of float
+        Ends of the slope, [first, last] (m) along it; by default it has none.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
         :func:`~oblique_impact.problem.system_scales`.
@@ -154,7 +156,7 @@ def simulate_system(
     gap = tolerances.gap if gap_tolerance is None else gap_tolerance
     tolerances = tolerances._replace(flight=scheme.shortest_flight, gap=gap)
     laws = friction or Frictionless(), impact or NewtonImpact()
-    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.judgement, stop)
+    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.judgement, stop, extent)
     times = float(end_time), float(output_interval)
     problem = Problem(system, q0, qd0, machine, scheme, *times, scales, breakpoints=breakpoints)
     record, wall = _march(problem, on_progress)

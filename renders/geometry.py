@@ -45,7 +45,8 @@ QUANTITIES = {
 
 #: variables of a history that pictures, pages and exports are made from
 NEEDED = (
-    *("time", "station", "state", "theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot", "tip_vx", "tip_vy"),
+    *("time", "station", "state", "theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot"),
+    *("tip_x", "tip_y", "tip_vx", "tip_vy"),
     *(
         "moment",
         "shear",
@@ -128,10 +129,18 @@ class BeamGeometry:
 
     @cached_property
     def touch_radius(self) -> float:
-        """Radius (m) at the contact point: the drawn surface of the slope lies that much below its line."""
+        """Distance (m) of the beam's face from its axis at the contact point, or the radius of a mass there."""
         point = self.scenario.contact.point
         at_tip = point == self.scenario.beam.length
         return max(float(self.sections.fibre_distance(point)), self.mass_radius if at_tip else 0.0)
+
+    @property
+    def slope_depth(self) -> float:
+        """How far (m) the drawn surface of the slope lies below its line.
+
+        Where contact is on the axis that is half the depth of the beam: so its face touches what is drawn.
+        """
+        return self.touch_radius if self.scenario.contact.surface == "axis" else 0.0
 
     @cached_property
     def mass_radius(self) -> float:
@@ -141,8 +150,10 @@ class BeamGeometry:
 
     @property
     def flat_end(self) -> bool:
-        """Whether the beam ends in a plane, not in a hemisphere or a mass."""
-        return self.mass_radius == 0.0 and has_corners(self.scenario.beam.section.shape)
+        """Whether the beam ends in a plane: one with corners, or one that touches with its edge; not in a mass."""
+        s = self.scenario
+        edge = s.contact_fibre != 0.0 and s.contact.point == s.beam.length
+        return self.mass_radius == 0.0 and (edge or has_corners(s.beam.section.shape))
 
     @cached_property
     def half_width(self) -> float:
@@ -191,12 +202,17 @@ class BeamGeometry:
         return _turned(self._values("theta")[samples][:, None], x, self._values("uy")[samples])
 
     def contact_point(self, k: float) -> Array:
-        """Inertial position (2,) of the contact point."""
-        return np.asarray(self.stations_at(k)[self._touch])
+        """Inertial position (2,) of the contact point, on the axis or on the beam's face."""
+        on_axis, low = np.asarray(self.stations_at(k)[self._touch]), int(k)
+        if self.scenario.contact_fibre == 0.0:
+            return on_axis
+        part, high = k - low, min(low + 1, self.times.size - 1)
+        across = (1.0 - part) * self._fibre[low] + part * self._fibre[high]
+        return on_axis + _turned(self.value("theta", k), across.real, across.imag)
 
     def contact_place(self, k: float) -> Array:
-        """Return where the beam touches the drawn slope (3,), one radius below the contact point on its axis."""
-        return np.append(self.contact_point(k) - self.touch_radius * self.slope_axes[1], 0.0)
+        """Return where the beam touches the drawn slope (3,)."""
+        return np.append(self.contact_point(k) - self.slope_depth * self.slope_axes[1], 0.0)
 
     def contact_forces(self, k: float) -> tuple[Array, Array]:
         """Return normal and tangential force (2,) of the slope on the beam in the inertial frame (N)."""
@@ -225,6 +241,15 @@ class BeamGeometry:
     def _touch(self) -> int:
         """Number of the station at the contact point."""
         return int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
+
+    @cached_property
+    def _fibre(self) -> NDArray[np.complex128]:
+        """From the axis to the contact point (m) at the samples, in the floating frame."""
+        arm = self.scenario.root.hub_radius + self.stations[self._touch] + self._values("ux")[:, self._touch]
+        tip = self._values("tip_x") + 1j * self._values("tip_y")
+        return np.asarray(
+            tip * np.exp(-1j * self._values("theta")) - arm - 1j * self._values("uy")[:, self._touch]
+        )
 
     def _axis(self, k: float) -> Array:
         """Return the true axis at the rings, (rings, 2)."""
@@ -264,7 +289,7 @@ class BeamGeometry:
     @cached_property
     def _solid(self) -> Solid:
         beam = self.scenario.beam
-        return solid_of(beam, self.places, self.radii, self.mass_radius, self._cap_rings)
+        return solid_of(beam, self.places, self.radii, self.mass_radius, self._cap_rings, self.flat_end)
 
     @cached_property
     def _template(self) -> tuple[NDArray[np.int64], Array]:

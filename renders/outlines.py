@@ -31,17 +31,19 @@ class Solid(NamedTuple):
     directions: Array  # (np, 3) outward normals
 
 
-def solid_of(beam: BeamSection, places: Array, radii: Array, mass_radius: float, cap_rings: int) -> Solid:
+def solid_of(
+    beam: BeamSection, places: Array, radii: Array, mass_radius: float, cap_rings: int, flat: bool = False
+) -> Solid:
     """Return the points of a beam with rings of `radii` (m) at `places` (m), and `cap_rings` - 1 rings at its end.
 
     A mass at the tip is a sphere of `mass_radius` (m) there, 0 without one: then the end is a hemisphere of a
-    round beam, and flat of another.
+    round beam, unless it is to be `flat`, and flat of another.
     """
     outline, normals = _rings(beam, places, radii)
     angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     steps = np.arange(1, cap_rings) / cap_rings
-    if mass_radius > 0.0 or not has_corners(beam.section.shape):
+    if mass_radius > 0.0 or not (flat or has_corners(beam.section.shape)):
         radius = mass_radius or radii[-1]
         # a sphere begins where it comes out of the beam
         first = -np.arccos(min(radii[-1] / radius, 1.0)) if mass_radius > 0.0 else 0.0

@@ -228,8 +228,8 @@ class View:
             beam.move(time)
         if self._close:
             geometry = self._beams[0].geometry
-            point = geometry.contact_point(geometry.index(time))
-            self._look_at(np.append(point - 1.5 * geometry.touch_radius * geometry.slope_axes[1], 0.0))
+            below = np.append(0.5 * geometry.touch_radius * geometry.slope_axes[1], 0.0)
+            self._look_at(geometry.contact_place(geometry.index(time)) - below)
         backdrop = None if self._close else self._backdrop_now()
         arrows = self._arrows(time) if self._style.arrow else []
         shadows = self._shadows(time)

@@ -30,9 +30,9 @@ class DrawnSlope(NamedTuple):
 def drawn_slope(geometry: BeamGeometry) -> DrawnSlope | None:
     """Return what is drawn of the slope of a run; None without contact, or if it is out of the beam's reach.
 
-    The surface lies one radius of the beam, that at its contact point, below the line that the axis touches. The
-    ends are those of the scenario; an unbounded slope is drawn as far as any part of the beam comes near or below
-    it. The deformation factor changes nothing of it.
+    Where contact is on the beam's axis the surface lies half its depth, that at the contact point, below the line
+    that the axis touches; else it is that line. The ends are those of the scenario; an unbounded slope is drawn as
+    far as any part of the beam comes near or below it. The deformation factor changes nothing of it.
     """
     scenario, slope = geometry.scenario, geometry.scenario.slope
     if not scenario.contact.enabled:
@@ -44,7 +44,7 @@ def drawn_slope(geometry: BeamGeometry) -> DrawnSlope | None:
     first, last = np.clip(ends, pin - reach, pin + reach)
     if not first < last:
         return None
-    top = np.array(slope.origin) + np.outer([first, last], tangent) - geometry.touch_radius * normal
+    top = np.array(slope.origin) + np.outer([first, last], tangent) - geometry.slope_depth * normal
     if tangent[0] < 0.5:
         bottom = top - _ACROSS * length * normal
     else:

@@ -13,7 +13,7 @@ from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.nodal_frame import NodalModel
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
-from oblique_impact.beam.residual_flexibility import residual_compliance
+from oblique_impact.beam.residual_flexibility import residual_flexibility
 from oblique_impact.contact.state import Residual
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
 from oblique_impact.scenario.scenario import Scenario
@@ -109,6 +109,7 @@ class Beam:
             frame.ROOT_SLOPE: o.root_slope,
             frame.CONTACT_SHAPE: o.contact_shape,
             frame.FOLLOWING: -inverse @ o.coupling * (s.root.kind != "driven"),
+            frame.CONTACT_SLOPE: o.contact_slope,
         }
         slopes = o.stations.quadrature.slopes
         return (FullBeamModel if full else BeamModel)(
@@ -133,15 +134,22 @@ class Beam:
             "gravity": s.gravity,
             "torque": s.root.torque if s.root.kind == "hub" else 0.0,
             "contact_radius": s.root.hub_radius + s.contact.point,
+            "fibre": s.contact_fibre,
+            "fibre_turning": s.contact_fibre * self.foreshortening,
             "slope_angle": s.slope.angle,
             "normal_offset": normal_offset,
             "tangential_offset": tangential_offset,
         }
 
     @cached_property
+    def residual_flexibility(self) -> Array:
+        """Flexibility (2, 2) of what the coordinates leave out at the contact point, see there."""
+        return residual_flexibility(self.operators, clamped=self.scenario.discretization.frame == "tangent")
+
+    @property
     def residual_compliance(self) -> float:
         """Compliance (m/N) at the contact point, transverse to the beam, of what the coordinates leave out."""
-        return residual_compliance(self.operators, clamped=self.scenario.discretization.frame == "tangent")
+        return float(self.residual_flexibility[0, 0])
 
     def residual(self, q: Array) -> Residual:
         """Return what the coordinates q (d,) leave out of the contact point."""
@@ -150,7 +158,16 @@ class Beam:
         if not massless and not s.contact.residual_flexibility:
             return Residual()
         tilt = float(self.split(q)[0]) - s.slope.angle
-        compliance = float(self.residual_compliance * np.cos(tilt) ** 2)
+        across, turning = np.cos(tilt), 0.0  # what deflection and turn of the section do to the gap
+        if s.contact_fibre != 0.0:
+            phi = self.foreshortening * float(self.operators.contact_slope @ self.split(q)[1:])
+            turning = -s.contact_fibre * (np.sin(tilt) + np.cos(tilt) * phi)
+        flexibility = self.residual_flexibility
+        compliance = float(
+            flexibility[0, 0] * across**2
+            + 2.0 * flexibility[0, 1] * across * turning
+            + flexibility[1, 1] * turning**2
+        )
         return Residual(compliance, s.beam.kelvin_voigt, float(np.tan(tilt)) if massless else 0.0)
 
     def initial_state(self) -> tuple[Array, Array]:
@@ -216,9 +233,9 @@ class FullBeam(Beam):
         return self.operators.size
 
     @property
-    def residual_compliance(self) -> float:
-        """Compliance (m/N) of the contact point, if it is condensed."""
-        return self.operators.left_out
+    def residual_flexibility(self) -> Array:
+        """Flexibility (2, 2) of the contact point's deflection, if it is condensed."""
+        return np.array([[self.operators.left_out, 0.0], [0.0, 0.0]])
 
     @cached_property
     def model(self) -> NodalModel:
@@ -236,8 +253,9 @@ class FullBeam(Beam):
             for k in range(HALF_BANDWIDTH + 1):
                 diagonal = matrix.diagonal(k)
                 bands[which, k, : diagonal.size] = diagonal
-        vectors = np.zeros((7, self.size))
-        vectors[frame.CONTACT_SHAPE], at = o.contact_shape, np.flatnonzero(o.contact_shape)
+        vectors = np.zeros((8, self.size))
+        vectors[frame.CONTACT_SHAPE], vectors[frame.CONTACT_SLOPE] = o.contact_shape, o.contact_slope
+        at = np.flatnonzero((o.contact_shape != 0.0) | (o.contact_slope != 0.0))
         vectors[frame.COUPLING], vectors[frame.LOAD], vectors[frame.RIGID] = o.coupling, o.P, rigid
         vectors[frame.GRAVITY_RIGID], vectors[frame.SHORTENING_RIGID] = o.D @ rigid, shortening @ rigid
         mass_factor, vectors[frame.MASS_RESPONSE] = frame.factored_mass(bands, o.coupling)

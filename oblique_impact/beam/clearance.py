@@ -1,19 +1,20 @@
 """How far the whole beam stays from the slope, or passes below it: only one point of it is in contact.
 
-Distances are those of the axis, positive on the free side; pictures draw the surface one radius lower.  Points
-are complex numbers here, z = place along the slope from its origin + i height above it (m).
+Distances are those of the axis, positive on the free side; pictures draw the surface half the beam's depth lower.
+With `contact.surface = "section"` they are those of the beam's face that looks at the slope.  Points are complex
+numbers here, z = place along the slope from its origin + i height above it (m).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import Array
-from oblique_impact.contact.state import State
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import SlopeSection
 
@@ -34,10 +35,10 @@ _HALVINGS = 12  # of a cell between two stations; a chord over so short a part o
 
 
 def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array]:
-    """Smallest signed distance (m) of the axis from the slope, and the arc length (m) where it is.
+    """Smallest signed distance (m) of the beam from the slope, and the arc length (m) where it is.
 
-    Between two stations the axis is the cubic through both ends and their tangents, as in a Hermite element: the
-    distance does not depend on the stations.
+    It is that of the axis, or of the face.  Between two stations either is the cubic through both ends and their
+    tangents, as in a Hermite element: the distance does not depend on the stations.
 
     Parameters
     ----------
@@ -68,8 +69,25 @@ def _clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array
         turn = np.exp(1j * (q[:, :1] - slope.angle))
         z = turn * (beam.operators.sections.hub_radius + stations.points + ux + 1j * uy)
         tangent = turn * (1.0 - 0.5 * beam.foreshortening * bending**2 + 1j * bending)
+        if beam.scenario.contact_fibre != 0.0:
+            curvature = np.asarray(stations.curvatures @ q[:, 1:].T).T
+            turned = tangent, turn * curvature * (1j - beam.foreshortening * bending)
+            z, tangent = facing(beam.scenario, stations.points, (z, tangent), turned)
         height, along = slope.offsets
         return nearest(stations.points, z - (along + 1j * height), tangent, slope)
+
+
+def facing(
+    scenario: Scenario, x: Array, axis: tuple[Points, Points], turn: tuple[Points, Points]
+) -> tuple[Points, Points]:
+    """Return the face of the beam that looks at the slope, and its derivative in x, at the stations x (m).
+
+    `axis` is that of the beam and `turn` the direction, of length 1, that its sections have turned to from that of
+    the axis, each with its derivative in x and of shape (samples, stations).
+    """
+    fibre = np.copysign(Sections.from_scenario(scenario).fibre_distance(x), scenario.contact_fibre)
+    rise = np.gradient(fibre, x, edge_order=2)
+    return axis[0] + 1j * fibre * turn[0], axis[1] + 1j * (rise * turn[0] + fibre * turn[1])
 
 
 def nearest(x: Array, z: Points, tangent: Points, slope: SlopeSection) -> tuple[Array, Array]:
@@ -149,11 +167,13 @@ def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] |
     return {name: float(values[first]) for name, values in found.items()}
 
 
-def slope_warnings(scenario: Scenario, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:
-    """Say where the beam passes below the slope, and where it is in contact beyond the slope's ends.
+def slope_warnings(
+    scenario: Scenario, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]
+) -> list[str]:
+    """Say where the beam passes below the slope, and how its contact point leaves the slope at an end.
 
-    The depth of the contact point, in an elastic stop or after a fixed step, is no passing; `events` are the times
-    (s) of the transitions.
+    The depth of the contact point, in an elastic stop or after a fixed step, is no passing, unless it is below the
+    line of the slope beyond an end.  `passages` are those of the summary's `slope_ends`.
     """
     if "clearance" not in variables:
         return []
@@ -161,18 +181,22 @@ def slope_warnings(scenario: Scenario, variables: Mapping[str, Array], events: S
     said = []
     c, s = np.cos(slope.angle), np.sin(slope.angle)
     height = variables["tip_y"] * c - variables["tip_x"] * s - slope.offsets[0]
-    deeper = np.nan_to_num(np.minimum(height, 0.0) - variables["clearance"], nan=0.0, posinf=0.0)
-    k = int(np.argmax(deeper))
+    past = np.full(height.shape, bool(slope.extent) and bool(height[0] < -room))
+    for passage in passages:
+        past[variables["time"] > passage["time"]] = passage["how"] != "comes back"
+    deeper = np.where(past, 0.0, np.minimum(height, 0.0)) - variables["clearance"]
+    k = int(np.argmax(np.nan_to_num(deeper, nan=0.0, posinf=0.0)))
     if deeper[k] > room:
         depth, x = -1e3 * variables["clearance"][k], variables["clearance_at"][k]
         digits = np.format_float_positional(depth, 2, unique=False, fractional=False, trim="-")
-        said.append(f"passes {digits} mm below the slope at x = {x:.3g} m; only x = {point:g} m is in contact")
-    if slope.extent:
-        first, last = slope.extent
-        touches = (variables["state"] != State.FREE) | np.isin(variables["time"], events)
-        outside = touches & ((variables["slip"] < first - room) | (variables["slip"] > last + room))
-        if outside.any():
-            where = f"{variables['slip'][np.argmax(outside)]:.4g} m along the slope, outside of slope.extent"
-            ends = f"[{first:g}, {last:g}]: its contact does not know of the ends"
-            said.append(f"x = {point:g} m is in contact {where} = {ends}")
+        why = "has passed an end of it" if past[k] else "is in contact"
+        said.append(f"passes {digits} mm below the slope at x = {x:.3g} m; only x = {point:g} m {why}")
+    left = [passage for passage in passages if passage["how"] != "comes back"]
+    if left:
+        one, (first, last) = left[0], slope.extent
+        more = f" (the first of {len(left)} in slope_ends)" if len(left) > 1 else ""
+        said.append(
+            f"x = {point:g} m {one['how']} slope.extent = [{first:g}, {last:g}] at t = {one['time']:.6g} s, "
+            f"{one['place']:.4g} m along the slope{more}: contact with the end itself is left out"
+        )
     return said

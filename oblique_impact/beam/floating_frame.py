@@ -23,8 +23,8 @@ PIN, HUB, DRIVEN = 0, 1, 2
 # gravity stiffness D, H at the contact point, inverse of the elastic mass matrix
 ELASTIC_MASS, SPIN_STIFFNESS, STIFFNESS, DAMPING, GRAVITY_STIFFNESS, CONTACT_SHORTENING, MASS_INVERSE = range(7)
 # BeamModel.vectors: S with the hub's share, P, slope of the root, shape functions at the contact point, elastic
-# accelerations by a unit one of theta (of a driven root 0: theta is prescribed)
-COUPLING, LOAD, ROOT_SLOPE, CONTACT_SHAPE, FOLLOWING = range(5)
+# accelerations by a unit one of theta (of a driven root 0: theta is prescribed), slopes at the contact point
+COUPLING, LOAD, ROOT_SLOPE, CONTACT_SHAPE, FOLLOWING, CONTACT_SLOPE = range(6)
 
 
 class _BeamData(NamedTuple):
@@ -34,7 +34,7 @@ class _BeamData(NamedTuple):
     """
 
     matrices: Array  # (7, n, n)
-    vectors: Array  # (5, n)
+    vectors: Array  # (6, n)
     quad_points: Array  # (2, nq) r + x (m) and mass (kg)         (exact kinetic energy only, else empty)
     quad_shapes: Array  # (nq, n)
     quad_shortening: Array  # (nq, n, n) H(x)
@@ -47,6 +47,8 @@ class _BeamData(NamedTuple):
     drive: Law  # acceleration (rad/s^2) of a driven root over time
     drive_parameters: Array
     contact_radius: float  # r + x_F (m)
+    fibre: float  # e, place (m) of the contact point across the beam from its axis
+    fibre_turning: float  # e, or 0 where terms of second order are left out
     slope_angle: float
     normal_offset: float  # c_n (m)
     tangential_offset: float  # c_t (m)
@@ -178,21 +180,30 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
 
 @jitable
 def _contact(model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace) -> ContactKinematics:
-    """Gap, slip and biases at the contact point, and its rows (paper Eqs. 22-24 and 50)."""
+    """Gap, slip and biases at the contact point, and its rows (paper Eqs. 22-24 and 50).
+
+    A point at the height e in the section, which is turned by phi = Phi' B, lies at
+
+        x_P = r + x_F - B^T H B/2 - e phi,    y_P = Phi B + e (1 - phi^2/2)
+    """
     B, Bd, spin = q[1:], qd[1:], qd[0]
-    v = w.vectors
-    HB, shape = v[row.SHORTENING_PRODUCT], model.vectors[CONTACT_SHAPE]
-    x, y = model.contact_radius - 0.5 * _contract(HB, B), dot(shape, B)
-    x_rate, y_rate = -_contract(HB, Bd), dot(shape, Bd)
+    v, e, turning = w.vectors, model.fibre, model.fibre_turning
+    HB, shape, slope = v[row.SHORTENING_PRODUCT], model.vectors[CONTACT_SHAPE], model.vectors[CONTACT_SLOPE]
+    phi, phi_rate = dot(slope, B), dot(slope, Bd)
+    x = model.contact_radius - 0.5 * _contract(HB, B) - e * phi
+    y = dot(shape, B) + (e - 0.5 * turning * phi * phi)
+    x_rate, y_rate = -_contract(HB, Bd) - e * phi_rate, dot(shape, Bd) - turning * phi * phi_rate
     angle = q[0] - model.slope_angle
     c, s = np.cos(angle), np.sin(angle)
     v[row.NORMAL, 0] = x * c - y * s
     v[row.TANGENTIAL, 0] = -x * s - y * c
     for i in range(B.shape[0]):
-        v[row.NORMAL, i + 1] = -s * HB[i + 1] + c * shape[i]
-        v[row.TANGENTIAL, i + 1] = -c * HB[i + 1] - s * shape[i]
+        along, across = HB[i + 1] + e * slope[i], shape[i] - turning * phi * slope[i]
+        v[row.NORMAL, i + 1] = -s * along + c * across
+        v[row.TANGENTIAL, i + 1] = -c * along - s * across
     offsets = model.normal_offset, model.tangential_offset
-    return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, bending)
+    biases = bending, turning * phi_rate * phi_rate
+    return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
 
 
 class ContactKinematics(NamedTuple):
@@ -214,19 +225,20 @@ def kinematics(
     x_rate: float,
     y_rate: float,
     spin: float,
-    bending: float,
+    biases: tuple[float, float],
 ) -> ContactKinematics:
     """Gap, slip and their biases for the contact point at (x, y) in a frame that is inclined to the slope.
 
     `offsets` are c_n and c_t (m), c and s cosine and sine of that angle, x_rate and y_rate velocities in the
-    frame; `bending` is B'^T H B'.
+    frame; `biases` are what its accelerations in the frame have besides q'', with the sign changed: B'^T H B' and
+    e phi'^2.
     """
-    square = spin * spin
+    square, (bending, turning) = spin * spin, biases
     return ContactKinematics(
         x * s + y * c - offsets[0],
         x * c - y * s - offsets[1],
-        2.0 * spin * (c * x_rate - s * y_rate) - square * (s * x + c * y) - s * bending,
-        -2.0 * spin * (s * x_rate + c * y_rate) - square * (c * x - s * y) - c * bending,
+        2.0 * spin * (c * x_rate - s * y_rate) - square * (s * x + c * y) - s * bending - c * turning,
+        -2.0 * spin * (s * x_rate + c * y_rate) - square * (c * x - s * y) - c * bending + s * turning,
     )
 
 

@@ -42,8 +42,9 @@ from oblique_impact.kernels.workspace import (
 
 # NodalModel.bands: mass with the hub's, stiffness, N = M1 - C, gravity stiffness D, H at the contact point
 MASS_BAND, STIFFNESS_BAND, SPIN_BAND, GRAVITY_BAND, SHORTENING_BAND = range(5)
-# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M^-1 S, shape functions at the contact point
-COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE = range(7)
+# NodalModel.vectors: S, P, the rigid rotation x, D x, H x, M^-1 S, shape functions at the contact point, their
+# slopes there
+COUPLING, LOAD, RIGID, GRAVITY_RIGID, SHORTENING_RIGID, MASS_RESPONSE, CONTACT_SHAPE, CONTACT_SLOPE = range(8)
 _LANES = 4
 
 
@@ -52,16 +53,18 @@ class _NodalData(NamedTuple):
 
     bands: Array  # (5, 4, n) diagonals 0..3: bands[b, k, i] is the entry (i, i + k)
     mass_factor: Array  # (n + 3, 4) of the mass matrix
-    vectors: Array  # (7, n)
+    vectors: Array  # (8, n)
     inertia: float  # J (kg m^2), with the hub's
     static_moment: float  # Sm (kg m)
     gravity: float
     torque: float  # on the hub (N m)
     kelvin_voigt: float  # s
     mass_proportional: float  # 1/s
-    contact_first: int  # degrees of freedom that the deflection of the contact point takes
+    contact_first: int  # degrees of freedom that deflection and slope at the contact point take
     contact_end: int
     contact_radius: float  # x_F (m)
+    fibre: float  # e, place (m) of the contact point across the beam from its axis
+    fibre_turning: float  # e
     slope_angle: float
     normal_offset: float  # c_n (m)
     tangential_offset: float  # c_t (m)
@@ -82,8 +85,8 @@ def _contact(
     model: NodalModel, q: Array, qd: Array, rows: bool, biased: bool, w: Workspace
 ) -> tuple[ContactKinematics, float, float]:
     """Gap, slip and their rates, with `rows` D_B + S (D_theta - x.D_B)/J in W; biases only if `biased`."""
-    v, u = w.vectors, model.vectors
-    HB, shape = v[row.SCRATCH_C], u[CONTACT_SHAPE]
+    v, u, e, turning = w.vectors, model.vectors, model.fibre, model.fibre_turning
+    HB, shape, slope = v[row.SCRATCH_C], u[CONTACT_SHAPE], u[CONTACT_SLOPE]
     theta, spin = _frame(model, q, qd)
     band_multiply(model.bands, SHORTENING_BAND, q, HB)
     rigid, bent, bending = 0.0, 0.0, 0.0
@@ -92,32 +95,42 @@ def _contact(
         rigid += HB[i] * u[RIGID, i]
         bent += HB[i] * q[i]
         bending += HB[i] * qd[i]
-    place, speed = 0.0, 0.0
+    place, speed, phi, phi_rate = 0.0, 0.0, -theta, -spin
     for i in range(model.contact_first, model.contact_end):
         place += shape[i] * q[i]
         speed += shape[i] * qd[i]
-    x, y = model.contact_radius - 0.5 * (bent - theta * rigid), place - model.contact_radius * theta
-    x_rate, y_rate = -(bending - spin * rigid), speed - model.contact_radius * spin
+        phi += slope[i] * q[i]
+        phi_rate += slope[i] * qd[i]
+    x = model.contact_radius - 0.5 * (bent - theta * rigid) - e * phi
+    y = place - model.contact_radius * theta + (e - 0.5 * turning * phi * phi)
+    x_rate = -(bending - spin * rigid) - e * phi_rate
+    y_rate = speed - model.contact_radius * spin - turning * phi * phi_rate
     angle = theta - model.slope_angle
     c, s = np.cos(angle), np.sin(angle)
-    normal = (x * c - y * s + s * rigid - c * model.contact_radius) / model.inertia
-    tangential = (-x * s - y * c + c * rigid + s * model.contact_radius) / model.inertia
-    turning = model.inertia * spin  # S.W'
-    gap_rate, slip_rate = normal * turning - s * bending, tangential * turning - c * bending
+    # -dx/dB and dy/dB of the contact point by the rigid rotation x
+    along, across = rigid + e, model.contact_radius - turning * phi
+    normal = (x * c - y * s + s * along - c * across) / model.inertia
+    tangential = (-x * s - y * c + c * along + s * across) / model.inertia
+    momentum = model.inertia * spin  # S.W'
+    gap_rate, slip_rate = normal * momentum - s * bending, tangential * momentum - c * bending
+    lengthwise, crosswise = e * (phi_rate + spin), turning * phi * (phi_rate + spin)
+    gap_rate -= s * lengthwise + c * crosswise
+    slip_rate -= c * lengthwise - s * crosswise
     if rows:
         for i in range(q.shape[0]):
             v[row.NORMAL, i] = -s * HB[i] + normal * u[COUPLING, i]
             v[row.TANGENTIAL, i] = -c * HB[i] + tangential * u[COUPLING, i]
         for i in range(model.contact_first, model.contact_end):
-            v[row.NORMAL, i] += c * shape[i]
-            v[row.TANGENTIAL, i] -= s * shape[i]
+            v[row.NORMAL, i] += c * (shape[i] - turning * phi * slope[i]) - s * e * slope[i]
+            v[row.TANGENTIAL, i] -= s * (shape[i] - turning * phi * slope[i]) + c * e * slope[i]
     curved = 0.0  # B'^T H B'
     if biased:
         band_multiply(model.bands, SHORTENING_BAND, qd, v[row.SCRATCH_A])
         curved = dot(v[row.SCRATCH_A], qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
         curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
     offsets = model.normal_offset, model.tangential_offset
-    k = kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, curved)
+    biases = curved, turning * phi_rate * phi_rate
+    k = kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
     return k, gap_rate + c * speed, slip_rate - s * speed
 
 

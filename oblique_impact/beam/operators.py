@@ -107,6 +107,13 @@ class BeamOperators:
         """J + J_h (kg m^2)."""
         return self.J + self.sections.hub_inertia
 
+    @cached_property
+    def contact_slope(self) -> Array:
+        """Slopes Phi'(x_F) (n,) of the shape functions at the contact point, one of the stations (1/m)."""
+        row = self.stations.slopes[[int(np.argmin(np.abs(self.stations.points - self.contact_point)))]]
+        slopes: Array = np.asarray(row.toarray() if issparse(row) else row)[0]
+        return slopes
+
     def natural_frequencies(self) -> Array:
         """Return the angular frequencies (rad/s) of the elastic coordinates at rest, ascending.
 

@@ -17,29 +17,43 @@ _CELLS, _GAUSS_POINTS = 64, 6
 _ROUNDING = 1e-9  # of the whole compliance: a residual below it is the rounding of a difference
 
 
-def static_compliance(sections: Sections, point: float, clamped: bool) -> float:
-    """Deflection (m/N) of the point at x = `point` (m) by a unit load there: int M^2/(E I), M the bending moment.
+def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array:
+    """Deflection and turn of the section at x = `point` (m) by a unit force and a unit moment there, (2, 2).
 
-    A clamped beam carries the load to its root.  One that is free to turn, on a pin or with its hub, is
-    accelerated: the inertia forces m (r + x) a of this turning, and J_h a of the hub, balance the load, and the
-    deflection is the one in the mean-axis frame.  Uniform beam with the load at its end: L^3/(3 E I), and on a pin
-    2 L^3/(105 E I).
+    That is int M_i M_k/(E I) with the bending moments M of the two loads (m/N, 1/N; 1/N, 1/(N m)).  A clamped beam
+    carries a load to its root.  One that is free to turn, on a pin or with its hub, is accelerated: the inertia
+    forces m (r + x) a of this turning, and J_h a of the hub, balance the load, and the deflection is the one in
+    the mean-axis frame.  Uniform beam with the force at its end: L^3/(3 E I), and on a pin 2 L^3/(105 E I).
     """
     edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, point])
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
     half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
     x, w = (middle + half * nodes).ravel(), (half * weights).ravel()
-    moment = np.maximum(point - x, 0.0)
+    moments = np.stack([np.maximum(point - x, 0.0), np.where(x < point, 1.0, 0.0)])
     if not clamped:
-        turning = (sections.hub_radius + point) / (sections.inertia + sections.hub_inertia)
-        moment -= turning * sections.outer_inertia_moment(x)
-    return float(w @ (moment**2 / sections.bending_stiffness(x)))
+        inertia = sections.inertia + sections.hub_inertia
+        turning = np.array([sections.hub_radius + point, 1.0]) / inertia
+        moments -= turning[:, None] * sections.outer_inertia_moment(x)
+    return np.asarray((moments * (w / sections.bending_stiffness(x))) @ moments.T)
+
+
+def static_compliance(sections: Sections, point: float, clamped: bool) -> float:
+    """Deflection (m/N) of the point at x = `point` (m) by a unit force there."""
+    return float(static_flexibility(sections, point, clamped)[0, 0])
+
+
+def residual_flexibility(operators: BeamOperators, clamped: bool) -> Array:
+    """Flexibility (2, 2) of deflection and turn at the contact point that the shape functions leave out.
+
+    Zero if they leave none of the deflection out.
+    """
+    shapes = np.stack([operators.contact_shape, operators.contact_slope])
+    stiffness = operators.K.toarray() if issparse(operators.K) else operators.K
+    whole = static_flexibility(operators.sections, operators.contact_point, clamped)
+    left = np.asarray(whole - shapes @ np.linalg.solve(stiffness, shapes.T))
+    return left if left[0, 0] > _ROUNDING * whole[0, 0] else np.zeros((2, 2))
 
 
 def residual_compliance(operators: BeamOperators, clamped: bool) -> float:
     """Transverse compliance (m/N) at the contact point that the shape functions leave out; 0 if none."""
-    shape: Array = operators.contact_shape
-    stiffness = operators.K.toarray() if issparse(operators.K) else operators.K
-    whole = static_compliance(operators.sections, operators.contact_point, clamped)
-    left = whole - float(shape @ np.linalg.solve(stiffness, shape))
-    return left if left > _ROUNDING * whole else 0.0
+    return float(residual_flexibility(operators, clamped)[0, 0])

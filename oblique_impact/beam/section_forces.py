@@ -137,7 +137,10 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     at = int(np.argmin(np.abs(x - o.contact_point)))
     inside = (np.arange(x.size) <= at)[:, None]
     arms = sections.hub_radius + x[:, None] + ux
-    moment += inside * (arms[at] * contact_transverse - uy[at] * contact_axial)
+    fibre, turn = beam.scenario.contact_fibre, slope[at]
+    arm = arms[at] - fibre * turn  # of the contact point
+    lift = uy[at] + fibre * (1.0 - 0.5 * beam.foreshortening * turn**2)
+    moment += inside * (arm * contact_transverse - lift * contact_axial)
     axial += inside * contact_axial
     transverse += inside * contact_transverse
     moment += uy * axial - arms * transverse

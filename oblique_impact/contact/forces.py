@@ -303,7 +303,10 @@ def accelerate(system: System, phase: Phase, t: float, q: Array, qd: Array, w: W
 def guards_of(phase: Phase, c: Instant) -> Guards:
     """Guards of the state at an instant with its forces; 1 where a state has none."""
     if phase.state == FREE:
-        return Guards(c.gap if phase.watched else 1.0, 1.0, 1.0, 1.0)
+        return Guards(phase.side * c.gap if phase.watched else 1.0, 1.0, 1.0, 1.0, 1.0)
+    end = 1.0
+    if phase.last < 1e300:  # about the distance from the nearer end, but smooth
+        end = (c.slip - phase.first) * (phase.last - c.slip) / (phase.last - phase.first)
     normal = -c.gap if phase.gives_way else c.normal_force
     if phase.state == SLIDING:
         definite = 1.0  # of a stop that gives way it is judged as the slip begins
@@ -314,6 +317,7 @@ def guards_of(phase: Phase, c: Instant) -> Guards:
             c.slip_rate - phase.lower if phase.lower > -1e300 else 1.0,
             phase.upper - c.slip_rate if phase.upper < 1e300 else 1.0,
             definite,
+            end,
         )
     room = phase.static * c.normal_force
-    return Guards(normal, room - c.tangential_force, room + c.tangential_force, 1.0)
+    return Guards(normal, room - c.tangential_force, room + c.tangential_force, 1.0, end)

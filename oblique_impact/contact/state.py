@@ -42,6 +42,9 @@ class Phase(NamedTuple):
     damping: float = 0.0  # 1/s, coefficient of Z' in Baumgarte's equation
     stiffness: float = 0.0  # 1/s^2, coefficient of Z
     watched: bool = True  # False: contact is switched off and the gap is not watched
+    side: float = 1.0  # in flight: 1 above the line of the slope, -1 below it, beyond an end
+    first: float = -inf  # m along the slope: its ends, where contact ends
+    last: float = inf
     massless: bool = False  # a contact point without inertia on a rigid stop, which gives way by its compliance
     # of what the coordinates leave out, see `Residual`
     compliance: float = 0.0
@@ -90,16 +93,19 @@ NO_CONTACT = Instant(0.0, 0.0, 0.0, 0.0)
 class Guards(NamedTuple):
     """Functions that are positive while a contact state persists; which one falls tells what follows."""
 
-    normal: float  # the gap in flight; the normal force, or the depth in a stop that gives way, in contact
+    # the distance from the line of the slope in flight; in contact the normal force, or the depth in a stop that
+    # gives way
+    normal: float
     lower: float  # slip velocity above its branch of the friction law; friction cone
     upper: float
     definite: float  # effective inverse normal mass of sliding contact, relative
+    end: float  # distance (m) of the contact point from the ends of the slope
 
 
-NORMAL, LOWER, UPPER, DEFINITE = range(4)
-GUARDS = 4
+NORMAL, LOWER, UPPER, DEFINITE, END = range(5)
+GUARDS = 5
 #: not a guard but a scheme's verdict at the end of a step: sliding contact sticks, or sticking contact slides
-JUDGED = 4
+JUDGED = 5
 
 
 class Tolerances(NamedTuple):

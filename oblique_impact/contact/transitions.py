@@ -16,6 +16,7 @@ from oblique_impact.contact.friction import FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, Impulse, impulse_of
 from oblique_impact.contact.state import (
     DEFINITE,
+    END,
     JUDGED,
     NORMAL,
     UPPER,
@@ -46,8 +47,19 @@ class EventKind(Enum):
         return self in (EventKind.IMPACT, EventKind.REBOUND)
 
 
+class AtEnd(Enum):
+    """How the contact point leaves a slope with ends, and comes back; the values are those in summary.json."""
+
+    SLIDES_OFF = "slides off"
+    FALLS_PAST = "falls past"
+    COMES_BACK = "comes back"
+
+
 class Transition(NamedTuple):
-    """The next phase, the event to record (None: a kink of the friction law) and what changes the velocities.
+    """The next phase, the event to record and what changes the velocities.
+
+    Without an event it is a kink of the friction law, or the contact point crosses the line of the slope beyond
+    its ends.
 
     `impulse` is that of an impact.  `arrest` is what the friction force does within a step to stop the slip; it is
     booked with the finite forces.  `stop` names the reason why no contact state exists after the impulse; the run
@@ -59,6 +71,7 @@ class Transition(NamedTuple):
     impulse: Impulse | None = None
     arrest: Impulse | None = None
     stop: Outcome | None = None
+    at_end: AtEnd | None = None
 
 
 class ContactProbe(Protocol):
@@ -114,6 +127,8 @@ class ContactMachine:
         Of a scheme that judges stick and slip at the ends of its steps.  Default: transitions are located.
     stop : ContactLaw, optional
         A stop that gives way; then contact begins and ends without an impulse. Default: a rigid one.
+    extent : tuple of float
+        Ends of the slope, [first, last] in m along it; empty without ends.
     """
 
     def __init__(
@@ -124,24 +139,38 @@ class ContactMachine:
         baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
         judgement: Judgement | None = None,
         stop: ContactLaw | None = None,
+        extent: tuple[float, ...] = (),
     ) -> None:
         self.friction, self.impact, self.stop = friction, impact, stop
         self.tolerances = tolerances
         self._judgement = judgement
         self._open = rigid_phase()
+        self.extent = extent
+        self._first, self._last = (float(end) for end in extent) if extent else (-inf, inf)
         self._closed = (stop.phase if stop else self._open)._replace(
             static=-1.0 if friction.static is None else float(friction.static),
             damping=float(baumgarte.damping),
             stiffness=float(baumgarte.stiffness),
+            first=self._first,
+            last=self._last,
         )
 
     def free(self) -> Phase:
-        """Return the phase of free flight."""
+        """Return the phase of free flight above the slope."""
         return self._open
+
+    def _below(self) -> Phase:
+        """Return the phase of flight below the line of the slope, beyond its ends."""
+        return self._open._replace(side=-1.0)
+
+    def _is_beyond(self, slip: float) -> bool:
+        return not self._first <= slip <= self._last
 
     def start(self, probe: ContactProbe) -> Transition:
         """State at the start of a run, which may touch the slope or already press on it."""
         instant, tolerances = probe.instant, self.tolerances
+        if instant.gap < -tolerances.gap and self._is_beyond(instant.slip):
+            return Transition(self._below(), None)
         if instant.gap > tolerances.gap or instant.gap_rate > tolerances.velocity:
             return Transition(self.free(), None)
         return self.touch(probe)
@@ -151,10 +180,16 @@ class ContactMachine:
         if guard == DEFINITE:
             raise PhysicsStop(Outcome.PAINLEVE)
         if phase.state == State.FREE:
+            if phase.side < 0.0:
+                return Transition(self.free(), None, at_end=AtEnd.COMES_BACK)
             return self.touch(probe)
         if guard == NORMAL:
             return Transition(self.free(), EventKind.RELEASE)
         instant = probe.instant
+        if guard == END:
+            # a fixed step may leave it a little above the line
+            following = self.free() if instant.gap > self.tolerances.gap else self._below()
+            return Transition(following, EventKind.RELEASE, at_end=AtEnd.SLIDES_OFF)
         if phase.state == State.STICK:
             return self._leave_stick(phase, guard, instant)
         if guard == JUDGED:
@@ -165,7 +200,9 @@ class ContactMachine:
         return self._at_zero_slip(phase, instant)
 
     def touch(self, probe: ContactProbe) -> Transition:
-        """Impact of a closing contact, or a grazing contact that closes without one."""
+        """Impact of a closing contact, or a grazing contact that closes without one; none beyond an end."""
+        if self._is_beyond(probe.instant.slip):
+            return Transition(self._below(), None, at_end=AtEnd.FALLS_PAST)
         if self.stop is not None:
             opened = self._closed._replace(**probe.residual._asdict())
             return Transition(self.closed(inclined(opened, probe.instant), opened), EventKind.IMPACT)

@@ -106,6 +106,8 @@ def _moved(before: History, history: History, number: int, shift: bool) -> Histo
     summary = {**history.summary, "joints": joints, "end_time": float(moved[-1])}
     if summary.get("clearance"):
         summary["clearance"] = {**summary["clearance"], "time": summary["clearance"]["time"] + offset}
+    if summary.get("slope_ends"):
+        summary["slope_ends"] = [{**end, "time": end["time"] + offset} for end in summary["slope_ends"]]
     return replace(history, data=data, events=events, summary=summary, contacts=contacts)
 
 
@@ -172,6 +174,7 @@ def _summary(before: History, after: History, contacts: list[Contact]) -> dict[s
         **two,
         "macro_gap": before.macro_gap,
         "clearance": min(distances, key=lambda found: found["distance"], default=None),
+        "slope_ends": [*one.get("slope_ends", []), *two.get("slope_ends", [])],
         "macro_collisions": [asdict(m) for m in macro_collisions(contacts, before.macro_gap)],
         **{key: one[key] + two[key] for key in counts},
         "energy": _energy(one["energy"], two["energy"]),

@@ -133,21 +133,24 @@ def beam_variables(beam: Beam, samples: Samples) -> Mapping[str, Column]:
 
 
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
-    """Return the variables of a beam's frame and of its contact point."""
-    o = beam.operators
+    """Return the variables of a beam's frame and of its contact point; its deflection is that of the axis."""
+    o, fibre = beam.operators, beam.scenario.contact_fibre
     radius = o.sections.hub_radius + o.contact_point
     theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
     HB = beam.foreshortening * (B @ o.contact_shortening)
     ux, ux_rate = -0.5 * np.einsum("si,si->s", HB, B), -np.einsum("si,si->s", HB, Bd)
     uy, uy_rate = B @ o.contact_shape, Bd @ o.contact_shape
     spin, sine, cosine = samples.qd[:, 0], np.sin(theta), np.cos(theta)
-    arm = radius + ux
-    axial, transverse = ux_rate - spin * uy, uy_rate + spin * arm
+    # the section there is turned by phi, and the contact point at the height `fibre` in it
+    phi, phi_rate = B @ o.contact_slope, Bd @ o.contact_slope
+    arm, lift = radius + ux - fibre * phi, uy + fibre * (1.0 - 0.5 * beam.foreshortening * phi**2)
+    axial = ux_rate - fibre * phi_rate - spin * lift
+    transverse = uy_rate - fibre * beam.foreshortening * phi * phi_rate + spin * arm
     return {
         "theta": theta,
         "theta_dot": spin,
-        "tip_x": arm * cosine - uy * sine,
-        "tip_y": arm * sine + uy * cosine,
+        "tip_x": arm * cosine - lift * sine,
+        "tip_y": arm * sine + lift * cosine,
         "tip_vx": axial * cosine - transverse * sine,
         "tip_vy": axial * sine + transverse * cosine,
         "deflection": uy,
@@ -155,11 +158,11 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
     }
 
 
-def warnings_of(beam: Beam, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:
-    """Say where the model leaves its range of validity; `events` are the times (s) of the transitions."""
+def warnings_of(beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Say where the model leaves its range of validity; `passages` are those of the summary's `slope_ends`."""
     deflection = variables["uy"]
     largest = float(max(np.max(deflection), -np.min(deflection)))
     return [
-        *slope_warnings(beam.scenario, variables, events),
+        *slope_warnings(beam.scenario, variables, passages),
         *deflection_warnings(beam.scenario, largest),
     ]

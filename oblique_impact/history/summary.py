@@ -139,6 +139,7 @@ def summarize(
         "end_time": float(samples.time[-1]),
         "macro_gap": macro_gap,
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
+        "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
         "energy": asdict(ledger),
         "steps": record.steps,
@@ -157,6 +158,15 @@ class Clearance(BaseModel):
     time: float  # s
 
 
+class SlopeEnd(BaseModel):
+    """How the contact point leaves a slope with ends, or comes back."""
+
+    time: float  # s
+    how: str  # slides off, falls past, comes back
+    place: float  # m along the slope from its origin
+    end: float  # m, the nearer end
+
+
 class Summary(BaseModel):
     """What summary.json holds at least; numbers of a run that diverged may be NaN."""
 
@@ -169,6 +179,7 @@ class Summary(BaseModel):
     macro_collisions: list[MacroCollision]
     macro_gap: float = EARLIER_MACRO_GAP
     clearance: Clearance | None = None
+    slope_ends: list[SlopeEnd] = []
     warnings: list[str] = []
     without_limit: list[str] = []
     message: str = ""

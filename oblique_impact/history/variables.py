@@ -59,10 +59,12 @@ OF_A_BEAM = {
     "tip_y": Variable(_EACH, "m", "contact point, inertial y"),
     "tip_vx": Variable(_EACH, "m/s", "contact point velocity, x"),
     "tip_vy": Variable(_EACH, "m/s", "contact point velocity, y"),
-    "deflection": Variable(_EACH, "m", "transverse deflection of the contact point"),
-    "shortening": Variable(_EACH, "m", "axial displacement of the contact point (foreshortening)"),
-    "clearance": Variable(_EACH, "m", "smallest distance of the beam's axis from the slope, negative below"),
-    "clearance_at": Variable(_EACH, "m", "arc length where the axis is closest to the slope"),
+    "deflection": Variable(_EACH, "m", "transverse deflection of the axis at the contact point"),
+    "shortening": Variable(_EACH, "m", "axial displacement of the axis at the contact point (foreshortening)"),
+    "clearance": Variable(
+        _EACH, "m", "smallest distance of the beam from the slope, negative below"
+    ),
+    "clearance_at": Variable(_EACH, "m", "arc length where the beam is closest to the slope"),
     "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
     "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
     "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),

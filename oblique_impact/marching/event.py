@@ -122,7 +122,7 @@ class Attempt(NamedTuple):
     factor: float  # ratio of the next step to this one
     length: float  # s; of a step that an event ends, up to that
     guard: int
-    gap: float  # m, at the end
+    gap: float  # m, distance from the line of the slope at the end
     speed: float  # m/s, the largest gap rate
     peak: float  # N
     depth: float  # m
@@ -137,7 +137,7 @@ def _attempt(
     error = error_norm(length, y, s, tolerance) if status == 0 else np.inf
     if not error <= 1.0:
         return Attempt(status, False, min(_step_factor(error), 1.0), length, NO_GUARD, c.gap, speed, 0.0, 0.0)
-    factor, gap, guard, peak, depth, landed = _step_factor(error), c.gap, NO_GUARD, 0.0, 0.0, length
+    factor, gap, guard, peak, depth, landed = _step_factor(error), phase.side * c.gap, NO_GUARD, 0.0, 0.0, length
     clear = phase.state == FREE and (not phase.watched or min(now.gap, gap) > 2.0 * length * speed)
     if due or not clear:
         status, _, _ = take_stages(system, phase, now.t, y, length, STAGES + 1, DENSE_STAGES - 1, s, s.at)
@@ -185,7 +185,7 @@ def march_event(
     if front.taken == 0:  # else it is there, to the last bit as in one leg: legs end by the clock
         copy(s.K[1], s.K[0])
     reason = -status  # AT_STOP, if there is none
-    now = Position(front.t, c.gap, abs(c.gap_rate), front.sample, 0)
+    now = Position(front.t, phase.side * c.gap, abs(c.gap_rate), front.sample, 0)
     if leaps is not None:  # else the compiler leaves them out
         leaping, levels = phase.state == FREE, leaps.lengths.shape[0]
         if front.taken == 0:
@@ -193,7 +193,7 @@ def march_event(
     level = levels - 1
     if leaps is not None and front.taken > 0:
         level, patience = int(leaps.memory[LEVEL]), int(leaps.memory[PATIENCE])
-        now = Position(front.t, c.gap, leaps.memory[SPEED], front.sample, 0)
+        now = Position(front.t, phase.side * c.gap, leaps.memory[SPEED], front.sample, 0)
     while reason == AT_STOP and now.t < leg.t_stop:
         if now.kept > capacity // 2 or steps >= leg.most_steps:
             reason = LEG_FULL

@@ -169,7 +169,7 @@ class _March:
         start, h = trial.start, trial.h
         if self.phase.state != FREE or not self.scratch.armed[NORMAL] or end.guards.normal <= 0.0:
             return 1.0
-        rates = start.contact.gap_rate, end.contact.gap_rate
+        rates = self.phase.side * start.contact.gap_rate, self.phase.side * end.contact.gap_rate
         if rates[0] >= 0.0 or rates[1] <= 0.0:
             return 1.0
         _, place = cubic_dip(start.guards.normal, end.guards.normal, h * rates[0], h * rates[1])

@@ -12,7 +12,7 @@ from math import inf
 from typing import Any
 
 from oblique_impact.contact.forces import can_stick
-from oblique_impact.contact.state import FREE, JUDGED, LOWER, NORMAL, SLIDING, UPPER, Instant, Phase
+from oblique_impact.contact.state import END, FREE, JUDGED, LOWER, NORMAL, SLIDING, UPPER, Instant, Phase
 from oblique_impact.contact.transitions import Judgement
 from oblique_impact.kernels.jit import jitable, kernel
 from oblique_impact.kernels.reference import by_reference
@@ -56,9 +56,11 @@ def _step(system: Any, phase: Phase, t: float, y: Array, h: float, s: Scratch) -
 def _judge(phase: Phase, c: Instant, stopping_time: float) -> int:
     """Guard that fell at the end of a step, or NO_GUARD."""
     if phase.state == FREE:
-        return NORMAL if phase.watched and c.gap < 0.0 and c.gap_rate < 0.0 else NO_GUARD
+        return NORMAL if phase.watched and phase.side * c.gap < 0.0 and phase.side * c.gap_rate < 0.0 else NO_GUARD
     if c.normal_force <= 0.0:
         return NORMAL
+    if not phase.first <= c.slip <= phase.last:
+        return END
     sticks = phase.static >= 0.0 and can_stick(phase, c, stopping_time)
     if phase.state != SLIDING:
         return NO_GUARD if sticks else JUDGED

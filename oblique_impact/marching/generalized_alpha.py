@@ -16,7 +16,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import friction_ratio, guards_of, moved, stop_force, with_forces
-from oblique_impact.contact.state import DEFINITE, FREE, GUARDS, NO_CONTACT, NORMAL, STICKING, Instant, Phase
+from oblique_impact.contact.state import (
+    FREE,
+    GUARDS,
+    LOWER,
+    NO_CONTACT,
+    NORMAL,
+    STICKING,
+    UPPER,
+    Instant,
+    Phase,
+)
 from oblique_impact.kernels.jit import jitable, kernel
 from oblique_impact.kernels.reference import by_reference
 from oblique_impact.kernels.workspace import Array, copy
@@ -86,16 +96,16 @@ def _of_force(phase: Phase, guard: int) -> bool:
     """Whether a guard is a function of the force of a constraint, not of the motion."""
     if guard == NORMAL:
         return phase.state != FREE and not phase.gives_way
-    return phase.state == STICKING and guard != DEFINITE
+    return phase.state == STICKING and guard in (LOWER, UPPER)
 
 
 @jitable
 def _measure(phase: Phase, c: Instant, s: Scratch, row: int) -> None:
-    """Guards at a contact, and the gap rate, into a row of the scratch."""
+    """Guards at a contact, and the rate of that in flight, into a row of the scratch."""
     guards = guards_of(phase, c)
     for g in range(GUARDS):
         s.values[row, g] = guards[g]
-    s.slopes[row, NORMAL] = c.gap_rate
+    s.slopes[row, NORMAL] = phase.side * c.gap_rate
 
 
 @jitable
@@ -253,7 +263,7 @@ def march_alpha(
         if count >= capacity or steps >= leg.most_steps:
             reason = LEG_FULL
             break
-        flying = phase.state == FREE and (not phase.watched or gap > control.near)
+        flying = phase.state == FREE and (not phase.watched or phase.side * gap > control.near)
         wanted = control.far_step if flying else control.near_step
         if wanted != h:
             origin, done, h = t, 0, wanted

@@ -275,7 +275,7 @@ class Position(NamedTuple):
     """Where a march is."""
 
     t: float  # s
-    gap: float  # m
+    gap: float  # m, distance from the line of the slope
     speed: float  # m/s, the largest gap rate of the last step
     sample: int  # number of the next output sample
     kept: int  # samples
@@ -320,13 +320,14 @@ def try_leap(flight: Flight, now: Position, y: Array, level: int, shortest: floa
                 end = t + h if inside < 0 else (now.sample + inside + 1) * interval
                 end = following if abs(end - following) <= _SAME * interval else end
                 status, c = derivative(flight.system, phase, end, s.y_new, s.work, s.K[1])
-                if status == 0 and (not phase.watched or min(now.gap, c.gap) > _CLEAR * h * speed):
+                gap = phase.side * c.gap
+                if status == 0 and (not phase.watched or min(now.gap, gap) > _CLEAR * h * speed):
                     count = _keep_samples(flight, now, y, level, here, inside)
                     copy(s.y_new, y)
                     copy(s.K[1], s.K[0])
                     sample = now.sample + count - now.kept
                     longer = error < _EASY and level + 1 < leaps.lengths.shape[0]
-                    return level + 1 if longer else level, Position(end, c.gap, speed, sample, count)
+                    return level + 1 if longer else level, Position(end, gap, speed, sample, count)
         level -= 1
     return -1, now
 

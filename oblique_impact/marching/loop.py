@@ -15,7 +15,7 @@ import numpy as np
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State
-from oblique_impact.contact.transitions import EventKind, Transition
+from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.kernels.workspace import Array
@@ -25,12 +25,13 @@ from oblique_impact.marching.equations import (
     NORMAL_IMPULSE,
     QUADRATURES,
     STABILIZATION_LOSS,
+    STOP_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
 )
 from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
-from oblique_impact.marching.records import Contact, Event, OpenContact, Record, Segment
+from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Record, Segment
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
 from oblique_impact.marching.scheme import Front, Leg, Progress, arm, new_scratch
 
@@ -218,6 +219,8 @@ class Run:
             quadratures[NORMAL_IMPULSE] += transition.arrest.normal
             quadratures[TANGENTIAL_IMPULSE] += transition.arrest.tangential
             quadratures[FRICTION_LOSS] += transition.arrest.energy_loss
+        if transition.at_end is not None:
+            self._pass_end(leaving, transition.at_end, before)
         self._phase = transition.phase
         jumps = transition.impulse is not None or transition.arrest is not None or leaving.tilt != self._phase.tilt
         after = self._probe().instant if jumps else before
@@ -234,9 +237,18 @@ class Run:
                 State(self._phase.state),
             )
             self.record.events.append(event.with_share(finite) if finite else event)
-        self._account_for_penetration(leaving, before.gap)
+        if transition.at_end is None:
+            self._account_for_penetration(leaving, before.gap)
         if transition.stop is not None:
             raise PhysicsStop(transition.stop)
+
+    def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
+        """Keep how an end of the slope is passed; what an elastic stop still stores there springs back in vain."""
+        end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
+        self.record.passages.append(Passage(self._front.t, how, instant.slip, end))
+        stop = self.problem.machine.stop
+        if how is AtEnd.SLIDES_OFF and stop is not None:
+            self._quadratures()[STOP_LOSS] += stop.energy(instant.gap, leaving.compliance)
 
     def _jump(self, impulse: Impulse, probe: Probe) -> None:
         """Let an impulse change the velocities."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.contact.transitions import EventKind
+from oblique_impact.contact.transitions import AtEnd, EventKind
 from oblique_impact.errors import Outcome
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import FRICTION_LOSS, NORMAL_IMPULSE, STOP_LOSS, TANGENTIAL_IMPULSE
@@ -42,6 +42,15 @@ class Event(NamedTuple):
             peak_force=finite.peak_force,
             peak_energy=finite.peak_energy,
         )
+
+
+class Passage(NamedTuple):
+    """The contact point leaves a slope with ends, or comes back up past the line of it."""
+
+    time: float  # s
+    how: AtEnd
+    place: float  # m along the slope from its origin
+    end: float  # m along the slope, of the nearer end
 
 
 class Contact(NamedTuple):
@@ -99,6 +108,7 @@ class Record:
     segments: list[Segment] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
+    passages: list[Passage] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
     stored: float = 0.0  # J, in an elastic stop at the end
     steps: int = 0

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION
 from oblique_impact.contact.state import (
+    END,
     FREE,
     GUARDS,
     LOWER,
@@ -89,10 +90,10 @@ class Scratch(NamedTuple):
     F: Array  # (7, ny) dense output
     y_new: Array  # (ny,)
     at: Array  # (ny,)
-    values: Array  # (3, 5) guards and normal force at the ends and the middle of a part of a step
-    slopes: Array  # (3, 5)
-    armed: NDArray[np.bool_]  # (4,)
-    thresholds: Array  # (4,)
+    values: Array  # (3, 6) guards and normal force at the ends and the middle of a part of a step
+    slopes: Array  # (3, 6)
+    armed: NDArray[np.bool_]  # (5,)
+    thresholds: Array  # (5,)
     scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
     tolerances: Tolerances
     contraction: Array  # (3,) of an implicit scheme's iterations, by slot; negative: not known
@@ -132,6 +133,7 @@ def arm(phase: Phase, scratch: Scratch, initial: Guards) -> None:
         thresholds[:] = tolerances.gap
     else:
         thresholds[:] = tolerances.force
+        thresholds[END] = tolerances.gap
         if phase.gives_way:
             thresholds[NORMAL] = tolerances.gap
         if phase.state == SLIDING:

@@ -54,6 +54,11 @@ def _values_per_sample(s: ScenarioKeys) -> int:
     return 3 * (shapes + 1) + 8 * 33 + 60
 
 
+def _starts_beyond(s: ScenarioKeys) -> bool:
+    """Whether the contact point starts beyond the ends of the slope."""
+    return bool(s.slope.extent) and not s.slope.extent[0] <= s.initial_slip <= s.slope.extent[1]
+
+
 def _build_parts(s: ScenarioKeys) -> None:
     """Build the user-defined parts: what they do not take is refused before anything runs."""
     for key, section in PARTS.items():
@@ -229,7 +234,7 @@ _CONTACT = (
     Rule(
         "initial.angle",
         "the contact point starts {found:.6g} m below the slope; the gap should be at least 0",
-        lambda s, angle: s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length,
+        lambda s, angle: s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length and not _starts_beyond(s),
         lambda s, angle: -s.initial_gap,
     ),
 )
@@ -246,6 +251,11 @@ _MASSLESS = (
         "contact.point_inertia",
         'should be "kept" with contact.restitution or contact.impact: "none" has no impacts',
         lambda s, inertia: inertia == "none" and (s.contact.restitution > 0.0 or s.contact.impact != "newton"),
+    ),
+    Rule(
+        "contact.surface",
+        f'should be "axis" with {_WITHOUT}: such a point gives way across the axis only',
+        lambda s, surface: s.contact.point_inertia == "none" and surface != "axis",
     ),
     Rule(
         "solver.scheme",

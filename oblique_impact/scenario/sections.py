@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from oblique_impact.scenario.section import Section, key
+from oblique_impact.scenario.shapes import fibre_distance
 from oblique_impact.scenario.tables import LARGEST, Parameters, Size, Tabulated
 from oblique_impact.scenario.units import Unit
 from oblique_impact.scenario.user_defined import Choice, build
@@ -98,9 +99,8 @@ class SlopeSection(Section):
     angle: Angle = key(math.pi / 10, "inclination of the slope from the horizontal")
     extent: Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False)] = key(
         (),
-        "where the obstacle begins and ends, [first, last] along the slope from `origin`; [] is unbounded. "
-        "It is for the distance of the whole beam and for pictures: the contact of the contact point does "
-        "not know of it",
+        "where the slope begins and ends, [first, last] along it from `origin`; [] is unbounded. Contact ends "
+        "where the contact point slides beyond an end, and beyond it the point falls past the slope",
     )
 
     @property
@@ -116,6 +116,11 @@ class ContactSection(Section):
     enabled: bool = key(True, "whether the slope is there at all")
     point: Annotated[Positive, Unit("m")] = key(
         math.nan, "place of the contact point along the beam; not given: the beam's length"
+    )
+    surface: Literal["axis", "section"] = key(
+        "axis",
+        "where in the section at `point` the beam touches: at its axis, so that a slope is drawn half the beam's "
+        "depth below its place, or at its outer fibre on the side of the slope",
     )
     normal: Annotated[str, Choice("contact_laws", ("rigid", "spring"))] = key(
         "rigid", "a rigid stop, an elastic one, or a user-defined contact law"
@@ -266,10 +271,24 @@ class ScenarioKeys(Section):
         return self.discretization.method == "absolute"
 
     @property
+    def contact_fibre(self) -> float:
+        """Place (m) of the contact point in its section, across the beam: 0 on the axis, negative below it."""
+        if self.contact.surface == "axis":
+            return 0.0
+        facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
+        return -math.copysign(fibre_distance(self.beam, self.contact.point), facing)
+
+    @property
     def initial_gap(self) -> float:
         """Gap of the undeformed beam at t = 0 (m)."""
-        reach = self.root.hub_radius + self.contact.point
-        return reach * math.sin(self.initial.angle - self.slope.angle) - self.slope.offsets[0]
+        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
+        return reach * math.sin(angle) + self.contact_fibre * math.cos(angle) - self.slope.offsets[0]
+
+    @property
+    def initial_slip(self) -> float:
+        """Place of the contact point along the slope at t = 0 (m from its origin)."""
+        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
+        return reach * math.cos(angle) - self.contact_fibre * math.sin(angle) - self.slope.offsets[1]
 
     @property
     def initial_angular_velocity(self) -> float:

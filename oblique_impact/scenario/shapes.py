@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from oblique_impact.scenario.tables import Table
 
 if TYPE_CHECKING:
-    from oblique_impact.scenario.sections import CrossSection
+    from oblique_impact.scenario.sections import BeamSection, CrossSection
 
 #: degree in x of a second moment of area between two rows of sizes; that of an area is two less
 DEGREE = 4
@@ -88,6 +88,17 @@ def at(section: CrossSection, name: str, x: Any) -> Any:
         return np.interp(x, *np.array(size).T) if isinstance(size, tuple) else size + 0.0 * np.asarray(x)
     shape = SHAPES[section.shape]
     return getattr(shape, name)(**{size: at(section, size, x) for size in shape.sizes})
+
+
+def fibre_distance(beam: BeamSection, x: float) -> float:
+    """Return the distance (m) of the outer fibre from the axis at x (m); sqrt(A/pi) if none is given."""
+    import numpy as np
+
+    if beam.section.shape:
+        return float(at(beam.section, "outer_fibre", x))
+    size = beam.outer_fibre or beam.area
+    value = float(np.interp(x, *np.array(size).T)) if isinstance(size, tuple) else size
+    return value if beam.outer_fibre else math.sqrt(value / math.pi)
 
 
 def following(section: CrossSection, name: str) -> float | Table | None:

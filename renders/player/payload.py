@@ -113,6 +113,7 @@ def _facts(story: Story, frame_times: Array) -> dict[str, Any]:
             "outline": slope.outline.tolist() if slope else None,
         },
         "touch_radius": geometry.touch_radius,
+        "fibre": scenario.contact_fibre,
         "mass_radius": geometry.mass_radius,
         "flat_end": geometry.flat_end,
         "peak_force": geometry.peak_force,

@@ -23,6 +23,7 @@ SHAPES = {
         "beam__tip_mass": 0.07,
         "discretization__grading": 3.0,
     },
+    "face": {"contact__surface": "section", "contact__point": 0.7, "beam__outer_fibre": 0.03},
 }
 
 

@@ -174,15 +174,21 @@ def test_guards_are_positive_inside_their_state(size, seed):
         return guards_of(phase, instant), instant
 
     free, c = guards(OPEN)
-    assert_allclose(free, [c.gap, 1.0, 1.0, 1.0])
-    assert_allclose(guards(OPEN._replace(watched=False))[0], np.ones(4))
+    assert_allclose(free, [c.gap, 1.0, 1.0, 1.0, 1.0])
+    below = guards(OPEN._replace(side=-1.0))[0]  # the line of the slope, beyond an end
+    assert_allclose(below, [-c.gap, 1.0, 1.0, 1.0, 1.0])
+    assert_allclose(guards(OPEN._replace(watched=False))[0], np.ones(5))
     slip, c = guards(phase_of(State.SLIP, intercept=0.1, slope=2.0, lower=-0.5, upper=0.25))
     definite = 1.0 + (0.1 + 2.0 * slip_rate) * c.a_nt / c.a_nn
     assert c.slip_rate == slip_rate
-    assert_allclose(slip, [c.normal_force, slip_rate + 0.5, 0.25 - slip_rate, definite], rtol=1e-6)
+    assert_allclose(slip, [c.normal_force, slip_rate + 0.5, 0.25 - slip_rate, definite, 1.0], rtol=1e-6)
     stick, c = guards(phase_of(State.STICK, static=0.6))
     room, tangential = 0.6 * c.normal_force, c.tangential_force
-    assert_allclose(stick, [c.normal_force, room - tangential, room + tangential, 1.0])
+    assert_allclose(stick, [c.normal_force, room - tangential, room + tangential, 1.0, 1.0])
+    for state in (State.SLIP, State.STICK):
+        for first, last in ((c.slip - 0.1, c.slip + 0.2), (c.slip + 0.1, c.slip + 0.2)):
+            ends = guards(phase_of(state, static=0.6, first=first, last=last))[0].end
+            assert (ends > 0.0) == (first < c.slip < last)
 
 
 # Impulses ---------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from oblique_impact.contact.state import (
     Tolerances,
     rigid_phase,
 )
-from oblique_impact.contact.transitions import Baumgarte, ContactMachine, EventKind, Judgement
+from oblique_impact.contact.transitions import Baumgarte, ContactMachine, EventKind, Judgement, Transition
 from oblique_impact.errors import PhysicsStop
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching import loop
@@ -140,7 +140,7 @@ def test_start():
     for probe in (Probe(gap=1e-3, gap_rate=-1.0), Probe(gap_rate=1.0), Probe(gap_acceleration=1.0)):
         transition = start(probe)
         assert transition.phase.state == State.FREE
-        assert transition[1:] == (None, None, None, None)
+        assert transition == Transition(transition.phase, None)
     touching = start(Probe(gap_rate=-1.0, slip_rate=1.0))
     assert (touching.kind, touching.phase.state) == (EventKind.IMPACT, State.SLIP)
     assert touching.impulse.normal == 1.0
@@ -165,7 +165,7 @@ def test_frictional_impact_law():
 def test_release(phase):
     transition = machine().after_guard(phase, NORMAL, Probe(gap_acceleration=0.0, slip_rate=1.0))
     assert transition.phase.state == State.FREE
-    assert transition[1:] == (EventKind.RELEASE, None, None, None)
+    assert transition == Transition(transition.phase, EventKind.RELEASE)
 
 
 @pytest.mark.parametrize(("phase", "guard"), [(SLIP_UP, LOWER), (SLIP_DOWN, UPPER)])

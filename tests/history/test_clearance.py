@@ -11,7 +11,7 @@ from fem_beam.nodal import NodalBeam
 from fem_beam.reduction import eigenmodes
 from modal.eigenfunctions import Eigenfunctions
 from oblique_impact import History, InputError, Scenario, concatenate, simulate
-from oblique_impact.beam.clearance import nearest, slope_warnings
+from oblique_impact.beam.clearance import nearest
 from oblique_impact.command_line.application import main
 from oblique_impact.scenario.sections import SlopeSection
 
@@ -177,29 +177,73 @@ def test_the_depth_of_an_elastic_stop_is_a_distance_of_its_own(run):
     assert history.summary["clearance"]["x"] == 1.0
 
 
-def test_a_contact_beyond_the_ends_is_told(run):
-    history = run("paper", "slope.extent=[0.0, 0.5]", "end_time=0.35")
-    (line,) = about_slope(history)
-    place = history["slip"].values[history["state"].values != 0][0]
-    assert f"contact {place:.4g} m along the slope, outside of slope.extent = [0, 0.5]" in line
-    # and nothing else changes: the mechanics are those of the unbounded slope
-    np.testing.assert_array_equal(history["q"].values, run("paper", "end_time=0.35")["q"].values)
+@pytest.mark.parametrize("scheme", ["event", "fixed-step", "generalized-alpha"])
+def test_beyond_the_end_the_beam_falls_past(run, scheme):
+    """No force in mid-air: the motion is that without a slope, and the passage is recorded and told."""
+    short = ("end_time=0.4", f"solver.scheme='{scheme}'", "solver.contact_step=1e-5")
+    history = run("paper", "slope.extent=[0.0, 0.5]", *short)
+    assert history.events == []
+    assert np.all(history["lambda_n"].values == 0.0)
+    assert np.all(history["state"].values == 0)
+    alone = run("paper", "contact.enabled=false", *short)
+    theta = [np.interp(0.39, h["time"].values, h["theta"].values) for h in (history, alone)]
+    # close to the line generalized-alpha takes shorter steps
+    assert theta[0] == pytest.approx(theta[1], abs=1e-6 if scheme == "generalized-alpha" else 1e-8)
+    (passed,) = history.summary["slope_ends"]
+    k = int(np.argmin(np.abs(history["gap"].values)))
+    assert passed["time"] == pytest.approx(history["time"].values[k], abs=2e-4)
+    assert passed["how"] == "falls past"
+    assert (passed["place"], passed["end"]) == (pytest.approx(0.710377, abs=5e-5), 0.5)
+    assert any("falls past slope.extent = [0, 0.5]" in line for line in about_slope(history))
 
 
-@pytest.mark.parametrize(("place", "told"), [(-1.1e-4, 1), (-0.9e-4, 0), (0.50009, 0), (0.50011, 1)])
-def test_a_contact_beyond_an_end_by_a_ten_thousandth_of_the_length_is_told(place, told):
-    one = np.ones(1)
-    variables = {"clearance": 0.0 * one, "clearance_at": one, "tip_x": 0.0 * one, "tip_y": one, "time": one}
-    variables |= {"state": one, "slip": place * one}
-    scenario = Scenario.builtin("paper", ["slope.extent=[0.0, 0.5]"])
-    assert len(slope_warnings(scenario, variables, [])) == told
+SLIDING = {
+    "rigid, event": ("paper", 0.71017, "end_time=0.33"),
+    "rigid, fixed-step": (
+        *("paper", 0.71017, "end_time=0.33"),
+        *("solver.scheme='fixed-step'", "solver.free_step=1e-5", "solver.contact_step=2e-6"),
+    ),
+    "spring, nodal": ("elastic-stop", 0.71018, "end_time=0.33", "discretization.elements=16"),
+    "spring, exact": (
+        *("elastic-stop", 0.71018, "end_time=0.3225", "discretization.elements=4", "discretization.modes=2"),
+        *("discretization.method='absolute'", "solver.scheme='energy-consistent'"),
+        *("solver.free_step=1e-3", "solver.contact_step=2e-5", "solver.output_interval=1e-3"),
+    ),
+}
 
 
-def test_a_single_rebound_beyond_the_ends_is_told(run):
-    """An impact that rebounds at once has no sample in contact, only an event."""
-    history = run("bouncing", "slope.extent=[0.0, 0.5]", "end_time=0.3173", "solver.output_interval=1e-3")
-    assert (history["state"].values == 0).all()
-    assert len(about_slope(history)) == 1
+@pytest.mark.parametrize("name", SLIDING)
+def test_contact_ends_where_the_contact_point_slides_beyond_an_end(run, name):
+    """Of the unbounded slope the slip says when; up to there the motion is the same."""
+    case, first, *changes = SLIDING[name]
+    whole = run(case, *changes)
+    history = run(case, f"slope.extent=[{first}, 0.8]", *changes)
+    (*before, last) = history.events
+    assert [e.kind for e in before] == [e.kind for e in whole.events[: len(before)]]
+    np.testing.assert_allclose([e.time for e in before], [e.time for e in whole.events[: len(before)]], rtol=1e-9)
+    if "exact" not in name:  # of which few samples are kept
+        slip = np.interp(last.time, whole["time"].values, whole["slip"].values)
+        assert slip == pytest.approx(first, abs=1e-6)
+    assert last.kind.value == "release"
+    passed = history.summary["slope_ends"][0]
+    assert (passed["how"], passed["time"], passed["end"]) == ("slides off", last.time, first)
+    assert passed["place"] == pytest.approx(first, abs=1e-6 if "fixed" in name else 1e-11)
+    after = history["time"].values > last.time
+    assert np.all(history["lambda_n"].values[after] == 0.0)
+    assert np.all(history["state"].values[after] == 0)
+    assert abs(history.summary["energy"]["unaccounted"]) < 1e-6
+    assert history.contacts[-1].end == last.time
+    assert any("slides off slope.extent" in line for line in about_slope(history))
+
+
+def test_a_start_beyond_the_end_may_be_below_the_slope():
+    """Hanging straight down: the line of the slope is above the tip, its end is beside it."""
+    hanging = {"initial__angle": -np.pi / 2, "slope__origin": (0.5, 0.0), "slope__angle": 0.0, "end_time": 0.01}
+    with pytest.raises(InputError, match=r"^initial.angle = .*m below the slope"):
+        Scenario().replace(**hanging)
+    history = simulate(Scenario().replace(**hanging, slope__extent=(0.0, 1.0)))
+    assert history.events == []
+    assert history.summary["slope_ends"] == []
 
 
 def test_the_command_line_prints_it(tmp_path, capsys):

@@ -167,7 +167,7 @@ def test_labels(history):
         "lambda_n": "normal contact force",
         "lambda_tau": "tangential contact force",
         "axial_force": "axial force, tension positive",
-        "clearance": "smallest distance of the beam's axis from the slope, negative below",
+        "clearance": "smallest distance of the beam from the slope, negative below",
     }.items():
         assert history[name].attrs["long_name"] == words
     flags = history["state"].attrs

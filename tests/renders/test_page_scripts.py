@@ -287,17 +287,18 @@ def test_a_zoomed_scene_has_a_bar_as_long_as_it_says(scripts):
     assert any(fill["rect"][2] == pytest.approx(long) for fill in noted["fills"] if "rect" in fill)
 
 
-def test_what_touches_is_marked_where_it_touches(run):
-    """Along the beam, not at its tip."""
-    story = story_of([run("mid-span")])
+@pytest.mark.parametrize(("surface", "close"), [("axis", 1e-5), ("section", 5e-5)])
+def test_what_touches_is_marked_where_it_touches(run, surface, close):
+    """Along the beam, not at its tip; the page turns the section by the axis between its stations."""
+    story = story_of([run("mid-span", "slope.extent=[]", f"contact.surface='{surface}'")])
     scripts, geometry = Scripts(story), story.geometries[0]
     frame = strongest(scripts)[0]
     k = int(scripts.arrays["frame_sample"][frame])
     view = "{ scale: 1e3, x0: 0, y0: 0, thick: 1 }"
     place = scripts.at(frame, f"touchPlace({view}, moment)")
-    assert np.array(place) / (1e3, -1e3) == pytest.approx(geometry.contact_place(k)[:2], abs=1e-5)
-    (mark,) = scripts.drawn(frame, f"drawAxisMark(context, {view}, moment)")["fills"]
-    assert np.array(mark["arcs"][0][:2]) / (1e3, -1e3) == pytest.approx(geometry.contact_point(k), abs=1e-5)
+    assert np.array(place) / (1e3, -1e3) == pytest.approx(geometry.contact_place(k)[:2], abs=close)
+    (mark,) = scripts.drawn(frame, f"drawContactPoint(context, {view}, moment)")["fills"]
+    assert np.array(mark["arcs"][0][:2]) / (1e3, -1e3) == pytest.approx(geometry.contact_point(k), abs=close)
     assert np.linalg.norm(geometry.contact_point(k)) < 0.8 * geometry.scenario.beam.length
 
 

@@ -1,4 +1,4 @@
-"""One drawn slope: the same corners in overview, film, page and export, one radius below the line of contact."""
+"""One drawn slope: the same corners in overview, film, page and export, where the beam touches it."""
 
 from __future__ import annotations
 
@@ -122,3 +122,29 @@ def test_without_contact_there_is_none(run):
     history = run("spin-up", "end_time=0.01")
     assert drawn_slope(BeamGeometry(history)) is None
     assert payload(story_of([history]), 20).facts["slope"]["outline"] is None
+
+
+@pytest.mark.parametrize("surface", ["axis", "section"])
+def test_the_drawn_face_touches_the_drawn_slope_in_contact(run, surface):
+    """The lowest point of the drawn beam is on the drawn surface, with contact on the axis or on the face."""
+    history = run("paper", f"contact.surface='{surface}'", "end_time=0.335")
+    geometry = BeamGeometry(history, 1.0)
+    scenario = geometry.scenario
+    normal = np.array([-np.sin(scenario.slope.angle), np.cos(scenario.slope.angle)])
+    line, surfaces = np.array(scenario.slope.origin) @ normal, drawn_slope(geometry).outline[:2] @ normal
+    np.testing.assert_allclose(surfaces, surfaces[0], rtol=0.0, atol=1e-12)
+    half_depth = np.sqrt(scenario.beam.area / np.pi)
+    # the drawn slope is where the slope is only if the face touches it
+    assert line - surfaces[0] == pytest.approx(half_depth if surface == "axis" else 0.0, abs=1e-12)
+    closed = np.flatnonzero(history["state"].values != 0)
+    assert closed.size > 20
+    for k in closed:
+        lowest = (geometry.outline(float(k)) @ normal).min()
+        # a hemisphere is drawn by flat faces
+        assert lowest - surfaces[0] == pytest.approx(0.0, abs=(1e-2 if surface == "axis" else 1e-5) * half_depth)
+        assert geometry.contact_place(float(k))[:2] @ normal == pytest.approx(surfaces[0], abs=1e-9)
+        point = np.array([history["tip_x"].values[k], history["tip_y"].values[k]])
+        np.testing.assert_allclose(geometry.contact_point(float(k)), point, rtol=0.0, atol=1e-9)
+
+    # between two samples it stays on the surface
+    assert geometry.contact_place(closed[5] + 0.5)[:2] @ normal == pytest.approx(surfaces[0], abs=1e-8)

@@ -177,6 +177,11 @@ REFUSED = [
     ("contact.point_inertia", f"{MASSLESS} contact.restitution=0.5", NO_IMPACTS),
     ("contact.point_inertia", f"{MASSLESS} contact.impact=routh", NO_IMPACTS),
     (
+        "contact.surface",
+        f"{MASSLESS} contact.surface=section",
+        'should be "axis" with contact.point_inertia = "none": such a point gives way across the axis only',
+    ),
+    (
         "solver.scheme",
         f"{MASSLESS} solver.scheme=fixed-step",
         'should be "event" or "generalized-alpha" with contact.point_inertia = "none"',

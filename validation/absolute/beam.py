@@ -233,7 +233,7 @@ class ExactBeam:
         at0, turn0, strain0 = q0 if isinstance(q0, StepStart) else self.step_start(q0)
         at1, turn1, strain1 = self.step_start(q1)
         mean, tangent = 0.5 * (turn0 + turn1), 0.5 * (at0.tangent + at1.tangent)
-        quotient, quotient_rate = _divided_difference(at0.rotation, at1.rotation)
+        quotient, quotient_rate = divided_difference(at0.rotation, at1.rotation)
         n = self._force(0.5 * (strain0 + strain1) + relaxation * (strain1 - strain0))
         bending = self._stiffness[2]
         moment = 0.5 * (at0.curvature + at1.curvature) + relaxation * (at1.curvature - at0.curvature)
@@ -284,7 +284,7 @@ def strains(fields: Fields, turn: Complex | None = None) -> Complex:
     return np.asarray(turn.conj() * fields.tangent - 1.0)
 
 
-def _divided_difference(phi0: Array, phi1: Array) -> tuple[Complex, Complex]:
+def divided_difference(phi0: Any, phi1: Any) -> tuple[Complex, Complex]:
     """Return (exp(i phi1) - exp(i phi0))/(phi1 - phi0), and its derivative by phi1."""
     step = phi1 - phi0
     small = np.abs(step) < _SMALL

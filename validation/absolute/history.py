@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.beam.clearance import closest, nearest, slope_warnings
+from oblique_impact.beam.clearance import closest, facing, nearest, slope_warnings
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.determinacy import without_limit
 from oblique_impact.beam.frequencies import macro_gap
@@ -113,8 +113,7 @@ class _Frame:
         summary = summarize(record, samples, wall, macro_gap(s), s)
         summary["clearance"] = closest(variables, s.beam.length)
         summary["without_limit"] = list(without_limit(s))
-        events = [event.time for event in record.events]
-        summary["warnings"] = [*doubts(s), *slope_warnings(s, variables, events)]
+        summary["warnings"] = [*doubts(s), *slope_warnings(s, variables, summary["slope_ends"])]
         return History(dataset(variables), record.events, summary, s.to_toml(), record.contacts)
 
     def _samples(self) -> Samples:
@@ -156,7 +155,10 @@ class _Frame:
         node = self.run.slope.node
         unit = np.eye(1, self.beam.x.size, node)
         u, _ = self._displacement(unit, self.beam.x[node : node + 1])
-        place, velocity = _complex(self.q)[:, node], _complex(self.v)[:, node]
+        # of the contact point in the section
+        lever = 1j * self.run.slope.fibre * np.exp(1j * self.q[:, NODE * node + 2])
+        place = _complex(self.q)[:, node] + lever
+        velocity = _complex(self.v)[:, node] + 1j * self.v[:, NODE * node + 2] * lever
         theta, spin = self.frame
         return {
             "theta": theta,
@@ -187,6 +189,10 @@ class _Frame:
             turn = np.exp(-1j * slope.angle)
             z = turn * (_complex(self.q) @ t.values.T) - (along + 1j * height)
             tangent = turn * (_complex(self.q) @ t.slopes.T)
+            if self.scenario.contact_fibre != 0.0:
+                phi = self.q[:, 2::NODE]
+                section = turn * np.exp(1j * (phi @ t.values.T))
+                z, tangent = facing(self.scenario, t.x, (z, tangent), (section, 1j * (phi @ t.slopes.T) * section))
             found["clearance"], found["clearance_at"] = nearest(t.x, z, tangent, slope)
         return found
 

@@ -15,7 +15,7 @@ from fem_beam.mesh import beam_mesh
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
-from oblique_impact.contact.transitions import EventKind
+from oblique_impact.contact.transitions import AtEnd, EventKind
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.marching import records
@@ -104,6 +104,8 @@ class Run:
         q = self.beam.straight(scenario.initial.angle)
         self.stage = Stage(q, self.beam.turning(q, scenario.initial_angular_velocity))
         self.time, self.phase = 0.0, Phase(State.FREE)
+        place = self.slope.place(self.stage)
+        self._side = -1.0 if place.gap < 0.0 and self.slope.is_beyond(place) else 1.0
         self._reaction = 0.0
         self._open: records.OpenContact | None = None
         self._recent = 0
@@ -160,7 +162,7 @@ class Run:
     def _longest(self) -> float:
         """Longest step (s) in the present state."""
         solver, contact = self.scenario.solver, self.scenario.contact.enabled
-        near = contact and self.slope.place(self.stage).gap < NEAR * self.scenario.beam.length
+        near = contact and self._side * self.slope.place(self.stage).gap < NEAR * self.scenario.beam.length
         return min(solver.contact_step, solver.free_step) if near else solver.free_step
 
     def _try(self, length: float) -> bool:
@@ -244,19 +246,24 @@ class Run:
 
     # --- contact states
 
-    def _guards(self) -> tuple[EventKind, ...]:
+    def _guards(self) -> tuple[EventKind | AtEnd, ...]:
         """Return what may happen next."""
         if self.phase.state is State.FREE:
             return (EventKind.IMPACT,)
+        ends = (AtEnd.SLIDES_OFF,) if self.slope.extent else ()
         if self.phase.state is State.STICK:
             return (EventKind.RELEASE, EventKind.SLIP)
-        return (EventKind.RELEASE, EventKind.REVERSAL) if self.phase.direction else (EventKind.RELEASE,)
+        return (
+            (EventKind.RELEASE, *ends, EventKind.REVERSAL) if self.phase.direction else (EventKind.RELEASE, *ends)
+        )
 
-    def _guard(self, kind: EventKind, step: Step, length: float) -> float:
+    def _guard(self, kind: EventKind | AtEnd, step: Step, length: float) -> float:
         """Return a function that is positive at the end of a step before something has happened."""
         after = self.slope.place(step.stage)
         if kind is EventKind.IMPACT:
-            return after.gap
+            return self._side * after.gap
+        if kind is AtEnd.SLIDES_OFF:
+            return self.slope.inside(after)
         if kind is EventKind.RELEASE:
             return -after.gap
         if kind is EventKind.REVERSAL:
@@ -264,7 +271,7 @@ class Run:
         force, _ = Contact(self.slope).normal_force(self.slope.place(self.stage).gap, after.gap, length)
         return self._static * force - abs(step.reaction)
 
-    def _locate(self, kind: EventKind, length: float) -> float:
+    def _locate(self, kind: EventKind | AtEnd, length: float) -> float:
         """Length (s) of the step at whose end a guard falls to zero; 0 if it falls at once."""
 
         def at(part: float) -> float:
@@ -274,10 +281,18 @@ class Run:
             return 0.0
         return float(brentq(at, _AT_ONCE, 1.0, xtol=1e-12, rtol=1e-14)) * length
 
-    def _change(self, kind: EventKind) -> None:
+    def _change(self, kind: EventKind | AtEnd) -> None:
         """Go through a transition, with a sample on either side of it."""
-        self._sample()
         place = self.slope.place(self.stage)
+        if kind is EventKind.IMPACT and (self._side < 0.0 or self.slope.is_beyond(place)):
+            self._pass_end(AtEnd.COMES_BACK if self._side < 0.0 else AtEnd.FALLS_PAST, place)
+            return
+        self._sample()
+        if kind is AtEnd.SLIDES_OFF:
+            self._pass_end(kind, place)
+            # what the spring still stores springs back in vain
+            loss = self.totals.stop_loss + self.slope.energy(place)
+            self.totals, kind = self.totals._replace(stop_loss=loss), EventKind.RELEASE
         if kind is EventKind.RELEASE:
             event = self._close(place)
             self.phase = Phase(State.FREE)
@@ -289,6 +304,12 @@ class Run:
             event = self._event(kind, place)
         self.record.events.append(event._replace(state=self.phase.state))
         self._sample()
+
+    def _pass_end(self, how: AtEnd, place: Place) -> None:
+        """Keep how an end of the slope is passed."""
+        self._side = 1.0 if how is AtEnd.COMES_BACK else -1.0
+        end = min(self.slope.extent, key=lambda along: abs(along - place.slip))
+        self.record.passages.append(records.Passage(self.time, how, place.slip, end))
 
     def _begin(self, place: Place) -> None:
         """Close the contact: it slips, with a direction where there is friction."""

@@ -34,24 +34,30 @@ class NotConvergedError(ArithmeticError):
 
 
 class PointForces(NamedTuple):
-    """Forces (N) on one node and their derivatives by its place at the end of the step."""
+    """Forces (N) and moment (N m) on one node, and their derivatives by its unknowns at the end of the step."""
 
-    force: Array  # (2,)
-    tangent: Array  # (2, 2), N/m
+    force: Array  # (3,)
+    tangent: Array  # (3, 3)
+
+
+class Held(NamedTuple):
+    """A displacement of a node within a step that is kept zero: how the unknowns move it, each (3,)."""
+
+    mean: Array  # over the step: the displacement is mean . (q1 - q0)
+    last: Array  # at its end
 
 
 class PointLoad(Protocol):
-    """What acts on one node, as a function of its place at both ends of a step."""
+    """What acts on one node, as a function of its unknowns at both ends of a step."""
 
     @property
     def node(self) -> int:
         """The node."""
 
-    @property
-    def fixed(self) -> Array | None:
-        """Direction (2,) in which the node does not move within a step, or None."""
+    def held(self, q0: Array, q1: Array) -> Held | None:
+        """Return the displacement that is kept zero within a step, or None."""
 
-    def forces(self, r0: Array, r1: Array, length: float) -> PointForces:
+    def forces(self, q0: Array, q1: Array, length: float) -> PointForces:
         """Return the mean forces within a step of the given length (s)."""
 
 
@@ -144,21 +150,21 @@ def _with_point(
     band: Array,
     count: int,
 ) -> tuple[Array, float]:
-    """One iteration with the forces on a node, and with the force that keeps it in one direction."""
-    at = slice(NODE * point.node, NODE * point.node + 2)
-    r0, r1 = (q[at] for q in ends)
-    found = point.forces(r0, r1, length)
+    """One iteration with the forces on a node, and with the force that keeps one of its displacements zero."""
+    at = slice(NODE * point.node, NODE * (point.node + 1))
+    q0, q1 = (q[at] for q in ends)
+    found, held = point.forces(q0, q1, length), point.held(q0, q1)
     residual[at] -= found.force
     half = band.shape[0] // 2
-    for i in range(2):
-        for j in range(2):
+    for i in range(NODE):
+        for j in range(NODE):
             band[half + i - j, at.start + j] -= found.tangent[i, j]
-    if point.fixed is None:
+    if held is None:
         return solve(band, -residual, count), 0.0
     row = np.zeros_like(residual)
-    row[at] = point.fixed
+    row[at] = held.mean
     free, unit = solve(band, np.stack([-residual, row], axis=1), count).T
-    reaction = float(-(point.fixed @ (r1 - r0) + row @ free) / (row @ unit))
+    reaction = float(-(held.mean @ (q1 - q0) + held.last @ free[at]) / (held.last @ unit[at]))
     return free + reaction * unit, reaction
 
 

@@ -1,6 +1,7 @@
 """The elastic stop: a straight, inclined slope that pushes one node, with Coulomb's friction.
 
-In absolute coordinates gap and slip are the components of the node's place: nothing of the beam's shape enters.
+In absolute coordinates gap and slip are the components of the node's place, or of a place in its section,
+r + i e exp(i phi): nothing of the beam's shape enters.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.scenario.scenario import Scenario
-from validation.absolute.beam import NODE
+from validation.absolute.beam import NODE, divided_difference
 from validation.absolute.sections import Array
-from validation.absolute.step import PointForces, Stage
+from validation.absolute.step import Held, PointForces, Stage
 
 
 class Place(NamedTuple):
@@ -38,12 +39,15 @@ class Slope:
     offsets: tuple[float, float]  # m, see `SlopeSection.offsets`
     stiffness: float  # N/m
     damping: float  # s/m
+    fibre: float = 0.0  # e (m), place of the contact point in the section, across the beam
+    extent: tuple[float, ...] = ()  # m along the slope: its ends
 
     @classmethod
     def of(cls, scenario: Scenario, node: int) -> Slope:
         """Read slope and spring of a scenario."""
         s = scenario
-        return cls(node, s.slope.angle, s.slope.offsets, s.contact.stiffness, s.contact.damping)
+        spring = s.contact.stiffness, s.contact.damping
+        return cls(node, s.slope.angle, s.slope.offsets, *spring, s.contact_fibre, s.slope.extent)
 
     @cached_property
     def normal(self) -> Array:
@@ -57,10 +61,33 @@ class Slope:
 
     def place(self, stage: Stage) -> Place:
         """Return where the contact point is, and how it moves."""
-        at = slice(NODE * self.node, NODE * self.node + 2)
-        r, v, (height, along) = stage.q[at], stage.v[at], self.offsets
-        n, t = self.normal, self.tangent
-        return Place(float(n @ r) - height, float(t @ r) - along, float(n @ v), float(t @ v))
+        at, (height, along) = slice(NODE * self.node, NODE * (self.node + 1)), self.offsets
+        q, v = stage.q[at], stage.v[at]
+        r, (n, t) = self.point(q), (self.rows(u, q) for u in (self.normal, self.tangent))
+        return Place(float(self.normal @ r) - height, float(self.tangent @ r) - along, float(n @ v), float(t @ v))
+
+    def point(self, q: Array) -> Array:
+        """Place (2,) of the contact point, of the node's unknowns (3,)."""
+        return np.asarray(q[:2] + self.fibre * np.array([-np.sin(q[2]), np.cos(q[2])]))
+
+    def rows(self, u: Array, q: Array) -> Array:
+        """Return the derivatives (3,) of the contact point's component along a vector u (2,)."""
+        return np.append(u, -self.fibre * float(u @ [np.cos(q[2]), np.sin(q[2])]))
+
+    def mean_rows(self, u: Array, q0: Array, q1: Array) -> tuple[Array, float]:
+        """Return their means over a step, times q1 - q0 the displacement, and how the last of them turns."""
+        quotient, rate = divided_difference(q0[2], q1[2])
+        along = self.fibre * (u[0] - 1j * u[1]) * 1j
+        return np.append(u, float(np.real(along * quotient))), float(np.real(along * rate))
+
+    def is_beyond(self, place: Place) -> bool:
+        """Whether a place is beyond the ends of the slope."""
+        return bool(self.extent) and not self.extent[0] <= place.slip <= self.extent[1]
+
+    def inside(self, place: Place) -> float:
+        """Return a length (m) that is positive between the ends of the slope, and falls through zero at each."""
+        first, last = self.extent
+        return (place.slip - first) * (last - place.slip) / (last - first)
 
     def force(self, place: Place) -> float:
         """Return the normal force (N) at an instant: k d (1 + damping d') at the depth d, never pulling."""
@@ -88,10 +115,12 @@ class Contact:
         """The node that is in contact."""
         return self.slope.node
 
-    @property
-    def fixed(self) -> Array | None:
-        """Direction in which a sticking point does not move."""
-        return self.slope.tangent if self.sticks else None
+    def held(self, q0: Array, q1: Array) -> Held | None:
+        """Return the slip, which a sticking point does not have."""
+        if not self.sticks:
+            return None
+        along = self.slope.tangent
+        return Held(self.slope.mean_rows(along, q0, q1)[0], self.slope.rows(along, q1))
 
     def normal_force(self, gap0: float, gap1: float, length: float) -> tuple[float, float]:
         """Mean normal force (N) of a step, and its derivative by the gap at its end (N/m)."""
@@ -101,9 +130,12 @@ class Contact:
             return 0.0, 0.0
         return k * depth * factor, -0.5 * k * factor - k * depth * c / length
 
-    def forces(self, r0: Array, r1: Array, length: float) -> PointForces:
+    def forces(self, q0: Array, q1: Array, length: float) -> PointForces:
         """Return the mean forces on the node within a step."""
-        n, height = self.slope.normal, self.slope.offsets[0]
-        force, rate = self.normal_force(float(n @ r0) - height, float(n @ r1) - height, length)
-        direction = n + self.friction * self.slope.tangent
-        return PointForces(force * direction, rate * np.outer(direction, n))
+        slope, n = self.slope, self.slope.normal
+        gap0, gap1 = (float(n @ slope.point(q)) - slope.offsets[0] for q in (q0, q1))
+        force, rate = self.normal_force(gap0, gap1, length)
+        direction, turning = slope.mean_rows(n + self.friction * slope.tangent, q0, q1)
+        tangent = rate * np.outer(direction, slope.rows(n, q1))
+        tangent[2, 2] += force * turning
+        return PointForces(force * direction, tangent)

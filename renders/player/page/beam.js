@@ -122,9 +122,11 @@ function onSlope(x, y) {
 
 /** Range of the contact point along the slope while it touches; where it comes closest if it never does. */
 function contactRange() {
+  const lift = Math.abs(facts.fibre); // of the axis
   let low = Infinity, high = -Infinity, closest = Infinity, there = 0;
   for (let k = 0; k < FRAMES; k++) {
-    const at = k * STATIONS + facts.touch, [along, height] = onSlope(arrays.frame_x[at], arrays.frame_y[at]);
+    const at = k * STATIONS + facts.touch, [along, above] = onSlope(arrays.frame_x[at], arrays.frame_y[at]);
+    const height = above - lift;
     if (Math.abs(height) < closest) [closest, there] = [Math.abs(height), along];
     if (height > 1e-3 * facts.length) continue;
     low = Math.min(low, along);
@@ -162,10 +164,19 @@ function resultant(moment) {
 
 const MARK = 3; // radius of the mark at the place of contact
 
-/** Place of contact on the slope's surface, in pixels. */
+/** Place of contact on the slope's surface, in pixels: below the axis, or at the beam's face. */
 function touchPlace(view, moment) {
-  const t = facts.touch, below = view.thick * TOUCH_RADIUS;
+  const t = facts.touch;
+  if (facts.fibre) return facePlace(view, moment, t);
+  const below = view.thick * TOUCH_RADIUS;
   return [toX(view, moment.x[t] - below * NORMAL[0]), toY(view, moment.y[t] - below * NORMAL[1])];
+}
+
+/** The fibre of a section that touches the slope, in pixels. */
+function facePlace(view, axis, j) {
+  const a = Math.max(j - 1, 0), b = Math.min(j + 1, STATIONS - 1);
+  const dx = axis.x[b] - axis.x[a], dy = axis.y[b] - axis.y[a], across = (view.thick * facts.fibre) / (Math.hypot(dx, dy) || 1);
+  return [toX(view, axis.x[j] - across * dy), toY(view, axis.y[j] + across * dx)];
 }
 
 /**

@@ -5,7 +5,7 @@ const inset = { surface: new Surface("inset"), home: null };
 /** Place of the slope where contacts happen, which the view keeps to while the beam is near. */
 inset.home = (() => {
   const [low, high] = contactRange(), at = 0.5 * (low + high);
-  return [0, 1].map((k) => facts.slope.origin[k] + at * TANGENT[k]);
+  return [0, 1].map((k) => facts.slope.origin[k] + at * TANGENT[k] + Math.abs(facts.fibre) * NORMAL[k]);
 })();
 
 function insetView(moment, width, height) {
@@ -25,15 +25,16 @@ function drawInset(moment) {
   drawTrace(c, view, moment, facts.length);
   const axis = magnified(moment, 1);
   drawTube(c, view, axis, moment.sides);
-  drawAxisMark(c, view, axis);
+  drawContactPoint(c, view, axis);
   drawForce(c, view, moment, 0.36 * Math.min(width, height));
   drawScaleBar(c, view, width, height);
 }
 
-/** The contact point of the model, on the axis. */
-function drawAxisMark(c, view, axis) {
+/** The contact point of the model, on the axis or on the beam's face. */
+function drawContactPoint(c, view, axis) {
+  const t = facts.touch, place = facts.fibre ? facePlace(view, axis, t) : [toX(view, axis.x[t]), toY(view, axis.y[t])];
   c.beginPath();
-  c.arc(toX(view, axis.x[facts.touch]), toY(view, axis.y[facts.touch]), 2.4, 0, 2 * Math.PI);
+  c.arc(...place, 2.4, 0, 2 * Math.PI);
   c.fillStyle = colour.edge;
   c.fill();
 }
