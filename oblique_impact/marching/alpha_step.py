@@ -40,6 +40,10 @@ _CLOSED = 10.0  # tolerances of velocity: the error of the velocity in a contact
 _FADING = 1.05  # a contraction that was not measured counts so much less with every step
 _STALLED, _ROUNDING = 0.25, 1e4  # a residual that stays above this part, and corrections in tolerances by rounding
 _ALIKE = 2.0  # of residuals by rounding, from step to step
+#: a residual that in so many iterations has not fallen below this part of its least is rounding, and so may be a
+#: larger correction: some 2e4 tolerances of 4,096 elements, growing as the square of their number.  It takes more
+#: iterations to tell, because one that converges slowly looks the same at first.
+_FLAT, _FLAT_ITERATIONS, _FLAT_ROUNDING = 0.7, 3, 1e6
 
 
 class Step(NamedTuple):
@@ -159,6 +163,7 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
     s.rounded[slot] = 0.0 if stale else s.rounded[slot] / _FADING
     closed, end = _CLOSED * s.tolerances.velocity, NO_CONTACT
     change, before, rank_one = np.inf, 0.0, 0.0
+    least, flat = np.inf, 0
     for iteration in range(_MOST_ITERATIONS):
         e = system.take_residual(t + h, q, qd, qdd, contact, w)
         rank_one, end = e.rank_one, moved(end, e, normal, tangential, e.supplied_power, phase.tilt)
@@ -170,9 +175,12 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
             # the next change is about the last one times the ratio of the residuals
             s.contraction[slot] = left / before if before > 0.0 else -1.0
             accurate = change * left <= tolerance * before
+            flat = flat + 1 if left > _FLAT * least else 0
+            least = min(least, left)
             if not accurate and left > _STALLED * before:
                 # the residual K q of a fine mesh is rounded: it falls no further
-                accurate = change <= _ROUNDING * tolerance
+                rounding = _FLAT_ROUNDING if flat >= _FLAT_ITERATIONS else _ROUNDING
+                accurate = change <= rounding * tolerance
                 s.rounded[slot] = _ALIKE * left if accurate else 0.0
             if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
                 if not contact and phase.watched:

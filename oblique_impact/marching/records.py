@@ -100,6 +100,7 @@ class Record:
     events: list[Event] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
+    message: str = ""  # what a person is told of the outcome, if not the outcome's own sentence
     stored: float = 0.0  # J, in an elastic stop at the end
     steps: int = 0
     rejected: int = 0
