@@ -40,12 +40,12 @@ _CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the 
 _NEARLY_SINGULAR = 0.05
 #: of the beam's length: beyond it a small-deflection model says nothing
 LARGEST_DEFLECTION = 0.5
-#: a run that would need more steps is stopped.  100 s of the paper's beam take 1e6, 10 s of 128 modes some 1e7, which
-#: are hours; for two modes 2e7 are minutes, where another scheme takes seconds
+#: a run that would need more steps is stopped.  100 s of the paper's beam take 1e6, 10 s of 128 modes some 1e7,
+#: which are hours; for two modes 2e7 are minutes, where another scheme takes seconds
 MOST_STEPS = 2e7
 #: the same where the user has chosen the steps: 100 s of contact at 1e-6 s are 1e8
 MOST_GIVEN_STEPS = 1e9
-#: the pace of so many steps tells how many are to come: a few seconds of computing, and longer than a contact takes
+#: the pace of so many steps tells how many are to come: a few seconds of computing, longer than a contact takes
 _PACE_STEPS = 500_000
 _SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION)  # of a singular problem, maybe
 
