@@ -42,17 +42,33 @@ class Outcome(Enum):
     )
     REDUNDANT_CONSTRAINTS = (
         "redundant-constraints",
-        "Sticking contact leaves no freedom to determine its two forces; use more modes.",
+        "The constraints of the contact along and across the slope are not independent: its two forces are not "
+        'determined; use more modes, or contact.friction = "frictionless".',
     )
     STEP_UNDERFLOW = (
         "step-underflow",
-        "The step fell below the resolution of time; the motion is too stiff for this scheme or singular.",
+        "The step fell below the resolution of time: the motion is singular, or too stiff for this scheme; "
+        'solver.scheme = "generalized-alpha" takes steps of a given length.',
     )
     NOT_CONVERGED = (
         "iterations-diverged",
-        "The iterations of an implicit step did not converge; use a shorter solver.free_step or contact_step.",
+        "The iterations of an implicit step did not converge; use a shorter solver.free_step or "
+        "solver.contact_step, or a larger solver.tolerance.",
     )
-    TOO_MANY_EVENTS = ("too-many-events", "The run exceeded its bound on the number of events.")
+    TOO_MANY_EVENTS = (
+        "too-many-events",
+        "The run exceeded its bound on the number of events; use a shorter end_time or a smaller "
+        "contact.restitution.",
+    )
+    TOO_MANY_STEPS = (
+        "too-many-steps",
+        "The run would need more steps than can be computed; use longer steps, or a shorter end_time.",
+    )
+    LARGE_DEFLECTION = (
+        "large-deflection",
+        "The deflection exceeded half of the beam's length, where small-deflection theory does not hold; use "
+        'discretization.method = "absolute", which is exact at any deflection, or a stiffer beam.',
+    )
     DIVERGED = (
         "diverged",
         "The solution grew without bound or is no longer finite; the model or the step is not valid here.",
@@ -70,8 +86,11 @@ class Outcome(Enum):
 
 
 class PhysicsStop(Exception):  # noqa: N818  it is an outcome, not an error
-    """Raised inside the loop when the physics ends a run; carries the named outcome."""
+    """Raised inside the loop when the physics ends a run; carries the named outcome and what a person is told.
 
-    def __init__(self, outcome: Outcome) -> None:
-        super().__init__(outcome.sentence)
-        self.outcome = outcome
+    That is the outcome's own sentence if no `message` with the numbers of the run is given.
+    """
+
+    def __init__(self, outcome: Outcome, message: str = "") -> None:
+        super().__init__(message or outcome.sentence)
+        self.outcome, self.message = outcome, message or outcome.sentence

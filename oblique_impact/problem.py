@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.beam.beam import Beam, FullBeam
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
-from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.operators import build_operators, contiguous
 from oblique_impact.contact.friction import friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
 from oblique_impact.contact.state import Tolerances
@@ -32,6 +33,8 @@ from oblique_impact.scenario.user_defined import discretization
 NEAR = 0.01
 #: part of the tolerance that the iterations of one implicit step may leave: what they leave adds up
 ITERATIONS = 0.01
+#: 1/s^2; E I/(m L^4) of what can be computed with: the numbers in between go to its square, and far beyond
+FREQUENCY_SQUARES = (1e-60, 1e60)
 #: s; sizes of a beam's angle, deflections and velocities are 1 rad, 1 m and these over the second
 BEAM_TIME = 1.0
 
@@ -39,13 +42,28 @@ BEAM_TIME = 1.0
 def beam_of(scenario: Scenario) -> Beam:
     """Return the discretized beam that a scenario marches: reduced, or nodal without reduction."""
     chosen = scenario.discretization
+    _check_numbers(scenario)
     if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
         return Beam(scenario, build_operators(scenario))
     build_nodal = getattr(discretization(chosen.method), "build_nodal", None)
     if build_nodal is None:
         words = "should be at least 1; this discretization has no nodal model (build_nodal)"
         raise InputError(f"discretization.modes = 0: {words}: {chosen.method}")
-    return FullBeam(scenario, build_nodal(scenario))
+    return FullBeam(scenario, contiguous(build_nodal(scenario)))
+
+
+def _check_numbers(scenario: Scenario) -> None:
+    """Raise InputError for a beam whose frequencies floating-point numbers cannot hold."""
+    sections, length = Sections.from_scenario(scenario), scenario.beam.length
+    with np.errstate(all="ignore"):
+        x = np.union1d(sections.area.x, sections.second_moment.x)
+        squares = sections.bending_stiffness(x) / (sections.mass_per_length(x) * np.float64(length) ** 4)
+    least, most = FREQUENCY_SQUARES
+    if not np.all((squares >= least) & (squares <= most)):
+        found = np.min(squares) if not np.min(squares) >= least else np.max(squares)
+        square = "youngs_modulus * second_moment/(density * area * length^4)"
+        words = f"is {found:.3g} 1/s^2, should be {least:g} to {most:g}; are the units right?"
+        raise InputError(f"beam: the square of its frequency, {square}, {words}")
 
 
 def beam_problem(beam: Beam) -> Problem:
@@ -61,7 +79,7 @@ def beam_problem(beam: Beam) -> Problem:
     contact, breakpoints = s.contact.enabled, beam.breakpoints
     modes = normal_modes(beam.model) if isinstance(beam.model, BeamModel) else None
     given = machine, scheme, *times, scales, contact, breakpoints, beam.residual, modes
-    return Problem(beam.model, q0, qd0, *given)
+    return Problem(beam.model, q0, qd0, *given, relative_deflection=beam.relative_deflection)
 
 
 def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:

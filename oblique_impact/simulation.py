@@ -22,7 +22,7 @@ from oblique_impact.history.samples import beam_variables, gather, warnings_of
 from oblique_impact.history.summary import summarize
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
-from oblique_impact.kernels.workspace import Array
+from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.problem import Problem
@@ -53,7 +53,7 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     Raises
     ------
     InputError
-        If this is no scenario.
+        If this is no scenario, or a user-defined part of it hands over what it should not.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
@@ -147,10 +147,13 @@ def simulate_system(
 
     Raises
     ------
+    InputError
+        If an array of the system, of its state or of a user-defined scheme has the wrong shape or is not real.
     Interrupted
         After Ctrl-C, as :func:`simulate`.
     """
-    q0, qd0 = np.asarray(q0, dtype=float), np.asarray(qd0, dtype=float)
+    q0, qd0 = (own_numbers(v, (system.size,), name) for v, name in ((q0, "q0"), (qd0, "qd0")))
+    system = _checked(system, q0, qd0)
     scheme = scheme or EventScheme(1e-10)
     tolerances, scales = system_scales(system, q0, qd0, end_time)
     gap = tolerances.gap if gap_tolerance is None else gap_tolerance
@@ -169,6 +172,24 @@ def simulate_system(
     summary = summarize(record, samples, wall, macro_gap)
     history = History.of_columns(samples.variables(), record.events, summary, None, record.contacts)
     return _finished(history)
+
+
+def _checked(system: Any, q0: Array, qd0: Array) -> Any:
+    """Return a system that kernels can read; raises InputError for arrays of the wrong shape or type."""
+    if isinstance(system, tuple):  # packed: compiled kernels take its arrays as they are
+        packed: Any = system
+        arrays = {k: v for k, v in packed._asdict().items() if isinstance(v, np.ndarray)}
+        floats = {k: v.astype(float) if v.dtype.kind == "f" else v for k, v in arrays.items()}
+        return packed._replace(**{k: np.ascontiguousarray(v) for k, v in floats.items()})
+    if isinstance(system, MechanicalSystem):  # what it returns is copied: strides and types do not matter
+        d, rows = system.size, system.contact(0.0, q0, qd0)
+        own_numbers(system.mass_matrix(0.0, q0), (d, d), "mass_matrix")
+        own_numbers(system.forces(0.0, q0, qd0), (d,), "forces")
+        own_numbers(rows.normal, (d,), "normal of contact")
+        own_numbers(rows.tangential, (d,), "tangential of contact")
+        own_numbers(system.stiffness_matrix(0.0, q0), (d, d), "stiffness_matrix")
+        own_numbers(system.damping_matrix(0.0, q0), (d, d), "damping_matrix")
+    return system
 
 
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:

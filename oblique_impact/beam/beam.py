@@ -193,6 +193,11 @@ class Beam:
         stations = self.operators.stations
         return np.concatenate([stations.quadrature.values @ B, stations.values[-1:] @ B])
 
+    def relative_deflection(self, q: Array) -> Array:
+        """Largest deflection along the beam over its length, (samples,), of coordinates q (samples, d)."""
+        along = self.split(q)[:, 1:] @ self.operators.stations.values.T
+        return np.asarray(np.max(np.abs(along), axis=1) / self.scenario.beam.length)
+
     def integrals(self, integrand: Array) -> Array:
         """Integrals from the root to the points of mass: (nq, ...) -> (nq + 1, ...)."""
         table = self.operators.stations.quadrature

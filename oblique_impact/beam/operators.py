@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property, lru_cache
+from numbers import Number
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.linalg import cholesky, eigh, solve_triangular, svd
 from scipy.sparse import csr_array, issparse
 
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.kernels.workspace import own_numbers
 from oblique_impact.scenario.user_defined import discretization
 
 if TYPE_CHECKING:
@@ -262,6 +264,25 @@ def _kept(which: Undeformed) -> BeamOperators:
 
 
 def _built(scenario: Scenario) -> BeamOperators:
-    operators = discretization(scenario.discretization.method).build_operators(scenario)
+    method = scenario.discretization.method
+    operators = discretization(method).build_operators(scenario)
     assert isinstance(operators, BeamOperators)
-    return operators
+    return operators if method in _KEEPING else contiguous(operators)
+
+
+def contiguous(operators: Any) -> Any:
+    """Return operators, or a table of them, with arrays of float64 in C order and numbers of float.
+
+    Those of another package may be views or of other types, and kernels read what they are compiled for.  Raises
+    InputError for complex numbers.
+    """
+    changed: dict[str, Any] = {}
+    for part in fields(operators):
+        value = getattr(operators, part.name)
+        if isinstance(value, ShapeTable | StationTable):
+            changed[part.name] = contiguous(value)
+        elif isinstance(value, np.ndarray) and part.name != "cells":
+            changed[part.name] = own_numbers(value, value.shape, f"discretization: {part.name}")
+        elif isinstance(value, Number) and part.name != "order":
+            changed[part.name] = float(value)  # type: ignore[arg-type]
+    return replace(operators, **changed)

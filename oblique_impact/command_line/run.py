@@ -58,7 +58,7 @@ def run(
     )
     outcome = history.outcome
     if outcome.exit_code:
-        print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {outcome.sentence}")
+        print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {history.summary['message']}")
         raise typer.Exit(outcome.exit_code)
     if interrupted:
         print_note("interrupted when the run had ended: its results are complete")

@@ -7,6 +7,7 @@ the next phase, an event, and an impulse where there is one.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 from math import inf
 from typing import NamedTuple, Protocol
@@ -29,6 +30,13 @@ from oblique_impact.contact.state import (
 )
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.errors import Outcome, PhysicsStop
+
+#: squared sine between the contact rows (in the metric of the inverse mass matrix) below which they count as
+#: parallel: a stick force of such rows would be larger than any friction cone, and known to no digit
+_PARALLEL = 1e-11
+#: a tangential row whose square is below 1e-11 times this part of the normal one's is rounding (1e-24 of 1,024
+#: elements that lie along the slope)
+_NO_ROW = 1e-9
 
 
 class EventKind(Enum):
@@ -87,6 +95,9 @@ class ContactProbe(Protocol):
 
     def after(self, impulse: Impulse) -> Instant:
         """Return the contact problem with the velocities that `impulse` leaves."""
+
+    def slip_rate_ahead(self) -> float:
+        """Slip velocity (m/s) a little later, if the contact stays closed; 0 if it is rounding."""
 
 
 class Baumgarte(NamedTuple):
@@ -197,7 +208,7 @@ class ContactMachine:
         kink = phase.upper if guard == UPPER else phase.lower
         if self.friction.static is None or self._judgement or kink != 0.0:
             return self._next_branch(phase, guard, instant)
-        return self._at_zero_slip(phase, instant)
+        return self._at_zero_slip(phase, probe)
 
     def touch(self, probe: ContactProbe) -> Transition:
         """Impact of a closing contact, or a grazing contact that closes without one; none beyond an end."""
@@ -207,13 +218,13 @@ class ContactMachine:
             opened = self._closed._replace(**probe.residual._asdict())
             return Transition(self.closed(inclined(opened, probe.instant), opened), EventKind.IMPACT)
         if probe.instant.gap_rate >= -self.tolerances.velocity:
-            phase = self.closed(probe.instant)
+            phase = self.closed(probe.instant, ahead=probe.slip_rate_ahead)
             return Transition(phase, None if phase.state == State.FREE else EventKind.IMPACT)
         restitution = self.impact.restitution
-        impulse = self.impact.impulse(probe.instant, restitution)
+        impulse = self._impulse(probe.instant, restitution)
         after = probe.after(impulse)
         if restitution > 0.0 and self._bounces_accumulate(after):
-            impulse = self.impact.impulse(probe.instant, 0.0)
+            impulse = self._impulse(probe.instant, 0.0)
             after = probe.after(impulse)
         if after.gap_rate > self.tolerances.velocity:
             return Transition(self.free(), EventKind.REBOUND, impulse)
@@ -224,6 +235,10 @@ class ContactMachine:
             return Transition(sliding, EventKind.IMPACT, impulse, stop=stop.outcome)
         kind = EventKind.REBOUND if phase.state == State.FREE else EventKind.IMPACT
         return Transition(phase, kind, impulse)
+
+    def _impulse(self, instant: Instant, restitution: float) -> Impulse:
+        """Return the impulse of the impact law in plain numbers: a user-defined one may have others."""
+        return Impulse(*map(float, self.impact.impulse(instant, restitution)))
 
     def _bounces_accumulate(self, after: Instant) -> bool:
         """Whether the bounces still to come end before the next one could be told apart.
@@ -238,16 +253,18 @@ class ContactMachine:
         lowest = max(4.0 * self.tolerances.gap, -after.gap if self._judgement else 0.0)
         return height < lowest or flight < self.tolerances.flight
 
-    def closed(self, instant: Instant, contact: Phase | None = None) -> Phase:
+    def closed(
+        self, instant: Instant, contact: Phase | None = None, ahead: Callable[[], float] | None = None
+    ) -> Phase:
         """State of a contact with zero gap and zero gap rate, or of one with a stop that gives way.
 
-        `contact` is an earlier phase of the same contact.  Raises PhysicsStop (Painleve, redundant constraints)
-        where no state exists.
+        `contact` is an earlier phase of the same contact; `ahead` is `ContactProbe.slip_rate_ahead` if the instant
+        is that of the front.  Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
         """
         contact = contact or self._closed
         static, rate = self.friction.static, instant.slip_rate
         if static is None:
-            return self._slide_or_free(contact, instant, _direction(rate))
+            return self._slide_or_free(contact, instant, self._direction_without_stick(instant, ahead))
         if abs(rate) > self.tolerances.velocity:
             # slip that a step can stop is found at its end, unless the paper's judgement asks for the force alone
             if self._judgement is None or self._judgement.arrests or not self._holds(contact, instant, static):
@@ -255,8 +272,8 @@ class ContactMachine:
             return _stick(contact, instant)
         resting = instant._replace(slip_rate=0.0)
         force = holding_force(contact, self._unstabilized(resting), 0.0)
-        if force.status != OK:
-            return self._slide_or_free(contact, resting, self._turning_direction(resting))
+        if force.status != OK or self._redundant(resting):
+            return self._slide_or_free(contact, resting, self._turning_direction(resting, ahead))
         if abs(force.tangential) <= static * force.normal:
             return _stick(contact, instant)
         return self._slide_or_free(contact, resting, -1 if force.tangential > 0.0 else 1)
@@ -270,19 +287,40 @@ class ContactMachine:
         """Return an instant at which Baumgarte's stabilization of the normal constraint does nothing."""
         return instant if self.stop is not None else instant._replace(gap=0.0, gap_rate=0.0)
 
-    def _turning_direction(self, instant: Instant) -> int:
+    def _redundant(self, instant: Instant) -> bool:
+        """Whether the tangential row of a rigid contact adds nothing to the normal one, but for rounding."""
+        determinant = instant.a_nn * instant.a_tt - instant.a_nt * instant.a_nt
+        least = _PARALLEL * instant.a_nn * (instant.a_tt + _NO_ROW * instant.a_nn)
+        return self.stop is None and determinant <= least
+
+    def _direction_without_stick(self, instant: Instant, ahead: Callable[[], float] | None) -> int:
+        """Direction of slip of a law that always slips; of a contact at rest that in which it begins to move."""
+        if abs(instant.slip_rate) > self.tolerances.velocity or not self._redundant(instant):
+            return _direction(instant.slip_rate)
+        return _direction(self._turning_rate(instant, ahead))
+
+    def _turning_direction(self, instant: Instant, ahead: Callable[[], float] | None) -> int:
         """Direction of slip where the tangential row adds nothing to the normal one.
 
         No tangential force can hold such a contact, nor move it: its slip turns as the motion along the
         slope dictates, whatever the friction.
         """
-        if self.stop is not None:
-            return _direction(instant.slip_rate)
-        normal = -instant.gap_acceleration / instant.a_nn
-        acceleration = instant.slip_acceleration + instant.a_nt * normal
-        if acceleration == 0.0:
+        rate = self._turning_rate(instant, ahead)
+        if rate == 0.0 and self.stop is None and instant.gap_acceleration < 0.0:
             raise PhysicsStop(Outcome.REDUNDANT_CONSTRAINTS)
-        return 1 if acceleration > 0.0 else -1
+        return _direction(rate)
+
+    def _turning_rate(self, instant: Instant, ahead: Callable[[], float] | None) -> float:
+        """Slip velocity (m/s) a little later, or slip acceleration (m/s^2) where that is not known; for its sign.
+
+        The rows of a straight beam at rest are parallel, and its tip has no acceleration along the slope but for
+        rounding: it slips as the beam shortens by bending, with the third power of time.
+        """
+        later = ahead() if ahead else 0.0
+        if self.stop is not None:
+            return instant.slip_rate or later
+        normal = -instant.gap_acceleration / instant.a_nn
+        return later or instant.slip_acceleration + instant.a_nt * normal
 
     def _slide_or_free(self, contact: Phase, instant: Instant, direction: int) -> Phase:
         phase = self._slide(contact, instant.slip_rate, direction)
@@ -340,8 +378,8 @@ class ContactMachine:
         reversed_ = _side(phase) * _side(following) < 0
         return Transition(following, EventKind.REVERSAL if reversed_ else None)
 
-    def _at_zero_slip(self, contact: Phase, instant: Instant) -> Transition:
-        following = self.closed(instant._replace(slip_rate=0.0), contact)
+    def _at_zero_slip(self, contact: Phase, probe: ContactProbe) -> Transition:
+        following = self.closed(probe.instant._replace(slip_rate=0.0), contact, probe.slip_rate_ahead)
         if following.state == State.STICK:
             return Transition(following, EventKind.STICK)
         return Transition(following, _kind(following, EventKind.REVERSAL))

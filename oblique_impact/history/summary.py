@@ -135,7 +135,7 @@ def summarize(
     ledger = balance(initial, parts, samples.quadratures[-1], record.events)
     return {
         "outcome": record.outcome.label,
-        "message": record.outcome.sentence,
+        "message": record.message or record.outcome.sentence,
         "end_time": float(samples.time[-1]),
         "macro_gap": macro_gap,
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.errors import InputError
 from oblique_impact.kernels.jit import inlined
 from oblique_impact.kernels.rows import VECTORS
 
 Array = NDArray[np.float64]
+
+
+def own_numbers(values: Any, shape: tuple[int, ...], name: str) -> Array:
+    """Return a contiguous copy of an array from user code: kernels read arrays of float64 without strides only.
+
+    Raises InputError, naming the array, for another shape and for anything but real numbers.
+    """
+    found = np.asarray(values)
+    if found.shape != shape or found.dtype.kind not in "biuf":
+        wanted = f"should be real numbers of shape {shape}"
+        raise InputError(f"{name}: {wanted}, is {found.dtype} of shape {found.shape}")
+    return np.array(found, dtype=np.float64, order="C")
+
 
 #: effective matrices of an implicit scheme: of its two regular steps and of a cut one
 EFFECTIVE_SLOTS = 3

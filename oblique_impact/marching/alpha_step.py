@@ -28,7 +28,7 @@ from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, In
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Evaluation, Workspace, dot
-from oblique_impact.marching.alpha_state import Attempt, StepLength, kept_of, step_length
+from oblique_impact.marching.alpha_state import Attempt, StepLength, is_backward_euler, kept_of, step_length
 from oblique_impact.marching.scheme import FAILED_ITERATION, UNBOUNDED
 
 NOT_CONVERGED = -FAILED_ITERATION
@@ -40,6 +40,10 @@ _CLOSED = 10.0  # tolerances of velocity: the error of the velocity in a contact
 _FADING = 1.05  # a contraction that was not measured counts so much less with every step
 _STALLED, _ROUNDING = 0.25, 1e4  # a residual that stays above this part, and corrections in tolerances by rounding
 _ALIKE = 2.0  # of residuals by rounding, from step to step
+#: a residual that in so many iterations has not fallen below this part of its least is rounding, and so may be a
+#: larger correction: some 2e4 tolerances of 4,096 elements, growing as the square of their number.  It takes more
+#: iterations to tell, because one that converges slowly looks the same at first.
+_FLAT, _FLAT_ITERATIONS, _FLAT_ROUNDING = 0.7, 3, 1e6
 
 
 class Step(NamedTuple):
@@ -123,12 +127,12 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
 
 
 @jitable
-def _predict(a: Attempt, h: float) -> None:
-    """Position and velocity for an unchanged acceleration q''."""
+def _predict(a: Attempt, h: float, unchanged: float) -> None:
+    """Position and velocity for an acceleration q'' that is this part of the one before."""
     c, y, y_new, d = a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
     before, after = kept_of(y, d), kept_of(y_new, d)
     for i in range(d):
-        kept, a0 = before.acceleration[i], before.algorithmic[i]
+        kept, a0 = unchanged * before.acceleration[i], before.algorithmic[i]
         a1 = ((1.0 - c.alpha_f) * kept + c.alpha_f * kept - c.alpha_m * a0) / (1.0 - c.alpha_m)
         y_new[i] = y[i] + h * y[d + i] + h * h * ((0.5 - c.beta) * a0 + c.beta * a1)
         y_new[d + i] = y[d + i] + h * ((1.0 - c.gamma) * a0 + c.gamma * a1)
@@ -147,18 +151,30 @@ def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -
 
 @jitable
 def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
-    """One step of length h into the scratch; its effective matrix is in `slot`, and no longer true if `stale`."""
+    """One step of length h into the scratch; its effective matrix is in `slot`, and no longer true if `stale`.
+
+    After an impact on a damped fine mesh acceleration and force are singular, and iterations that start from them
+    may diverge; a step of backward Euler does not depend on them.
+    """
+    step = _iterate(a, h, slot, stale, 1.0)
+    return step if step.status == OK or not is_backward_euler(a.c) else _iterate(a, h, slot, stale, 0.0)
+
+
+@jitable
+def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> Step:
+    """Iterate to the end of a step, from this part of the acceleration and the forces at its start."""
     system, phase, t, s, w = a.system, a.phase, a.t, a.scratch, a.scratch.work
     d, y_new, v, tolerance = w.vectors.shape[1], s.y_new, w.vectors, a.c.tolerance
     step, contact = step_length(a.c, h), phase.state != FREE
     q, qd, qdd = y_new[:d], y_new[d : 2 * d], kept_of(y_new, d).acceleration
-    _predict(a, h)
+    _predict(a, h, unchanged)
     forces = kept_of(a.y, d).forces
-    normal, tangential = (forces[0], forces[1]) if contact else (0.0, 0.0)
+    normal, tangential = (unchanged * forces[0], unchanged * forces[1]) if contact else (0.0, 0.0)
     s.contraction[slot] = -1.0 if stale else _FADING * s.contraction[slot]
     s.rounded[slot] = 0.0 if stale else s.rounded[slot] / _FADING
     closed, end = _CLOSED * s.tolerances.velocity, NO_CONTACT
     change, before, rank_one = np.inf, 0.0, 0.0
+    least, flat = np.inf, 0
     for iteration in range(_MOST_ITERATIONS):
         e = system.take_residual(t + h, q, qd, qdd, contact, w)
         rank_one, end = e.rank_one, moved(end, e, normal, tangential, e.supplied_power, phase.tilt)
@@ -170,9 +186,12 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
             # the next change is about the last one times the ratio of the residuals
             s.contraction[slot] = left / before if before > 0.0 else -1.0
             accurate = change * left <= tolerance * before
+            flat = flat + 1 if left > _FLAT * least else 0
+            least = min(least, left)
             if not accurate and left > _STALLED * before:
                 # the residual K q of a fine mesh is rounded: it falls no further
-                accurate = change <= _ROUNDING * tolerance
+                rounding = _FLAT_ROUNDING if flat >= _FLAT_ITERATIONS else _ROUNDING
+                accurate = change <= rounding * tolerance
                 s.rounded[slot] = _ALIKE * left if accurate else 0.0
             if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
                 if not contact and phase.watched:

@@ -14,7 +14,7 @@ import numpy as np
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.state import FREE, GUARDS, NORMAL, Guards, Instant, Phase
-from oblique_impact.kernels.workspace import Array
+from oblique_impact.kernels.workspace import Array, own_numbers
 from oblique_impact.marching.equations import take_derivative
 from oblique_impact.marching.location import cubic_dip, find_fall, find_trough
 from oblique_impact.marching.scheme import (
@@ -81,7 +81,10 @@ class ExplicitScheme(Scheme):
 
     @abstractmethod
     def step(self, rates: Rates, t: float, y: Array, h: float) -> Array:
-        """Return the state at t + h from `y` at t; ``rates(t, y)`` is its time derivative, a new array."""
+        """Return the state at t + h from `y` (ny,) at t; ``rates(t, y)`` is its time derivative, a new array.
+
+        Arrays may be views, of any real type; one of another shape, or of complex numbers, is an InputError.
+        """
 
     def steps_per_leg(self, size: int) -> int:  # noqa: D102
         return _STEPS_PER_LEG
@@ -98,6 +101,7 @@ class _March:
     def __init__(self, scheme: ExplicitScheme, system: Any, phase: Phase, scratch: Scratch) -> None:
         self.scheme, self.system, self.phase, self.scratch = scheme, system, phase, scratch
         self.h = scheme.free_step if phase.state == FREE else scheme.contact_step
+        self.name, self.shape = type(scheme).__name__, scratch.y_new.shape
 
     def advance(self, front: Front, y: Array, leg: Leg) -> Progress:
         """Advance y in place."""
@@ -133,7 +137,7 @@ class _March:
         return Progress(reason, guard, behind, steps, 0, count, peak, depth)
 
     def _rates(self, t: float, y: Array) -> Array:
-        return self._derivative(t, y)[0]
+        return self._derivative(float(t), own_numbers(y, self.shape, f"{self.name}: y of rates(t, y)"))[0]
 
     def _derivative(self, t: float, y: Array) -> tuple[Array, Instant]:
         dy = np.empty_like(y)
@@ -143,8 +147,8 @@ class _March:
         return dy, contact
 
     def take(self, start: _End, h: float) -> _End:
-        y = np.asarray(self.scheme.step(self._rates, start.t, start.y, h), dtype=float)
-        return self._measure(start.t + h, y)
+        end = self.scheme.step(self._rates, start.t, start.y.copy(), h)
+        return self._measure(start.t + h, own_numbers(end, self.shape, f"{self.name}: what step returns"))
 
     def _measure(self, t: float, y: Array) -> _End:
         contact = self._derivative(t, y)[1]

@@ -15,23 +15,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import friction_ratio, guards_of, moved, stop_force, with_forces
-from oblique_impact.contact.state import (
-    FREE,
-    GUARDS,
-    LOWER,
-    NO_CONTACT,
-    NORMAL,
-    STICKING,
-    UPPER,
-    Instant,
-    Phase,
-)
+from oblique_impact.contact.forces import friction_ratio, guards_of, stop_force, with_forces
+from oblique_impact.contact.state import FREE, GUARDS, LOWER, NORMAL, STICKING, UPPER, Instant, Phase
 from oblique_impact.kernels.jit import jitable, kernel
 from oblique_impact.kernels.reference import by_reference
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.alpha_balance import finish_step
 from oblique_impact.marching.alpha_state import (
+    GAP,
     LAG,
     MEAN_RATES,
     Attempt,
@@ -222,17 +213,15 @@ def _cut(a: Attempt, step: Step) -> Cut:
 
 @jitable
 def _open(system: Any, phase: Phase, front: Front, y: Array, s: Scratch) -> tuple[int, float]:
-    """Guards at the start of a leg, after what a new phase needs is computed; status and gap."""
-    d, t = s.work.vectors.shape[1], front.t
-    kept = kept_of(y, d)
-    if front.taken == 0:
-        status, c = start_phase(system, phase, t, y, s.work)
-        _measure(phase, c, s, _START)
-        return status, c.gap
-    e = system.take_residual(t, y[:d], y[d : 2 * d], kept.acceleration, True, s.work)
-    normal, tangential = float(kept.reported[d]), float(kept.reported[d + 1])
-    _measure(phase, moved(NO_CONTACT, e, normal, tangential, 0.0, phase.tilt), s, _START)
-    return 0, e.gap
+    """Guards at the start of a phase, after what it needs is computed; status and gap.
+
+    In a later leg of it they are still there, as the last step has left them.
+    """
+    if front.taken > 0:
+        return 0, float(kept_of(y, s.work.vectors.shape[1]).memory[GAP])
+    status, c = start_phase(system, phase, front.t, y, s.work)
+    _measure(phase, c, s, _START)
+    return status, c.gap
 
 
 @jitable

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
@@ -38,6 +39,16 @@ from oblique_impact.marching.scheme import Front, Leg, Progress, arm, new_scratc
 MAX_EVENTS = 100_000
 _CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the run are chattering
 _NEARLY_SINGULAR = 0.05
+#: of the beam's length: beyond it a small-deflection model says nothing
+LARGEST_DEFLECTION = 0.5
+#: a run that would need more steps is stopped.  100 s of the paper's beam take 1e6, 10 s of 128 modes some 1e7,
+#: which are hours; for two modes 2e7 are minutes, where another scheme takes seconds
+MOST_STEPS = 2e7
+#: the same where the user has chosen the steps: 100 s of contact at 1e-6 s are 1e8
+MOST_GIVEN_STEPS = 1e9
+#: the pace of so many steps tells how many are to come: a few seconds of computing, longer than a contact takes
+_PACE_STEPS = 500_000
+_SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION)  # of a singular problem, maybe
 
 _FAILURES = {
     base.FAILED_MASS: Outcome.MASS_MATRIX_INDEFINITE,
@@ -102,6 +113,7 @@ class Run:
         self._open: OpenContact | None = None
         self._initial_inertia = 0.0
         self._pace = _Pace()
+        self._paced = 0, 0.0  # steps taken and time (s) when the pace was last looked at
         self._recent: deque[float] = deque(maxlen=_CLUSTER)
 
     def execute(self) -> Record:
@@ -117,7 +129,7 @@ class Run:
                 for stop in [*sorted(stops), self.problem.end_time]:
                     self._march_to(stop, let_come)
         except PhysicsStop as stopped:
-            record.outcome = stopped.outcome
+            record.outcome, record.message = stopped.outcome, stopped.message
         except KeyboardInterrupt:
             record.outcome = Outcome.INTERRUPTED
         self._sample(self._phase)
@@ -157,7 +169,8 @@ class Run:
             if progress.reason == base.AT_GUARD:
                 self._pass_guard(progress.guard)
             elif progress.reason < 0:
-                raise PhysicsStop(self._failure(progress.reason))
+                raise PhysicsStop(self._cause(_FAILURES[progress.reason]))
+            self._foresee_steps()
 
     def _march(self, leg: Leg) -> Progress:
         """March a leg; an interrupt that does come within it takes the state back to where it began."""
@@ -172,15 +185,33 @@ class Run:
             raise
         return progress
 
-    def _failure(self, reason: int) -> Outcome:
-        """Name why a march failed: a step that shrinks to nothing is a symptom of a singular problem."""
-        if reason in (base.FAILED_STEP, base.FAILED_FINITE):
-            if self._inertia() < _NEARLY_SINGULAR * self._initial_inertia:
-                return Outcome.MASS_MATRIX_INDEFINITE
+    def _cause(self, failure: Outcome) -> Outcome:
+        """Name why a march failed: a singular problem shows as a step that shrinks or a motion that grows."""
+        if failure in _SYMPTOMS and self._inertia() < _NEARLY_SINGULAR * self._initial_inertia:
+            return Outcome.MASS_MATRIX_INDEFINITE
+        if failure in (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED):
             sliding = self._phase.state == State.SLIP
             if sliding and self._relative_inertia() < _NEARLY_SINGULAR:
                 return Outcome.PAINLEVE
-        return _FAILURES[reason]
+        return failure
+
+    def _foresee_steps(self) -> None:
+        """End a run that at the pace of its last steps would need absurdly many."""
+        taken, time = self.record.steps + self.record.rejected, self._front.t
+        before, since = self._paced
+        if taken - before < _PACE_STEPS:
+            return
+        self._paced = taken, time
+        pace = (taken - before) / (time - since) if time > since else np.inf  # 1/s
+        needed = taken + pace * (self.problem.end_time - time)
+        most, remedy = MOST_GIVEN_STEPS, "a longer solver.free_step and solver.contact_step"
+        if self.problem.scheme.name == "event":
+            most = MOST_STEPS
+            remedy = 'solver.scheme = "generalized-alpha", whose steps the fastest vibration does not shorten'
+        if needed <= most:
+            return
+        words = f"The run would need about {needed:.2g} steps, more than {most:.0e}"
+        raise PhysicsStop(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
 
     def _inertia(self) -> float:
         """Smallest eigenvalue of the mass matrix at the front, or what the system has in its place."""
@@ -312,15 +343,30 @@ class Run:
         return Instant(*found.instants[0].tolist())
 
     def _keep(self, progress: Progress) -> None:
-        """Store the samples and costs of a leg."""
-        count = progress.samples
-        if count:
-            self._observe(self._phase, self._scratch.times[:count].copy(), self._scratch.states[:count])
+        """Store the samples and costs of a leg; if the deflection grows too large in it, only what came before."""
         self.record.steps += progress.steps
         self.record.rejected += progress.rejected
+        count = progress.samples
+        times, states = self._scratch.times[:count].copy(), self._scratch.states[:count]
+        large = self._large_deflection(states)
+        if large.any():
+            count = int(np.argmax(large))
+            self._front, self._y[:] = self._front._replace(t=float(times[count])), states[count]
+        if count:
+            self._observe(self._phase, times[:count], states[:count])
+        if large.any() or self._large_deflection(self._y[None]).any():
+            raise PhysicsStop(self._cause(Outcome.LARGE_DEFLECTION))
         if self._open is not None:
             self._open.peak_force = max(self._open.peak_force, progress.peak_force)
             self._open.depth = max(self._open.depth, progress.depth)
+
+    def _large_deflection(self, states: Array) -> NDArray[np.bool_]:
+        """Whether deflections are beyond the model's range, of state vectors (samples, ny)."""
+        deflection = self.problem.relative_deflection
+        if deflection is None:
+            return np.zeros(states.shape[0], dtype=np.bool_)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray(deflection(states[:, : self.problem.q0.size]) > LARGEST_DEFLECTION)
 
     def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
         problem = self.problem

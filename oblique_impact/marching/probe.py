@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from oblique_impact.contact.forces import inclined
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, Residual
@@ -13,6 +15,11 @@ from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import contact_problem
+
+#: in time scales: how far ahead the slip of a contact at rest is looked for.  Its velocity there is known to about
+#: 1e-16 L/(a t^2) of itself, a the beam's acceleration in bending: at 1e-4 s its sign is right from 1e-6 m/s^2 on
+_AHEAD = 1e-4
+_ROUNDING = 1e-13  # of the terms of a slip velocity
 
 
 class _Responses(NamedTuple):
@@ -23,6 +30,7 @@ class _Responses(NamedTuple):
     to_normal: Array  # accelerations by a unit force
     to_tangential: Array
     supply: Array
+    free: Array  # acceleration without contact force
 
 
 class Probe:
@@ -49,6 +57,26 @@ class Probe:
     def after(self, impulse: Impulse) -> Instant:  # noqa: D102
         return inclined(self._phase, self._solve(self._qd + self.velocity_jump(impulse))[1])
 
+    def slip_rate_ahead(self) -> float:
+        """Slip velocity (m/s) a little later, if the contact stays closed; 0 if it is rounding.
+
+        A step with the acceleration of a frictionless contact, whose gap rate is taken out along its response.
+        """
+        _, c, responses = self._front
+        stop, acceleration = self._problem.machine.stop, responses.free
+        force = -c.gap_acceleration / c.a_nn if stop is None else stop.force(c)
+        h = _AHEAD * self._problem.machine.tolerances.time
+        acceleration = acceleration + force * responses.to_normal
+        velocity = self._qd + h * acceleration
+        position = self._q + h * (self._qd + 0.5 * h * acceleration)
+        defined, _, later = contact_problem(self._problem.system, self._t + h, position, velocity, self._work)
+        if not defined:
+            return 0.0
+        v, closing = self._work.vectors, -later.a_nt / later.a_nn if stop is None else 0.0
+        rate = later.slip_rate + closing * later.gap_rate
+        terms = (np.abs(v[row.TANGENTIAL]) + abs(closing) * np.abs(v[row.NORMAL])) @ np.abs(velocity)
+        return float(rate) if abs(rate) > _ROUNDING * terms else 0.0
+
     def supply(self, impulse: Impulse, jump: Array) -> float:
         """Energy (J) that drives and moving boundaries put in during an impact.
 
@@ -66,7 +94,7 @@ class Probe:
         e, instant = self._solve(self._qd)
         v = self._work.vectors
         rows = (row.NORMAL, row.TANGENTIAL, row.NORMAL_RESPONSE, row.TANGENTIAL_RESPONSE, row.SUPPLY)
-        return e, instant, _Responses(*(v[k].copy() for k in rows))
+        return e, instant, _Responses(*(v[k].copy() for k in (*rows, row.FREE_ACCELERATION)))
 
     def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
         defined, e, c = contact_problem(self._problem.system, self._t, self._q, velocity, self._work)

@@ -33,3 +33,5 @@ class Problem:
     breakpoints: tuple[float, ...] = ()  # times (s) at which the forces are not smooth
     residual: Callable[[Array], Residual] = _no_residual  # of the contact point at q (d,)
     modes: NormalModes | None = None  # of what is linear in the system
+    #: largest deflection along the beam over its length (samples,), of q (samples, d); None: no small deflections
+    relative_deflection: Callable[[Array], Array] | None = None

@@ -110,6 +110,7 @@ class Record:
     contacts: list[Contact] = field(default_factory=list)
     passages: list[Passage] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
+    message: str = ""  # what a person is told of the outcome, if not the outcome's own sentence
     stored: float = 0.0  # J, in an elastic stop at the end
     steps: int = 0
     rejected: int = 0
