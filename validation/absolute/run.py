@@ -23,6 +23,7 @@ from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.loop import MAX_EVENTS, Status
 from oblique_impact.problem import NEAR
 from oblique_impact.scenario.scenario import Scenario
+from validation.absolute.averages import Averages, Forces
 from validation.absolute.beam import ExactBeam
 from validation.absolute.sections import Array, ElasticSections
 from validation.absolute.step import NotConvergedError, Stage, Step, advance
@@ -47,6 +48,7 @@ class Sample(NamedTuple):
     place: Place
     normal_force: float
     tangential_force: float
+    forces: Forces
 
 
 class Phase(NamedTuple):
@@ -104,7 +106,7 @@ class Run:
         q = self.beam.straight(scenario.initial.angle)
         self.stage = Stage(q, self.beam.turning(q, scenario.initial_angular_velocity))
         self.time, self.phase = 0.0, Phase(State.FREE)
-        self._reaction = 0.0
+        self._averages = Averages()
         self._open: records.OpenContact | None = None
         self._recent = 0
         rough = scenario.contact.friction == "hybrid"
@@ -127,15 +129,20 @@ class Run:
         try:
             with hold_interrupts() as let_come:
                 for stop in stops:
-                    for part in sorted({stop, *(b for b in breaks if self.time < b < stop)}):
+                    for part in sorted({stop, *(b for b in breaks if self.time < b <= stop)}):
                         self._march_to(part, let_come)
+                        if part in breaks and part < stop:
+                            self._averages.cut()
                     self._sample()
+                    if stop in breaks:
+                        self._averages.cut()
         except PhysicsStop as stopped:
             self.record.outcome = stopped.outcome
             self._sample()
         except KeyboardInterrupt:
             self.record.outcome = Outcome.INTERRUPTED
             self._sample()
+        self._averages.cut()
         if self.phase.state is not State.FREE:
             self.record.stored = self.slope.energy(self.slope.place(self.stage))
             self._close()
@@ -236,7 +243,9 @@ class Run:
             elastic = -0.5 * self.slope.stiffness * (before.gap + after.gap)
             gained["stop_loss"] = (force - elastic) * (before.gap - after.gap)
         self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
-        self.stage, self.time, self._reaction = step.stage, self.time + length, step.reaction
+        mean = self.beam.mean_resultants(self.stage.q, step.stage.q, relaxation)
+        self._averages.add(self.time, self.time + length, Forces(*mean, step.reaction))
+        self.stage, self.time = step.stage, self.time + length
         self.record.steps += 1
         if self._open is not None:
             self._open.peak_force = max(self._open.peak_force, self.slope.force(after))
@@ -288,6 +297,7 @@ class Run:
                 kind = self._at_zero_slip()
             event = self._event(kind, place)
         self.record.events.append(event._replace(state=self.phase.state))
+        self._averages.cut()
         self._sample()
 
     def _begin(self, place: Place) -> None:
@@ -329,8 +339,21 @@ class Run:
         return self._event(EventKind.RELEASE, place or self.slope.place(self.stage)).with_share(contact)
 
     def _sample(self) -> None:
+        """Keep the present instant; the forces inside of the beam follow when the next steps are known."""
         place = self.slope.place(self.stage)
         force = 0.0 if self.phase.state is State.FREE else self.slope.force(place)
-        sticks = self.phase.state is State.STICK
-        tangential = self._reaction if sticks else -self._kinetic * self.phase.direction * force
-        self.samples.append(Sample(self.time, self.stage, self.phase.state, place, force, tangential))
+        sticks, number = self.phase.state is State.STICK, len(self.samples)
+        tangential = 0.0 if sticks else -self._kinetic * self.phase.direction * force
+        at_once = self.beam.resultants(self.stage.q, self.stage.v, self.scenario.beam.kelvin_voigt)
+        forces = Forces(*at_once, 0.0)
+        self.samples.append(Sample(self.time, self.stage, self.phase.state, place, force, tangential, forces))
+
+        def give(forces: Forces) -> None:
+            sample = self.samples[number]._replace(forces=forces)
+            if sticks:
+                # stick ends where the mean of a step is at the edge of the cone: at its end it would be beyond
+                edge = self._static * force
+                sample = sample._replace(tangential_force=min(max(forces.reaction, -edge), edge))
+            self.samples[number] = sample
+
+        self._averages.want(self.time, give)
