@@ -1,7 +1,7 @@
 """A beam's motion from q and q' alone, computed apart from the program: shapes, places, velocities, energies.
 
-Points of the plane are complex numbers.  Shape functions are the textbook's eigenfunctions or Hermite's cubics, the
-modes of a mesh those of matrices that are integrated here; nothing of the program's operators is used.
+Points of the plane are complex numbers.  Shape functions are the textbook's eigenfunctions or Hermite's cubics,
+the modes of a mesh those of matrices that are integrated here; nothing of the program's operators is used.
 """
 
 from __future__ import annotations
@@ -241,7 +241,7 @@ class FloatingBeam(_Beam):
         return self.spin + self.Bd @ self.root_slope
 
     def gradients(self, k):
-        """Derivatives of the places of mass and of the contact point by q at a sample, (points, n + 1), in the frame."""
+        """Derivatives by q, in the frame, of places of mass (points, n + 1) and of the contact point (n + 1,)."""
         B = self.B[k]
         edges, points = self.integrals(((self.slopes @ B)[:, None] * self.slopes).T)
         HB = self.kept * np.concatenate([points, edges[:, -1:]], axis=1).T
@@ -323,9 +323,9 @@ class ExactBeam(_Beam):
         values, slopes = (quadratic(self.knots, x, k) for k in range(2))
         phi, curvature = self.q[:, 2::3] @ values.T, self.q[:, 2::3] @ slopes.T
         strain = np.exp(-1j * phi) * (self.places @ slopes.T) - 1.0
-        E, A, I = self.scenario.beam.youngs_modulus, self.area(x), self.second_moment(x)
-        density = E * A * (strain.real**2 + SHEAR * strain.imag**2) + E * I * curvature**2
-        return 0.5 * density @ np.repeat(half, 2)
+        stiffness = self.scenario.beam.youngs_modulus
+        squares = self.area(x) * (strain.real**2 + SHEAR * strain.imag**2) + self.second_moment(x) * curvature**2
+        return 0.5 * stiffness * squares @ np.repeat(half, 2)
 
     @property
     def damping_power(self):

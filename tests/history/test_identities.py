@@ -13,6 +13,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.contact.state import State
+from oblique_impact.contact.transitions import EventKind
 from renders.exports import pvd, vtkhdf, xdmf
 from renders.exports.scene import Scene
 from renders.exports.selection import Selection
@@ -55,8 +56,11 @@ def fem(frame="tangent", kinetics="first-order", modes=3):
     return {"method": "fem", "frame": frame, "kinetics": kinetics, "modes": modes, "nodes": NODES}
 
 
-#: its elements integrate masses that are smooth in each of them
-EXACT = {"method": "absolute", "nodes": [0.0, 0.13, 0.3, 0.45, 0.7, 0.88, LENGTH]}
+#: its elements integrate masses that are smooth in each of them, and find forces at two points of each
+EXACT = {
+    "method": "absolute",
+    "nodes": [0.0, 0.07, 0.13, 0.21, 0.3, 0.37, 0.45, 0.57, 0.7, 0.79, 0.88, 0.99, LENGTH],
+}
 #: the sections of a scenario that differ from the default
 CASES = {
     "hub": {"root": hub(0.12), "discretization": modal()},
@@ -135,7 +139,12 @@ CASES = {
         "solver": STEPS,
     },
 }
-DURATION = {"all nodes, spring inside": 0.006, "all nodes on a hub": 0.006, "exact, driven": 0.008, "exact, mean axis": 0.008}
+DURATION = {
+    "all nodes, spring inside": 0.006,
+    "all nodes on a hub": 0.006,
+    "exact, driven": 0.004,
+    "exact, mean axis": 0.004,
+}
 
 
 def scenario_of(name, seed=31):
@@ -176,6 +185,11 @@ def close(found, expected, part, least=0.0):
 def along(beam, direction, z):
     """Component of places or velocities in a direction."""
     return np.real(np.conj(direction) * z)
+
+
+def test_the_cases_have_every_kind_of_event():
+    """So that nothing below is checked in vain."""
+    assert {event.kind for name in CASES for event in beam_of(name).history.events} == set(EventKind)
 
 
 def test_places_and_velocities_are_those_of_the_coordinates(beam):
@@ -292,7 +306,7 @@ def rough(beam):
     if scheme == "fixed-step":
         return 3e-4  # its contacts begin and end a part of a step late
     # implicit steps are of the second order; the force of a rigid stop on a whole mesh changes from step to step
-    return 3e-2 if stop == "rigid" else 5e-3
+    return 5e-2 if stop == "rigid" else 5e-3
 
 
 def test_impulses_are_the_integrals_of_the_forces_and_the_impacts(beam):
@@ -307,7 +321,10 @@ def test_impulses_are_the_integrals_of_the_forces_and_the_impacts(beam):
         span = contact.start, contact.end
         finite = [integral(beam, f, *span) for f in (normal, tangential, power)]
         hits = [e for e in h.events if e.kind.impulsive and span[0] <= e.time <= span[1]]
-        whole = [finite[0] + sum(e.normal_impulse for e in hits), finite[1] + sum(e.tangential_impulse for e in hits)]
+        whole = [
+            finite[0] + sum(e.normal_impulse for e in hits),
+            finite[1] + sum(e.tangential_impulse for e in hits),
+        ]
         part = rough(beam)
         scale = max(whole[0], 1e-3)
         assert contact.normal_impulse == pytest.approx(whole[0], abs=part * scale)
@@ -427,22 +444,23 @@ def test_the_root_turns_the_hub(beam):
 
 def test_the_clearance_is_the_smallest_distance_of_the_axis(beam):
     h = beam.history
-    at = np.append(beam.points, beam.scenario.beam.length)
-    height = along(beam, beam.normal, beam.z_points - complex(*beam.scenario.slope.origin))
-    found, place = h["clearance"].values, h["clearance_at"].values
+    at = np.concatenate([[0.0], beam.points, [beam.scenario.beam.length]])
+    z = np.column_stack([beam.z[:, 0], beam.z_points])
+    height = along(beam, beam.normal, z - complex(*beam.scenario.slope.origin))
+    every = slice(None, None, 7)
+    found, place, height = h["clearance"].values[every], h["clearance_at"].values[every], height[every]
     # between two points of the quadrature the axis bends by less
-    np.testing.assert_allclose(found, np.minimum(height.min(axis=1), along(beam, beam.normal, beam.z[:, 0] - complex(*beam.scenario.slope.origin))), rtol=0.0, atol=1e-5)
-    there = [np.interp(x, at, row) for x, row in zip(place[place > at[0]], height[place > at[0]], strict=True)]
-    np.testing.assert_allclose(there, found[place > at[0]], rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(found, height.min(axis=1), rtol=0.0, atol=1e-5)
+    there = [np.interp(x, at, row) for x, row in zip(place, height, strict=True)]
+    np.testing.assert_allclose(there, found, rtol=0.0, atol=1e-5)
 
 
 # Pictures, pages and exports ------------------------------------------------------------------------------------
 
 
 def few(beam):
-    """Some samples: the first, the last, that of the largest force, and one between."""
-    force = np.nan_to_num(beam.history["lambda_n"].values)
-    return np.unique([0, beam.time.size // 3, int(np.argmax(force)), beam.time.size - 1])
+    """Some samples: the first, that of the largest force, the last."""
+    return np.unique([0, int(np.nanargmax(beam.history["lambda_n"].values)), beam.time.size - 1])
 
 
 def plane(points):
@@ -496,7 +514,7 @@ def test_the_page_draws_the_points_of_the_history(name):
     beam = beam_of(name)
     scripts = Scripts(story_of([beam.history]))
     samples = scripts.arrays["frame_sample"]
-    frames = [0, int(np.searchsorted(samples, few(beam)[2])), samples.size - 1]
+    frames = [0, int(np.searchsorted(samples, few(beam)[1])), samples.size - 1]
     for frame in frames:
         x, y = scripts.at(frame, "[Array.from(moment.x), Array.from(moment.y)]")
         close(np.array(x) + 1j * np.array(y), beam.z[samples[frame]], 2e-5)  # displacements have 16 bits
@@ -506,9 +524,9 @@ def test_the_page_draws_the_points_of_the_history(name):
 
 
 @pytest.mark.parametrize("suffix", [".pvd", ".vtkhdf", ".xdmf"])
-@pytest.mark.parametrize("name", ["hub, full, spring inside", "driven, full, Routh"])
-def test_exported_points_are_those_of_the_history(name, suffix, tmp_path):
-    beam, writers = beam_of(name), {".pvd": pvd.write, ".vtkhdf": vtkhdf.write, ".xdmf": xdmf.write}
+def test_exported_points_are_those_of_the_history(suffix, tmp_path):
+    beam = beam_of("hub, full, spring inside")
+    writers = {".pvd": pvd.write, ".vtkhdf": vtkhdf.write, ".xdmf": xdmf.write}
     scene = Scene.of(story_of([beam.history], Style(deformation=1.0)), Selection(400).frames(beam.history))
     target = tmp_path / f"beam{suffix}"
     writers[suffix](scene, target, lambda: None)
@@ -522,5 +540,5 @@ def test_exported_points_are_those_of_the_history(name, suffix, tmp_path):
         close(plane(axis.arrays["velocity"])[stations], beam.v[k], 1e-10, 1e-2)
         close(axis.arrays["bending_moment"][stations], beam.history["moment"].values[k], 1e-12, 1e-3)
         close(plane(contact.points), beam.contact_place[k], 1e-12)
-        close(plane(contact.arrays["velocity"]), beam.contact_velocity[k], 1e-10)
+        close(plane(contact.arrays["velocity"]), beam.contact_velocity[k], 1e-10, 1e-2)
         close(plane(contact.arrays["contact_force"]), beam.contact_force[k], 1e-12, 1.0)
