@@ -37,6 +37,9 @@ _MOST_AT_ONCE = 40
 _LEAST_TOLERANCE = 1e-12
 _NO_IMPULSE = Impulse(0.0, 0.0, 0.0)
 _REPORT = 0.1  # s of computing between two reports of progress
+#: steps that are timed, after which the time of the whole run is told: some hundredths of a second
+_TIMED = 20
+_WAIT = 10.0  # s; a shorter run is not worth a line
 
 
 class Sample(NamedTuple):
@@ -75,6 +78,14 @@ def _rows(table: object) -> list[float]:
     return [row[0] for row in table] if isinstance(table, tuple) else []
 
 
+def _duration(seconds: float) -> str:
+    """Return a time of computing in words."""
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
 class Run:
     """One run; `execute` marches it, and `samples`, `totals` and `record` hold what it leaves.
 
@@ -98,6 +109,7 @@ class Run:
         self.record, self.samples = records.Record(), list[Sample]()
         self.totals = Quadratures(*[0.0] * 7)
         self._report, self._reported = on_progress or (lambda status: None), -np.inf
+        self._timed: list[float] = []  # s of computing, of each of the first steps
         node = int(np.argmin(np.abs(self.beam.x - scenario.contact.point)))
         self.slope = Slope.of(scenario, node)
         self.load = self.beam.weight(scenario.gravity)
@@ -157,12 +169,30 @@ class Run:
             left = stop - self.time
             length = left / ceil(left / self._longest() - 1e-9)
             last = length >= left * (1.0 - 1e-12)
+            started = time.perf_counter()
             if self._try(length) and last:
                 self.time = stop
-            if time.perf_counter() > self._reported + _REPORT:
-                self._reported = time.perf_counter()
-                status = Status(self.time, self.scenario.end_time, self.phase.state, len(self.record.events))
-                self._report(status)
+            now, notice = time.perf_counter(), ""
+            if len(self._timed) < _TIMED:
+                self._timed.append(now - started)
+                notice = self._expected() if len(self._timed) == _TIMED else ""
+            if notice or now > self._reported + _REPORT:
+                self._reported = now
+                events = len(self.record.events)
+                self._report(Status(self.time, self.scenario.end_time, self.phase.state, events, notice))
+
+    def _expected(self) -> str:
+        """Say how long the run will take, by the steps that were timed; nothing if that is short."""
+        solver, step = self.scenario.solver, float(np.median(self._timed))
+        left = self.scenario.end_time - self.time
+        free, near = (step * left / length for length in (solver.free_step, solver.contact_step))
+        if not self.scenario.contact.enabled:
+            return f"about {_duration(free)}, at {1e3 * step:.2g} ms a step" if free > _WAIT else ""
+        if max(free, near) < _WAIT:
+            return ""
+        words = f"{_duration(free)} if the contact point stays away from the slope"
+        reach = f"{NEAR:g} beam.length"
+        return f"{words}, {_duration(near)} if it stays within {reach} of it, at {1e3 * step:.2g} ms a step"
 
     def _longest(self) -> float:
         """Longest step (s) in the present state."""
