@@ -44,6 +44,8 @@ def progress_bar(console: Console | None = None) -> Iterator[Callable[[Status], 
     with _shown(new, "text", "short") as bar:
 
         def show(status: Status) -> None:
+            if status.notice:
+                bar.write_line(f"oblique-impact: {status.notice}")
             end, time = status.end_time, f"{status.time:.{digits_of(status.end_time)}f}"
             text = f"t = {time} of {end:g} s, {status.events} events"
             short = f"{time}/{end:g} s {status.events} events"

@@ -67,6 +67,7 @@ class Status(NamedTuple):
     end_time: float
     state: State
     events: int
+    notice: str = ""  # a line that stays, of what is known of the run by now
 
 
 class _Pace:

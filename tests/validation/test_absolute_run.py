@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -197,6 +198,68 @@ def test_user_defined_damping_of_the_stop_takes_energy():
     assert energy["lost_damping"] > 0.01
     assert abs(energy["unaccounted"]) < 1e-11
     assert energy["lost_damping"] == pytest.approx(sum(c.energy_loss for c in history.contacts), rel=1e-9)
+
+
+# --- forces along the beam
+
+
+HELD = ("discretization.method=absolute", "contact.enabled=false", "beam.kelvin_voigt=1e-4", "initial.angle=-0.5")
+
+
+@pytest.mark.parametrize("step", [2e-3, 2e-4])
+def test_the_axial_force_at_rest_is_the_weight_in_every_sample(step):
+    """A held beam that hangs down by 0.5 rad carries what is outside of each section; its swaying adds 1e-3."""
+    words = [*HELD, "root.kind=driven", "discretization.elements=8", f"solver.free_step={step}", "end_time=0.06"]
+    history = simulate(Scenario.builtin("paper", [*words, "solver.output_interval=2e-3"]))
+    beam, x = Scenario.from_toml(history.scenario_toml).beam, history["station"].values
+    weight = 9.8 * beam.density * beam.area * (beam.length - x) * np.sin(0.5)
+    settled = history["axial_force"].values[15:]  # after the axial vibration of the release
+    assert np.abs(settled - weight).max() < 5e-3 * weight[0]
+
+
+def test_forces_of_a_swinging_beam_converge_at_the_second_order_to_those_of_the_floating_frame():
+    words = ["contact.enabled=false", "initial.angle=0.3", "initial.angular_velocity=-2", "end_time=0.12"]
+    words += ["beam.kelvin_voigt=1e-3", "solver.output_interval=4e-3", "discretization.elements=16"]
+    shapes = ["method=fem", "kinetics=full", "modes=6"]
+    floating = simulate(Scenario.builtin("paper", [*words, *(f"discretization.{key}" for key in shapes)]))
+    errors = []
+    for step in (4e-3, 2e-3, 1e-3):
+        scenario = Scenario.builtin(
+            "paper", [*words, "discretization.method=absolute", f"solver.free_step={step}"]
+        )
+        found = simulate_absolute(scenario, sections=ElasticSections.bernoulli_euler(scenario))
+        late = slice(20, None)  # when the vibration of the release has died away
+        np.testing.assert_allclose(found["time"], floating["time"], atol=1e-12)
+        errors.append(
+            [
+                float(np.abs(found[name] - floating[name])[late].max() / np.abs(floating[name]).max())
+                for name in ("axial_force", "moment", "shear")
+            ]
+        )
+    axial = np.array(errors)[:, 0]
+    order = np.log2(axial[:-1] / axial[1:])
+    assert np.all((order > 1.7) & (order < 2.4)), order
+    assert np.all(np.array(errors[-1]) < (1e-4, 5e-3, 5e-3)), errors
+
+
+def test_a_long_run_says_beforehand_how_long_it_takes():
+    """Once, after the first steps, and not where it is short: time of a step times steps."""
+    told = []
+
+    def stop(status):
+        if status.notice:
+            told.append(status.notice)
+            raise KeyboardInterrupt
+
+    words = [*HELD, "discretization.elements=4", "solver.free_step=1e-5"]
+    with pytest.raises(Interrupted) as stopped:
+        simulate(Scenario.builtin("paper", [*words, "end_time=1"]), stop)
+    assert stopped.value.history.summary["steps"] < 100
+    steps = float(re.search(r"at ([\d.]+) ms a step", told[0])[1])
+    number, unit = re.match(r"about (\d+) (s|min)", told[0]).groups()
+    assert float(number) * {"s": 1, "min": 60}[unit] == pytest.approx(100.0 * steps, rel=0.35)
+    simulate(Scenario.builtin("paper", [*words, "end_time=1e-3"]), stop)
+    assert len(told) == 1
 
 
 def test_the_same_run_gives_the_same_bytes(smooth):

@@ -172,6 +172,16 @@ class ExactBeam:
         bending = self._stiffness[2] * (at.curvature + viscosity * rate.curvature)
         return Resultants(self._force(strains(at) + viscosity * strain_rate), bending)
 
+    def mean_resultants(self, q0: Array, q1: Array, relaxation: float = 0.0) -> Resultants:
+        """Section forces at the Gauss points, mean of a step, each (elements, 2): as in :meth:`step_forces`."""
+        return self._mean_resultants(self.step_start(q0), self.step_start(q1), relaxation)
+
+    def _mean_resultants(self, start: StepStart, end: StepStart, relaxation: float) -> Resultants:
+        strain, change = 0.5 * (start.strain + end.strain), end.strain - start.strain
+        before, after = start.fields.curvature, end.fields.curvature
+        bending = self._stiffness[2] * (0.5 * (before + after) + relaxation * (after - before))
+        return Resultants(self._force(strain + relaxation * change), bending)
+
     def _force(self, strain: np.ndarray[Any, Any]) -> Complex:
         axial, shear, _ = self._stiffness
         return np.asarray(axial * strain.real + 1j * shear * strain.imag)
@@ -230,17 +240,16 @@ class ExactBeam:
             Kelvin-Voigt damping over the length of the step: the resultants gain this times those of the change of
             the strains.
         """
-        at0, turn0, strain0 = q0 if isinstance(q0, StepStart) else self.step_start(q0)
-        at1, turn1, strain1 = self.step_start(q1)
+        start, end = q0 if isinstance(q0, StepStart) else self.step_start(q0), self.step_start(q1)
+        at0, turn0, _ = start
+        at1, turn1, _ = end
         mean, tangent = 0.5 * (turn0 + turn1), 0.5 * (at0.tangent + at1.tangent)
         quotient, quotient_rate = divided_difference(at0.rotation, at1.rotation)
-        n = self._force(0.5 * (strain0 + strain1) + relaxation * (strain1 - strain0))
-        bending = self._stiffness[2]
-        moment = 0.5 * (at0.curvature + at1.curvature) + relaxation * (at1.curvature - at0.curvature)
+        n, moment = self._mean_resultants(start, end, relaxation)
         force, turning = mean * n, ((n * quotient).conj() * tangent).real
         loads = np.empty((*self.points.shape, 4))
         loads[..., 0], loads[..., 1] = force.real, force.imag
-        loads[..., 2], loads[..., 3] = bending * moment, turning
+        loads[..., 2], loads[..., 3] = moment, turning
         forces = self._left @ loads.reshape(len(loads), -1, 1)
         # derivatives by x', y' and phi at the end of the step, of the strain first, then of forces and moment
         share, back = 0.5 + relaxation, turn1.conj()
@@ -256,7 +265,7 @@ class ExactBeam:
         D = np.zeros((*self.points.shape, 4, 4))
         for k, column in enumerate((0, 1, 3)):
             D[:, :, 0, column], D[:, :, 1, column], D[:, :, 3, column] = df[k].real, df[k].imag, dm[k]
-        D[:, :, 2, 2] = share * bending
+        D[:, :, 2, 2] = share * self._stiffness[2]
         blocks = self._left @ (D @ self._operator).reshape(len(loads), -1, 3 * NODE)
         band = np.bincount(self._band_index, blocks.ravel(), (2 * BANDWIDTH + 1) * self.size)
         return StepForces(

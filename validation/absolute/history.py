@@ -202,13 +202,13 @@ class _Frame:
         M' = -Im(conj(r') f) with the force f = exp(i phi) (N + i Q) in the inertial frame; the moment that turns
         the sections themselves is left out.
         """
-        q, v, samples = self.q[part], self.v[part], len(self.q[part])
-        found = self.beam.resultants(q, v, self.scenario.beam.kelvin_voigt)
-        fields = self.beam.fields(q)
-        force = np.exp(1j * fields.rotation) * found.force
+        kept = [sample.forces for sample in self.run.samples[part]]
+        fields, samples = self.beam.fields(self.q[part]), len(kept)
+        force = np.exp(1j * fields.rotation) * np.array([forces.force for forces in kept])
         shear = -np.imag(fields.tangent.conj() * force)
         axial = np.real(np.exp(-1j * self.frame[0][part, None, None]) * force)
-        by_name = {"moment": found.moment, "shear": shear, "axial_force": axial}
+        moment = np.array([forces.moment for forces in kept])
+        by_name = {"moment": moment, "shear": shear, "axial_force": axial}
         return {name: f.reshape(samples, -1) @ self.stations.recovery.T for name, f in by_name.items()}
 
 

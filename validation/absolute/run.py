@@ -23,6 +23,7 @@ from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.loop import MAX_EVENTS, Status
 from oblique_impact.problem import NEAR
 from oblique_impact.scenario.scenario import Scenario
+from validation.absolute.averages import Averages, Forces
 from validation.absolute.beam import ExactBeam
 from validation.absolute.sections import Array, ElasticSections
 from validation.absolute.step import NotConvergedError, Stage, Step, advance
@@ -36,6 +37,9 @@ _MOST_AT_ONCE = 40
 _LEAST_TOLERANCE = 1e-12
 _NO_IMPULSE = Impulse(0.0, 0.0, 0.0)
 _REPORT = 0.1  # s of computing between two reports of progress
+#: steps that are timed, after which the time of the whole run is told: some hundredths of a second
+_TIMED = 20
+_WAIT = 10.0  # s; a shorter run is not worth a line
 
 
 class Sample(NamedTuple):
@@ -47,6 +51,7 @@ class Sample(NamedTuple):
     place: Place
     normal_force: float
     tangential_force: float
+    forces: Forces
 
 
 class Phase(NamedTuple):
@@ -73,6 +78,14 @@ def _rows(table: object) -> list[float]:
     return [row[0] for row in table] if isinstance(table, tuple) else []
 
 
+def _duration(seconds: float) -> str:
+    """Return a time of computing in words."""
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
 class Run:
     """One run; `execute` marches it, and `samples`, `totals` and `record` hold what it leaves.
 
@@ -96,6 +109,7 @@ class Run:
         self.record, self.samples = records.Record(), list[Sample]()
         self.totals = Quadratures(*[0.0] * 7)
         self._report, self._reported = on_progress or (lambda status: None), -np.inf
+        self._timed: list[float] = []  # s of computing, of each of the first steps
         node = int(np.argmin(np.abs(self.beam.x - scenario.contact.point)))
         self.slope = Slope.of(scenario, node)
         self.load = self.beam.weight(scenario.gravity)
@@ -106,7 +120,7 @@ class Run:
         self.time, self.phase = 0.0, Phase(State.FREE)
         place = self.slope.place(self.stage)
         self._side = -1.0 if place.gap < 0.0 and self.slope.is_beyond(place) else 1.0
-        self._reaction = 0.0
+        self._averages = Averages()
         self._open: records.OpenContact | None = None
         self._recent = 0
         rough = scenario.contact.friction == "hybrid"
@@ -129,15 +143,20 @@ class Run:
         try:
             with hold_interrupts() as let_come:
                 for stop in stops:
-                    for part in sorted({stop, *(b for b in breaks if self.time < b < stop)}):
+                    for part in sorted({stop, *(b for b in breaks if self.time < b <= stop)}):
                         self._march_to(part, let_come)
+                        if part in breaks and part < stop:
+                            self._averages.cut()
                     self._sample()
+                    if stop in breaks:
+                        self._averages.cut()
         except PhysicsStop as stopped:
             self.record.outcome = stopped.outcome
             self._sample()
         except KeyboardInterrupt:
             self.record.outcome = Outcome.INTERRUPTED
             self._sample()
+        self._averages.cut()
         if self.phase.state is not State.FREE:
             self.record.stored = self.slope.energy(self.slope.place(self.stage))
             self._close()
@@ -152,12 +171,30 @@ class Run:
             left = stop - self.time
             length = left / ceil(left / self._longest() - 1e-9)
             last = length >= left * (1.0 - 1e-12)
+            started = time.perf_counter()
             if self._try(length) and last:
                 self.time = stop
-            if time.perf_counter() > self._reported + _REPORT:
-                self._reported = time.perf_counter()
-                status = Status(self.time, self.scenario.end_time, self.phase.state, len(self.record.events))
-                self._report(status)
+            now, notice = time.perf_counter(), ""
+            if len(self._timed) < _TIMED:
+                self._timed.append(now - started)
+                notice = self._expected() if len(self._timed) == _TIMED else ""
+            if notice or now > self._reported + _REPORT:
+                self._reported = now
+                events = len(self.record.events)
+                self._report(Status(self.time, self.scenario.end_time, self.phase.state, events, notice))
+
+    def _expected(self) -> str:
+        """Say how long the run will take, by the steps that were timed; nothing if that is short."""
+        solver, step = self.scenario.solver, float(np.median(self._timed))
+        left = self.scenario.end_time - self.time
+        free, near = (step * left / length for length in (solver.free_step, solver.contact_step))
+        if not self.scenario.contact.enabled:
+            return f"about {_duration(free)}, at {1e3 * step:.2g} ms a step" if free > _WAIT else ""
+        if max(free, near) < _WAIT:
+            return ""
+        words = f"{_duration(free)} if the contact point stays away from the slope"
+        reach = f"{NEAR:g} beam.length"
+        return f"{words}, {_duration(near)} if it stays within {reach} of it, at {1e3 * step:.2g} ms a step"
 
     def _longest(self) -> float:
         """Longest step (s) in the present state."""
@@ -238,7 +275,9 @@ class Run:
             elastic = -0.5 * self.slope.stiffness * (before.gap + after.gap)
             gained["stop_loss"] = (force - elastic) * (before.gap - after.gap)
         self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
-        self.stage, self.time, self._reaction = step.stage, self.time + length, step.reaction
+        mean = self.beam.mean_resultants(self.stage.q, step.stage.q, relaxation)
+        self._averages.add(self.time, self.time + length, Forces(*mean, step.reaction))
+        self.stage, self.time = step.stage, self.time + length
         self.record.steps += 1
         if self._open is not None:
             self._open.peak_force = max(self._open.peak_force, self.slope.force(after))
@@ -303,6 +342,7 @@ class Run:
                 kind = self._at_zero_slip()
             event = self._event(kind, place)
         self.record.events.append(event._replace(state=self.phase.state))
+        self._averages.cut()
         self._sample()
 
     def _pass_end(self, how: AtEnd, place: Place) -> None:
@@ -350,8 +390,21 @@ class Run:
         return self._event(EventKind.RELEASE, place or self.slope.place(self.stage)).with_share(contact)
 
     def _sample(self) -> None:
+        """Keep the present instant; the forces inside of the beam follow when the next steps are known."""
         place = self.slope.place(self.stage)
         force = 0.0 if self.phase.state is State.FREE else self.slope.force(place)
-        sticks = self.phase.state is State.STICK
-        tangential = self._reaction if sticks else -self._kinetic * self.phase.direction * force
-        self.samples.append(Sample(self.time, self.stage, self.phase.state, place, force, tangential))
+        sticks, number = self.phase.state is State.STICK, len(self.samples)
+        tangential = 0.0 if sticks else -self._kinetic * self.phase.direction * force
+        at_once = self.beam.resultants(self.stage.q, self.stage.v, self.scenario.beam.kelvin_voigt)
+        forces = Forces(*at_once, 0.0)
+        self.samples.append(Sample(self.time, self.stage, self.phase.state, place, force, tangential, forces))
+
+        def give(forces: Forces) -> None:
+            sample = self.samples[number]._replace(forces=forces)
+            if sticks:
+                # stick ends where the mean of a step is at the edge of the cone: at its end it would be beyond
+                edge = self._static * force
+                sample = sample._replace(tangential_force=min(max(forces.reaction, -edge), edge))
+            self.samples[number] = sample
+
+        self._averages.want(self.time, give)

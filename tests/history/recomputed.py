@@ -1,0 +1,346 @@
+"""A beam's motion from q and q' alone, computed apart from the program: shapes, places, velocities, energies.
+
+Points of the plane are complex numbers.  Shape functions are the textbook's eigenfunctions or Hermite's cubics,
+the modes of a mesh those of matrices that are integrated here; nothing of the program's operators is used.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.interpolate import make_interp_spline
+from scipy.linalg import eigh
+
+from oblique_impact import Scenario
+from tests.beam.test_discretizations import textbook
+
+POINTS, WEIGHTS = legendre.leggauss(10)
+#: from values at these points to integrals from -1 to each of them
+INNER = np.linalg.solve(
+    legendre.legvander(POINTS, 9).T, [legendre.Legendre.basis(n).integ(lbnd=-1)(POINTS) for n in range(10)]
+).T
+#: shear over axial stiffness of a solid circular section: Cowper's coefficient, Poisson's ratio of aluminium
+SHEAR = 6.0 * 1.33 / (7.0 + 6.0 * 0.33) / (2.0 * 1.33)
+
+
+def cross(a, b):
+    """Moment of b at the arm a."""
+    return np.imag(np.conj(a) * b)
+
+
+def hermite(nodes, x, derivative):
+    """Hermite's cubics or their derivatives at places x, (x, 2 nodes): deflection and slope, node by node."""
+    found = np.zeros((x.size, 2 * nodes.size))
+    e = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, nodes.size - 2)
+    h = np.diff(nodes)[e]
+    z, rows = (x - nodes[e]) / h, np.arange(x.size)
+    shapes = {
+        0: (1 - 3 * z**2 + 2 * z**3, h * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, h * (z**3 - z**2)),
+        1: ((6 * z**2 - 6 * z) / h, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / h, 3 * z**2 - 2 * z),
+        2: ((12 * z - 6) / h**2, (6 * z - 4) / h, (6 - 12 * z) / h**2, (6 * z - 2) / h),
+    }[derivative]
+    for k, shape in enumerate(shapes):
+        found[rows, 2 * e + k] = shape
+    return found
+
+
+def quadratic(nodes, x, derivative):
+    """Quadratic shape functions of elements with a node in their middle, or their derivatives, (x, nodes)."""
+    found = np.zeros((x.size, nodes.size))
+    for row, place in enumerate(x):
+        e = 2 * min(int(np.searchsorted(nodes[::2], place, side="right")) - 1, nodes.size // 2 - 1)
+        for k in range(3):
+            a, b = np.delete(nodes[e : e + 3], k)
+            scale = (nodes[e + k] - a) * (nodes[e + k] - b)
+            found[row, e + k] = (2 * place - a - b if derivative else (place - a) * (place - b)) / scale
+    return found
+
+
+class _Beam:
+    """What both kinds of beam have: sections, a rule of quadrature, places, velocities, integrals over time."""
+
+    def __init__(self, history):
+        self.history = history
+        self.scenario = s = Scenario.from_toml(history.scenario_toml)
+        self.time, self.q, self.qd = (np.asarray(history[name].values) for name in ("time", "q", "qd"))
+        self.x = history["station"].values
+        self.radius = s.root.hub_radius
+        self.touch = int(np.argmin(np.abs(self.x - s.contact.point)))
+        self.nodes = np.array(s.discretization.nodes)
+        kinks = [row[0] for table in (s.beam.area, s.beam.section.height) if table for row in np.atleast_2d(table)]
+        edges = np.union1d(np.union1d(self.x, self.nodes), [x for x in kinks if x < s.beam.length])
+        self.edges = edges[np.append(True, np.diff(edges) > 1e-12)]
+        self.halves = 0.5 * np.diff(self.edges)
+        self.points = (self.edges[:-1, None] + self.halves[:, None] * (1.0 + POINTS)).ravel()
+        self.weights = np.outer(self.halves, WEIGHTS).ravel()
+        self.at_stations = np.searchsorted(self.edges, self.x - 1e-12)
+        self.mass = np.append(s.beam.density * self.area(self.points) * self.weights, s.beam.tip_mass)
+        self.hub_inertia = s.root.inertia
+        self.normal, self.tangent = 1j * np.exp(1j * s.slope.angle), np.exp(1j * s.slope.angle)
+
+    def _profile(self, value, x):
+        return np.interp(x, *np.transpose(value)) if isinstance(value, tuple) else np.full(np.shape(x), value)
+
+    def _height(self, x):
+        return self._profile(self.scenario.beam.section.height, x)
+
+    def area(self, x):
+        b = self.scenario.beam
+        return b.section.width * self._height(x) if b.section.shape else self._profile(b.area, x)
+
+    def second_moment(self, x):
+        b = self.scenario.beam
+        if b.section.shape:
+            return b.section.width * self._height(x) ** 3 / 12.0
+        return self._profile(b.second_moment, x)
+
+    def fibre(self, x):
+        b = self.scenario.beam
+        if b.section.shape:
+            return 0.5 * self._height(x)
+        return self._profile(b.outer_fibre, x) if b.outer_fibre else np.sqrt(self.area(x) / np.pi)
+
+    def integrals(self, f):
+        """Integrals along the beam of f (samples, points): up to the edges, and up to the points."""
+        panels = f.reshape(len(f), -1, POINTS.size)
+        whole = np.cumsum(self.halves * (panels @ WEIGHTS), axis=1)
+        at_edges = np.concatenate([np.zeros((len(f), 1)), whole], axis=1)
+        inside = at_edges[:, :-1, None] + self.halves[:, None] * (panels @ INNER.T)
+        return at_edges, inside.reshape(f.shape)
+
+    @cached_property
+    def pieces(self):
+        """Samples between jumps."""
+        jumps = np.flatnonzero(self.time[1:] == np.nextafter(self.time[:-1], np.inf)) + 1
+        return [piece for piece in np.split(np.arange(self.time.size), jumps) if piece.size > 1]
+
+    def over(self, piece, f):
+        """Integral over time of f (samples, ...), from the beginning of a piece to each of its samples."""
+        spline = make_interp_spline(self.time[piece], f[piece], k=3 if piece.size > 5 else 1)
+        return spline.antiderivative()(self.time[piece]) - spline.antiderivative()(self.time[piece[0]])
+
+    @property
+    def contact_place(self):
+        return self.z[:, self.touch]
+
+    @property
+    def contact_velocity(self):
+        return self.v[:, self.touch]
+
+    @cached_property
+    def contact_force(self):
+        return sum(
+            np.nan_to_num(self.history[name].values) * direction
+            for name, direction in (("lambda_n", self.normal), ("lambda_tau", self.tangent))
+        )
+
+    @cached_property
+    def gravity_energy(self):
+        return self.scenario.gravity * self.z_points.imag @ self.mass
+
+    @cached_property
+    def total(self):
+        return self.kinetic + self.elastic + self.gravity_energy
+
+
+class FloatingBeam(_Beam):
+    """The beam in its floating frame, q = [theta, B]."""
+
+    def __init__(self, history):
+        super().__init__(history)
+        s, d = self.scenario, self.scenario.discretization
+        self.theta, self.spin = self.q[:, 0], self.qd[:, 0]
+        self.kept = 0.0 if d.kinetics == "zeroth-order" else 1.0
+        self.B, self.Bd = self.q[:, 1:], self.qd[:, 1:]
+        values, slopes, self.curvatures = (self.shapes(self.points, k) for k in range(3))
+        at_stations, self.station_slopes = (self.shapes(self.x, k) for k in range(2))
+        self.values = np.concatenate([values, at_stations[-1:]])  # with the tip mass
+        self.slopes, self.root_slope = slopes, self.shapes(np.zeros(1), 1)[0]
+        B, Bd = self.B, self.Bd
+        slope, rate = B @ slopes.T, Bd @ slopes.T
+        edge_ux, point_ux = self.integrals(-0.5 * self.kept * slope**2)
+        edge_rate, point_rate = self.integrals(-self.kept * slope * rate)
+        self.ux, self.ux_dot = edge_ux[:, self.at_stations], edge_rate[:, self.at_stations]
+        self.uy, self.uy_dot = B @ at_stations.T, Bd @ at_stations.T
+        self.z, self.v = self._turned(self.radius + self.x + self.ux, self.uy, self.ux_dot, self.uy_dot)
+        tip_ux, tip_rate = edge_ux[:, -1:], edge_rate[:, -1:]
+        self.arms = self.radius + np.append(self.points, s.beam.length)
+        self.short = np.concatenate([point_ux, tip_ux], axis=1)
+        self.z_points, self.v_points = self._turned(
+            self.arms + self.short,
+            B @ self.values.T,
+            np.concatenate([point_rate, tip_rate], axis=1),
+            Bd @ self.values.T,
+        )
+        bend = B @ self.station_slopes.T
+        self.axis_tangent = 1.0 - 0.5 * self.kept * bend**2 + 1j * bend
+        # mass-proportional damping is a load from outside on the motion in the frame
+        self.drag = -1j * s.beam.mass_proportional * self.mass * (Bd @ self.values.T)
+        self.drag = self.drag * np.exp(1j * self.theta)[:, None]
+        self.turning = np.zeros_like(self.v_points.real)  # sections have no rotary inertia
+
+    def _turned(self, x, y, xd, yd):
+        turn, spin = np.exp(1j * self.theta)[:, None], self.spin[:, None]
+        w = x + 1j * y
+        return turn * w, turn * (xd + 1j * yd + 1j * spin * w)
+
+    def shapes(self, x, derivative):
+        """Shape functions or their derivatives at places x, (x, n)."""
+        d, length = self.scenario.discretization, self.scenario.beam.length
+        if d.method == "modal":
+            modes = [textbook(d.frame, k, length)[derivative] for k in range(d.modes)]
+            return np.stack([mode(x) for mode in modes], axis=1)
+        return hermite(self.nodes, x, derivative) @ self._modes
+
+    @cached_property
+    def _modes(self):
+        """Modes of the mesh (2 nodes, n) with the mass of the beam, positive at the tip; or all unknowns."""
+        s, d = self.scenario, self.scenario.discretization
+        free = np.arange(2 if d.frame == "tangent" else 1, 2 * self.nodes.size)
+        if d.modes == 0:
+            return np.eye(2 * self.nodes.size)[:, free]
+        values, curvatures = (hermite(self.nodes, self.points, k)[:, free] for k in (0, 2))
+        stiffness = s.beam.youngs_modulus * self.second_moment(self.points) * self.weights
+        M = values.T @ (self.mass[:-1, None] * values)
+        M[-2, -2] += s.beam.tip_mass
+        _, modes = eigh(curvatures.T @ (stiffness[:, None] * curvatures), M)
+        rigid = 0 if d.frame == "tangent" else 1
+        modes = modes[:, rigid : rigid + d.modes] * np.sqrt(self.mass.sum())
+        found = np.zeros((2 * self.nodes.size, d.modes))
+        found[free] = modes * np.sign(modes[-2])
+        return found
+
+    @cached_property
+    def elastic(self):
+        stiffness = self.scenario.beam.youngs_modulus * self.second_moment(self.points) * self.weights
+        return 0.5 * (self.B @ self.curvatures.T) ** 2 @ stiffness
+
+    @cached_property
+    def kinetic(self):
+        hub = 0.5 * self.hub_inertia * (self.spin + self.Bd @ self.root_slope) ** 2
+        if self.scenario.discretization.kinetics == "full":
+            return hub + 0.5 * np.abs(self.v_points) ** 2 @ self.mass
+        # to second order in the deflection: (r + x)^2 + u_y^2 + 2 (r + x) u_x, and rates of u_y alone
+        y, yd = self.B @ self.values.T, self.Bd @ self.values.T
+        square = self.arms**2 + y**2 + 2.0 * self.arms * self.short
+        spin = self.spin[:, None]
+        return hub + 0.5 * (spin**2 * square + 2.0 * spin * self.arms * yd + yd**2) @ self.mass
+
+    @cached_property
+    def damping_power(self):
+        """Power (W) of Kelvin-Voigt and mass-proportional damping."""
+        b = self.scenario.beam
+        stiffness = b.youngs_modulus * self.second_moment(self.points) * self.weights
+        bending = (self.Bd @ self.curvatures.T) ** 2 @ stiffness
+        return b.kelvin_voigt * bending + b.mass_proportional * (self.Bd @ self.values.T) ** 2 @ self.mass
+
+    @cached_property
+    def hub_spin(self):
+        return self.spin + self.Bd @ self.root_slope
+
+    def gradients(self, k):
+        """Derivatives by q, in the frame, of places of mass (points, n + 1) and of the contact point (n + 1,)."""
+        B = self.B[k]
+        edges, points = self.integrals(((self.slopes @ B)[:, None] * self.slopes).T)
+        HB = self.kept * np.concatenate([points, edges[:, -1:]], axis=1).T
+        at = self.kept * edges[:, self.at_stations[self.touch]] * self.scenario.contact.shortening
+        own = np.exp(-1j * self.theta[k])
+        places = np.column_stack([1j * own * self.z_points[k], 1j * self.values - HB])
+        contact = 1j * self.seen_by_contact[k] * own
+        shape = self.shapes(self.x[self.touch : self.touch + 1], 0)[0]
+        return places, np.append(contact, 1j * shape - at)
+
+    @cached_property
+    def seen_by_contact(self):
+        """Place of the contact point as gap and slip know it."""
+        if self.scenario.contact.shortening:
+            return self.contact_place
+        return self.contact_place - np.exp(1j * self.theta) * self.ux[:, self.touch]
+
+    @cached_property
+    def rate_seen_by_contact(self):
+        if self.scenario.contact.shortening:
+            return self.contact_velocity
+        turn, at = np.exp(1j * self.theta), self.touch
+        return self.contact_velocity - turn * (self.ux_dot[:, at] + 1j * self.spin * self.ux[:, at])
+
+    def mass_matrix(self, k):
+        """Mass matrix at a sample, of the order of the scenario's kinetics."""
+        places, _ = self.gradients(k)
+        M = np.real(places.conj().T @ (self.mass[:, None] * places))
+        if self.scenario.discretization.kinetics != "full":
+            y = self.values @ self.B[k]
+            M[0, 0] = (self.arms**2 + y**2 + 2.0 * self.arms * self.short[k]) @ self.mass
+            M[0, 1:] = M[1:, 0] = self.values.T @ (self.mass * self.arms)
+            M[1:, 1:] = self.values.T @ (self.mass[:, None] * self.values)
+        hub = np.append(1.0, self.root_slope)
+        return M + self.hub_inertia * np.outer(hub, hub)
+
+
+class ExactBeam(_Beam):
+    """The geometrically exact beam, q = [x, y, phi] node by node, two nodes an element."""
+
+    def __init__(self, history):
+        super().__init__(history)
+        s = self.scenario
+        self.knots = np.sort(np.append(self.nodes, 0.5 * (self.nodes[1:] + self.nodes[:-1])))
+        self.places, self.rates = (q[:, 0::3] + 1j * q[:, 1::3] for q in (self.q, self.qd))
+        at_stations, slopes = (quadratic(self.knots, self.x, k) for k in range(2))
+        points = quadratic(self.knots, np.append(self.points, s.beam.length), 0)
+        self.z, self.v = (nodal @ at_stations.T for nodal in (self.places, self.rates))
+        self.z_points, self.v_points = (nodal @ points.T for nodal in (self.places, self.rates))
+        arms = self.mass * (self.radius + np.append(self.points, s.beam.length))
+        if s.discretization.frame == "tangent":
+            self.theta, self.spin = self.q[:, 2], self.qd[:, 2]
+        else:
+            axis, rate = self.z_points @ arms, self.v_points @ arms
+            self.theta, self.spin = np.unwrap(np.angle(axis)), np.imag(rate / axis)
+        turn = np.exp(-1j * self.theta)[:, None]
+        u = turn * self.z
+        rate = turn * self.v - 1j * self.spin[:, None] * u
+        u = u - self.radius - self.x
+        self.ux, self.uy, self.ux_dot, self.uy_dot = u.real, u.imag, rate.real, rate.imag
+        self.axis_tangent = turn * (self.places @ slopes.T)
+        rotary = s.beam.density * self.second_moment(self.points) * self.weights
+        self.turning = (self.qd[:, 2::3] @ points.T) * np.append(rotary, 0.0)
+        self.drag = np.zeros_like(self.z_points)
+        self.hub_spin = self.qd[:, 2]
+
+    @cached_property
+    def kinetic(self):
+        turn = self.qd[:, 2::3] @ quadratic(self.knots, self.points, 0).T
+        rotary = self.scenario.beam.density * self.second_moment(self.points) * self.weights
+        hub = 0.5 * self.hub_inertia * self.hub_spin**2
+        return hub + 0.5 * np.abs(self.v_points) ** 2 @ self.mass + 0.5 * turn**2 @ rotary
+
+    @cached_property
+    def elastic(self):
+        """Strain energy by the two Gauss points of each element, as the elements are defined."""
+        half, middle = 0.5 * np.diff(self.nodes), 0.5 * (self.nodes[1:] + self.nodes[:-1])
+        x = (middle[:, None] + half[:, None] * np.array([-1.0, 1.0]) / np.sqrt(3.0)).ravel()
+        values, slopes = (quadratic(self.knots, x, k) for k in range(2))
+        phi, curvature = self.q[:, 2::3] @ values.T, self.q[:, 2::3] @ slopes.T
+        strain = np.exp(-1j * phi) * (self.places @ slopes.T) - 1.0
+        stiffness = self.scenario.beam.youngs_modulus
+        squares = self.area(x) * (strain.real**2 + SHEAR * strain.imag**2) + self.second_moment(x) * curvature**2
+        return 0.5 * stiffness * squares @ np.repeat(half, 2)
+
+    @property
+    def damping_power(self):
+        return np.zeros(self.time.size)
+
+    @property
+    def seen_by_contact(self):
+        return self.contact_place
+
+    @property
+    def rate_seen_by_contact(self):
+        return self.contact_velocity
+
+
+def recomputed(history):
+    """Return the beam of a history."""
+    absolute = Scenario.from_toml(history.scenario_toml).discretization.method == "absolute"
+    return (ExactBeam if absolute else FloatingBeam)(history)

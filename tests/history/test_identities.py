@@ -1,0 +1,544 @@
+"""Histories of a dozen scenarios held to identities that are computed apart from the program.
+
+Each scenario strikes its slope at once.  Together they have every root, frame, order of kinetics, scheme, stop and
+friction law, hubs with a radius, tip masses, tapered sections, damping, and contacts inside of the span.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from oblique_impact import Scenario, simulate
+from oblique_impact.contact.state import State
+from oblique_impact.contact.transitions import EventKind
+from renders.exports import pvd, vtkhdf, xdmf
+from renders.exports.scene import Scene
+from renders.exports.selection import Selection
+from renders.geometry import SIDES, BeamGeometry
+from renders.ground import ground_of
+from renders.scenery import pin
+from renders.slope import drawn_slope
+from renders.story import story_of
+from renders.style import Style
+from tests.history.recomputed import ExactBeam, cross, recomputed
+from tests.renders.export_readers import read
+from tests.renders.page_scripts import NODE, Scripts
+
+LENGTH = 1.1
+TAPER = {
+    "area": [[0.0, 3.6e-4], [0.45, 3.0e-4], [LENGTH, 2.2e-4]],
+    "second_moment": [[0.0, 9.5e-9], [0.7, 7e-9], [LENGTH, 5e-9]],
+    "tip_mass": 0.15,
+}
+NODES = [0.0, 0.13, 0.3, 0.52, 0.7, 0.88, LENGTH]
+INSIDE = {"point": 0.88}
+SPRING = {"normal": "spring", "stiffness": 2e5}
+#: steps of fixed schemes, which the samples are to follow
+STEPS = {"free_step": 1e-5, "contact_step": 1e-5, "output_interval": 1e-5}
+
+
+def hub(radius, inertia=0.04, torque=-1.5):
+    return {"kind": "hub", "hub_radius": radius, "inertia": inertia, "torque": torque}
+
+
+def driven(radius, spin=-3.4, **more):
+    return {"kind": "driven", "hub_radius": radius, "profile": "constant-speed", "spin_rate": spin, **more}
+
+
+def modal(frame="tangent", kinetics="first-order", modes=3):
+    return {"method": "modal", "frame": frame, "kinetics": kinetics, "modes": modes}
+
+
+def fem(frame="tangent", kinetics="first-order", modes=3):
+    return {"method": "fem", "frame": frame, "kinetics": kinetics, "modes": modes, "nodes": NODES}
+
+
+#: its elements integrate masses that are smooth in each of them, and find forces at two points of each
+EXACT = {
+    "method": "absolute",
+    "nodes": [0.0, 0.07, 0.13, 0.21, 0.3, 0.37, 0.45, 0.57, 0.7, 0.79, 0.88, 0.99, LENGTH],
+}
+#: the sections of a scenario that differ from the default
+CASES = {
+    "hub": {"root": hub(0.12), "discretization": modal()},
+    "hub, full, spring inside": {
+        "root": hub(0.2, inertia=0.02),
+        "contact": SPRING | INSIDE | {"damping": 0.3},
+        "discretization": modal(kinetics="full", modes=4),
+    },
+    "hub, zeroth order": {
+        "root": hub(0.1, torque=0.8),
+        "contact": INSIDE | {"friction": "modified-coulomb"},
+        "discretization": modal(kinetics="zeroth-order", modes=2),
+    },
+    "driven, full, Routh": {
+        "root": driven(0.15),
+        "beam": TAPER | {"kelvin_voigt": 2e-5},
+        "contact": {"impact": "routh", "restitution": 0.3},
+        "discretization": fem(kinetics="full"),
+    },
+    "driven, spring, without shortening": {
+        "root": driven(0.1),
+        "contact": SPRING | INSIDE | {"shortening": False},
+        "discretization": modal(modes=2),
+        "solver": STEPS | {"scheme": "fixed-step"},
+    },
+    "tapered on a hub, fixed steps": {
+        "root": hub(0.08),
+        "beam": TAPER,
+        "contact": INSIDE,
+        "discretization": fem(),
+        "solver": STEPS | {"scheme": "fixed-step"},
+    },
+    "pin, mean axis, full": {
+        "beam": {"mass_proportional": 3.0},
+        "contact": {"mu_static": 0.5},
+        "discretization": modal("mean-axis", "full", 4),
+    },
+    "mean axis on a hub, spring, implicit": {
+        "root": hub(0.0, inertia=0.01),
+        "beam": TAPER,
+        "contact": SPRING,
+        "discretization": fem("mean-axis"),
+        "solver": STEPS | {"scheme": "generalized-alpha"},
+    },
+    "shaped hub, massless point, implicit": {
+        "root": hub(0.1),
+        "beam": {"section": {"shape": "rectangle", "width": 0.02, "height": [[0.0, 0.022], [LENGTH, 0.012]]}},
+        "contact": {"point_inertia": "none"},
+        "discretization": fem(modes=4),
+        "solver": STEPS | {"scheme": "generalized-alpha"},
+    },
+    "all nodes, spring inside": {  # its contact is closed at the end
+        "beam": TAPER | {"kelvin_voigt": 1e-6},
+        "contact": SPRING | INSIDE,
+        "discretization": fem("mean-axis", modes=0),
+        "solver": STEPS | {"scheme": "generalized-alpha"},
+    },
+    "all nodes on a hub": {
+        "root": hub(0.0),
+        "beam": {"outer_fibre": 0.014},
+        "contact": {"friction": "frictionless"},
+        "discretization": fem("mean-axis", modes=0),
+        "solver": {"free_step": 2e-6, "contact_step": 2e-6, "output_interval": 2e-6},
+    },
+    "exact, driven": {
+        "root": driven(0.12),
+        "beam": TAPER,
+        "contact": SPRING | INSIDE,
+        "discretization": EXACT,
+        "solver": STEPS,
+    },
+    "exact, mean axis": {
+        "root": hub(0.0),
+        "contact": SPRING | {"friction": "frictionless"},
+        "discretization": EXACT | {"frame": "mean-axis"},
+        "solver": STEPS,
+    },
+}
+DURATION = {
+    "all nodes, spring inside": 0.006,
+    "all nodes on a hub": 0.006,
+    "exact, driven": 0.004,
+    "exact, mean axis": 0.004,
+}
+
+
+def scenario_of(name, seed=31):
+    """A scenario whose contact point is a little above its slope and falls on it; angles are drawn at random."""
+    rng = np.random.default_rng([seed, list(CASES).index(name)])
+    case = {key: dict(section) for key, section in CASES[name].items()}
+    angle, slope = rng.uniform(-0.5, 0.7), rng.uniform(-0.4, 0.4)
+    slope = angle - np.sign(slope) * (0.1 + abs(slope))
+    root, point = case.get("root", {}), case.get("contact", {}).get("point", LENGTH)
+    reach = root.get("hub_radius", 0.0) + point
+    # 1 mm above it, and some way along it
+    origin = reach * np.exp(1j * angle) - (1e-3j + rng.uniform(-0.2, 0.2)) * np.exp(1j * slope)
+    case["beam"] = {"length": LENGTH} | case.get("beam", {})
+    case["slope"] = {"origin": [origin.real, origin.imag], "angle": slope}
+    case["initial"] = {"angle": angle}
+    if root.get("kind") != "driven":
+        case["initial"]["angular_velocity"] = -3.6
+    case["solver"] = {"output_interval": 2e-5} | case.get("solver", {})
+    return Scenario.from_dict(case | {"end_time": DURATION.get(name, 0.02)})
+
+
+@lru_cache(maxsize=len(CASES))
+def beam_of(name):
+    return recomputed(simulate(scenario_of(name)))
+
+
+@pytest.fixture(params=CASES)
+def beam(request):
+    return beam_of(request.param)
+
+
+def close(found, expected, part, least=0.0):
+    """Largest difference over the largest expected value, which is at least `least`."""
+    apart, scale = np.nanmax(np.abs(np.asarray(found) - expected)), max(float(np.nanmax(np.abs(expected))), least)
+    assert apart <= part * scale, f"{apart:.3g} of {scale:.3g}: {apart / scale:.3g} > {part:g}"
+
+
+def along(beam, direction, z):
+    """Component of places or velocities in a direction."""
+    return np.real(np.conj(direction) * z)
+
+
+def test_the_cases_have_every_kind_of_event():
+    """So that nothing below is checked in vain."""
+    assert {event.kind for name in CASES for event in beam_of(name).history.events} == set(EventKind)
+
+
+def test_places_and_velocities_are_those_of_the_coordinates(beam):
+    h, at = beam.history, beam.touch
+    found = {
+        "theta": beam.theta,
+        "theta_dot": beam.spin,
+        "tip_x": beam.contact_place.real,
+        "tip_y": beam.contact_place.imag,
+        "tip_vx": beam.contact_velocity.real,
+        "tip_vy": beam.contact_velocity.imag,
+        "ux": beam.ux,
+        "uy": beam.uy,
+        "ux_dot": beam.ux_dot,
+        "uy_dot": beam.uy_dot,
+        "shortening": beam.ux[:, at],
+        "deflection": beam.uy[:, at],
+    }
+    origin = complex(*beam.scenario.slope.origin)
+    for direction, name in ((beam.normal, "gap"), (beam.tangent, "slip")):
+        found[name] = along(beam, direction, beam.seen_by_contact - origin)
+        found[f"{name}_rate"] = along(beam, direction, beam.rate_seen_by_contact)
+    # a point without inertia slips by what the coordinates leave out as well
+    some = (h["state"].values == State.FREE) | (beam.scenario.contact.point_inertia == "kept")
+    for name, expected in found.items():
+        part = some if name.startswith("slip") else slice(None)
+        close(h[name].values[part], expected[part], 1e-10, 1e-3)
+    assert beam.x[at] == pytest.approx(beam.scenario.contact.point, abs=1e-12)
+
+
+RATES = {
+    "q": "qd",
+    "theta": "theta_dot",
+    "tip_x": "tip_vx",
+    "tip_y": "tip_vy",
+    "gap": "gap_rate",
+    "slip": "slip_rate",
+    "ux": "ux_dot",
+    "uy": "uy_dot",
+}
+
+
+def test_velocities_are_the_derivatives_of_places(beam):
+    h = beam.history
+    for name, rate in RATES.items():
+        y, yd = h[name].values, h[rate].values
+        for piece in beam.pieces:
+            if piece.size > 20:
+                close(y[piece] - y[piece[0]], beam.over(piece, yd), rough(beam), 1e-6)
+
+
+def test_energies_are_integrals_along_the_beam(beam):
+    h, found = beam.history, beam.history.summary["energy"]
+    size = float(np.ptp(beam.gravity_energy)) + beam.kinetic[0]
+    for part, values in (("kinetic", beam.kinetic), ("elastic", beam.elastic), ("gravity", beam.gravity_energy)):
+        close(h[f"energy_{part}"].values, values, 1e-10, size)
+        assert found[part] == pytest.approx(values[-1], abs=1e-10 * size)
+    assert found["initial"] == pytest.approx(beam.total[0], abs=1e-10 * size)
+
+
+def integral(beam, f, start=-np.inf, end=np.inf):
+    """Integral over time of f (samples, ...), of the pieces from `start` to `end` (s)."""
+    inside = [p for p in beam.pieces if beam.time[p[0]] >= start and beam.time[p[-1]] <= end]
+    return sum((beam.over(piece, f)[-1] for piece in inside), 0.0)
+
+
+def sides(beam, event):
+    """Numbers of the samples just before and just after an event."""
+    (left,) = np.flatnonzero(beam.time == event.time)
+    return left, left + 1
+
+
+def test_an_impulse_is_the_jump_of_momentum(beam):
+    """M (q'+ - q'-) = D_n P_n + D_t P_t with a mass matrix by quadrature; a driven root takes what it takes."""
+    if isinstance(beam, ExactBeam):
+        return
+    first = 1 if beam.scenario.root.kind == "driven" else 0
+    for event in beam.history.events:
+        if not event.kind.impulsive:
+            continue
+        left, right = sides(beam, event)
+        gained = beam.mass_matrix(left) @ (beam.qd[right] - beam.qd[left])
+        turn, (_, row) = np.exp(-1j * beam.theta[left]), beam.gradients(left)
+        given = event.normal_impulse * along(beam, turn * beam.normal, row)
+        given = given + event.tangential_impulse * along(beam, turn * beam.tangent, row)
+        part = 1e-7 if beam.scenario.solver.scheme == "event" else 1e-5  # of its iterations
+        close(gained[first:], given[first:], part, 1e-6)
+
+
+def work_of_impulses(beam, event):
+    left, right = sides(beam, event)
+    rates = (beam.history[name].values for name in ("gap_rate", "slip_rate"))
+    (gap, slip) = (0.5 * (rate[left] + rate[right]) for rate in rates)
+    return event.normal_impulse * gap + event.tangential_impulse * slip
+
+
+def test_impacts_lose_the_work_of_their_impulses(beam):
+    for event in beam.history.events:
+        left, right = sides(beam, event)
+        rates = (beam.history["gap_rate"].values[left], beam.history["slip_rate"].values[right])
+        assert (event.normal_velocity, event.tangential_velocity) == pytest.approx(rates, abs=1e-9)
+        if event.kind.impulsive:
+            loss = -work_of_impulses(beam, event)
+            assert event.energy_loss == pytest.approx(loss, rel=1e-6, abs=1e-9)
+            if beam.scenario.root.kind != "driven":
+                assert loss == pytest.approx(beam.total[left] - beam.total[right], rel=1e-5, abs=1e-8)
+
+
+def rough(beam):
+    """Relative error of integrals over the samples."""
+    scheme, stop = beam.scenario.solver.scheme, beam.scenario.contact.normal
+    if scheme == "event":
+        return 1e-6
+    if scheme == "fixed-step":
+        return 3e-4  # its contacts begin and end a part of a step late
+    # implicit steps are of the second order; the force of a rigid stop on a whole mesh changes from step to step
+    return 5e-2 if stop == "rigid" else 5e-3
+
+
+def test_impulses_are_the_integrals_of_the_forces_and_the_impacts(beam):
+    h = beam.history
+    normal, tangential = (np.nan_to_num(h[name].values) for name in ("lambda_n", "lambda_tau"))
+    power = -tangential * h["slip_rate"].values
+    if beam.scenario.contact.normal == "spring":
+        power = power - normal * h["gap_rate"].values  # all that an elastic stop does not give back
+    rows = {event.time: event for event in h.events if event.kind.value == "release"}
+    assert h.contacts
+    for contact in h.contacts:
+        span = contact.start, contact.end
+        finite = [integral(beam, f, *span) for f in (normal, tangential, power)]
+        hits = [e for e in h.events if e.kind.impulsive and span[0] <= e.time <= span[1]]
+        whole = [
+            finite[0] + sum(e.normal_impulse for e in hits),
+            finite[1] + sum(e.tangential_impulse for e in hits),
+        ]
+        part = rough(beam)
+        scale = max(whole[0], 1e-3)
+        assert contact.normal_impulse == pytest.approx(whole[0], abs=part * scale)
+        assert contact.tangential_impulse == pytest.approx(whole[1], abs=part * scale)
+        row = rows.get(contact.end)
+        if row is None:
+            assert contact.end == beam.time[-1] or contact.start == contact.end
+            continue
+        lost = finite[2] + sum(e.energy_loss for e in hits)
+        assert row.normal_impulse == pytest.approx(finite[0], abs=part * scale)
+        assert row.tangential_impulse == pytest.approx(finite[1], abs=part * scale)
+        assert contact.energy_loss == pytest.approx(lost, abs=part * max(abs(lost), 0.02))
+        assert row.energy_loss == pytest.approx(finite[2], abs=part * max(abs(lost), 0.02))
+        inside = (beam.time >= span[0]) & (beam.time <= span[1])
+        assert contact.peak_force == pytest.approx(normal[inside].max(), rel=2e-2)
+        gap = h["gap"].values
+        deepest = np.flatnonzero(inside)[np.argmin(gap[inside])]
+        stored = 0.5 * normal[deepest] * -gap[deepest] if beam.scenario.contact.normal == "spring" else 0.0
+        if beam.scenario.contact.point_inertia == "kept":
+            assert contact.peak_energy == row.peak_energy == pytest.approx(stored, rel=1e-2, abs=1e-9)
+
+
+def test_macro_collisions_are_sums_of_contacts(beam):
+    h, found = beam.history, beam.history.summary["macro_collisions"]
+    assert sum(m["contacts"] for m in found) == len(h.contacts)
+    for m in found:
+        own = [c for c in h.contacts if m["start"] <= c.start <= c.end <= m["end"]]
+        for key in ("normal_impulse", "tangential_impulse"):
+            assert m[key] == pytest.approx(sum(getattr(c, key) for c in own), rel=1e-12)
+        assert m["peak_force"] == max(c.peak_force for c in own)
+
+
+def test_the_ledger_is_that_of_the_integrals(beam):
+    h, s, energy = beam.history, beam.scenario, beam.history.summary["energy"]
+    normal, tangential = (np.nan_to_num(h[name].values) for name in ("lambda_n", "lambda_tau"))
+    size = beam.kinetic[0]
+    part = rough(beam) * size
+    friction = integral(beam, -tangential * h["slip_rate"].values)
+    assert energy["lost_friction"] == pytest.approx(friction, abs=part)
+    impact = -sum(work_of_impulses(beam, e) for e in h.events if e.kind.impulsive)
+    assert energy["lost_impact"] == pytest.approx(impact, abs=part)
+    damping, stored = integral(beam, beam.damping_power), 0.0
+    if s.contact.normal == "spring":
+        if h["state"].values[-1] != State.FREE:
+            assert s.contact.damping == 0.0
+            stored = -0.5 * normal[-1] * h["gap"].values[-1]
+        damping = damping + integral(beam, -normal * h["gap_rate"].values) - stored
+    assert energy["contact"] == pytest.approx(stored, abs=part)
+    assert energy["lost_damping"] == pytest.approx(damping, abs=part)
+    supplied = energy["supplied"]
+    if s.root.kind != "driven":
+        assert supplied == pytest.approx(integral(beam, s.root.torque * beam.hub_spin), abs=part)
+    elif s.discretization.kinetics == "full" or isinstance(beam, ExactBeam):
+        # at constant speed: that times what the driver adds to the angular momentum
+        z, v, g = beam.z_points, beam.v_points, -1j * s.gravity
+        momentum = cross(z, v) @ beam.mass + beam.turning.sum(axis=1)
+        load = cross(z, g) @ beam.mass + cross(beam.contact_place, beam.contact_force)
+        driver = momentum[-1] - momentum[0] - integral(beam, load)
+        for event in h.events:
+            if event.kind.impulsive:
+                push = event.normal_impulse * beam.normal + event.tangential_impulse * beam.tangent
+                driver -= cross(beam.contact_place[sides(beam, event)[0]], push)
+        assert supplied == pytest.approx(s.root.spin_rate * driver, abs=part)
+    lost = sum(energy[f"lost_{name}"] for name in ("impact", "friction", "damping", "scheme"))
+    final = beam.total[-1] + stored
+    assert energy["final"] == pytest.approx(final, abs=part)
+    assert beam.total[0] + supplied - lost - final == pytest.approx(0.0, abs=part)
+
+
+def test_section_forces_carry_the_outer_part(beam):
+    """Momentum and angular momentum of what lies outside of a section change by its loads less these forces."""
+    h, s, x = beam.history, beam.scenario, beam.x
+    turn = np.exp(1j * beam.theta)[:, None]
+    axial, moment = h["axial_force"].values, h["moment"].values
+    across = (beam.axis_tangent.imag * axial - h["shear"].values) / beam.axis_tangent.real
+    force = turn * (axial + 1j * across)
+    z, p = beam.z_points, beam.v_points * beam.mass
+    load = beam.drag - 1j * s.gravity * beam.mass
+    turning = cross(z, p) + beam.turning
+    part = 2e-2 if isinstance(beam, ExactBeam) else rough(beam)
+    for k in (0, x.size // 3, beam.touch, x.size - 1):
+        outer = np.append(beam.points > x[k], True)
+        touched = beam.contact_force * (k <= beam.touch)
+        given = load[:, outer].sum(axis=1) + touched - force[:, k]
+        arm = cross(z, load)[:, outer].sum(axis=1) + cross(beam.contact_place, touched)
+        arm = arm - moment[:, k] - cross(beam.z[:, k], force[:, k])
+        for piece in beam.pieces:
+            if piece.size < 20:
+                continue
+            span = beam.time[piece[-1]] - beam.time[piece[0]]
+            for momentum, rate, scale in (
+                (p[:, outer].sum(axis=1), given, np.abs(force).max()),
+                (turning[:, outer].sum(axis=1), arm, np.abs(moment).max()),
+            ):
+                change = momentum[piece] - momentum[piece[0]] - beam.over(piece, rate)
+                apart = float(np.abs(change).max() / span / scale)
+                assert apart < part, (k, apart)
+    modulus = beam.fibre(x) / beam.second_moment(x)
+    close(h["bending_stress"].values, modulus * moment, 1e-12)
+
+
+def test_the_root_turns_the_hub(beam):
+    """J_h (theta' + slope rate)' = torque + moment and force of the beam; in full kinetics and the exact beam."""
+    h, s = beam.history, beam.scenario
+    if s.root.kind == "driven" or not (s.discretization.kinetics == "full" or isinstance(beam, ExactBeam)):
+        return
+    axial, moment = h["axial_force"].values[:, 0], h["moment"].values[:, 0]
+    tangent = beam.axis_tangent[:, 0]
+    across = (tangent.imag * axial - h["shear"].values[:, 0]) / tangent.real
+    rate = s.root.torque + moment + beam.radius * across
+    scale = np.abs(h["moment"].values).max()
+    for piece in beam.pieces:
+        turned = beam.hub_inertia * (beam.hub_spin[piece] - beam.hub_spin[piece[0]])
+        apart = np.abs(turned - beam.over(piece, rate)).max() / (beam.time[piece[-1]] - beam.time[piece[0]])
+        assert apart < (3e-2 if isinstance(beam, ExactBeam) else 1e-5) * scale, apart / scale
+
+
+def test_the_clearance_is_the_smallest_distance_of_the_axis(beam):
+    h = beam.history
+    at = np.concatenate([[0.0], beam.points, [beam.scenario.beam.length]])
+    z = np.column_stack([beam.z[:, 0], beam.z_points])
+    height = along(beam, beam.normal, z - complex(*beam.scenario.slope.origin))
+    every = slice(None, None, 7)
+    found, place, height = h["clearance"].values[every], h["clearance_at"].values[every], height[every]
+    # between two points of the quadrature the axis bends by less
+    np.testing.assert_allclose(found, height.min(axis=1), rtol=0.0, atol=1e-5)
+    there = [np.interp(x, at, row) for x, row in zip(place, height, strict=True)]
+    np.testing.assert_allclose(there, found, rtol=0.0, atol=1e-5)
+
+
+# Pictures, pages and exports ------------------------------------------------------------------------------------
+
+
+def few(beam):
+    """Some samples: the first, that of the largest force, the last."""
+    return np.unique([0, int(np.nanargmax(beam.history["lambda_n"].values)), beam.time.size - 1])
+
+
+def plane(points):
+    return points[..., 0] + 1j * points[..., 1]
+
+
+def test_drawn_points_are_those_of_the_history(beam):
+    geometry = BeamGeometry(beam.history, 1.0)
+    stations = np.searchsorted(geometry.places, beam.x - 1e-12)
+    samples = few(beam)
+    close(plane(geometry.stations_of(samples)), beam.z[samples], 1e-12)
+    for k in samples:
+        close(plane(geometry.stations_at(k)), beam.z[k], 1e-12)
+        close(plane(geometry.contact_point(k)), beam.contact_place[k], 1e-12)
+        close(plane(geometry.centreline(k))[stations], beam.z[k], 1e-12)
+        rings = plane(geometry.tube(k)[0])[: geometry.places.size * SIDES].reshape(-1, SIDES).mean(axis=1)
+        close(rings[stations], beam.z[k], 1e-12)
+        close(plane(geometry.along(k)["velocity"])[stations], beam.v[k], 1e-10, 1e-2)
+        surface = geometry.surface(k).arrays["velocity"]
+        velocities = plane(surface)[: geometry.places.size * SIDES].reshape(-1, SIDES)
+        close(velocities[stations, 3], beam.v[k], 1e-10, 1e-2)
+        close(plane(sum(geometry.contact_forces(k))), beam.contact_force[k], 1e-12, 1.0)
+        below = beam.contact_place[k] - beam.fibre(beam.scenario.contact.point) * beam.normal
+        if beam.scenario.beam.tip_mass == 0.0:
+            assert abs(complex(*geometry.contact_place(k)[:2]) - below) < 1e-12
+        close(beam.history.beam_at(beam.time[k], "left"), np.stack([beam.z[k].real, beam.z[k].imag], 1), 1e-12)
+
+
+def test_the_drawn_slope_and_hub_are_those_of_the_scenario(beam):
+    """The slope is drawn wherever there is contact, its face one radius below the line; a hub has its radius."""
+    geometry = BeamGeometry(beam.history)
+    slope, origin = drawn_slope(geometry), complex(*beam.scenario.slope.origin)
+    closed = beam.history["state"].values != State.FREE
+    touched = along(beam, beam.tangent, beam.contact_place[closed] - origin)
+    assert slope.ends[0] < touched.min()
+    assert slope.ends[1] > touched.max()
+    face = along(beam, beam.normal, plane(slope.outline[:2]) - origin)
+    np.testing.assert_allclose(face, -geometry.touch_radius, rtol=0.0, atol=1e-12)
+    disc = pin(geometry)
+    if beam.radius > 0.0:
+        reach = np.hypot(*disc.points[:, :2].T)
+        assert float(reach.max()) == pytest.approx(beam.radius, rel=1e-6)
+    found = ground_of([geometry], slope)
+    if found is not None:
+        assert found.y <= min(-beam.radius, beam.z.imag[few(beam)].min())
+
+
+@pytest.mark.parametrize("name", ["hub", "driven, full, Routh", "exact, driven"])
+@pytest.mark.skipif(NODE is None, reason="neither node nor nodejs is on the PATH")
+def test_the_page_draws_the_points_of_the_history(name):
+    beam = beam_of(name)
+    scripts = Scripts(story_of([beam.history]))
+    samples = scripts.arrays["frame_sample"]
+    frames = [0, int(np.searchsorted(samples, few(beam)[1])), samples.size - 1]
+    for frame in frames:
+        x, y = scripts.at(frame, "[Array.from(moment.x), Array.from(moment.y)]")
+        close(np.array(x) + 1j * np.array(y), beam.z[samples[frame]], 2e-5)  # displacements have 16 bits
+    arc, scale = scripts.at(0, "((view) => [note(() => drawPin(context, view)), view.scale])(sceneView(800, 500))")
+    (circle,) = (fill["arcs"][0] for fill in arc["fills"])
+    assert circle[2] / scale == pytest.approx(beam.radius, rel=1e-6)
+
+
+@pytest.mark.parametrize("suffix", [".pvd", ".vtkhdf", ".xdmf"])
+def test_exported_points_are_those_of_the_history(suffix, tmp_path):
+    beam = beam_of("hub, full, spring inside")
+    writers = {".pvd": pvd.write, ".vtkhdf": vtkhdf.write, ".xdmf": xdmf.write}
+    scene = Scene.of(story_of([beam.history], Style(deformation=1.0)), Selection(400).frames(beam.history))
+    target = tmp_path / f"beam{suffix}"
+    writers[suffix](scene, target, lambda: None)
+    stations = np.searchsorted(scene.geometry.places, beam.x - 1e-12)
+    frames = read(target)
+    assert len(frames) > 3
+    for frame in frames:
+        (k,) = np.flatnonzero(beam.time == frame.stamp)
+        axis, contact = frame.parts["centreline"], frame.parts["contact_point"]
+        close(plane(axis.points)[stations], beam.z[k], 1e-12)
+        close(plane(axis.arrays["velocity"])[stations], beam.v[k], 1e-10, 1e-2)
+        close(axis.arrays["bending_moment"][stations], beam.history["moment"].values[k], 1e-12, 1e-3)
+        close(plane(contact.points), beam.contact_place[k], 1e-12)
+        close(plane(contact.arrays["velocity"]), beam.contact_velocity[k], 1e-10, 1e-2)
+        close(plane(contact.arrays["contact_force"]), beam.contact_force[k], 1e-12, 1.0)

@@ -1,0 +1,121 @@
+"""Section forces at instants of a run, from the mean forces of the steps around them.
+
+The mid-point rule turns the sign of a vibration that it does not resolve from step to step, so that strains at
+the ends of steps alternate about what they should be; their mean over a step is right to the second order of its
+length.  Within a smooth stretch of a run the mean forces belong to the middles of their steps, and between these
+they are linear; where forces may jump a stretch ends, and its last and first forces are extrapolated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+from validation.absolute.beam import Complex
+from validation.absolute.sections import Array
+
+#: steps of a stretch that are kept: one before an instant, three behind it, and one that may be joined
+_KEPT = 5
+#: a step shorter than this part of both of its neighbours does not turn the sign of what they turn: it is taken
+#: together with one of them
+_SHORT = 0.5
+
+
+class Forces(NamedTuple):
+    """Force N + i Q (N) in the turned sections and moment (N m) at the Gauss points; what holds a point (N)."""
+
+    force: Complex
+    moment: Array
+    reaction: float
+
+
+class _Mean(NamedTuple):
+    """Mean forces from `start` to `end` (s)."""
+
+    start: float
+    end: float
+    forces: Forces
+
+    @property
+    def length(self) -> float:
+        return self.end - self.start
+
+    @property
+    def middle(self) -> float:
+        return 0.5 * (self.start + self.end)
+
+    def joined(self, other: _Mean) -> _Mean:
+        """Return the mean over this and the one that follows it."""
+        part = other.length / (self.length + other.length)
+        return _Mean(self.start, other.end, _between(self.forces, other.forces, part))
+
+
+class Averages:
+    """The mean forces of a stretch of steps, and the instants at which forces are wanted.
+
+    Instants are given in ascending order, each between the steps that it lies between.
+    """
+
+    def __init__(self) -> None:
+        self._means: list[_Mean] = []
+        self._wanted: list[tuple[float, Callable[[Forces], None]]] = []
+
+    def want(self, time: float, give: Callable[[Forces], None]) -> None:
+        """Call `give` with the forces at an instant (s) as soon as they are known; not if no step is near."""
+        self._wanted.append((time, give))
+
+    def add(self, start: float, end: float, forces: Forces) -> None:
+        """Take the mean forces of the next step."""
+        new, means = _Mean(start, end, forces), self._means
+        if means and means[-1].length < _SHORT * new.length:
+            if len(means) == 1:
+                new = means.pop().joined(new)
+            elif means[-1].length < _SHORT * means[-2].length:
+                self._join_last()
+        means.append(new)
+        # three steps behind an instant are enough, at the beginning of the stretch too
+        while self._wanted and len(means) > 2 and means[-3].start >= self._wanted[0][0]:
+            self._settle()
+        del means[:-_KEPT]
+
+    def cut(self) -> None:
+        """End the stretch: forces may jump here."""
+        if len(self._means) > 1 and self._means[-1].length < _SHORT * self._means[-2].length:
+            self._join_last()
+        while self._wanted:
+            self._settle()
+        self._means.clear()
+
+    def _join_last(self) -> None:
+        last = self._means.pop()
+        self._means[-1] = self._means[-1].joined(last)
+
+    def _settle(self) -> None:
+        time, give = self._wanted.pop(0)
+        if self._means:
+            give(self._at(time))
+
+    def _at(self, time: float) -> Forces:
+        """Return the forces at an instant: between middles of steps, or beyond the last or the first of them."""
+        means = self._means
+        if len(means) == 1:
+            return means[0].forces
+        places = [(mean.middle, mean.forces) for mean in means]
+        if len(means) > 2 and not places[0][0] <= time <= places[-1][0]:
+            # means alternate a little themselves, which a line through two of them would enlarge: where steps meet
+            # they do so no more
+            meetings = zip(means[1:], pairwise(places), strict=True)
+            places = [(mean.start, _on_line(one, other, mean.start)) for mean, (one, other) in meetings]
+        after = next((k for k in range(1, len(places)) if places[k][0] > time), len(places) - 1)
+        return _on_line(places[after - 1], places[after], time)
+
+
+def _on_line(one: tuple[float, Forces], other: tuple[float, Forces], time: float) -> Forces:
+    """Return the forces at an instant (s) on the line through those at two others."""
+    return _between(one[1], other[1], (time - one[0]) / (other[0] - one[0]))
+
+
+def _between(one: Forces, other: Forces, part: float) -> Forces:
+    """Return the forces on the line through two others, `one` at 0 and `other` at 1."""
+    return Forces(*(a + part * (b - a) for a, b in zip(one, other, strict=True)))
