@@ -30,6 +30,7 @@ _MORE = {
     "normal_force": "N",
     "friction_force": "N",
     "gap": "m",
+    "depth": "m, compression of the stop itself",
     "gap_rate": "m/s",
     "slip_rate": "m/s",
     "state": "0 free, 1 slip, 2 stick",
@@ -164,7 +165,8 @@ def contact_part(geometry: BeamGeometry) -> Part:
         vectors = flat(geometry.contact_point(k), velocity, normal + friction, normal, friction)
         names = ("velocity", "contact_force", "normal_force", "friction_force")
         arrays = dict(zip(names, vectors[1:], strict=True))
-        for name in ("gap", "gap_rate", "slip_rate", "state"):
+        names = [name for name in ("gap", "depth", "gap_rate", "slip_rate", "state") if name in geometry.history]
+        for name in names:
             arrays[name] = np.array([geometry.value(name, k)], dtype=float)
         return Shape(vectors[0], arrays)
 

@@ -105,6 +105,8 @@ def test_tables(history):
     table = history.event_table
     assert list(table["time"]) == [event.time for event in history.events]
     assert list(table["kind"]) == [event.kind.value for event in history.events]
+    assert table["time"][3] == history.events[2].time  # counted from 1, as `render --event 3` does
+    assert history.contact_table["start"][1] == history.contacts[0].start
     assert history.contact_table["normal_impulse"].sum() == pytest.approx(
         sum(m["normal_impulse"] for m in history.macro_collisions), rel=1e-12
     )
