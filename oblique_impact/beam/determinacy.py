@@ -55,7 +55,7 @@ def without_limit(scenario: Scenario) -> tuple[str, ...]:
 
 
 def undetermined(beam: Beam, contacts: Sequence[int]) -> list[str]:
-    """Return warnings about results without a limit; `contacts` are the numbers of contacts of macro-collisions."""
+    """Return warnings about results without a limit; `contacts` counts those of each macro-collision."""
     s = beam.scenario
     many = max(contacts, default=0) > _MANY_CONTACTS
     if not contacts or not (_is_stiff(s) or many):
@@ -105,8 +105,8 @@ def truncated(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
             needed += ", with contact.residual_flexibility = true"
     share = f"{left:.2g} times" if left >= 1.0 else f"{100.0 * left:.2g} % of"
     return [
-        f"contact.stiffness: the flexibility that {_size(s)} leave out of the contact point is {share} that of the "
-        f"stop: contact forces are not those of the beam; forces within 2 % take {needed}"
+        f"contact.stiffness: the flexibility that {_size(s)} leave out of the contact point is {share} that of "
+        f"the stop: contact forces are not those of the beam; forces within 2 % take {needed}"
     ]
 
 

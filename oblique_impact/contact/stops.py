@@ -121,8 +121,9 @@ class ElasticStop(ContactLaw):
         """Compression (m) of the stop itself; without damping its force is stiffness times it."""
         depth, rate, ratio = -gap, -gap_rate, self.stiffness * phase.compliance
         # the stop's share s of the depth: 1 - s = ratio s (1 + damping s rate), the same force in both
-        root = np.sqrt(np.maximum((1.0 + ratio) ** 2 + 4.0 * ratio * self.damping * rate, 0.0))
-        share = 2.0 / (1.0 + ratio + root)
+        both = 1.0 + ratio
+        root = np.sqrt(np.maximum(both * both + 4.0 * ratio * self.damping * rate, 0.0))
+        share = 2.0 / (both + root)
         # a relaxing flexibility pushes back by its rate as well, see `oblique_impact.contact.forces`
         pushed = share * (depth + phase.relaxation * (1.0 - share) * rate)
         return np.where(gap < 0.0, np.maximum(0.0, pushed), 0.0)

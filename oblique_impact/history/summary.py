@@ -86,7 +86,7 @@ def balance(
 
 
 def balance_in_words(energy: Mapping[str, float]) -> str:
-    """Return the balance of energy of a run as a sum, e.g. "3.01 - 1.52 lost = 1.49 J"; parts of 0 are left out."""
+    """Return the balance of energy of a run as a sum, "3.01 - 1.52 lost = 1.49 J"; parts of 0 are left out."""
     supplied, lost = energy["supplied"], sum(energy[f"lost_{name}"] for name in LOSSES)
     rounding = 1e-7 * max(abs(energy["initial"]), abs(energy["final"]))
     parts = f"{energy['initial']:.6g}"

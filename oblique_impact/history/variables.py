@@ -36,7 +36,9 @@ class Stored(NamedTuple):
 
 _EACH, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
 _POINT = "the point of the axis at contact.point: the beam's tip only where that is beam.length"
-_FINITE = "the finite force: its integral over time leaves out the impulses of impacts, which events and contacts hold"
+_FINITE = (
+    "the finite force: its integral over time leaves out the impulses of impacts, which events and contacts hold"
+)
 #: variables of every history
 NEEDED = {
     "time": Variable(_EACH, "s", "time"),
@@ -46,8 +48,8 @@ NEEDED = {
         _EACH,
         "m",
         "normal gap",
-        "that of the coordinates q: what they leave out of the contact point (contact.residual_flexibility) is not "
-        "in it, so that -gap is more than the compression of the stop, depth",
+        "that of the coordinates q: what they leave out of the contact point (contact.residual_flexibility) is "
+        "not in it, so that -gap is more than the compression of the stop, depth",
     ),
     "slip": Variable(_EACH, "m", "tangential position on the slope"),
     "gap_rate": Variable(_EACH, "m/s", "gap rate"),

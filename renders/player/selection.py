@@ -49,7 +49,7 @@ def event_samples(history: History) -> Index:
 
 
 def listed_events(history: History) -> list[tuple[int, Event]]:
-    """Return the events that the page lists with their numbers from 1: all, or of very many some, evenly spread."""
+    """Return the events that the page lists, with their numbers from 1: all, or some of very many."""
     return evenly(list(enumerate(history.events, start=1)))
 
 

@@ -136,7 +136,8 @@ def test_it_says_what_happened(history):
     assert 4 <= len(lines) <= 10
     assert "completed at 0.35 s" in lines[0]
     energy = history.summary["energy"]
-    assert f"  energy (J)  {energy['initial']:.6g} -> {energy['final']:.6g}, unaccounted " in repr(history)
+    assert f"  energy      {energy['initial']:.6g} - " in repr(history)
+    assert f" lost = {energy['final']:.6g} J, unaccounted " in repr(history)
     assert f"  lost (J)    impact {energy['lost_impact']:.4g}, friction {energy['lost_friction']:.4g}" in repr(
         history
     )
