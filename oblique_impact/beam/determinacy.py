@@ -20,7 +20,7 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.operators import Array, build_operators
-from oblique_impact.beam.residual_flexibility import residual_compliance, static_compliance
+from oblique_impact.beam.residual_flexibility import static_compliance
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
 
@@ -104,8 +104,9 @@ def truncated(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
         if not s.contact.residual_flexibility:
             needed += ", with contact.residual_flexibility = true"
     share = f"{left:.2g} times" if left >= 1.0 else f"{100.0 * left:.2g} % of"
+    key = "contact.stiffness" if s.contact.normal == "spring" else "contact.normal"
     return [
-        f"contact.stiffness: the flexibility that {_size(s)} leave out of the contact point is {share} that of "
+        f"{key}: the flexibility that {_size(s)} leave out of the contact point is {share} that of "
         f"the stop: contact forces are not those of the beam; forces within 2 % take {needed}"
     ]
 
@@ -178,7 +179,7 @@ def _leaving(beam: Beam, stiffness: float, left: float) -> str:
     # of elements the higher half of the modes is poor
     for count in range(int(0.8 * estimate), 1 + min(MAX_MODES, d.elements if d.method == "fem" else MAX_MODES)):
         other = s.replace(discretization__modes=count, discretization__frame=frame)
-        if stiffness * residual_compliance(build_operators(other), frame == "tangent") <= _LEFT_OUT:
+        if stiffness * Beam(other, build_operators(other)).residual_compliance <= _LEFT_OUT:
             return _modes(s, count)
     return _modes(s, estimate)
 

@@ -21,7 +21,7 @@ DENSITIES = (20.0, 3e4)
 STOUT = 0.2
 #: (beta L)^2 of the first mode of a clamped beam
 _FIRST_MODE = 3.5160
-#: part of critical damping in the first bending mode: metal beams have less than 0.01, bolted structures up to this
+#: part of critical damping in the first bending mode: metal beams have below 0.01, bolted structures up to this
 HEAVY = 0.05
 
 

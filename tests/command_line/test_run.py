@@ -245,6 +245,18 @@ def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     ]
 
 
+def test_a_run_prints_each_of_its_warnings_once(cli, tmp_path):
+    """Those of implausible values before the run, the others below its results; all stand in the summary."""
+    changes = ("contact.normal=spring", "beam.modal_damping_ratio=0.06", "end_time=0.32")
+    options = [word for change in changes for word in ("--set", change)]
+    code, out, err = cli("run", "paper", *options, "--out", tmp_path)
+    warnings = json.loads((tmp_path / "summary.json").read_text())["warnings"]
+    assert code == 0
+    assert {line.partition(":")[0] for line in warnings} >= {"contact.stiffness", "beam.modal_damping_ratio"}
+    shown = [line.partition("warning: ")[2] for line in (err + out).splitlines() if "warning: " in line]
+    assert sorted(shown) == sorted(warnings)
+
+
 def test_what_modes_prints_has_its_units():
     found = Frequencies(np.array([0.0, 6.0]), np.array([[1.0], [2.0]]), np.array([[3.0], [4.0]]))
     assert [line.split() for line in modes._lines(found)] == [
