@@ -104,7 +104,8 @@ def energy_warnings(energy: Mapping[str, float], largest_kinetic: float, scheme:
     `scheme` the name of the scheme.
     """
     losses = sum(abs(energy[f"lost_{name}"]) for name in LOSSES)
-    small = max(NOTICEABLE_SHARE * losses, NEGLIGIBLE_ENERGY * largest_kinetic)
+    rounding = 1e-9 * max(abs(energy["initial"]), abs(energy["final"]))
+    small = max(NOTICEABLE_SHARE * losses, NEGLIGIBLE_ENERGY * largest_kinetic, rounding)
     taken, open_ = energy["lost_scheme"], energy["unaccounted"]
     steps = "take shorter steps (solver.free_step, solver.contact_step)"
     if scheme == "event":
