@@ -9,7 +9,7 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import closest
-from oblique_impact.beam.determinacy import undetermined, without_limit
+from oblique_impact.beam.determinacy import truncated, undetermined, without_limit
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
@@ -19,7 +19,7 @@ from oblique_impact.contact.transitions import Baumgarte, ContactMachine
 from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import beam_variables, gather, warnings_of
-from oblique_impact.history.summary import summarize
+from oblique_impact.history.summary import energy_warnings, summarize
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
@@ -95,6 +95,8 @@ def _beam_history(beam: Beam, record: Record, wall: float) -> History:
                 *doubts(scenario),
                 *warnings_of(beam, variables, summary["slope_ends"]),
                 *undetermined(beam, contacts),
+                *truncated(beam, variables),
+                *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
             ],
         }
 

@@ -199,7 +199,7 @@ class Composer:
             pen.text((left, y), text, fill=colour, font=letters.font(_HEADING))
             y += 1.4 * letters.size(_HEADING)
         if geometry.scenario.contact.enabled:
-            gap = 1e3 * float(geometry.value("gap", k))
+            gap = 1e3 * geometry.gap(k)
             text = f"{gap:.3f}" if abs(gap) < 10.0 else f"{gap:.0f}"
             text = f"gap {text.replace('-0.000', '0.000').replace('-', '−')} mm"
             pen.text((left, y), text, fill=theme.dim, font=letters.font(_LINE))

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
+from oblique_impact.problem import stop_of
 from oblique_impact.scenario.scenario import Scenario
 from renders.outlines import SIDES, Solid, has_corners, solid_of
 
@@ -69,6 +71,25 @@ class Surface:
     points: Array
     normals: Array
     arrays: dict[str, Array]
+
+
+def contact_gap(history: History) -> Array:
+    """Gap (m) of the contact point itself, (samples,): in contact with a compliant stop its compression, negative.
+
+    The variable `gap` is that of the coordinates: what they leave out of the contact point is not in it.
+    """
+    gap = np.asarray(history["gap"].values, dtype=float)
+    if "depth" not in history or stop_of(Scenario.from_toml(history.scenario_toml)) is None:
+        return gap
+    return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
+
+
+def _between(values: Array, k: float) -> Array:
+    """Return the values (samples, ...) at the fractional sample k."""
+    low = int(k)
+    if k == low:
+        return np.asarray(values[low])
+    return np.asarray(values[low] + (k - low) * (values[low + 1] - values[low]))
 
 
 class BeamGeometry:
@@ -184,10 +205,11 @@ class BeamGeometry:
 
     def value(self, name: str, k: float) -> Array:
         """Values of a variable of the history at the fractional sample k."""
-        values, low = self._values(name), int(k)
-        if k == low:
-            return np.asarray(values[low])
-        return np.asarray(values[low] + (k - low) * (values[low + 1] - values[low]))
+        return _between(self._values(name), k)
+
+    def gap(self, k: float) -> float:
+        """Gap (m) of the contact point itself at the fractional sample k, see `contact_gap`."""
+        return float(_between(self._gap, k))
 
     # Axis -----------------------------------------------------------------------------------------------------
 
@@ -381,6 +403,10 @@ class BeamGeometry:
         if name not in self._read:
             self._read[name] = np.asarray(self.history[name].values, dtype=float)
         return self._read[name]
+
+    @cached_property
+    def _gap(self) -> Array:
+        return contact_gap(self.history)
 
     @cached_property
     def _splines(self) -> tuple[Array, Array]:

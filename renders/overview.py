@@ -16,6 +16,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from renders.files import save_figure
+from renders.geometry import contact_gap
 from renders.story import Story, story_of
 from renders.style import LIGHT, Style, Theme, figure_style
 
@@ -141,7 +142,7 @@ def _name_curves(axes: Axes) -> None:
 def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     first = next(iter(histories.values()))
     for history, style in _curves(histories, theme):
-        axes.plot(history["time"], 1e3 * history["gap"], **style)
+        axes.plot(history["time"], 1e3 * contact_gap(history), **style)
     for contact in first.contacts:
         axes.axvspan(contact.start, contact.end, color=theme.states[1], alpha=0.25, linewidth=0)
     axes.set(xlabel="time (s)", ylabel="gap (mm)", title="Distance from the slope (contact shaded)")

@@ -52,6 +52,7 @@ VARIABLES = {
     "deflection": ("m", "transverse deflection of the contact point"),
     "shortening": ("m", "foreshortening at the contact point"),
     "gap": ("m", "normal gap"),
+    "depth": ("m", "compression of the stop itself"),
     "slip": ("m", "tangential position on the slope"),
     "gap_rate": ("m/s", "gap rate"),
     "slip_rate": ("m/s", "slip velocity"),

@@ -17,8 +17,9 @@ def table() -> str:
     data = simulate(Scenario.builtin("paper", ["end_time=1e-4"])).data
     rows = ["| variable | dimensions | unit | meaning |", "| --- | --- | --- | --- |"]
     for name, variable in data.variables.items():
-        unit, meaning = (str(variable.attrs.get(key, "")) for key in ("units", "long_name"))
-        rows.append(f"| `{name}` | {', '.join(map(str, variable.dims))} | {unit or '–'} | {meaning or '–'} |")
+        unit, meaning, comment = (str(variable.attrs.get(key, "")) for key in ("units", "long_name", "comment"))
+        meaning = f"{meaning or '–'}{f' ({comment})' if comment else ''}"
+        rows.append(f"| `{name}` | {', '.join(map(str, variable.dims))} | {unit or '–'} | {meaning} |")
     return "\n".join(rows) + "\n"
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.scenario.scenario import Scenario
 
 #: Pa; from rubber to diamond
@@ -20,6 +21,8 @@ DENSITIES = (20.0, 3e4)
 STOUT = 0.2
 #: (beta L)^2 of the first mode of a clamped beam
 _FIRST_MODE = 3.5160
+#: part of critical damping in the first bending mode: metal beams have below 0.01, bolted structures up to this
+HEAVY = 0.05
 
 
 def doubts(scenario: Scenario) -> list[str]:
@@ -29,6 +32,7 @@ def doubts(scenario: Scenario) -> list[str]:
         return [
             *_of_material(scenario),
             *_of_shape(scenario, sections),
+            *_of_damping(scenario),
             *_of_slope_and_step(scenario, sections),
         ]
 
@@ -68,6 +72,21 @@ def _of_shape(s: Scenario, sections: Sections) -> Iterator[str]:
     if sections.outer_fibre is not None and fibres[worst] < radii[worst] * (1.0 - 1e-9):
         there = f"the radius of gyration, sqrt(I/A) = {radii[worst]:.3g} m"
         yield f"beam.outer_fibre: {fibres[worst]:g} m is less than {there}: no section is like that"
+
+
+def _of_damping(s: Scenario) -> Iterator[str]:
+    beam, frequency = s.beam, lowest_elastic_frequency(s)
+    if not 0.0 < frequency < math.inf:
+        return
+    ratios = {
+        "kelvin_voigt": (0.5 * beam.kelvin_voigt * frequency, f"{beam.kelvin_voigt:g} s"),
+        "mass_proportional": (0.5 * beam.mass_proportional / frequency, f"{beam.mass_proportional:g} 1/s"),
+        "modal_damping_ratio": (beam.modal_damping_ratio, f"{beam.modal_damping_ratio:g}"),
+    }
+    for key, (ratio, value) in ratios.items():
+        if ratio > HEAVY:
+            share = f"{100.0 * ratio:.3g} % of critical damping in the first bending mode ({frequency:.4g} rad/s)"
+            yield f"beam.{key}: {value} is {share}, motion and impulses depend on it; metal beams have below 1 %"
 
 
 def _of_slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:

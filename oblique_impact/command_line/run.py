@@ -107,6 +107,8 @@ def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
 
 def summary_lines(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> Iterator[str]:
     """Yield what a run was like, for a terminal; `known` warnings, which were printed before, are not repeated."""
+    from oblique_impact.history.summary import LOSSES, balance_in_words
+
     summary, energy = history.summary, history.summary["energy"]
     yield f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events"
     for number, m in enumerate(summary["macro_collisions"], start=1):
@@ -116,10 +118,8 @@ def summary_lines(history: History, folder: Path, replaced: bool, known: Sequenc
             f"  collision {number}: {m['start']:.6f} to {m['end']:.6f} s, {m['contacts']} contacts "
             f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s{peak}"
         )
-    losses = ", ".join(
-        f"{name} {energy[f'lost_{name}']:.4g}" for name in ("impact", "friction", "damping", "scheme")
-    )
-    yield f"  energy: {energy['initial']:.6g} -> {energy['final']:.6g} J"
+    losses = ", ".join(f"{name} {energy[f'lost_{name}']:.4g}" for name in LOSSES)
+    yield f"  energy: {balance_in_words(energy)}"
     yield f"  lost: {losses} J"
     unaccounted, steps, seconds = energy["unaccounted"], summary["steps"], summary["wall_time"]
     yield f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s"

@@ -16,6 +16,7 @@ from oblique_impact.contact.forces import stop_force
 from oblique_impact.contact.state import Instant, Phase
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.laws import compiled_law
+from oblique_impact.kernels.workspace import Array
 
 _DEPTHS = (1e-9, 1e-6, 1e-3)  # m; where a law is tried before a run
 
@@ -74,6 +75,14 @@ class ContactLaw(ABC):
         force = float(stop_force(self.phase._replace(compliance=compliance), gap, 0.0))
         return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force * force
 
+    def compression(self, phase: Phase, gap: Array, gap_rate: Array, force: Array) -> Array:
+        """Compression (m) of the stop itself in closed contact, from gaps (m), their rates (m/s) and forces (N).
+
+        It is -gap less what the residual flexibility of the phase takes of it.  The relaxation of that
+        flexibility is neglected here.
+        """
+        return np.maximum(0.0, -gap - phase.compliance * force)
+
     def _own_energy(self, depth: float) -> float:
         """Energy (J) that the stop itself has stored at a depth (m)."""
         from scipy.integrate import quad
@@ -108,6 +117,17 @@ class ElasticStop(ContactLaw):
         """Return the normal force (N)."""
         return stiffness * depth * (1.0 + damping * rate)
 
+    def compression(self, phase: Phase, gap: Array, gap_rate: Array, force: Array) -> Array:
+        """Compression (m) of the stop itself; without damping its force is stiffness times it."""
+        depth, rate, ratio = -gap, -gap_rate, self.stiffness * phase.compliance
+        # the stop's share s of the depth: 1 - s = ratio s (1 + damping s rate), the same force in both
+        both = 1.0 + ratio
+        root = np.sqrt(np.maximum(both * both + 4.0 * ratio * self.damping * rate, 0.0))
+        share = 2.0 / (both + root)
+        # a relaxing flexibility pushes back by its rate as well, see `oblique_impact.contact.forces`
+        pushed = share * (depth + phase.relaxation * (1.0 - share) * rate)
+        return np.where(gap < 0.0, np.maximum(0.0, pushed), 0.0)
+
     def _own_energy(self, depth: float) -> float:
         return 0.5 * self.stiffness * depth * depth
 
@@ -129,6 +149,10 @@ class MasslessPoint(ContactLaw):
     def phase(self) -> Phase:
         """The stop's entries in the parameters of a closed contact."""
         return super().phase._replace(massless=True)
+
+    def compression(self, phase: Phase, gap: Array, gap_rate: Array, force: Array) -> Array:
+        """Return 0: the stop itself does not give way."""
+        return np.zeros_like(gap)
 
     def _own_energy(self, depth: float) -> float:
         return 0.0

@@ -19,7 +19,7 @@ from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.at_a_time import Side, dataset_at
 from oblique_impact.history.events import EVENT_COLUMNS, event_row, events_csv, read_events
 from oblique_impact.history.netcdf import is_history, read_netcdf, write_netcdf
-from oblique_impact.history.summary import EARLIER_MACRO_GAP, parsed, read_summary
+from oblique_impact.history.summary import EARLIER_MACRO_GAP, balance_in_words, parsed, read_summary
 from oblique_impact.history.variables import (
     Stored,
     check_variables,
@@ -176,17 +176,20 @@ class History:
 
     @property
     def event_table(self) -> pd.DataFrame:
-        """The event log as a table, a row an event, with the columns of events.csv (SI units)."""
-        from pandas import DataFrame
+        """The event log as a table, a row an event from 1, with the columns of events.csv (SI units)."""
+        from pandas import DataFrame, RangeIndex
 
-        return DataFrame([event_row(event) for event in self.events], columns=list(EVENT_COLUMNS))
+        numbers = RangeIndex(1, len(self.events) + 1, name="event")
+        return DataFrame([event_row(event) for event in self.events], numbers, list(EVENT_COLUMNS))
 
     @property
     def contact_table(self) -> pd.DataFrame:
-        """The closed contacts as a table, a row a contact (SI units)."""
-        from pandas import DataFrame
+        """The closed contacts as a table, a row a contact from 1 (SI units)."""
+        from pandas import DataFrame, RangeIndex
 
-        return DataFrame(self.contacts, columns=list(Contact._fields))
+        return DataFrame(
+            self.contacts, RangeIndex(1, len(self.contacts) + 1, name="contact"), list(Contact._fields)
+        )
 
     @property
     def macro_collisions(self) -> list[dict[str, Any]]:
@@ -375,7 +378,7 @@ def digest(history: History) -> list[str]:
         f"<History of {names}: {s['outcome']} at {s['end_time']:.6g} s, {s['steps']} steps>",
         f"  samples     {sizes['time']} ({parts}); {len(history)} variables",
         f"  events      {len(history.events)}, {len(history.contacts)} contacts",
-        f"  energy (J)  {energy['initial']:.6g} -> {energy['final']:.6g}, unaccounted {energy['unaccounted']:.1e}",
+        f"  energy      {balance_in_words(energy)}, unaccounted {energy['unaccounted']:.1e}",
     ]
     if lost:
         lines.append(f"  lost (J)    {', '.join(f'{name} {value:.4g}' for name, value in lost.items())}")

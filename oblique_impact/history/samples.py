@@ -37,6 +37,7 @@ class Samples(NamedTuple):
     kinetic: Array  # J
     elastic: Array
     gravity: Array
+    depth: Array  # m, compression of the stop itself
 
     def variables(self) -> dict[str, Column]:
         """Return the variables of a history that every system has."""
@@ -49,6 +50,7 @@ class Samples(NamedTuple):
             "slip": k[:, SLIP],
             "gap_rate": k[:, GAP_RATE],
             "slip_rate": k[:, SLIP_RATE],
+            "depth": self.depth,
             "lambda_n": k[:, LAMBDA_N],
             "lambda_tau": k[:, LAMBDA_T],
             "state": self.state,
@@ -77,8 +79,8 @@ def gather(
     qdd = np.concatenate([s.observation.qdd for s in segments])
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
-    found = energies(time, q, qd)
-    return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found)
+    found, depth = energies(time, q, qd), np.concatenate([s.depth for s in segments])
+    return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found, depth)
 
 
 class BeamVariables(Mapping[str, Column]):

@@ -17,11 +17,12 @@ Array = np.ndarray[Any, Any]
 
 
 class Variable(NamedTuple):
-    """What a variable is: its dimensions, unit and meaning."""
+    """What a variable is: its dimensions, unit and meaning, and what to know before it is used."""
 
     dimensions: tuple[str, ...]
     units: str
     long_name: str
+    comment: str = ""
 
 
 class Stored(NamedTuple):
@@ -34,29 +35,45 @@ class Stored(NamedTuple):
 
 
 _EACH, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
+_POINT = "the point of the axis at contact.point: the beam's tip only where that is beam.length"
+_FINITE = (
+    "the finite force: its integral over time leaves out the impulses of impacts, which events and contacts hold"
+)
 #: variables of every history
 NEEDED = {
     "time": Variable(_EACH, "s", "time"),
     "q": Variable(_COORDINATES, "m or rad", "generalized coordinates"),
     "qd": Variable(_COORDINATES, "m/s or rad/s", "generalized velocities"),
-    "gap": Variable(_EACH, "m", "normal gap"),
+    "gap": Variable(
+        _EACH,
+        "m",
+        "normal gap",
+        "that of the coordinates q: what they leave out of the contact point (contact.residual_flexibility) is "
+        "not in it, so that -gap is more than the compression of the stop, depth",
+    ),
     "slip": Variable(_EACH, "m", "tangential position on the slope"),
     "gap_rate": Variable(_EACH, "m/s", "gap rate"),
     "slip_rate": Variable(_EACH, "m/s", "slip velocity"),
-    "lambda_n": Variable(_EACH, "N", "normal contact force"),
-    "lambda_tau": Variable(_EACH, "N", "tangential contact force"),
+    "lambda_n": Variable(_EACH, "N", "normal contact force", _FINITE),
+    "lambda_tau": Variable(_EACH, "N", "tangential contact force", _FINITE),
     "state": Variable(_EACH, "1", "contact state"),
     "energy_kinetic": Variable(_EACH, "J", "kinetic energy"),
     "energy_elastic": Variable(_EACH, "J", "elastic energy"),
     "energy_gravity": Variable(_EACH, "J", "gravity energy"),
 }
-#: variables that only a beam has, if they are there
-OF_A_BEAM = {
+#: variables that not every history has
+OPTIONAL = {
+    "depth": Variable(
+        _EACH,
+        "m",
+        "compression of the stop itself",
+        "0 in flight and of a rigid stop; the force of a spring without damping is contact.stiffness times depth",
+    ),
     "station": Variable(("station",), "m", "arc length from the root"),
     "theta": Variable(_EACH, "rad", "angle of the floating frame"),
     "theta_dot": Variable(_EACH, "rad/s", "angular velocity of the floating frame"),
-    "tip_x": Variable(_EACH, "m", "contact point, inertial x"),
-    "tip_y": Variable(_EACH, "m", "contact point, inertial y"),
+    "tip_x": Variable(_EACH, "m", "contact point, inertial x", _POINT),
+    "tip_y": Variable(_EACH, "m", "contact point, inertial y", _POINT),
     "tip_vx": Variable(_EACH, "m/s", "contact point velocity, x"),
     "tip_vy": Variable(_EACH, "m/s", "contact point velocity, y"),
     "deflection": Variable(_EACH, "m", "transverse deflection of the axis at the contact point"),
@@ -73,14 +90,16 @@ OF_A_BEAM = {
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
 #: all variables that are known
-VARIABLES = NEEDED | OF_A_BEAM
+VARIABLES = NEEDED | OPTIONAL
 
 
 def stored(columns: Mapping[str, Array]) -> Iterator[Stored]:
     """Yield the variables of a history with their units and meanings; `columns` are known ones, by name."""
     for name, values in columns.items():
-        dimensions, units, long_name = VARIABLES[name]
+        dimensions, units, long_name, comment = VARIABLES[name]
         attributes: dict[str, Any] = {"units": units, "long_name": long_name}
+        if comment:
+            attributes["comment"] = comment
         if name == "state":
             attributes["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
             attributes["flag_meanings"] = " ".join(s.name.lower() for s in State)

@@ -378,5 +378,14 @@ class Run:
             self._open.depth = float(np.fmax.reduce(-gaps, initial=self._open.depth))
         # a scheme's own entries behind the quadratures are not kept
         kept = states[:, : 2 * problem.q0.size + QUADRATURES].copy()
-        self.record.segments.append(Segment(phase.state, times, kept, observation))
+        segment = Segment(phase.state, times, kept, observation, self._compression(phase, observation))
+        self.record.segments.append(segment)
         return observation
+
+    def _compression(self, phase: Phase, observation: Observation) -> Array:
+        """Compression (m) of the stop itself, 0 of a rigid one and in flight."""
+        stop, gap = self.problem.machine.stop, observation.column("gap")
+        if stop is None or phase.state == State.FREE:
+            return np.zeros_like(gap)
+        rate, force = observation.column("gap_rate"), observation.column("normal_force")
+        return stop.compression(phase, gap, rate, force)

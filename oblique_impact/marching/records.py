@@ -99,6 +99,7 @@ class Segment(NamedTuple):
     times: Array  # (samples,)
     states: Array  # (samples, ny)
     observation: Observation
+    depth: Array  # (samples,) compression of the stop itself (m)
 
 
 @dataclass

@@ -30,6 +30,7 @@ _MORE = {
     "normal_force": "N",
     "friction_force": "N",
     "gap": "m",
+    "depth": "m, compression of the stop itself",
     "gap_rate": "m/s",
     "slip_rate": "m/s",
     "state": "0 free, 1 slip, 2 stick",
@@ -154,6 +155,8 @@ def beam_parts(geometry: BeamGeometry) -> Iterator[Part]:
 
 def contact_part(geometry: BeamGeometry) -> Part:
     """Return the contact point as a vertex with the forces on the beam there."""
+    # histories of earlier versions have no depth
+    scalars = [name for name in ("gap", "depth", "gap_rate", "slip_rate", "state") if name in geometry.history]
 
     def flat(*vectors: Array) -> list[Array]:
         return [np.append(vector, 0.0)[None] for vector in vectors]
@@ -164,7 +167,7 @@ def contact_part(geometry: BeamGeometry) -> Part:
         vectors = flat(geometry.contact_point(k), velocity, normal + friction, normal, friction)
         names = ("velocity", "contact_force", "normal_force", "friction_force")
         arrays = dict(zip(names, vectors[1:], strict=True))
-        for name in ("gap", "gap_rate", "slip_rate", "state"):
+        for name in scalars:
             arrays[name] = np.array([geometry.value(name, k)], dtype=float)
         return Shape(vectors[0], arrays)
 

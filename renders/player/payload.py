@@ -16,7 +16,7 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.problem import stop_of
 from oblique_impact.scenario.scenario import Scenario
-from renders.geometry import BeamGeometry
+from renders.geometry import BeamGeometry, contact_gap
 from renders.player.packing import packed
 from renders.player.results import along_the_beam, result_facts, scales
 from renders.player.selection import chart_points, evenly, frames, listed_events
@@ -93,6 +93,7 @@ def _series(history: History, scenario: Scenario) -> dict[str, Array]:
                 int(first_sample(history["time"].values, contact.end)) + 1,
             )
             values["stop"][span] = [stop.energy(gap, contact.compliance) for gap in values["gap"][span]]
+    values["gap"] = contact_gap(history)
     return values
 
 
@@ -130,9 +131,10 @@ def _facts(story: Story, frame_times: Array) -> dict[str, Any]:
 
 
 def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
-    """Return the listed events; `frame` is the one just after, `before` the one just before."""
+    """Return the listed events, with their numbers in the run; `frame` is just after, `before` just before."""
     return [
         {
+            "number": number,
             "time": event.time,
             "kind": event.kind.value,
             "impulse": _finite(event.normal_impulse),
@@ -141,7 +143,7 @@ def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:
             "before": int(first_sample(frame_times, event.time)),
             "frame": max(int(last_sample(frame_times, event.time)), 0),
         }
-        for event in listed_events(history)
+        for number, event in listed_events(history)
     ]
 
 

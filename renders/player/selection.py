@@ -43,14 +43,14 @@ def frames(history: History, course: TimeMap, steps: int) -> Index:
 def event_samples(history: History) -> Index:
     """Return the first and last sample at the time of each listed event: its left and its right side."""
     times = history["time"].values
-    at = np.array([event.time for event in listed_events(history)])
+    at = np.array([event.time for _, event in listed_events(history)])
     left, right = first_sample(times, at), last_sample(times, at)
     return np.unique(np.clip(np.concatenate([left, right]), 0, times.size - 1)).astype(int)
 
 
-def listed_events(history: History) -> list[Event]:
-    """Return the events that the page lists: all, or of very many some, evenly spread."""
-    return evenly(history.events)
+def listed_events(history: History) -> list[tuple[int, Event]]:
+    """Return the events that the page lists, with their numbers from 1: all, or some of very many."""
+    return evenly(list(enumerate(history.events, start=1)))
 
 
 def evenly(items: Sequence[Item]) -> list[Item]:

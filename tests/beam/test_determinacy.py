@@ -1,16 +1,26 @@
-"""The summary says what of an impact has no limit, and what would give it one."""
+"""Warnings about results that do not converge: what they advise is enough, no damping is fitted to a mesh."""
+
+import math
+import re
 
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.determinacy import _up, undetermined, without_limit
+from oblique_impact.beam.determinacy import undetermined, without_limit
+from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.command_line.run import summary_lines
 from oblique_impact.problem import beam_of
 
 DAMPED = "beam.kelvin_voigt=1e-5"
 SPRING = "contact.normal=spring"
+MEAN_AXIS = "discretization.frame=mean-axis"
 ALL = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
 NODAL = ("discretization.method=fem", "discretization.modes=0")
+#: a steel strip of 0.2 m x 10 mm x 1 mm on a spring that is stiffer than what two modes leave out of its tip
+STRIP = (
+    *("beam.length=0.2", "beam.area=1e-5", "beam.second_moment=8.333333333e-13", "beam.material=steel"),
+    *("slope.origin=[0.06, 0]", SPRING, "contact.stiffness=1e6", "contact.friction=frictionless", "end_time=0.18"),
+)
 
 
 def said(*changes: str, contacts=(3,)) -> str:
@@ -18,6 +28,13 @@ def said(*changes: str, contacts=(3,)) -> str:
     lines = undetermined(beam_of(Scenario.builtin("paper", changes)), contacts)
     assert len(lines) <= 1
     return "".join(lines)
+
+
+def advice(line: str) -> tuple[str, ...]:
+    """The number of modes or elements and the frame that a line recommends, as changes of a scenario."""
+    count, kind = re.search(r"about (\d+) (modes|elements)", line).groups()
+    frame = re.findall(r'discretization\.frame = "([a-z-]+)"', line)
+    return (f"discretization.{kind}={count}", *(f"discretization.frame={name}" for name in frame))
 
 
 @pytest.mark.parametrize(
@@ -38,40 +55,53 @@ def test_what_has_no_limit(changes, names):
     assert without_limit(Scenario.builtin("paper", changes)) == names
 
 
-def test_an_undamped_beam_on_a_rigid_stop_is_named_with_the_damping_that_helps():
-    """Two clamped modes: omega_2 = (4.69409 / L)^2 sqrt(EI/m) = 550 rad/s, and 0.5/550 s = 0.91 ms."""
-    line = said()
-    assert line.startswith("contact.normal: a rigid stop under an undamped beam has no limit")
-    assert "beam.kelvin_voigt = 0.00091 s or more" in line
-    enough = said("beam.kelvin_voigt=0.00091")
-    assert enough == ""
-    assert said(contacts=()) == ""  # it did not come to a contact
+@pytest.mark.parametrize(
+    "changes",
+    [
+        (),
+        (MEAN_AXIS, "discretization.modes=8"),
+        (*NODAL, "discretization.elements=12"),
+        (SPRING, "contact.stiffness=1e9"),
+    ],
+    ids=["tangent", "mean-axis", "nodal", "stiff spring"],
+)
+def test_the_damping_that_is_proposed_is_light_whatever_the_mesh(changes):
+    """A fifth of a per cent of critical, and the modes or elements that are named with it resolve it."""
+    line = said(*changes)
+    assert "no limit" in line
+    proposed = float(re.search(r"beam\.kelvin_voigt \(([0-9.e-]+) s", line).group(1))
+    assert 0.5 * proposed * lowest_elastic_frequency(Scenario()) == pytest.approx(0.002, rel=0.06)
+    assert said(*changes, *advice(line), f"beam.kelvin_voigt={proposed}") == ""
+    assert said(*changes, contacts=()) == ""  # it did not come to a contact
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(9.11e-4, "0.00092"), (9.1e-4, "0.00091"), (0.0401, "0.041"), (1.0, "1")]
+    "changes",
+    [
+        (),
+        (MEAN_AXIS, "discretization.modes=8"),
+        ("discretization.method=fem", "discretization.modes=4", MEAN_AXIS),
+        (*NODAL, "discretization.elements=16"),
+        ("root.kind=driven", "root.profile=constant-speed", "root.spin_rate=-2"),
+    ],
+    ids=["tangent", "mean-axis", "reduced elements", "nodal", "driven"],
 )
-def test_damping_that_is_enough_is_rounded_up(value, text):
-    assert _up(value) == text
+def test_damping_that_is_not_resolved_asks_for_modes_or_elements(changes):
+    """And for no other damping: eta omega_N >= 0.5 for N modes, h <= pi sqrt(eta c) for elements."""
+    line = said(*changes, DAMPED)
+    assert line.startswith("beam.kelvin_voigt: 1e-05 s is not resolved")
+    assert re.findall(r"([0-9.e-]+) s\b", line) == ["1e-05"]
+    key, count = advice(line)[0].split("=")
+    assert said(*changes, *advice(line), DAMPED) == ""
+    assert said(*changes, *advice(line), f"{key}={int(0.85 * int(count))}", DAMPED) != ""
 
 
-def test_elements_that_do_not_resolve_the_damping_are_counted():
-    """h <= pi sqrt(eta c): 20.2 elements for 1e-5 s and c = 24.96 m^2/s."""
-    line = said(*NODAL, DAMPED, "discretization.elements=16")
-    assert line.startswith("beam.kelvin_voigt: 1e-05 s is not resolved by 16 elements")
-    assert "about 21 elements, or 1.6e-05 s or more" in line
+def test_the_longest_element_of_a_graded_mesh_resolves_the_damping_or_not():
+    """20.2 equal elements of pi sqrt(eta c) do, for 1e-5 s and c = 24.96 m^2/s."""
     assert said(*NODAL, DAMPED, "discretization.elements=21") == ""
-    assert "resolved by 24 elements" in said(
-        *NODAL, DAMPED, "discretization.elements=24", "discretization.grading=4"
-    )
-
-
-def test_modes_that_do_not_resolve_the_damping_are_counted():
-    """eta omega_N >= 0.5: omega of hinged mode N is ((N + 1/4) pi)^2 c, and 14 of them reach 5e4 rad/s."""
-    modal = (DAMPED, "discretization.frame=mean-axis")
-    assert "not resolved by 8 modes" in said(*modal, "discretization.modes=8")
-    assert "not resolved by 13 modes" in said(*modal, "discretization.modes=13")
-    assert said(*modal, "discretization.modes=15") == ""
+    graded = (*NODAL, DAMPED, "discretization.grading=4")
+    assert "24 elements" in said(*graded, "discretization.elements=24")
+    assert said(*graded, "discretization.elements=42") == ""
 
 
 def test_a_soft_stop_that_is_met_very_often_is_named_too():
@@ -80,9 +110,36 @@ def test_a_soft_stop_that_is_met_very_often_is_named_too():
     assert "met 21 times" in said(*soft, contacts=(3, 21))
 
 
+def test_a_spring_on_too_few_modes_says_how_many_give_the_force():
+    """The largest force is that of half as many more within 2 %; with two modes it is less than a third."""
+    few = simulate(Scenario.builtin("paper", STRIP))
+    (line,) = (words for words in few.summary["warnings"] if words.startswith("contact.stiffness"))
+    enough = advice(line)
+    many = (*enough, f"discretization.modes={math.ceil(1.5 * int(enough[0].split('=')[1]))}")
+    peaks = []
+    for changes in (enough, many):
+        history = simulate(Scenario.builtin("paper", [*STRIP, *changes]))
+        assert not any(words.startswith("contact.stiffness") for words in history.summary["warnings"])
+        peaks.append(history.macro_collisions[0]["peak_force"])
+    assert peaks[0] == pytest.approx(peaks[1], rel=0.02)
+    assert few.macro_collisions[0]["peak_force"] < peaks[1] / 3.0
+
+
+def test_a_spring_on_too_few_elements_says_how_many_are_enough():
+    steps = ("solver.free_step=4e-5", "solver.contact_step=4e-6", "solver.rho_infinity=1")
+    coarse = (SPRING, *NODAL, "contact.friction=frictionless", "end_time=0.345", *steps)
+    (line,) = simulate(Scenario.builtin("paper", [*coarse, "discretization.elements=5"])).summary["warnings"]
+    peaks = []
+    for changes in (advice(line), ("discretization.elements=32",)):
+        history = simulate(Scenario.builtin("paper", [*coarse, *changes]))
+        assert history.summary["warnings"] == []
+        peaks.append(history.macro_collisions[0]["peak_force"])
+    assert peaks[0] == pytest.approx(peaks[1], rel=0.02)
+
+
 @pytest.mark.parametrize(("normal", "peak"), [("rigid", False), ("spring", True)])
 def test_a_peak_that_has_no_limit_is_not_printed(normal, peak, tmp_path, capsys):
-    changes = (f"contact.normal={normal}", "end_time=0.34", "discretization.frame=mean-axis")
+    changes = (f"contact.normal={normal}", "end_time=0.34", MEAN_AXIS, "discretization.modes=8")
     history = simulate(Scenario.builtin("paper", changes))
     print("\n".join(summary_lines(history, tmp_path, False)))
     shown = capsys.readouterr().out

@@ -222,7 +222,7 @@ def test_help_is_quick_because_it_imports_no_numerics():
 def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     history = History.load(paper_run)
     collision = {"start": 0.25, "end": 0.5, "contacts": 3, "normal_impulse": 1.5, "peak_force": 250.0}
-    energy = {"initial": 3.0, "final": 2.0, "unaccounted": 1e-9}
+    energy = {"initial": 3.0, "supplied": 0.25, "final": 2.3125, "unaccounted": 1e-9}
     energy |= {"lost_impact": 0.125, "lost_friction": 0.25, "lost_damping": 0.5, "lost_scheme": 0.0625}
     told = {
         "outcome": "completed",
@@ -237,12 +237,24 @@ def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):
     assert capsys.readouterr().out.splitlines() == [
         "completed: t = 0.75 s, 9 events",
         "  collision 1: 0.250000 to 0.500000 s, 3 contacts (gap < 0.03 s), 1.5 N s, peak 250 N",
-        "  energy: 3 -> 2 J",
+        "  energy: 3 + 0.25 supplied - 0.9375 lost = 2.3125 J",
         "  lost: impact 0.125, friction 0.25, damping 0.5, scheme 0.0625 J",
         "  unaccounted: 1.00e-09 J; 77 steps, 1.25 s",
         "  warning: mind the step",
         f"  results: {tmp_path} (those of an earlier run were replaced)",
     ]
+
+
+def test_a_run_prints_each_of_its_warnings_once(cli, tmp_path):
+    """Those of implausible values before the run, the others below its results; all stand in the summary."""
+    changes = ("contact.normal=spring", "beam.modal_damping_ratio=0.06", "end_time=0.32")
+    options = [word for change in changes for word in ("--set", change)]
+    code, out, err = cli("run", "paper", *options, "--out", tmp_path)
+    warnings = json.loads((tmp_path / "summary.json").read_text())["warnings"]
+    assert code == 0
+    assert {line.partition(":")[0] for line in warnings} >= {"contact.stiffness", "beam.modal_damping_ratio"}
+    shown = [line.partition("warning: ")[2] for line in (err + out).splitlines() if "warning: " in line]
+    assert sorted(shown) == sorted(warnings)
 
 
 def test_what_modes_prints_has_its_units():

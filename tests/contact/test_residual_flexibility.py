@@ -81,6 +81,31 @@ def test_a_spring_behind_a_spring():
     assert stop_force(phase, 1e-6, -1.0) == 0.0
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.4])
+@pytest.mark.parametrize("rate", [0.5, -0.5])
+def test_compression_of_a_stop_behind_a_spring(damping, rate):
+    """In equilibrium: the stop's own law gives the force, the compliance takes the rest of the depth."""
+    stop, compliance, depth = ElasticStop(1e6, damping), 3e-7, 1e-3
+    phase = stop.phase._replace(compliance=compliance)
+    force = stop_force(phase, -depth, -rate)
+    (own,) = stop.compression(phase, *np.array([[-depth], [-rate], [force]]))
+    assert own == pytest.approx(depth - compliance * force, rel=1e-12)
+    assert force == pytest.approx(1e6 * own * (1.0 + damping * rate * own / depth), rel=1e-12)
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 1e-5])
+def test_the_force_of_a_spring_is_its_stiffness_times_the_variable_depth(viscosity):
+    """Whatever the modes leave out of the contact point, and however that is damped."""
+    changes = ("contact.normal=spring", "contact.friction=frictionless", "end_time=0.335")
+    history = simulate(paper(*changes, MEAN_AXIS, "discretization.modes=4", f"beam.kelvin_voigt={viscosity}"))
+    force, depth = history["lambda_n"].values, history["depth"].values
+    np.testing.assert_allclose(force, 1e6 * depth, rtol=1e-12, atol=1e-9 * force.max())
+    left = simulate(paper(*changes, "discretization.modes=4", "contact.residual_flexibility=false"))
+    closed = left["state"].values > 0
+    np.testing.assert_array_equal(left["depth"].values[closed], -np.minimum(left["gap"].values[closed], 0.0))
+    assert np.max(simulate(paper("end_time=0.32"))["depth"].values) == 0.0  # a rigid stop
+
+
 def test_a_massless_point_pushes_by_what_is_left_out():
     phase = MasslessPoint().phase._replace(compliance=2e-8, relaxation=1e-5)
     assert stop_force(phase, -1e-6, -3.0) == pytest.approx((1e-6 + 3e-5) / 2e-8, rel=1e-14)

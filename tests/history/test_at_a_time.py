@@ -105,6 +105,8 @@ def test_tables(history):
     table = history.event_table
     assert list(table["time"]) == [event.time for event in history.events]
     assert list(table["kind"]) == [event.kind.value for event in history.events]
+    assert table["time"][3] == history.events[2].time  # counted from 1, as `render --event 3` does
+    assert history.contact_table["start"][1] == history.contacts[0].start
     assert history.contact_table["normal_impulse"].sum() == pytest.approx(
         sum(m["normal_impulse"] for m in history.macro_collisions), rel=1e-12
     )
@@ -134,7 +136,8 @@ def test_it_says_what_happened(history):
     assert 4 <= len(lines) <= 10
     assert "completed at 0.35 s" in lines[0]
     energy = history.summary["energy"]
-    assert f"  energy (J)  {energy['initial']:.6g} -> {energy['final']:.6g}, unaccounted " in repr(history)
+    assert f"  energy      {energy['initial']:.6g} - " in repr(history)
+    assert f" lost = {energy['final']:.6g} J, unaccounted " in repr(history)
     assert f"  lost (J)    impact {energy['lost_impact']:.4g}, friction {energy['lost_friction']:.4g}" in repr(
         history
     )

@@ -151,7 +151,7 @@ def test_labels(history):
         "s": "time",
         "m or rad": "q",
         "m/s or rad/s": "qd",
-        "m": "gap slip station tip_x tip_y deflection shortening clearance clearance_at ux uy",
+        "m": "gap depth slip station tip_x tip_y deflection shortening clearance clearance_at ux uy",
         "m/s": "gap_rate slip_rate tip_vx tip_vy ux_dot uy_dot",
         "rad": "theta",
         "rad/s": "theta_dot",

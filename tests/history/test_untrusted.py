@@ -174,7 +174,7 @@ def test_attributes_are_words_and_numbers(crafted):
     with h5py.File(crafted, "r+") as root:
         root["gap"].attrs["__reduce__"] = np.array([1.0, 2.0])
         root["gap"].attrs["odd"] = np.void(b"cos\nsystem\n(S'touch /tmp/owned'\ntR.")
-    assert set(History.load(crafted)["gap"].attrs) == {"units", "long_name"}
+    assert set(History.load(crafted)["gap"].attrs) == {"units", "long_name", "comment"}
     with h5py.File(crafted, "r+") as root:
         root["gap"].attrs["odd"] = root["gap"].ref
     assert refused(crafted)

@@ -134,3 +134,17 @@ def test_rigid_stop_of_a_damped_beam_has_five_contacts():
     assert first["end"] == pytest.approx(0.3285092, abs=1e-7)
     assert first["normal_impulse"] == pytest.approx(1.819354, abs=1e-6)
     assert second["start"] == pytest.approx(0.6594683, abs=1e-7)
+
+
+def test_the_events_of_the_built_in_tapered_beam_converge():
+    """Damping that the mesh resolves: with 20, 40 and 80 elements the same events, at least of second order."""
+    found = []
+    for elements in (20, 40, 80):
+        words = ("end_time=0.326", "solver.output_interval=1e-3", f"discretization.elements={elements}")
+        history = simulate(Scenario.builtin("tapered", words))
+        found.append(history.events)
+    kinds = [[event.kind for event in events] for events in found]
+    assert kinds[0] == kinds[1] == kinds[2]
+    coarse, built_in, fine = (np.array([event.time for event in events]) for events in found)
+    assert np.max(np.abs(built_in - fine)) < 4e-7
+    assert np.max(np.abs(coarse - built_in)) > 4.0 * np.max(np.abs(built_in - fine))

@@ -100,7 +100,7 @@ def test_field_data_say_what_it_is(frames, scene):
 
 #: unit by unit what it must be, from the equations: a force per area is a stress, a moment is a force by an arm
 UNITS = {
-    "m": ["points", "elastic_displacement", "displacement", "gap"],
+    "m": ["points", "elastic_displacement", "displacement", "gap", "depth"],
     "m/s": ["velocity", "gap_rate", "slip_rate"],
     "rad": ["section_rotation"],
     "N m": ["bending_moment"],
@@ -247,7 +247,7 @@ def test_the_contact_point_is_a_vertex_with_its_forces(scene):
         point, got = parts["contact_point"].points, parts["contact_point"].arrays
         np.testing.assert_allclose(point, [[value["tip_x"], value["tip_y"], 0.0]], rtol=0.0, atol=1e-14)
         np.testing.assert_array_equal(got["velocity"], [[value["tip_vx"], value["tip_vy"], 0.0]])
-        for name in ("gap", "gap_rate", "slip_rate", "state"):
+        for name in ("gap", "depth", "gap_rate", "slip_rate", "state"):
             np.testing.assert_array_equal(got[name], [value[name]])
         np.testing.assert_allclose(got["normal_force"], [value["lambda_n"] * normal], rtol=1e-14, atol=1e-12)
         np.testing.assert_allclose(got["friction_force"], [value["lambda_tau"] * along], rtol=1e-14, atol=1e-12)

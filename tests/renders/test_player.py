@@ -87,6 +87,32 @@ def test_both_sides_of_every_event_are_frames(shown):
         assert found == (event.state, event.kind.value, event.normal_impulse, event.energy_loss)
 
 
+def test_a_listed_event_has_its_number_in_the_run(run):
+    """Of more events than the page lists too: from 1, as `render --event` counts."""
+    history = run("paper", "end_time=0.35")
+    many = [event for event in history.events for _ in range(500)]
+    listed = content(replace(history, events=many), 20)[1]["events"]
+    assert len(listed) < len(many)
+    assert [one["time"] for one in listed] == [many[one["number"] - 1].time for one in listed]
+    assert listed[-1]["number"] == len(many)
+
+
+def test_what_is_called_the_gap_in_an_elastic_stop_is_its_compression(run):
+    """Of few modes the flexibility that they leave out takes most of the variable `gap`."""
+    changes = ("contact.normal=spring", "contact.friction=frictionless", "end_time=0.34")
+    history = run("paper", *changes)
+    arrays, _ = content(history)
+    closed, force = arrays["chart_state"] > 0, arrays["chart_normal"].astype(float)
+    np.testing.assert_allclose(force[closed], -1e6 * arrays["chart_gap"][closed], rtol=1e-6, atol=1e-4)
+    geometry = story_of([history]).geometries[0]
+    k = int(np.argmax(history["lambda_n"].values))
+    assert float(history["lambda_n"][k]) == pytest.approx(-1e6 * geometry.gap(k), rel=1e-12)
+    assert -float(history["gap"][k]) > 2.0 * float(history["depth"][k])
+    flying = arrays["chart_state"] == 0
+    known = set(history["gap"].values.astype("f4"))
+    assert set(arrays["chart_gap"][flying]) <= known
+
+
 def test_no_peak_of_a_force_is_lost(shown):
     history, arrays, facts = shown
     for short, name in (("normal", "lambda_n"), ("tangential", "lambda_tau")):

@@ -74,10 +74,12 @@ def test_the_rate_follows_the_chosen_speed(player):
 def test_events_are_listed_with_time_kind_and_impulse(opened, run):
     shown = opened.locator("#events li").all_text_contents()
     for row, event in zip(shown, run("paper").events, strict=True):
-        found = re.fullmatch(r"([\d.]{8})(\w+) (?:(\S+) N s)?", row)
-        assert (float(found[1]), found[2]) == (pytest.approx(event.time, abs=1e-6), event.kind.value)
-        assert float(found[3] or 0.0) == pytest.approx(event.normal_impulse, rel=6e-3)
-    assert text(opened, "events-note") == "time (s), kind, impulse"
+        found = re.fullmatch(r"([\d.]{8})(\d+) (\w+) (?:(\S+) N s)?", row)
+        number = shown.index(row) + 1
+        assert (float(found[1]), int(found[2])) == (pytest.approx(event.time, abs=1e-6), number)
+        assert found[3] == event.kind.value
+        assert float(found[4] or 0.0) == pytest.approx(event.normal_impulse, rel=6e-3)
+    assert text(opened, "events-note") == "time (s), number, kind, impulse"
     dots = opened.locator("#events i").evaluate_all("dots => dots.map(d => getComputedStyle(d).backgroundColor)")
     assert dots == [rgb(event.state) for event in run("paper").events]
     titles = opened.locator("#events button").evaluate_all("buttons => buttons.map(b => b.title)")
@@ -215,7 +217,7 @@ def test_the_keyboard_steps_frames_and_events(player, run):
         assert press("Shift+ArrowRight") == np.nextafter(event.time, np.inf)
         assert player.evaluate("player.now().state") == event.state
     current = player.locator("#events [aria-current]").text_content()
-    assert current.startswith(f"{events[3].time:.6f}{events[3].kind.value}")
+    assert current.startswith(f"{events[3].time:.6f}4 {events[3].kind.value}")
     assert press("ArrowLeft") == events[3].time  # the other side of the reversal or the impact
     assert press("Shift+ArrowLeft") == np.nextafter(events[2].time, np.inf)
     assert [press(key) for key in ("End", "Home", "ArrowLeft")] == [times[-1], 0.0, 0.0]

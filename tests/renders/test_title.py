@@ -42,7 +42,7 @@ I_BEAM = ("beam.section.shape=i-beam", "beam.section.flange_thickness=2 mm", "be
             ("paper", *I_BEAM, "beam.section.width=20 mm", "beam.section.height=40 mm"),
             "I-beam 20 × 40 mm, length 1 m, E = 69 GPa, ρ = 2767 kg/m³, 2 modes",
         ),
-        (("tapered",), "tapered beam, length 1 m, E = 69 GPa, ρ = 2767 kg/m³, tip mass 0.05 kg, 24 elements"),
+        (("tapered",), "tapered beam, length 1 m, E = 69 GPa, ρ = 2767 kg/m³, tip mass 0.05 kg, 40 elements"),
         (("mid-span",), f"{PAPER}, E = 69 GPa, ρ = 2767 kg/m³, 40 elements, 4 modes"),
         (
             ("rigid-limit",),

@@ -30,6 +30,10 @@ DOUBTS = {
     "stout": (["beam.length=0.02", "slope.origin=[0.0, 0.0]"], [("beam.second_moment: ", "Euler-Bernoulli")]),
     "fibre inside the axis": (["beam.outer_fibre=1 mm"], [("beam.outer_fibre: 0.001 m", "sqrt(I/A) = 0.005 m")]),
     "degrees": (["slope.angle=5"], [("slope.angle: 5 rad are 286 degrees", '"5 deg"')]),
+    # half of 0.00091 s times the first frequency of the pinned beam, (3.9266 / L)^2 sqrt(E I/m) = 384.9 rad/s
+    "damping fitted to a mesh": (["beam.kelvin_voigt=0.00091"], [("beam.kelvin_voigt: 0.00091 s", "17.5 %")]),
+    "mass-proportional damping": (["beam.mass_proportional=77"], [("beam.mass_proportional: 77 1/s", "10 %")]),
+    "modal damping": (["beam.modal_damping_ratio=0.06"], [("beam.modal_damping_ratio: 0.06", "6 %")]),
     "steps": (
         ["solver.scheme=fixed-step", "solver.free_step=0.1"],
         [("solver.free_step: 0.1 s", "first period of about 0.0716 s")],

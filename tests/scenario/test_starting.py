@@ -61,7 +61,7 @@ def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tm
 def test_each_key_stands_below_its_meaning_unit_and_range(tmp_path):
     start_scenario(tmp_path / "a.toml", "tapered")
     text = (tmp_path / "a.toml").read_text(encoding="utf-8")
-    assert text.startswith("# A tapered beam with a tip mass strikes a rigid slope")
+    assert text.startswith("# A tapered, lightly damped beam with a tip mass strikes a rigid slope")
     assert "\n# point mass at x = length (number in kg, >= 0)\ntip_mass = 0.05\n" in text
     assert "\n# Young's modulus (number in Pa, > 0)\n#youngs_modulus = 68952000000.0\n" in text
 

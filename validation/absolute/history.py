@@ -15,11 +15,11 @@ from oblique_impact.beam.determinacy import without_limit
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import station_points
 from oblique_impact.beam.plausibility import doubts
-from oblique_impact.contact.state import Instant
+from oblique_impact.contact.state import Instant, State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import ascending
-from oblique_impact.history.samples import Column, Samples
-from oblique_impact.history.summary import summarize
+from oblique_impact.history.samples import GAP, Column, Samples
+from oblique_impact.history.summary import energy_warnings, summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.scenario import Scenario
@@ -113,7 +113,11 @@ class _Frame:
         summary = summarize(record, samples, wall, macro_gap(s), s)
         summary["clearance"] = closest(variables, s.beam.length)
         summary["without_limit"] = list(without_limit(s))
-        summary["warnings"] = [*doubts(s), *slope_warnings(s, variables, summary["slope_ends"])]
+        summary["warnings"] = [
+            *doubts(s),
+            *slope_warnings(s, variables, summary["slope_ends"]),
+            *energy_warnings(summary["energy"], np.max(samples.kinetic), s.solver.scheme),
+        ]
         return History(dataset(variables), record.events, summary, s.to_toml(), record.contacts)
 
     def _samples(self) -> Samples:
@@ -129,8 +133,9 @@ class _Frame:
         state = np.array([int(sample.state) for sample in run.samples], dtype=np.int8)
         weight = self.beam.weight(self.scenario.gravity)
         energies = self.beam.kinetic_energy(self.v), self.beam.elastic_energy(self.q), -self.q @ weight
-        none = np.zeros((len(run.samples), 0))
-        return Samples(self.time, self.q, self.v, none, quadratures, state, np.array(instants), *energies)
+        none, scalars = np.zeros((len(run.samples), 0)), np.array(instants)
+        depth = np.where(state == State.FREE, 0.0, np.maximum(0.0, -scalars[:, GAP]))
+        return Samples(self.time, self.q, self.v, none, quadratures, state, scalars, *energies, depth)
 
     @cached_property
     def frame(self) -> tuple[Array, Array]:

@@ -106,7 +106,10 @@ function followFragment() {
   if (wanted.has("colour")) colourBy(wanted.get("colour"));
   const time = parseFloat(wanted.get("t")), number = parseInt(wanted.get("event"), 10);
   if (Number.isFinite(time)) goTo(placeAtTime(time));
-  else if (facts.events[number - 1]) goTo(facts.events[number - 1].frame);
+  else {
+    const event = facts.events.find((one) => one.number >= number); // of very many some are listed
+    if (event) goTo(event.frame);
+  }
   if (wanted.has("play") && !calm.matches) play();
 }
 

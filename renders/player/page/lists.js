@@ -10,7 +10,7 @@ function listEvents() {
     button.type = "button";
     dot.style.background = facts.state_colours[event.state];
     const impulse = event.impulse ? `${significant(event.impulse, 3)} N s` : "";
-    const kind = made("span", event.kind);
+    const kind = made("span", `${event.number} ${event.kind}`);
     kind.append(" ", made("small", impulse));
     button.append(dot, made("span", `${fixed(event.time, 6)}`), kind);
     button.title = `t = ${event.time} s, then ${facts.states[event.state]}`;
@@ -21,7 +21,7 @@ function listEvents() {
   });
   rove(eventButtons);
   const shown = facts.events.length, all = facts.all_events;
-  $("events-note").textContent = shown === 0 ? "none in this run" : shown < all ? `${shown} of ${all}; time (s)` : "time (s), kind, impulse";
+  $("events-note").textContent = shown === 0 ? "none in this run" : shown < all ? `${shown} of ${all}; time (s)` : "time (s), number, kind, impulse";
 }
 
 /** Last of some events or contacts that has begun at the present place; -1 before the first. */
