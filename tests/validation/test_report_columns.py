@@ -128,7 +128,7 @@ def test_refine(study):
 @pytest.mark.parametrize(
     ("values", "tolerance", "verdict"),
     [
-        ((3.0, 2.25, 2.0625), 0.1, "✓ converged, at order 2.00"),
+        ((3.0, 2.25, 2.0625), 0.1, "✓ converged in the mesh at order 2.00"),
         ((3.0, 2.25, 2.0625), 1e-3, "◐ converging at order 2.00"),
         ((3.0, 4.0, 6.0), 1e-3, "✗ not converging"),
         ((3.0, 4.0, float("nan")), 1e-3, "no verdict"),
