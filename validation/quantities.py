@@ -125,7 +125,7 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     limits = history.summary.get("without_limit", ())
     if "start" in limits or _warned(history):
         touch_down = float(history.macro_collisions[0]["start"])
-        why = "the run calls what follows the first touch-down not determined"
+        why = "what follows the first touch-down is not determined, see the warning"
         return {name: why for name in names if not _decided_before(name, history, touch_down)}
     if "peak_force" in limits:
         return {

@@ -75,8 +75,8 @@ RULE = (
     one_line(
         """Not determined: the quantity has no limit as modes or elements are added, whatever the levels suggest.
         At a given number of modes it may still converge in the step, the tolerance, the stiffness or the mesh that
-        the modes are computed on; such a verdict says in what, and holds for that number of modes alone. Values are
-        shown to the second digit of their uncertainty."""
+        the modes are computed on; such a verdict says in what, and holds for that number of modes alone. Values
+        are shown to the second digit of their uncertainty."""
     ),
 )
 
@@ -362,10 +362,7 @@ def _observed(case: _Judged) -> tuple[int, str, str]:
     return (
         level,
         NOT_CONFIRMED,
-        (
-            f"there is one observed order, {order:.2f}{declared}; a second one, from a further level, would confirm it"
-            f"{ending}"
-        ),
+        (f"there is one observed order, {order:.2f}{declared}; another level has to confirm it{ending}"),
     )
 
 

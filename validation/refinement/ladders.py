@@ -152,7 +152,7 @@ def _stiffness(scenario: Scenario, level: float) -> Scenario:
 
 
 def fixed_modes(axis: Axis, scenario: Scenario) -> str:
-    """Return in what a ladder of a scenario refines at a fixed number of modes, "" if it adds modes or elements."""
+    """Return in what a ladder refines at a fixed number of modes, "" if it adds modes or elements."""
     if axis.name == "elements" and scenario.discretization.modes > 0:
         return " in the mesh"
     return axis.within

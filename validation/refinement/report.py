@@ -141,6 +141,7 @@ def _quantity_data(item: QuantityResult) -> dict[str, Any]:
         "uncertainty": a.uncertainty,
         "scale": item.scale,
         "reason": a.reason,
+        "without_limit": item.without_limit,
     }
 
 
@@ -245,7 +246,12 @@ def _matrix(group: list[LadderResult]) -> Table:
 def _short_cell(item: QuantityResult) -> Cell:
     a = item.analysis
     order = f", p = {a.order:.2f}" if a.order == a.order else ""
-    return Cell(f"{a.verdict}{order}", _KINDS[a.verdict])
+    return Cell(f"{a.verdict}{order}", _kind(item))
+
+
+def _kind(item: QuantityResult) -> str:
+    """Kind of the cell of a verdict; "partly" at one number of modes where there is no limit over them."""
+    return "partly" if item.analysis.verdict == CONVERGED and item.without_limit else _KINDS[item.analysis.verdict]
 
 
 def _verdicts(result: StudyResult) -> Table:
@@ -255,7 +261,7 @@ def _verdicts(result: StudyResult) -> Table:
             a = item.analysis
             finest = number_cells(a.shown(item.values[-1]))
             limit = number_cells(a.shown(a.limit), number(a.uncertainty, 2))
-            verdict = Cell(a.words, _KINDS[a.verdict])
+            verdict = Cell(a.words, _kind(item))
             name, unit = item.quantity.name, item.quantity.unit
             rows.append([ladder.ladder.name, name, *finest, unit, *limit, verdict, a.reason])
     columns = ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"]

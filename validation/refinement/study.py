@@ -27,7 +27,10 @@ ROWS = "refine-rows.jsonl"
 
 @dataclass(frozen=True)
 class QuantityResult:
-    """Values of one quantity over the levels of a ladder, and what they say."""
+    """Values of one quantity over the levels of a ladder, and what they say.
+
+    `without_limit` says why it has no limit as modes or elements are added, "" if it has.
+    """
 
     quantity: Quantity
     declared: float | None
@@ -35,6 +38,7 @@ class QuantityResult:
     values: tuple[float, ...]
     gaps: tuple[str, ...]
     analysis: Analysis
+    without_limit: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,12 +64,12 @@ class LadderResult:
     @property
     def remarks(self) -> list[str]:
         """Sentences about the ladder: what has no limit over modes, uneven events, warnings with their levels."""
-        fixed, lost = fixed_modes(self.axis, self.scenarios[-1]), self.runs[-1]["undetermined"]
-        names = ", ".join(item.quantity.name for item in self.results if item.quantity.name in lost)
-        said = []
-        if fixed and names:
+        fixed, said = fixed_modes(self.axis, self.scenarios[-1]), []
+        lost = [item for item in self.results if item.without_limit]
+        if fixed and lost:
+            names = ", ".join(item.quantity.name for item in lost)
             said.append(
-                f"{names}: no limit as modes or elements are added ({next(iter(lost.values()))}); "
+                f"{names}: no limit as modes or elements are added ({lost[0].without_limit}); "
                 f"what has converged{fixed} has done so at this number of modes or elements alone"
             )
         said += [self.uneven] if self.uneven else []
@@ -226,9 +230,10 @@ def judge(plan: LadderPlan, rows: Sequence[Row], tolerance: float) -> LadderResu
         noise = _noise(values[-1], noisy, q.name)
         analysis = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
         analysis = replace(analysis, within=within)
-        if not within and q.name in runs[-1]["undetermined"] and analysis.verdict != NO_VERDICT:
-            analysis = analysis.undetermined(runs[-1]["undetermined"][q.name])
-        results.append(QuantityResult(q, declared, scale, values, gaps, analysis))
+        lost = runs[-1]["undetermined"].get(q.name, "")
+        if lost and not within and analysis.verdict != NO_VERDICT:
+            analysis = analysis.undetermined(lost)
+        results.append(QuantityResult(q, declared, scale, values, gaps, analysis, lost))
     return LadderResult(
         ladder, AXES[ladder.axis], plan.base, plan.scenarios, tuple(h), remark, runs, tuple(results)
     )

@@ -64,7 +64,7 @@ def make_table(plan: Plan, rows: Iterable[Row]) -> pa.Table:
 
 
 def warned(table: pa.Table) -> list[tuple[int, str, str]]:
-    """Return the warnings of the runs: how many have it, the first of them, and its text; the most frequent first."""
+    """Return the warnings: number of runs that have it, the first of them, and the text; most frequent first."""
     texts = zip(map(str, table["run"].to_pylist()), table["warnings"].to_pylist(), strict=True)
     found = same_warnings((run, [text] if text else []) for run, text in texts)
     return sorted(((len(runs), runs[0], text) for text, runs in found), key=lambda entry: -entry[0])
