@@ -14,7 +14,6 @@ from oblique_impact.history.sample_times import jumps
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from validation.curves import Array, Courses, Deviation, interpolated
 from validation.event_pairs import EventPair, align, largest_difference, pair_events
-from validation.measuring import same_warnings
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -157,9 +156,11 @@ class Comparison:
     @property
     def warnings(self) -> list[tuple[str, str]]:
         """Warnings of the runs, each with the name of its run, or of both."""
-        runs = zip(self.names, self.histories, strict=True)
-        found = same_warnings((name, history.summary.get("warnings", ())) for name, history in runs)
-        return [(" and ".join(labels), text) for text, labels in found]
+        found: dict[str, list[str]] = {}
+        for name, history in zip(self.names, self.histories, strict=True):
+            for text in history.summary.get("warnings", ()):
+                found.setdefault(text, []).append(name)
+        return [(" and ".join(names), text) for text, names in found.items()]
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a pandas table with a row per variable, in its unit."""

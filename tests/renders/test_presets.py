@@ -35,7 +35,7 @@ def test_a_preset_is_what_its_table_says(run, tmp_path, asked, name):
 
 
 def test_a_film_for_a_phone_is_short_and_its_smallest_letters_are_large(run, tmp_path, asked):
-    """Eight seconds with the title card; of a square that is 65 mm wide on the screen the letters are above 1 mm."""
+    """Eight seconds with the title card; on a screen 65 mm wide the letters are above 1 mm."""
     render(run("paper"), tmp_path / "a.mp4", Style.of("social"))
     story, timeline = asked[0]
     assert timeline.duration == pytest.approx(8.0, abs=0.1)
