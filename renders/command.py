@@ -160,8 +160,15 @@ def render(
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         several = _checked(sources, called, kind, magnify_difference)
-        how = {"seconds": film.get("seconds"), "difference": magnify_difference or 1.0}
-        story = story_of(several, style or default, called, speed, contact_speed, **how)
+        story = story_of(
+            several,
+            style or default,
+            called,
+            speed,
+            contact_speed,
+            seconds=film.get("seconds"),
+            difference=magnify_difference or 1.0,
+        )
         if kind == FILM:
             timeline = make_timeline(story.time_map, film["fps"], between, frames, film["title_card"])
             _film(story, timeline, file, on_progress)

@@ -121,7 +121,9 @@ def comparison_document(found: Comparison, command: str) -> Document:
 
 
 def _scenarios(found: Comparison) -> Block:
-    rows = [[Cell(key, "code"), shown(a), shown(b)] for key, (a, b) in found.changed_keys.items()]
+    rows: list[list[str | Cell]] = [
+        [Cell(key, "code"), shown(a), shown(b)] for key, (a, b) in found.changed_keys.items()
+    ]
     if not rows:
         return Paragraph("The scenarios are the same.")
     return Table(["key", *found.names], rows, "Keys of the scenarios that differ", wide=(1, 2))

@@ -81,7 +81,7 @@ def _outcomes(table: pa.Table) -> Table:
 
 
 def _warnings(table: pa.Table) -> list[Block]:
-    rows = [[*number_cells(count, run), text] for count, run, text in warned(table)]
+    rows: list[list[str | Cell]] = [[*number_cells(count, run), text] for count, run, text in warned(table)]
     caption = "Warnings of the runs; the column warnings of the table has those of each."
     return [Table(["runs", "the first", "warning"], rows[:_LISTED], caption, wide=(2,))] if rows else []
 
