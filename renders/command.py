@@ -19,7 +19,7 @@ from renders.difference import magnify_difference as magnified
 from renders.film import write_film, write_still, write_strip
 from renders.outputs import CHARTS, FILM, PAGE, STILL, STRIP, check_options, kind_of
 from renders.overview import overview_figure
-from renders.presets import PRESETS
+from renders.presets import BARE, PRESETS
 from renders.story import Story, story_of
 from renders.style import Style
 from renders.timeline import FPS, Timeline, make_timeline
@@ -38,7 +38,7 @@ _OF_STYLE = {
     "letters": "--letters",
     "dpi": "--dpi",
     "deformation": "--deformation",
-    **dict.fromkeys(("charts", "inset", "ghosts", "trace", "ground", "scale_bar"), "--bare"),
+    **dict.fromkeys(BARE.keys() - {"title"}, "--bare"),
 }
 
 
@@ -97,7 +97,7 @@ def render(
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; chosen if not given.
     seconds : float, optional
-        About how long the film of the whole run lasts (s), where speeds are chosen; default 20.
+        How long the film of the whole run lasts (s) after its title card, if neither speed is given; default 20.
     title_card : float, optional
         Seconds for which a film shows its title and parameters first; default 0.
     between : tuple of float, optional
@@ -160,7 +160,15 @@ def render(
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         several = _checked(sources, called, kind, magnify_difference)
-        story = story_of(several, style or default, called, speed, contact_speed, seconds=film.get("seconds"))
+        story = story_of(
+            several,
+            style or default,
+            called,
+            speed,
+            contact_speed,
+            seconds=film.get("seconds"),
+            difference=magnify_difference or 1.0,
+        )
         if kind == FILM:
             timeline = make_timeline(story.time_map, film["fps"], between, frames, film["title_card"])
             _film(story, timeline, file, on_progress)
@@ -230,7 +238,6 @@ def _checked(sources: list[Source], called: list[str], kind: str, magnify: float
         if count != 2:
             raise InputError(f"--magnify-difference: needs two histories, {count} given")
         histories = [histories[0], magnified(histories[0], histories[1], magnify)]
-        called[1] += f", difference ×{magnify:g}"
     return histories
 
 

@@ -18,7 +18,9 @@ Between = Annotated[str | None, Option(metavar="T0,T1", help="Films: part of the
 Preset = Annotated[str, Option(help="talk, paper or social; other options hold instead of its own.")]
 Title = Annotated[str | None, Option(help="The title; default: the name of the run.")]
 TitleCard = Annotated[float | None, Option(help="Films: seconds of title and parameters at first.")]
-Seconds = Annotated[float | None, Option(help="Films: about so long, if no speed is given; default 20.")]
+Seconds = Annotated[
+    float | None, Option(help="Films: so long without title card, if no speed is given; default 20.")
+]
 Letters = Annotated[float | None, Option(help="Size of text (points); default 10.")]
 Dpi = Annotated[float | None, Option(help="Pixels per inch; default: the picture fills a slide.")]
 ContactSpeed = Annotated[float | None, Option(help="Films: the same in contact, e.g. 0.001.")]

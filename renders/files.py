@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact.files import cannot_write, write_whole
 from oblique_impact.history.history import History
-from renders.metadata import figure_metadata, made_by
+from renders.metadata import comment, figure_metadata
 
 _SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")
 
@@ -18,10 +18,11 @@ _SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")
 def save_figure(figure: Figure, out: Path, default_name: str, histories: Iterable[History] = ()) -> Path:
     """Save `figure` to the file `out`, or to `default_name` in the folder `out`; returns the file.
 
-    Its metadata say what made it and the `histories` that it shows.  Raises InputError if it cannot be written.
+    Its metadata say what made it and the `histories` that it shows, with their warnings.  Raises InputError if it
+    cannot be written.
     """
     file = out if out.suffix.lower() in _SUFFIXES else out / default_name
-    metadata = figure_metadata(file, made_by(histories))
+    metadata = figure_metadata(file, comment(histories))
     return save_whole(file, lambda part: figure.savefig(part, metadata=metadata))
 
 

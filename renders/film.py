@@ -20,7 +20,7 @@ from oblique_impact.history.history import History
 from renders.drawing import frames_of
 from renders.files import save_whole
 from renders.frame import Composer
-from renders.metadata import add_comment, made_by, save_picture
+from renders.metadata import add_comment, comment, save_picture
 from renders.outputs import FILMS
 from renders.story import Story
 from renders.style import SLIDE, Style
@@ -103,7 +103,7 @@ def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | 
 
     def write(part: Path) -> None:
         with only_writer(out), _composer(story, timeline) as composer:
-            _encode(composer, timeline, part, made_by(story.histories), on_frame)
+            _encode(composer, timeline, part, comment(story.histories, story.factor), on_frame)
 
     return save_whole(out, write)
 
@@ -123,8 +123,8 @@ def _composer(
         composer.close()
 
 
-def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_frame: OnFrame | None) -> None:
-    """Send raw frames to ffmpeg, which are never all in memory; `made` says in the file what made it."""
+def _encode(composer: Composer, timeline: Timeline, part: Path, text: str, on_frame: OnFrame | None) -> None:
+    """Send raw frames to ffmpeg, which are never all in memory; `text` is the comment in the file."""
     suffix, (width, height) = part.suffix.lower(), composer.style.size
     card = title_card(composer.story, timeline).tobytes() if timeline.card else b""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as log:
@@ -132,7 +132,7 @@ def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_fr
             *(_encoder(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
             *("-s", f"{width}x{height}", "-r", str(timeline.fps), "-i", "-"),
             *(_palette_options(composer, timeline, Path(folder)) if suffix == ".gif" else []),
-            *(*CODECS[suffix].split(), "-metadata", f"comment={made}", str(part)),
+            *(*CODECS[suffix].split(), "-metadata", f"comment={text}", str(part)),
         ]
         # in a session of its own: Ctrl-C is for this process, which ends the encoder
         with (
@@ -156,9 +156,9 @@ def _encode(composer: Composer, timeline: Timeline, part: Path, made: str, on_fr
                 encoder.stdin.close()
         if encoder.returncode != 0:
             log.seek(0)
-            text = " ".join(log.read().decode(errors="replace").split())[:200]
-            raise OSError(0, f"the encoder stopped: {text}")
-    add_comment(part, made)
+            why = " ".join(log.read().decode(errors="replace").split())[:200]
+            raise OSError(0, f"the encoder stopped: {why}")
+    add_comment(part, text)
 
 
 def _encoder() -> str:
@@ -196,5 +196,5 @@ def _check_times(story: Story, times: Sequence[float]) -> None:
 
 
 def _save(picture: Image.Image, out: Path, story: Story, dpi: float) -> Path:
-    made = made_by(story.histories)
-    return save_whole(out, lambda part: save_picture(picture, part, dpi, made))
+    text = comment(story.histories, story.factor)
+    return save_whole(out, lambda part: save_picture(picture, part, dpi, text))

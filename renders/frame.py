@@ -19,6 +19,7 @@ from renders.scene import View
 from renders.story import Story
 from renders.style import Style
 from renders.timeline import Timeline
+from renders.title import short
 
 _TITLE, _NAME, _HEADING, _LINE, _SMALL = 15.0, 11.0, 10.5, 10.0, 9.0  # points, where text has 10
 _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines
@@ -77,6 +78,8 @@ class Composer:
 
     def _room(self) -> tuple[float, float]:
         """Pixels that text takes above a view, and the colour bar below it, whether or not there is a caption."""
+        if not self.style.text:
+            return 0.0, 0.0
         letters, s = self.letters, self.letters.scale
         lines = 1 if self._compact else (self.timeline is not None) + (self.story.factor != 1.0)
         top = self._top(0) + 1.3 * letters.size(_TITLE) + 1.5 * lines * letters.size(_LINE)
@@ -126,6 +129,8 @@ class Composer:
             frame.paste(chart.at(time), (left, top))
         pen = ImageDraw.Draw(frame)
         for view, box, number in self._views:
+            if number >= 0 and not self.style.text:
+                continue
             if number >= 0:
                 self._describe(pen, box, number, time, rate)
                 free = float(box[0] + box[2])
@@ -153,7 +158,7 @@ class Composer:
             pen.text((x, y), state.name, fill=theme.states[state], font=bold)
             if len(self.story.geometries) > 1:
                 x += bold.getlength("STICK") + max(8.0, 24 * letters.scale)
-                name = letters.fitting(shortened(self.story.names[number]), right - x, _NAME)
+                name = letters.fitting(shortened(self.story.labels[number]), right - x, _NAME)
                 pen.text((x, y + 3 * letters.scale), name, fill=theme.ink, font=letters.font(_NAME))
         y += 1.5 * letters.size(_TITLE)
         for texts in self._lines(rate):
@@ -174,8 +179,8 @@ class Composer:
     def _legend(self, pen: ImageDraw.ImageDraw, x: float, y: float, right: float) -> None:
         """Names and colours of the beams, shortened where there is no room."""
         s, letters = self.letters.scale, self.letters
-        part = (right - x) / len(self.story.names)
-        for n, (name, colour) in enumerate(zip(self.story.names, self.theme.series, strict=False)):
+        part = (right - x) / len(self.story.labels)
+        for n, (name, colour) in enumerate(zip(self.story.labels, self.theme.series, strict=False)):
             at = x + n * part
             pen.rectangle([at, y + 8 * s, at + 18 * s, y + 14 * s], fill=colour)
             text = letters.fitting(shortened(name), part - 32 * s, _NAME)
@@ -189,7 +194,11 @@ class Composer:
         left, y, width = box[0] + margin, self._top(top), box[2] - 1.5 * margin
         edge = [(box[0], top), (box[0], box[1] + box[3])] if box[0] else [(0, top), (box[2], top)]
         pen.line(edge, fill=theme.line, width=max(1, round(letters.scale)))
-        title = letters.fitting(["contact point, true scale", "contact point"], width, _HEADING, True)
+        titles = ["contact point, true scale", "contact point"]
+        if self.story.difference != 1.0:
+            factor = f"difference ×{short(self.story.difference)}"
+            titles = [f"contact point, {factor}", factor]
+        title = letters.fitting(titles, width, _HEADING, True)
         pen.text((left, y), title, fill=theme.ink, font=letters.font(_HEADING, True))
         y += 1.6 * letters.size(_HEADING)
         k = geometry.index(time)

@@ -39,7 +39,8 @@ def lay_out(size: tuple[int, int], views: int, inset: bool, charts: bool) -> Lay
     if aside < _INSET[0] or top < _INSET[1]:
         aside = 0
     beside: Box | None = (width - aside, 0, aside, top) if aside else None
-    left = round(0.62 * width)
+    # in a frame about as high as wide the legend of the energies needs half of the width
+    left = round((0.62 if width > 1.3 * height else 0.5) * width)
     boxes: list[Box] = [(0, top, left, height - top), (left, top, width - left, height - top)]
     if width - left < _CHART[0]:
         boxes = [(0, top, width, height - top)]

@@ -1,4 +1,4 @@
-"""What made a picture, in the picture's own metadata: a text that viewers and `exiftool` show as its comment."""
+"""Metadata of pictures: what made them, and the warnings of their runs; `exiftool` shows them as the comment."""
 
 from __future__ import annotations
 
@@ -28,6 +28,18 @@ def made_by(histories: Iterable[History] = ()) -> str:
     if runs in ([], [drawing]):
         return drawing
     return "; ".join([*runs, f"drawn by {drawing}"])
+
+
+def warnings_of(histories: Iterable[History]) -> list[str]:
+    """Return the warnings of the runs that are drawn, each once."""
+    return list(dict.fromkeys(text for history in histories for text in history.summary.get("warnings", ())))
+
+
+def comment(histories: Iterable[History] = (), factor: float = 1.0) -> str:
+    """Return what made a picture, by how much it magnifies deflections, and the warnings of its runs."""
+    runs = list(histories)
+    magnified = [f"deflection drawn ×{factor:g}"] if factor != 1.0 else []
+    return "; ".join([made_by(runs), *magnified, *(f"warning: {text}" for text in warnings_of(runs))])
 
 
 def figure_metadata(file: Path, text: str) -> dict[str, str] | None:

@@ -18,7 +18,7 @@ from renders.ground import Ground, ground_of
 from renders.slope import DrawnSlope, drawn_slope
 from renders.style import Style
 from renders.timeline import TimeMap, time_map
-from renders.title import beam_words, builtin_name
+from renders.title import beam_words, builtin_name, short
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,9 @@ class Story:
     speed, contact_speed : float or None
         Physical over film time in flight and in contact; None chooses them.
     seconds : float or None
-        About how long a film of the whole run lasts (s), where speeds are chosen.
+        How long a film of the whole run lasts (s), where speeds are chosen.
+    difference : float
+        The second of two runs is drawn so many times as far from the first as it is; 1: as it is.
     """
 
     geometries: tuple[BeamGeometry, ...]
@@ -84,6 +86,15 @@ class Story:
     speed: float | None = None
     contact_speed: float | None = None
     seconds: float | None = None
+    difference: float = 1.0
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the drawn beams; curves of charts, which are not magnified, have the plain names."""
+        if self.difference == 1.0:
+            return self.names
+        first, second = self.names
+        return first, f"{second}, difference ×{short(self.difference)}"
 
     @property
     def histories(self) -> tuple[History, ...]:
@@ -150,6 +161,7 @@ def story_of(
     contact_speed: float | None = None,
     *,
     seconds: float | None = None,
+    difference: float = 1.0,
 ) -> Story:
     """Make what the pictures of one to three runs of beams share; arguments as the attributes of `Story`.
 
@@ -160,7 +172,7 @@ def story_of(
     style = style or Style()
     common = min(BeamGeometry(history, style.deformation).factor for history in histories)
     geometries = tuple(BeamGeometry(history, common) for history in histories)
-    return Story(geometries, style, tuple(names), speed, contact_speed, seconds)
+    return Story(geometries, style, tuple(names), speed, contact_speed, seconds, difference)
 
 
 def colour_scale(geometries: Sequence[BeamGeometry], quantity: str) -> ColourScale:

@@ -182,6 +182,8 @@ class Style:
         which it covers a slide of 13.33 x 7.5 inches.
     caption : bool
         Whether the factor is told and the colour bar drawn.
+    text : bool
+        Whether time, state and rate are written above the beam, and a caption.
     preset : str
         The name of one of `renders.presets.PRESETS`, whose settings of films hold where a call gives none;
         `Style.of` takes how it looks from there too.
@@ -204,6 +206,7 @@ class Style:
     letters: float = TEXT
     dpi: float | None = None
     caption: bool = True
+    text: bool = True
     title: str | None = None
     scale_bar: bool = True
     preset: str = ""

@@ -94,8 +94,8 @@ def time_map(
     history : History
         Its contacts are where time is stretched.
     speed, contact_speed : float, optional
-        Physical over film time in flight and in contact; chosen so that the film of the run lasts about
-        `seconds`, from 1, 1/2, 1/5, 1/10..., if not given.
+        Physical over film time in flight and in contact; if neither is given both are chosen so that the film of
+        the run lasts `seconds`, if one is, the other is one of 1, 1/2, 1/5, 1/10...
     seconds : float, optional
         Default: `SECONDS`.
 
@@ -117,7 +117,9 @@ def time_map(
     grid = _grid(first, last, spans)
     rate = _rates(grid, spans, free, closed)
     film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rate[1:] + 1.0 / rate[:-1]))])
-    return TimeMap(grid, film, rate)
+    course = TimeMap(grid, film, rate)
+    # rounded rates and the ramps around contacts take another time than was asked for
+    return course if speed or contact_speed else course.slowed(seconds / course.duration)
 
 
 def make_timeline(

@@ -39,7 +39,7 @@ def parameters(scenario: Scenario) -> list[str]:
         if contact.normal == "rigid":
             stop = f"rigid stop, restitution {contact.restitution:g}"
         elif contact.normal == "spring":
-            stop = f"elastic stop of {_short(contact.stiffness)} N/m"
+            stop = f"elastic stop of {short(contact.stiffness)} N/m"
         friction = contact.friction
         if friction != "frictionless":
             friction += " friction"
@@ -59,17 +59,17 @@ def _section(beam: BeamSection) -> str:
         words = f"tapered {_SHAPES.get(shape, 'beam')}"
     elif shape:
         across = "Ø " if SHAPES[shape].sizes[0] == "diameter" else ""
-        words = f"{_SHAPES[shape]} {across}{' × '.join(_short(1e3 * size) for size in sizes)} mm"
+        words = f"{_SHAPES[shape]} {across}{' × '.join(short(1e3 * size) for size in sizes)} mm"
     else:
         area, moment = 1e6 * float(beam.area), 1e12 * float(beam.second_moment)  # type: ignore[arg-type]
-        words = f"beam, A = {_short(area)} mm², I = {_short(moment)} mm⁴"
+        words = f"beam, A = {short(area)} mm², I = {short(moment)} mm⁴"
     return f"{beam.material} {words}".strip()
 
 
 def _properties(beam: BeamSection) -> str:
     """Return the numbers of the material, and a mass at the tip."""
-    tip = f", tip mass {_short(beam.tip_mass)} kg" if beam.tip_mass else ""
-    return f"E = {_short(beam.youngs_modulus / 1e9)} GPa, ρ = {beam.density:.4g} kg/m³{tip}"
+    tip = f", tip mass {short(beam.tip_mass)} kg" if beam.tip_mass else ""
+    return f"E = {short(beam.youngs_modulus / 1e9)} GPa, ρ = {beam.density:.4g} kg/m³{tip}"
 
 
 def _coordinates(scenario: Scenario) -> str:
@@ -87,7 +87,7 @@ def _coordinates(scenario: Scenario) -> str:
     return {"modal": modes, "absolute": f"{elements}, absolute coordinates"}.get(method, method)
 
 
-def _short(value: float) -> str:
+def short(value: float) -> str:
     """Return a number with up to three digits, with a power of ten where it is large or small."""
     mantissa, power = f"{value:.2e}".split("e")
     if -4 < int(power) < 5:
@@ -97,4 +97,4 @@ def _short(value: float) -> str:
 
 
 def _length(value: float) -> str:
-    return f"{_short(value)} m" if value >= 1.0 else f"{_short(1e3 * value)} mm"
+    return f"{short(value)} m" if value >= 1.0 else f"{short(1e3 * value)} mm"

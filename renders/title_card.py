@@ -8,7 +8,7 @@ from renders.frame import rate_words, shortened
 from renders.letters import Letters
 from renders.story import Story
 from renders.timeline import Timeline
-from renders.title import parameters
+from renders.title import parameters, short
 
 _TITLE, _NAMES, _LINE = 30.0, 16.0, 13.5  # points, where text has 10
 
@@ -56,4 +56,8 @@ def exaggerations(story: Story, timeline: Timeline) -> list[str]:
     factor = f"deflection drawn ×{story.factor:g} about the line from pin to contact point"
     fast, slow = (rate_words(float(rate)) for rate in (timeline.rates.max(), timeline.rates.min()))
     time = f"time runs at {fast}" if fast == slow else f"time runs at {fast} in flight, at {slow} in contact"
-    return [factor if story.factor != 1.0 else "deflection drawn as it is", time]
+    found = [factor if story.factor != 1.0 else "deflection drawn as it is"]
+    if story.difference != 1.0:
+        first, second = story.names
+        found.append(f"difference of {second} from {first} drawn ×{short(story.difference)}")
+    return [*found, time]

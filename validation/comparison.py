@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
+from oblique_impact.scenario.toml import flat_keys, parse_toml
 from validation.curves import Array, Courses, Deviation, interpolated
 from validation.event_pairs import EventPair, align, largest_difference, pair_events
 
@@ -145,6 +145,23 @@ class Comparison:
         """Largest time difference (s) of shared events."""
         return largest_difference(list(self.shared))
 
+    @property
+    def changed_keys(self) -> dict[str, tuple[Any, Any]]:
+        """Keys of the scenarios that differ, with both values; None where a scenario does not have the key."""
+        both = zip(self.histories, self.names, strict=True)
+        left, right = (flat_keys(_scenario(history, name)) for history, name in both)
+        keys = [*left, *(key for key in right if key not in left)]
+        return {key: (left.get(key), right.get(key)) for key in keys if left.get(key) != right.get(key)}
+
+    @property
+    def warnings(self) -> list[tuple[str, str]]:
+        """Warnings of the runs, each with the name of its run, or of both."""
+        found: dict[str, list[str]] = {}
+        for name, history in zip(self.names, self.histories, strict=True):
+            for text in history.summary.get("warnings", ()):
+                found.setdefault(text, []).append(name)
+        return [(" and ".join(names), text) for text, names in found.items()]
+
     def to_dataframe(self) -> pd.DataFrame:
         """Return a pandas table with a row per variable, in its unit."""
         import pandas as pd
@@ -163,7 +180,19 @@ class Comparison:
         return pd.DataFrame(rows).set_index("variable") if rows else pd.DataFrame()
 
     def summary(self) -> list[str]:
-        """Return what came out, in sentences."""
+        """Return what differs, in sentences, keys of the scenarios that do, and the warnings of both runs."""
+        left, right = self.names
+        changed = self.changed_keys
+        count = f"{len(changed)} keys differ" if len(changed) != 1 else "1 key differs"
+        return [
+            *self.findings(),
+            f"scenarios: {count}",
+            *(f"  {key}: {shown(a)} in {left}, {shown(b)} in {right}" for key, (a, b) in changed.items()),
+            *(f"warning ({names}): {text}" for names, text in self.warnings),
+        ]
+
+    def findings(self) -> list[str]:
+        """Return how outcomes, events and contact states differ, in sentences."""
         left, right = self.names
         alone = (*self.only_left, *self.only_right)
         one = len(set(self.outcomes)) == 1
@@ -190,6 +219,16 @@ class Comparison:
             ]
             lines.append(f"{v.name:20}  {scale:>14}  {found[0]:>14} {found[1]} {found[2]:>13} {found[3]}")
         return "\n".join(lines)
+
+
+def shown(value: Any) -> str:
+    """Return a value of a scenario as text."""
+    return "not given" if value is None else str(value)
+
+
+def _scenario(history: History, name: str) -> dict[str, Any]:
+    """Return the sections of the scenario of a history, none of a user-defined system."""
+    return parse_toml(history.scenario_toml, f"scenario of the {name} history")
 
 
 def compare(
@@ -338,7 +377,8 @@ def _chosen(left: History, right: History, wanted: Sequence[str] | None) -> tupl
     """Names of the variables to compare, and why others are not; what is asked for has to be possible."""
     every = dict.fromkeys([*map(str, left.data.data_vars), *map(str, right.data.data_vars)])
     # what decides the meaning of the coordinates
-    shapes = [tomllib.loads(history.scenario_toml).get("discretization") for history in (left, right)]
+    both = zip((left, right), ("left", "right"), strict=True)
+    shapes = [_scenario(history, name).get("discretization") for history, name in both]
     why = {name: _obstacle(left, right, name, shapes[0] == shapes[1]) for name in every}
     for name in wanted or ():
         if name not in every:

@@ -9,9 +9,10 @@ from typing import Any
 from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
 from renders.style import GREY, SERIES
-from validation.comparison import Comparison, VariableDifference
+from validation.comparison import Comparison, VariableDifference, shown
 from validation.event_pairs import EventPair
 from validation.report.document import (
+    Block,
     Cell,
     Document,
     Paragraph,
@@ -20,6 +21,7 @@ from validation.report.document import (
     Table,
     number,
     number_cells,
+    with_unit,
     write_json,
     write_report,
 )
@@ -60,6 +62,8 @@ def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
         "command": command,
         "names": found.names,
         "outcomes": found.outcomes,
+        "changed_keys": found.changed_keys,
+        "warnings": [{"runs": names, "warning": text} for names, text in found.warnings],
         "span": found.span,
         "max_shift": found.max_shift,
         "largest_shift": found.largest_shift,
@@ -89,7 +93,8 @@ def _event_data(pair: EventPair) -> dict[str, Any]:
 def comparison_document(found: Comparison, command: str) -> Document:
     """Return the report as a document."""
     left, right = found.names
-    _, *sentences = found.summary()
+    _, *sentences = found.findings()
+    sentences += [f"Warning ({names}): {text}" for names, text in found.warnings]
     events = ["", "event", f"{left}: t (s)", f"{right}: t (s)", "difference (s)"]
     events += [f"{name}: impulse (N s)" for name in found.names]
     measures: list[list[str | Cell]] = [
@@ -106,13 +111,22 @@ def comparison_document(found: Comparison, command: str) -> Document:
         f"from {left}.",
         provenance(),
         [("command", command)],
-        [*(Paragraph(sentence) for sentence in sentences), _picture(found)],
+        [*(Paragraph(sentence) for sentence in sentences), _scenarios(found), _picture(found)],
         [
             Section("Variables", [_variables(found), Paragraph(f"Not compared: {skipped}.", note=True)]),
             Section("Events", [Table(events, rows)]),
             *([Section("Collisions and energies", [measured])] if measures else []),
         ],
     )
+
+
+def _scenarios(found: Comparison) -> Block:
+    rows: list[list[str | Cell]] = [
+        [Cell(key, "code"), shown(a), shown(b)] for key, (a, b) in found.changed_keys.items()
+    ]
+    if not rows:
+        return Paragraph("The scenarios are the same.")
+    return Table(["key", *found.names], rows, "Keys of the scenarios that differ", wide=(1, 2))
 
 
 def _variables(found: Comparison) -> Table:
@@ -147,7 +161,7 @@ def _picture(found: Comparison) -> Picture:
             for pair in found.events:
                 if pair.time_difference is None:
                     axes.axvline(pair.event.time, color=GREY, linewidth=0.8, linestyle=":")
-            axes.set(ylabel=DRAWN.get(name, f"{name} ({found.variables[name].unit})"), xlim=found.span)
+            axes.set(ylabel=DRAWN.get(name, with_unit(name, found.variables[name].unit)), xlim=found.span)
         panels[-1].set_xlabel("time (s)")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
         svg = to_svg(figure)

@@ -6,9 +6,10 @@ Sweeps and refinements run and measure by this; it needs nothing but this packag
 from __future__ import annotations
 
 import math
+import re
 import tempfile
 import time
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
 
@@ -16,7 +17,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.kernels.compiling import compilations
 from oblique_impact.scenario.scenario import Scenario
 from validation.parallel import Crash, compute_each
-from validation.quantities import GapError, quantity
+from validation.quantities import GapError, not_determined, quantity
 
 # the compiler is loaded by the processes that run, not by the one that hands out the work
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ class Row(TypedDict):
     steps: int
     events: int
     energy: float  # J, the larger of initial and final energy
+    warnings: list[str]  # of the run's summary
+    undetermined: dict[str, str]  # quantities that have no limit over modes or elements, and why
     wall_time: float
 
 
@@ -147,8 +150,23 @@ def failed(number: int, outcome: str, message: str) -> Row:
         steps=0,
         events=0,
         energy=math.nan,
+        warnings=[],
+        undetermined={},
         wall_time=0.0,
     )
+
+
+def same_warnings(runs: Iterable[tuple[str, Sequence[str]]]) -> list[tuple[str, list[str]]]:
+    """Group the warnings of runs by their text: that of the last run that has it, and the labels of all that do.
+
+    Texts that differ in their numbers alone are the same.
+    """
+    found: dict[str, tuple[str, list[str]]] = {}
+    for label, warnings in runs:
+        for warning in warnings:
+            kind = re.sub(r"\d[\d.e+-]*", "#", warning)
+            found[kind] = warning, [*found.get(kind, ("", []))[1], label]
+    return list(found.values())
 
 
 def is_row(row: Any, runs: int, quantities: Container[str]) -> bool:
@@ -195,6 +213,8 @@ def _measure(row: Row, quantities: Sequence[str], history: History) -> None:
     row["stopped_at"] = history.end_time
     row["steps"], row["events"] = history.steps, len(history.events)
     row["energy"] = max(abs(history.balance[key]) for key in ("initial", "final"))
+    row["warnings"] = list(history.summary.get("warnings", ()))
+    row["undetermined"] = not_determined(quantities, history)
 
 
 def _files(history: History, scratch: str | None) -> Files:

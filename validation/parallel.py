@@ -64,11 +64,11 @@ def compute_each(
     items : sequence
         Sent in this order: put the longest first.
     workers : int, optional
-        Processes of this machine; default: the cores.  With one, or one item, everything runs in this process.
+        Processes of this machine; default: the cores.  With one everything runs in this process.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers are used instead; these need this package and nothing else.
     isolated : bool
-        Never in this process.
+        A single item takes a process as well, unless `workers` is one.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def compute_each(
     count = min(workers or cores(), len(items))
     if scheduler is not None:
         yield from _on_cluster(scheduler, function, items)
-    elif count <= 1 and not isolated:
+    elif workers == 1 or (count <= 1 and not isolated):
         yield from ((index, function(item)) for index, item in enumerate(items))
     else:
         yield from _on_processes(function, items, count)
@@ -202,7 +202,10 @@ class _Processes:
                 with suppress(ValueError):
                     reason = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         if not self._ready:
-            raise InputError(f"--workers: a process ended before it could work: {reason}")
+            raise InputError(
+                f"--workers: a process ended before it could work: {reason}; a script that starts processes needs "
+                'if __name__ == "__main__": around its calls, or workers=1'
+            )
         return reason
 
     def kill(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -108,6 +108,59 @@ def default_quantities(scenario: Scenario) -> tuple[str, ...]:
         force = () if scenario.contact.normal == "rigid" else ("peak_force",)
         return ("first_impact", "collision_end", "impulse", *force, "energy_final", "second_impact")
     return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
+
+
+#: decided before the contact begins, or the error of the balance, which goes to zero
+_DETERMINED = ("first_impact", "start:1", "event:1", "unaccounted")
+_FORCES = ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau")
+
+
+def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
+    """Return the quantities among `names` that have no limit as modes or elements are added, with the reason.
+
+    What follows the first touch-down is not determined where the run says so in its summary; under a damped beam
+    it is the force of a rigid stop alone.
+    """
+    if not history.macro_collisions:
+        return {}
+    limits = history.summary.get("without_limit", ())
+    if "start" in limits or _warned(history):
+        touch_down = float(history.macro_collisions[0]["start"])
+        why = "what follows the first touch-down is not determined, see the warning"
+        return {name: why for name in names if not _decided_before(name, history, touch_down)}
+    if "peak_force" in limits:
+        return {
+            name: "the force of a rigid stop grows with every mode or element" for name in names if name in _FORCES
+        }
+    return {}
+
+
+def _warned(history: History) -> bool:
+    """Whether the run warns that its damping is not resolved, or of too many contacts on an elastic stop."""
+    from oblique_impact.beam.determinacy import undetermined
+    from oblique_impact.problem import beam_of
+    from oblique_impact.scenario.user_defined import discretization
+
+    if not history.summary.get("warnings"):
+        return False
+    scenario = Scenario.from_toml(history.scenario_toml)
+    # a discretization with mechanics of its own has no operators to judge by
+    if hasattr(discretization(scenario.discretization.method), "simulate"):
+        return False
+    return bool(undetermined(beam_of(scenario), [m["contacts"] for m in history.macro_collisions]))
+
+
+def _decided_before(name: str, history: History, touch_down: float) -> bool:
+    """Whether a quantity is decided at the first touch-down (s)."""
+    variable, at, moment = name.partition("@")
+    if at:
+        return moment != "end" and float(moment) <= touch_down
+    extreme, _, variable = name.partition(":")
+    if extreme in ("max", "min"):
+        earlier = _values(history, variable)[history["time"].values <= touch_down]
+        before = float(np.nanmax(earlier) if extreme == "max" else np.nanmin(earlier))
+        return before == _extreme(history, extreme, variable)
+    return name in _DETERMINED
 
 
 def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from renders.exports.selection import Frames
 from renders.geometry import QUANTITIES, BeamGeometry
-from renders.metadata import made_by
+from renders.metadata import made_by, warnings_of
 from renders.scenery import pin, slope_wedge
 from renders.story import Story
 
@@ -105,6 +105,7 @@ class Scene:
         return {
             "format": FORMAT,
             "made_by": made_by([history]),
+            "warnings": "\n".join(warnings_of([history])),
             "scenario": history.scenario_toml,
             "events": history.events_csv(),
             "units": "\n".join(f"{name} = {unit}" for name, unit in units.items()),

@@ -17,6 +17,7 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.problem import stop_of
 from oblique_impact.scenario.scenario import Scenario
 from renders.geometry import BeamGeometry, contact_gap
+from renders.metadata import warnings_of
 from renders.player.packing import packed
 from renders.player.results import along_the_beam, result_facts, scales
 from renders.player.selection import chart_points, evenly, frames, listed_events
@@ -126,6 +127,7 @@ def _facts(story: Story, frame_times: Array) -> dict[str, Any]:
         "state_colours": list(STATE_COLOURS),
         "colours": [to_hex(ramp(k / (_STOPS - 1))) for k in range(_STOPS)],
         "outcome": "" if history.outcome is Outcome.COMPLETED else history.outcome.sentence,
+        "warnings": warnings_of([history]),
         "model": "; ".join(parameters(scenario)[1:]),
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from oblique_impact import Scenario
 from oblique_impact.beam.cross_sections import Sections
+from tests.docs.test_docs_commands import lines_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "ten-ways.md").read_text(encoding="utf-8")
@@ -105,3 +107,31 @@ def test_numbers_of_other_pages_stand_there():
 
 def test_there_are_ten():
     assert [int(n) for n in re.findall(r"^## (\d+)\. To ", PAGE, re.MULTILINE)] == list(range(1, 11))
+
+
+def verdict_of_the_second_collision(command: list[str], folder: Path, cli) -> str:
+    """Run a command of the page; returns its verdict on the second macro-collision."""
+    words = [*command[1 : command.index("--out")], "--out", folder]
+    code, out, _ = cli(*words)
+    assert code == 0
+    (line,) = [line for line in out.splitlines() if "collision 2:" in line]
+    return line.rpartition(": ")[2]
+
+
+def predictions() -> list[list[str]]:
+    return [words for words in lines_of(DOCS / "ten-ways.md") if "--predictability" in words]
+
+
+def test_few_modes_are_predictable(tmp_path, cli):
+    assert "the second collision of sixteen modes is predictable" in TEXT
+    few, _ = predictions()
+    assert verdict_of_the_second_collision(few, tmp_path, cli) == "predictable"
+
+
+@pytest.mark.slow
+def test_an_undamped_beam_on_a_rigid_stop_is_not_predictable(tmp_path, cli):
+    """The start moves by at least 5e-3 s within a millionth of a radian."""
+    _, many = predictions()
+    assert verdict_of_the_second_collision(many, tmp_path, cli) == "not predictable"
+    (case,) = json.loads((tmp_path / "results.json").read_text())["cases"]
+    assert case["collisions"][1]["spread"][-1] > 5e-3

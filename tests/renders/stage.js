@@ -23,7 +23,10 @@ const shapes = {
   fill(shape) { noted.fills.push({ points: shape ? shape.points : path, arcs, tint: this.fillStyle, alpha: this.globalAlpha }); },
   stroke(shape) { noted.strokes.push({ points: shape ? shape.points : path, tint: this.strokeStyle, alpha: this.globalAlpha, within }); },
   measureText: (text) => ({ width: 7 * text.length }),
-  createLinearGradient: (...ends) => ({ ends, stops: [], addColorStop(...stop) { this.stops.push(stop); } }),
+  createLinearGradient(...ends) {
+    if (!ends.every(Number.isFinite)) throw new TypeError("createLinearGradient: a value is not finite"); // as browsers do
+    return { ends, stops: [], addColorStop(...stop) { this.stops.push(stop); } };
+  },
 };
 const context = new Proxy(shapes, {
   get: (own, name) => (name in own ? own[name] : () => {}),

@@ -91,6 +91,7 @@ def test_field_data_say_what_it_is(frames, scene):
         fields = frame.fields
         assert fields["format"] == "oblique-impact export 2"
         assert fields["made_by"].startswith(described(provenance()))
+        assert fields["warnings"].splitlines() == history.summary["warnings"]
         assert fields["scenario"] == history.scenario_toml
         assert fields["events"] == history.events_csv()
         assert float(fields["deformation_factor"]) == 1.0

@@ -1,6 +1,9 @@
-"""Every kind of picture says in its metadata what made it."""
+"""Every kind of picture says in its metadata what made it, and what its run warns of."""
 
+import html
+import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -15,7 +18,7 @@ from renders.metadata import made_by
 from renders.overview import overview_figure
 
 MADE = described(provenance())
-SMALL = Style(size=(320, 180), charts=False, inset=False, ghosts=False, trace=False)
+SMALL = Style(size=(320, 180), deformation=1.0, charts=False, inset=False, ghosts=False, trace=False)
 
 
 @pytest.fixture(scope="module")
@@ -23,15 +26,23 @@ def history(run):
     return run("paper", "end_time=0.05")
 
 
+@pytest.fixture(scope="module")
+def warned(run):
+    history = run("paper", "end_time=0.33")
+    assert history.summary["warnings"]
+    return history
+
+
 def comment(file: Path) -> str:
     """Read the metadata as a person's tools do: Pillow for pictures, ffmpeg for films."""
     if file.suffix == ".mp4":
         words = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(file), "-f", "ffmetadata", "-"]
         lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
-        return next(line.removeprefix("comment=") for line in lines if line.startswith("comment="))
+        (found,) = [line.removeprefix("comment=") for line in lines if line.startswith("comment=")]
+        return re.sub(r"\\(.)", r"\1", found)
     with Image.open(file) as picture:
         if file.suffix == ".webp":
-            return picture.info["xmp"].decode().partition('description="')[2].partition('"')[0]
+            return html.unescape(picture.info["xmp"].decode().partition('description="')[2].partition('"')[0])
         if file.suffix == ".gif":
             return picture.info["comment"].decode()
         return picture.info["Comment"]
@@ -49,9 +60,31 @@ def test_films(history, tmp_path, suffix):
                 film.load()
 
 
+@pytest.mark.parametrize("suffix", ["mp4", "gif", "webp", "png"])
+def test_films_and_stills_of_a_run_with_warnings(warned, tmp_path, suffix):
+    options = {} if suffix == "png" else {"frames": 2}
+    found = comment(render(warned, tmp_path / f"a.{suffix}", replace(SMALL, deformation=5.0), **options).file)
+    assert found.startswith(MADE)
+    assert "5" in found.removeprefix(MADE).partition("warning")[0]  # a magnified deflection is told
+    assert all(warning in found for warning in warned.summary["warnings"])
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+def test_charts_of_a_run_with_warnings(warned, tmp_path, suffix):
+    file = overview_figure({"paper": warned}, tmp_path / f"overview.{suffix}")
+    found = comment(file) if suffix == "png" else html.unescape(file.read_bytes().decode("latin-1"))
+    assert all(warning in found for warning in warned.summary["warnings"])
+
+
+def test_a_page_lists_the_warnings_where_they_are_seen(warned, history, tmp_path):
+    page = html.unescape(render(warned, tmp_path / "page.html").file.read_text())
+    assert all(warning in page.partition("<main>")[0] for warning in warned.summary["warnings"])
+    assert 'class="warnings"' not in render(history, tmp_path / "none.html").file.read_text()
+
+
 def test_stills_strips_and_figures(history, tmp_path):
     assert comment(render(history, tmp_path / "still.png", SMALL).file) == MADE
-    strip = Style(size=(320, 120), charts=False, inset=False, ghosts=False, trace=False)
+    strip = Style(size=(320, 120), deformation=1.0, charts=False, inset=False, ghosts=False, trace=False)
     assert comment(render(history, tmp_path / "strip.png", strip, strip=True, times=[0.01]).file) == MADE
     assert comment(overview_figure({"paper": history}, tmp_path / "overview.png")) == MADE
     assert comment(campbell_diagram(Scenario.builtin("paper"), [0.0, 1.0], 2, tmp_path / "c.png")) == MADE

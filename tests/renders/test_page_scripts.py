@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,6 +42,16 @@ def test_numbers_are_written_as_they_are(scripts):
         "ticks(0.3171, 0.3304, 4)": {"values": pytest.approx([0.32, 0.325, 0.33]), "decimals": 3},
     }
     assert scripts.value(f"[{', '.join(cases)}]") == list(cases.values())
+
+
+def test_a_deflection_of_several_lengths_does_not_end_the_page(run):
+    """What is too far away to be drawn is left out, at every frame and in both views."""
+    history = run("paper", "end_time=0.33")
+    uy = history["uy"] * (4.7 / float(np.abs(history["uy"]).max()))
+    scripts = Scripts(story_of([replace(history, data=history.data.assign(uy=uy))], Style(deformation=5.0)))
+    assert not np.isfinite(scripts.x).all()
+    for frame in range(0, len(scripts.arrays["frame_time"]), 20):
+        scripts.drawn(frame, "(drawScene(moment), drawInset(moment))")
 
 
 def strongest(scripts):

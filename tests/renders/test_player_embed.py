@@ -43,6 +43,14 @@ def test_embedded_it_shows_beam_and_transport_and_plays_while_it_is_seen(embedde
     assert not frame.evaluate("player.now().playing")
 
 
+def test_embedded_it_says_how_much_the_deflection_is_magnified_and_that_the_run_warns(embedded):
+    _, frame = embedded()
+    note = frame.locator("#deformation")
+    assert note.is_visible()
+    assert "×5" in note.text_content()
+    assert "1 warning" in note.text_content()
+
+
 def test_embedded_it_stands_still_for_those_who_want_no_motion(embedded):
     embedded()[0].emulate_media(reduced_motion="reduce")
     page, frame = embedded()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -9,8 +10,8 @@ from oblique_impact import InputError
 from renders import Style, render
 from renders import command as rendering
 from renders.letters import LEAST, Letters
-from renders.presets import PRESETS
-from renders.style import SLIDE
+from renders.presets import BARE, PRESETS
+from renders.style import LIGHT, SLIDE
 
 
 @pytest.fixture
@@ -30,7 +31,32 @@ def test_a_preset_is_what_its_table_says(run, tmp_path, asked, name):
     assert timeline.fps == preset.film["fps"]
     assert timeline.card == round(preset.film.get("title_card", 0.0) * timeline.fps)
     seconds = preset.film.get("seconds", 20.0)
-    assert 0.5 * seconds < timeline.times.size / timeline.fps < 2.0 * seconds
+    assert timeline.times.size / timeline.fps == pytest.approx(seconds, abs=0.1)
+
+
+def test_a_film_for_a_phone_is_short_and_its_smallest_letters_are_large(run, tmp_path, asked):
+    """Eight seconds with the title card; on a screen 65 mm wide the letters are above 1 mm."""
+    render(run("paper"), tmp_path / "a.mp4", Style.of("social"))
+    story, timeline = asked[0]
+    assert timeline.duration == pytest.approx(8.0, abs=0.1)
+    assert Letters.of(story.style).size(9.0) / story.style.size[0] * 65.0 > 1.0
+
+
+def test_a_bare_picture_has_no_letters_and_no_force(run, tmp_path):
+    """Letters of any size give the same picture; the force of the contact, 104 N here, is not drawn."""
+    files = [
+        render(
+            run("paper"),
+            tmp_path / f"{points}.png",
+            Style(**BARE, size=(480, 270), letters=points),
+            times=[0.3245],
+        )
+        for points in (10.0, 20.0)
+    ]
+    small, large = (np.asarray(Image.open(found.file)) for found in files)
+    np.testing.assert_array_equal(small, large)
+    arrow = np.array([int(LIGHT.arrow[k : k + 2], 16) for k in (1, 3, 5)])
+    assert np.abs(small[..., :3].astype(int) - arrow).max(axis=-1).min() > 30
 
 
 def test_what_is_given_holds_instead_even_if_it_is_the_default(run, tmp_path, asked, cli):

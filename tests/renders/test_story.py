@@ -9,6 +9,8 @@ import pytest
 from PIL import Image
 
 from renders import render
+from renders.charts import energy_curves, force_curves
+from renders.difference import magnify_difference
 from renders.frame import Composer
 from renders.geometry import BeamGeometry
 from renders.player.packing import unpacked
@@ -25,6 +27,24 @@ TAPERED = ("tapered", "end_time=0.34")
 @pytest.fixture(params=[("paper",), TAPERED, ("mid-span",)], ids=lambda names: names[0])
 def history(run, request):
     return run(*request.param)
+
+
+def test_a_magnified_difference_is_told_where_it_is_drawn_and_nowhere_else(run, monkeypatch):
+    """Curves of charts are not magnified; a contact point whose beam is moved away is not at true scale."""
+    runs = [run("paper"), run("paper", "discretization.method=fem")]
+    style = Style((640, 360), layout="overlay")
+    names, inset = {}, {}
+    for factor in (1.0, 1e6):
+        histories = [runs[0], runs[1] if factor == 1.0 else magnify_difference(*runs, factor)]
+        story = story_of(histories, style, ["modal", "fem"], difference=factor)
+        names[factor] = [curve.label for curve in (*force_curves(story), *energy_curves(story))]
+        composer = Composer(story)
+        inset[factor] = texts(monkeypatch, lambda composer=composer: composer.draw(0.3))
+        composer.close()
+    assert names[1e6] == names[1.0]
+    assert any("true scale" in text for text in inset[1.0])
+    assert not any("true scale" in text for text in inset[1e6])
+    assert any("10⁶" in text for text in inset[1e6])
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)

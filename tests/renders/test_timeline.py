@@ -64,6 +64,14 @@ def test_a_part_of_the_film_runs_as_the_whole_film(run):
     assert part.times[[0, -1]] == pytest.approx([0.31, 0.335], abs=0.0)
 
 
+@pytest.mark.parametrize("seconds", [6.5, 10.0, None])
+@pytest.mark.parametrize("name", ["paper", "sticking", "spin-up"])
+def test_a_film_is_as_long_as_it_is_asked_to_be(run, name, seconds):
+    course = time_map(run(name), seconds=seconds)
+    assert course.duration == pytest.approx(seconds or 20.0, rel=1e-9)
+    assert make_timeline(course, fps=30).duration == pytest.approx(seconds or 20.0, abs=0.1)
+
+
 def test_distances_from_intervals():
     spans = np.array([[1.0, 2.0], [2.5, 2.5], [4.0, 7.0]])
     times = np.linspace(0.0, 9.0, 181)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import html
 import json
+from dataclasses import replace
 
 import pytest
 
+from oblique_impact import InputError
 from validation import compare
 
 
@@ -24,6 +27,33 @@ def test_two_runs_become_a_page_or_numbers(run, tmp_path, cli):
         name: v.aligned.rms for name, v in found.variables.items()
     }
     assert f"oblique-impact compare {folders[0]} {folders[1]}" in (tmp_path / "new" / "c.html").read_text()
+
+
+def test_differing_keys_and_warnings_are_told(run, tmp_path, cli):
+    histories = run("paper", "end_time=0.33"), run("paper", "end_time=0.33", "beam.kelvin_voigt=1e-3")
+    folders = [history.save(tmp_path / name) for name, history in zip("ab", histories, strict=True)]
+    found = compare(*histories)
+    assert found.changed_keys == {"beam.kelvin_voigt": (0.0, 1e-3)}
+    assert compare(histories[0], histories[0]).changed_keys == {}
+    (warning,) = histories[0].summary["warnings"]
+    assert (str(folders[0]), warning) in compare(*histories, names=tuple(map(str, folders))).warnings
+    for suffix in ("html", "json"):
+        _, out, _ = cli("compare", *folders, "--out", tmp_path / f"c.{suffix}")
+        assert "beam.kelvin_voigt: 0.0 in" in out
+        assert warning in out
+    page = html.unescape((tmp_path / "c.html").read_text())
+    assert "beam.kelvin_voigt" in page
+    assert warning in page
+    data = json.loads((tmp_path / "c.json").read_text())
+    assert data["changed_keys"] == {"beam.kelvin_voigt": [0.0, 1e-3]}
+    assert [entry["warning"] for entry in data["warnings"]] == [warning]
+
+
+def test_a_scenario_that_is_no_toml_is_one_line(run):
+    history = run("paper", "end_time=0.33")
+    damaged = replace(history, scenario_toml="[beam\n")
+    with pytest.raises(InputError, match=r"scenario of the right history.*not valid TOML"):
+        compare(history, damaged)
 
 
 BAD = {

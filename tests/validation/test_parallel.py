@@ -60,7 +60,7 @@ def whereabouts(_):
 def test_processes_are_others_with_one_thread_each_and_tell_what_they_compile():
     told = []
     with compilations(told.append):
-        ((_, (pid, threads)),) = compute_each(whereabouts, [None], 1, isolated=True)
+        ((_, (pid, threads)),) = compute_each(whereabouts, [None], 2, isolated=True)
     assert pid != os.getpid()
     assert threads == "1"
     assert told == ["a kernel"]

@@ -143,6 +143,13 @@ def test_failed_shadows_are_left_out_and_named(tmp_path, outcome):
     assert case["failed"] == [{"offset": 1e-8, "outcome": outcome, "message": "so it went"}]
 
 
+def test_what_the_run_warns_of_is_said(tmp_path):
+    rows = [row(0, (0.5, 1.0)) | {"warnings": ["so it is"]}, row(1, (0.5, 1.0)), row(2, (0.5, 1.0))]
+    result = Predictability("given", (judge(Case("given", SOFT), (1e-8,), OFFSETS, rows),), 0.0)
+    assert any("so it is" in line for line in lines(result))
+    assert "so it is" in predictability_report.write_predictability(tmp_path, result, "").read_text()
+
+
 def test_without_shadows_there_is_no_verdict(tmp_path):
     rows = [row(0, (0.5, 1.0)), failed(1, TIMEOUT, "too long"), failed(2, CRASHED, "gone")]
     found = judge(Case("given", SOFT), (1e-8,), OFFSETS, rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import math
 import re
@@ -32,7 +33,9 @@ from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
     NO_VERDICT,
+    NOT_CONFIRMED,
     NOT_CONVERGING,
+    NOT_DETERMINED,
     SAFETY,
     analyse,
     grid_convergence_index,
@@ -138,12 +141,10 @@ def test_a_power_law_converges_at_its_order(h, order):
 def test_within_the_tolerance_it_has_converged_and_keeps_its_order():
     found = analyse(UNIFORM, power(UNIFORM, 2.0), tolerance=1e-3)
     assert found.verdict == CONVERGED
-    assert found.words == "converged, at order 2.00"
+    assert found.words == "converged at order 2.00"
 
 
-@pytest.mark.parametrize(
-    ("earlier", "verdict"), [(1.65, CONVERGING), (1.55, NOT_CONVERGING), (2.6, NOT_CONVERGING)]
-)
+@pytest.mark.parametrize(("earlier", "verdict"), [(1.65, CONVERGING), (1.55, NOT_CONFIRMED), (2.6, NOT_CONFIRMED)])
 def test_orders_agree_within_a_fifth_of_the_larger(earlier, verdict):
     """Differences 1, 2^-p, 2^-(p + 2) on halved sizes: the orders p and 2."""
     steps = np.cumsum([0.0, 1.0, 2.0**-earlier, 2.0 ** -(earlier + 2.0)])
@@ -155,7 +156,7 @@ def test_two_terms_reach_the_asymptotic_range_only_on_fine_levels():
         return 1.0 + h**2 - 3.0 * h**4
 
     coarse = np.array([0.8, 0.4, 0.2])
-    assert analyse(coarse, values(coarse), tolerance=1e-9).verdict == NOT_CONVERGING
+    assert analyse(coarse, values(coarse), tolerance=1e-9).verdict == NOT_CONFIRMED
     fine = coarse / 32.0
     found = analyse(np.append(fine, fine[-1] / 2.0), values(np.append(fine, fine[-1] / 2.0)), tolerance=1e-9)
     assert found.verdict == CONVERGING
@@ -166,11 +167,11 @@ def test_three_levels_need_a_declared_order():
     h = UNIFORM[:3]
     f = power(h, 2.0)
     alone = analyse(h, f, tolerance=1e-6)
-    assert alone.verdict == NOT_CONVERGING
-    assert "2.00 alone" in alone.reason
+    assert alone.verdict == NOT_CONFIRMED
+    assert "2.00" in alone.reason
     assert math.isnan(alone.limit)
     assert analyse(h, f, tolerance=1e-6, declared=2.0).words == "converging at order 2.00"
-    assert analyse(h, f, tolerance=1e-6, declared=4.0).verdict == NOT_CONVERGING
+    assert analyse(h, f, tolerance=1e-6, declared=4.0).verdict == NOT_CONFIRMED
 
 
 def test_a_declared_order_bounds_the_index():
@@ -183,11 +184,9 @@ def test_a_declared_order_bounds_the_index():
 def test_shrinking_oscillation_is_judged_by_its_swing():
     f = 1.0 + 0.1 * (-0.5) ** np.arange(5)
     found = analyse(UNIFORM, f, tolerance=1e-3)
-    assert found.verdict == NOT_CONVERGING
+    assert found.verdict == NOT_CONFIRMED
     assert "alternate" in found.reason
-    assert found.reason == "the differences alternate in sign and shrink"
-    steady = analyse(UNIFORM, [0.0, 1.0, 0.0, 1.0, 0.0])
-    assert steady.reason == "the differences alternate in sign and do not shrink"
+    assert analyse(UNIFORM, [0.0, 1.0, 0.0, 1.0, 0.0]).verdict == NOT_CONVERGING
     assert found.uncertainty == pytest.approx(SAFETY * abs(f[-2] - f[-3]))
     assert abs(f[-1] - 1.0) < found.uncertainty
     assert analyse(UNIFORM, f, tolerance=0.1).words == "converged"
@@ -235,12 +234,12 @@ def test_differences_within_the_noise_tell_no_order():
     assert found.words == "converged"
     assert math.isnan(found.order)
     assert found.uncertainty == 1e-5
-    assert analyse(UNIFORM, power(UNIFORM, 2.0, factor=1e-6), tolerance=1e-6, noise=1e-5).verdict == NOT_CONVERGING
+    assert analyse(UNIFORM, power(UNIFORM, 2.0, factor=1e-6), tolerance=1e-6, noise=1e-5).verdict == NOT_CONFIRMED
 
 
 def test_noise_without_bound_is_no_convergence():
     found = analyse(UNIFORM, power(UNIFORM, 2.0), noise=math.inf)
-    assert found.verdict == NOT_CONVERGING
+    assert found.verdict == NOT_CONFIRMED
     assert "tolerance" in found.reason
 
 
@@ -287,7 +286,7 @@ def test_orders_from_three_tenths_on_are_convergence(order, verdict):
     assert analyse(UNIFORM, power(UNIFORM, order), tolerance=1e-6).verdict == verdict
 
 
-@pytest.mark.parametrize(("times", "verdict"), [(4.9, NOT_CONVERGING), (5.1, CONVERGING)])
+@pytest.mark.parametrize(("times", "verdict"), [(4.9, NOT_CONFIRMED), (5.1, CONVERGING)])
 def test_differences_tell_an_order_from_five_times_the_noise_on(times, verdict):
     """Of three levels with a declared order, the last difference is so many times the noise."""
     f = power(UNIFORM[:3], 2.0)
@@ -299,7 +298,8 @@ def test_chance_is_rarely_called_convergence():
     """Independent random values have no limit: the rule may be fooled only now and then."""
     rng = np.random.default_rng(2016)
     words = [analyse(UNIFORM, rng.uniform(0.5, 1.5, 5), tolerance=1e-3).verdict for _ in range(2000)]
-    assert words.count(NOT_CONVERGING) > 0.97 * 2000
+    assert words.count(NOT_CONVERGING) + words.count(NOT_CONFIRMED) > 0.97 * 2000
+    assert words.count(NOT_CONVERGING) > 0.6 * 2000
 
 
 def test_sizes_must_fall():
@@ -363,8 +363,8 @@ def test_noise_is_measured_at_a_tenth_of_the_tolerance(tolerance, tighter):
 def test_levels_and_sizes_have_si_units():
     """A size is a step, or one over a level."""
     assert {axis.name: (axis.heading, axis.size_label) for axis in AXES.values()} == {
-        "elements": ("elements", "1/elements (1)"),
-        "modes": ("modes", "1/modes (1)"),
+        "elements": ("elements", "1/elements"),
+        "modes": ("modes", "1/modes"),
         "steps": ("free step (s)", "free step (s)"),
         "stiffness": ("stiffness (N/m)", "1/stiffness (m/N)"),
         "tolerances": ("tolerance", "mean step (s)"),
@@ -744,14 +744,87 @@ def test_an_elastic_stop_is_refined_in_its_stiffness(tmp_path):
         refine(Scenario.builtin("paper"), stiffness=[1e5, 1e6, 1e7], workers=1)
 
 
-def test_the_peak_force_of_a_rigid_stop_is_said_to_have_no_limit():
-    rigid = Scenario.builtin("paper", ["end_time=0.335", "discretization.frame=mean-axis"])
-    assert "peak_force" not in default_quantities(rigid)
-    assert "peak_force" in default_quantities(rigid.replace(contact__normal="spring"))
-    found = lines(refine(rigid, modes=[1, 2, 3], quantities=["peak_force", "impulse"], workers=1))
-    place = next(k for k, line in enumerate(found) if "peak_force" in line)
-    assert "has no limit" in found[place + 1]
-    assert sum("has no limit" in line for line in found) == 1
+RIGID = Scenario.builtin("paper", ["end_time=0.335", "discretization.frame=mean-axis"])
+DAMPED = RIGID.replace(beam__kelvin_voigt=1e-3)
+LOST = {"impulse", "collision_end", "tip_y@end", "peak_force"}
+
+
+def test_the_peak_force_of_a_rigid_stop_is_no_usual_quantity():
+    assert "peak_force" not in default_quantities(RIGID)
+    assert "peak_force" in default_quantities(RIGID.replace(contact__normal="spring"))
+
+
+@pytest.mark.parametrize(
+    ("scenario", "levels", "lost"),
+    [
+        (RIGID, {"modes": [1, 2, 3]}, LOST),
+        (DAMPED, {"modes": [2, 3, 4]}, {"peak_force"}),
+        # a damping that three modes do not resolve
+        (RIGID.replace(beam__kelvin_voigt=1e-6), {"modes": [1, 2, 3]}, LOST),
+    ],
+    ids=["undamped", "damped", "not resolved"],
+)
+def test_what_a_run_calls_not_determined_is_not_called_converged(scenario, levels, lost):
+    names = ["first_impact", "tip_y@0.3", "max:gap", *LOST]
+    result = refine(scenario, **levels, quantities=names, within=0.5, workers=1)
+    found = {item.quantity.name: item.analysis for item in result.ladders[0].results}
+    assert {name for name in names if found[name].verdict == NOT_DETERMINED} == lost
+    assert all(math.isnan(found[name].limit) for name in lost)
+    # the tip falls: its largest gap is that of the start
+    assert found["max:gap"].verdict == found["first_impact"].verdict == CONVERGED
+
+
+def test_a_refined_step_converges_for_its_number_of_modes_alone():
+    names = ["first_impact", "impulse"]
+    result = refine(RIGID, tolerances=[1e-6, 1e-8, 1e-10], quantities=names, workers=1)
+    impulse = result.quantity("impulse").analysis
+    assert impulse.verdict == CONVERGED
+    assert "tolerance" in impulse.words
+    (remark,) = [remark for remark in result.ladders[0].remarks if remark.startswith("impulse")]
+    assert "first_impact" not in remark
+    assert any(remark in line for line in lines(result))
+    assert html.escape(remark[1:], quote=True) in render_html(study_document(result, "command"))
+
+
+def test_warnings_of_the_levels_are_in_lines_report_and_data():
+    result = refine(RIGID, modes=[1, 2, 3], quantities=["first_impact"], workers=1)
+    warning = simulate(RIGID.replace(discretization__modes=3)).summary["warnings"][-1]
+    (line,) = [line for line in lines(result) if warning in line]
+    assert "modes 1, 2, 3" in line
+    assert warning in html.unescape(render_html(study_document(result, "command")))
+    assert warning in study_data(result, "command")["ladders"][0]["runs"][-1]["warnings"]
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        # observed orders 4.2 and 4.8 agree; with the first three alone nothing confirms the one
+        ([362.4, 332.6, 330.94, 330.88], CONVERGING),
+        ([362.4, 332.6, 330.94], NOT_CONFIRMED),
+        ([302.0, 352.0, 634.0, 1590.0], NOT_CONVERGING),
+        ([1.847, 1.835, 1.864, 1.890], NOT_CONVERGING),
+        # scatter whose last difference happens to be smaller than the one before it
+        ([1.861, 1.864, 1.854, 1.886, 1.890, 1.869], NOT_CONVERGING),
+    ],
+)
+def test_not_converging_is_said_of_what_does_not_fall(values, verdict):
+    sizes = 1.0 / 2.0 ** np.arange(1, len(values) + 1)
+    assert analyse(sizes, values, tolerance=1e-6).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "text"),
+    [
+        (1.84709854, 0.036, "1.847"),
+        (1.84709854, 4.2e-7, "1.84709854"),
+        (15904.0, 1200.0, "15900"),
+        (-0.31234, 0.02, "\N{MINUS SIGN}0.312"),
+        (2.0, math.nan, "2"),
+    ],
+)
+def test_digits_follow_the_uncertainty(value, uncertainty, text):
+    analysis = replace(analyse(UNIFORM, power(UNIFORM, 2.0)), uncertainty=uncertainty)
+    assert analysis.shown(value) == text
 
 
 def test_the_picture_shows_relative_differences_over_levels():

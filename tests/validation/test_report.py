@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from datetime import UTC, date, datetime, timedelta
 
 import pytest
 
@@ -23,6 +24,11 @@ from validation.report.document import (
     write_report,
 )
 from validation.report.figures import new_figure, to_svg
+
+
+def test_a_report_says_when_it_was_made():
+    (found,) = re.findall(r"<dt>date</dt><dd[^>]*>(\d{4}-\d\d-\d\d) ", render_html(document()))
+    assert abs(datetime.now(UTC).date() - date.fromisoformat(found)) <= timedelta(days=1)
 
 
 def picture() -> Picture:

@@ -103,14 +103,14 @@ def study():
 def test_refine(study):
     text = render_html(study_document(study, "command"))
     # matplotlib draws letters as shapes and leaves the text in a comment
-    for label in ("relative difference (1)", "value / value at the finest level (1)", "elements (1)"):
+    for label in ("relative difference", "value / value at the finest level", "elements"):
         assert f"<!-- {label} -->" in text
     assert "uncertainty 0.02 N s, noise 3 × 10⁻¹³ N s, GCI of the last two levels alone 0.14 N s" in text
     page = tables(text)
     assert page["Verdicts"] == [
         ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"],
         [
-            *("a ladder", "impulse", "2.015625", "N s", "2", "0.02", "◐ converging at order 2.00"),
+            *("a ladder", "impulse", "2.016", "N s", "2", "0.02", "◐ converging in the mesh at order 2.00"),
             "the last two observed orders agree: 2.00, 2.00",
         ],
     ]
@@ -122,14 +122,14 @@ def test_refine(study):
         *("Richardson limit (N s)", "GCI (N s)"),
     ]
     assert first == ["8", "3", "–", "–", "–", "–"]
-    assert last == ["64", "2.015625", "−0.04688", "2", "2", "0.0195"]  # 1.25 × (3/64)/(2² − 1)
+    assert last == ["64", "2.016", "−0.0469", "2", "2", "0.02"]  # 1.25 × (3/64)/(2² − 1)
 
 
 @pytest.mark.parametrize(
     ("values", "tolerance", "verdict"),
     [
-        ((3.0, 2.25, 2.0625), 0.1, "✓ converged, at order 2.00"),
-        ((3.0, 2.25, 2.0625), 1e-3, "◐ converging at order 2.00"),
+        ((3.0, 2.25, 2.0625), 0.1, "✓ converged in the mesh at order 2.00"),
+        ((3.0, 2.25, 2.0625), 1e-3, "◐ converging in the mesh at order 2.00"),
         ((3.0, 4.0, 6.0), 1e-3, "✗ not converging"),
         ((3.0, 4.0, float("nan")), 1e-3, "no verdict"),
     ],
@@ -177,7 +177,7 @@ def test_refine_for_machines(study):
         "richardson_limit": pytest.approx(2.0),
         "grid_convergence_index": pytest.approx(1.25 / 64.0),
         "above_noise": "yes",
-        "verdict": "converging at order 2.00",
+        "verdict": "converging in the mesh at order 2.00",
     }
     found = study_data(study, "command")["ladders"][0]["quantities"][0]
     assert (found["name"], found["unit"], found["values"][-1]) == ("impulse", "N s", 2.015625)

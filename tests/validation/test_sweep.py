@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import json
 import math
 import re
+import subprocess
 import sys
 from types import SimpleNamespace
 
@@ -13,7 +15,7 @@ import pyarrow as pa
 import pytest
 from matplotlib.figure import Figure
 
-from oblique_impact import InputError, Scenario
+from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import Outcome
@@ -531,6 +533,37 @@ def test_histories_are_whole_folders(tmp_path):
 
 
 # --- the table
+
+
+def test_warnings_of_runs_are_a_column_a_line_and_in_the_report(tmp_path):
+    """A rigid stop under an undamped beam: two of three runs touch it."""
+    text = """
+scenario = "paper"
+quantities = ["first_impact"]
+changes = {"discretization.frame" = "mean-axis"}
+axes = [{key = "end_time", values = [0.1, 0.32, 0.33]}]
+"""
+    result = command.sweep(make_plan(text), tmp_path, workers=1)
+    (warning,) = simulate(result.plan.task(2).scenario()).summary["warnings"]
+    assert result.table["warnings"].to_pylist() == ["", warning, warning]
+    (line,) = [line for line in command.lines(result) if warning in line]
+    assert "2 of 3 runs" in line
+    assert warning in html.unescape(result.report.read_text())
+
+
+def test_one_worker_needs_no_other_process(tmp_path):
+    """A script without a guard around its calls, which other processes would import."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from validation import AxisSection, SweepFile, sweep\n"
+        'axis = AxisSection(key="initial.angle", values=[0.1, 0.2])\n'
+        'changes = {"end_time": 0.01, "contact.enabled": False}\n'
+        'file = SweepFile(changes=changes, axes=[axis], quantities=["theta@end"])\n'
+        f"print(sweep(file, {str(tmp_path / 'out')!r}, workers=1).outcomes)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300.0, check=False)
+    assert (done.returncode, done.stderr.count("Traceback")) == (0, 0), done.stderr
+    assert "'completed': 2" in done.stdout
 
 
 def test_the_table_has_all_runs_in_order_with_units(tmp_path):

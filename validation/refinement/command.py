@@ -18,6 +18,7 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 from validation.parallel import check_limits
 from validation.quantities import default_quantities
+from validation.refinement.convergence import CONVERGED, CONVERGING
 from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, levels_by_axis
 from validation.refinement.report import write_study
 from validation.refinement.shipped import STUDIES, shipped_study
@@ -199,9 +200,9 @@ def _ladder_lines(result: LadderResult) -> list[str]:
             words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
             lines.append(f"  {result.axis.label} {number(level)}: {words}")
     for item in result.results:
-        unit = item.quantity.unit.removeprefix("1")
-        shown = item.gaps[-1] or f"{number(item.values[-1], 9)} {unit}"
-        lines.append(f"  {item.quantity.name:24} {shown:28} {item.analysis.words} ({item.analysis.reason})")
-        if item.quantity.name == "peak_force" and result.axis.whole and result.base.contact.normal == "rigid":
-            lines.append(f"  {'':24} the force of a rigid stop has no limit: it grows with every mode or element")
-    return [*lines, f"  {result.uneven}"] if result.uneven else lines
+        a, unit = item.analysis, item.quantity.unit.removeprefix("1")
+        shown = item.gaps[-1] or a.shown(item.values[-1])
+        if a.verdict in (CONVERGED, CONVERGING):
+            shown += f" ± {number(a.uncertainty, 2)}"
+        lines.append(f"  {item.quantity.name:24} {f'{shown} {unit}':32} {a.words} ({a.reason})")
+    return [*lines, *(f"  {remark}" for remark in result.remarks)]

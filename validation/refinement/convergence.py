@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
+from validation.report.document import number
+
 #: safety factors of the grid convergence index: three levels or more, two levels
 SAFETY, SAFETY_OF_TWO = 1.25, 3.0
 #: relative grid convergence index at which a quantity counts as converged, unless the user says otherwise
@@ -30,7 +32,10 @@ ROUNDING = 1e-13
 #: of the tolerance: differences below it may grow, the last levels agree anyway
 NEGLIGIBLE = 0.1
 
-CONVERGED, CONVERGING, NOT_CONVERGING, NO_VERDICT = "converged", "converging", "not converging", "no verdict"
+CONVERGED, CONVERGING = "converged", "converging"
+#: the differences do not fall; they fall, but the levels do not confirm an order; there is no limit; no value
+NOT_CONVERGING, NOT_CONFIRMED = "not converging", "not confirmed"
+NOT_DETERMINED, NO_VERDICT = "not determined", "no verdict"
 
 
 def one_line(text: str) -> str:
@@ -61,9 +66,17 @@ RULE = (
         f"""Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for
         places, to the larger of initial and final energy for energies, where these are larger), and the last
         difference is smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within
-        the noise. Converging at order p: the order is confirmed, the uncertainty still larger. Not converging:
-        neither. The finest level and the two before it must have the quantity; otherwise there is no verdict,
+        the noise. Converging at order p: the order is confirmed, the uncertainty still larger. Not converging: the
+        last difference is not smaller than the two before it (than the one before, of three levels), or the
+        observed order is below {LOWEST_ORDER}. Not confirmed: the differences fall, but the levels do not confirm
+        an order. The finest level and the two before it must have the quantity; otherwise there is no verdict,
         and the gap is named."""
+    ),
+    one_line(
+        """Not determined: the quantity has no limit as modes or elements are added, whatever the levels suggest.
+        At a given number of modes it may still converge in the step, the tolerance, the stiffness or the mesh that
+        the modes are computed on; such a verdict says in what, and holds for that number of modes alone. Values
+        are shown to the second digit of their uncertainty."""
     ),
 )
 
@@ -105,11 +118,13 @@ class Analysis:
     noise : float
         Changes up to this mean nothing (unit of the value).
     verdict : str
-        `CONVERGED`, `CONVERGING`, `NOT_CONVERGING` or `NO_VERDICT`.
+        `CONVERGED`, `CONVERGING`, `NOT_CONVERGING`, `NOT_CONFIRMED`, `NOT_DETERMINED` or `NO_VERDICT`.
     order, limit, uncertainty : float
         Confirmed order, Richardson limit at that order, uncertainty of the finest value; NaN if there is none.
     reason : str
         Why, in words.
+    within : str
+        In what alone it converges, like " in the step", where that is not the number of modes or elements.
     """
 
     differences: tuple[float, ...]
@@ -121,13 +136,26 @@ class Analysis:
     limit: float
     uncertainty: float
     reason: str
+    within: str = ""
 
     @property
     def words(self) -> str:
         """The verdict in words, with the order if there is one."""
-        if self.verdict == CONVERGED and math.isfinite(self.order):
-            return f"converged, at order {self.order:.2f}"
-        return f"converging at order {self.order:.2f}" if self.verdict == CONVERGING else self.verdict
+        order = f" at order {self.order:.2f}" if math.isfinite(self.order) else ""
+        return f"{self.verdict}{self.within}{order}" if self.verdict in (CONVERGED, CONVERGING) else self.verdict
+
+    def undetermined(self, reason: str) -> Analysis:
+        """Return the analysis of a quantity that has no limit, whatever its values suggest."""
+        return replace(self, verdict=NOT_DETERMINED, order=math.nan, limit=math.nan, reason=reason)
+
+    def shown(self, value: float) -> str:
+        """Return a value in as many digits as its uncertainty leaves: to the second digit of it."""
+        if not (math.isfinite(value) and math.isfinite(self.uncertainty)):
+            return number(value, 6)
+        if not self.uncertainty or not value:
+            return number(value, 10)
+        digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(self.uncertainty)) + 2
+        return number(value, min(max(digits, 2), 14))
 
 
 def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: float) -> float:
@@ -266,60 +294,76 @@ def _pair_index(h: np.ndarray, differences: tuple[float, ...], declared: float |
 
 
 def _verdict(case: _Judged, draft: Analysis) -> Analysis:
-    last = case.triplets[-1]
-    if last is None:
+    if case.triplets[-1] is None:
         return replace(draft, verdict=NO_VERDICT, reason=_gap(case))
     if not math.isfinite(case.floor):
-        return replace(
-            draft, verdict=NOT_CONVERGING, reason="a tighter tolerance of the scheme loses the quantity altogether"
-        )
+        reason = "a tighter tolerance of the scheme loses the quantity altogether"
+        return replace(draft, verdict=NOT_CONFIRMED, reason=reason)
     before, now = abs(case.differences[-2]), abs(case.differences[-1])
-    level, reason = _confirmed(case)
-    order = case.triplets[level].order if level else math.nan  # type: ignore[union-attr]
-    limit, uncertainty = math.nan, SAFETY * max(before, now)
-    if level:
+    level, verdict, reason = _observed(case)
+    order, limit, uncertainty = math.nan, math.nan, SAFETY * max(before, now)
+    triplet = case.triplets[level] if verdict == CONVERGING else None
+    if triplet is not None:
+        order, limit = triplet.order, triplet.limit
         ratio = float(case.sizes[-2] / case.sizes[-1])
         used = min(order, case.declared or order)
         # below the noise a difference says nothing any more: its place is taken by the noise
         uncertainty = grid_convergence_index(max(now, case.floor), ratio, used)
-        limit = case.triplets[level].limit  # type: ignore[union-attr]
     uncertainty = max(uncertainty, case.floor)
     calm = now < before or max(before, now) <= max(NEGLIGIBLE * case.bound, ABOVE_NOISE * case.floor)
-    verdict = CONVERGING if level else NOT_CONVERGING
     if uncertainty <= case.bound and calm:
+        reason = reason if verdict == CONVERGING else f"the last levels agree within the tolerance; {reason}"
         verdict = CONVERGED
-        reason = reason if level else f"the last levels agree within the tolerance; {reason}"
     return replace(draft, verdict=verdict, order=order, limit=limit, uncertainty=uncertainty, reason=reason)
 
 
-def _confirmed(case: _Judged) -> tuple[int, str]:
-    """Level whose triplet gives the confirmed order (0: none), and why in words."""
-    level = len(case.triplets) - 1
-    at_floor = abs(case.differences[-1]) <= ABOVE_NOISE * case.floor
-    while level > 1 and abs(case.differences[level]) <= ABOVE_NOISE * case.floor:
+def _observed(case: _Judged) -> tuple[int, str, str]:
+    """Return the finest level above the noise, and what the differences up to it say: a verdict with its reason.
+
+    `CONVERGING` is a confirmed order, that of the triplet of that level.
+    """
+    level, noise = len(case.triplets) - 1, ABOVE_NOISE * case.floor
+    at_floor = abs(case.differences[-1]) <= noise
+    while level > 1 and abs(case.differences[level]) <= noise:
         level -= 1
     triplet = case.triplets[level] if level > 1 else None
     ending = ", until the noise is reached" if at_floor else ""
     if triplet is None or not triplet.resolved:
         if at_floor:
-            return 0, "the last difference is zero or within the noise"
-        return 0, "differences within the noise are followed by a larger one"
+            return level, NOT_CONFIRMED, f"the last difference is zero or below {ABOVE_NOISE:g} times the noise"
+        return level, NOT_CONVERGING, "differences within the noise are followed by a larger one"
     order = triplet.order
+    # NaN where a level lacks the quantity, which compares false
+    larger = [abs(case.differences[level]) >= abs(case.differences[k]) for k in (level - 1, level - 2) if k > 0]
     if math.isnan(order):
-        shrink = abs(case.differences[level]) < abs(case.differences[level - 1])
-        return 0, f"the differences alternate in sign and {'shrink' if shrink else 'do not shrink'}"
+        if larger[0]:
+            return level, NOT_CONVERGING, "the differences alternate in sign and do not shrink"
+        verdict = NOT_CONVERGING if any(larger) else NOT_CONFIRMED
+        return level, verdict, "the differences alternate in sign and shrink, so there is no observed order"
     if order < LOWEST_ORDER:
-        return 0, "the differences grow" if order <= 0.0 else f"the differences hardly fall: order {order:.2f}"
+        fall = "the differences grow" if order <= 0.0 else "the differences hardly fall"
+        return level, NOT_CONVERGING, f"{fall}: observed order {order:.2f}"
     earlier = case.triplets[level - 1] if level > 2 else None
-    if earlier and earlier.resolved and abs(order - earlier.order) <= AGREEMENT * max(order, earlier.order):
-        return level, f"the last two observed orders agree: {earlier.order:.2f}, {order:.2f}{ending}"
+    if earlier and not (earlier.resolved and math.isfinite(earlier.order)):
+        earlier = None
+    if earlier and abs(order - earlier.order) <= AGREEMENT * max(order, earlier.order):
+        return level, CONVERGING, f"the last two observed orders agree: {earlier.order:.2f}, {order:.2f}{ending}"
     if case.declared and abs(order - case.declared) <= AGREEMENT * case.declared:
-        return level, f"observed order {order:.2f}, declared {case.declared:g}{ending}"
-    known = earlier and earlier.resolved and math.isfinite(earlier.order)
-    shown = (
-        f"{earlier.order:.2f}, {order:.2f}" if earlier and known else f"{order:.2f} alone, without another level"
+        return level, CONVERGING, f"observed order {order:.2f}, declared {case.declared:g}{ending}"
+    if any(larger):
+        return level, NOT_CONVERGING, "the last difference is not smaller than those before it"
+    if earlier:
+        return (
+            level,
+            NOT_CONFIRMED,
+            f"the last two observed orders differ: {earlier.order:.2f}, {order:.2f}{ending}",
+        )
+    declared = f" and {case.declared:g} is declared" if case.declared else ""
+    return (
+        level,
+        NOT_CONFIRMED,
+        (f"there is one observed order, {order:.2f}{declared}; another level has to confirm it{ending}"),
     )
-    return 0, f"the observed order is not confirmed: {shown}{ending}"
 
 
 def _gap(case: _Judged) -> str:

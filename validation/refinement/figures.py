@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from renders.style import GREY, SERIES
 from validation.refinement.study import LadderResult, QuantityResult
-from validation.report.document import Picture, number
+from validation.report.document import Picture, number, with_unit
 from validation.report.figures import new_figure, to_svg
 
 #: width of the printed page: what is drawn is what is read
@@ -30,9 +30,9 @@ def ladder_picture(result: LadderResult) -> Picture:
             _differences(left, result, item, style)
             _relative_values(right, result, item, style)
         _reference_slope(left, result)
-        left.set_ylabel("relative difference (1)")
+        left.set_ylabel("relative difference")
         left.set_title("Difference from the level before")
-        right.set_ylabel("value / value at the finest level (1)")
+        right.set_ylabel("value / value at the finest level")
         right.set_title("Values")
         for axes in (left, right):
             _level_axis(axes, result)
@@ -86,14 +86,12 @@ def _compare(axes: Axes, results: Sequence[LadderResult], name: str, errors: boo
             x, y, line, color=_colour(index), marker=_MARKS[index % len(_MARKS)], markersize=4.5, label=label
         )
         levels.update(result.ladder.levels)
-    q = reference.quantity
-    unit = "1" if errors else q.unit
     axes.set_title(name)
-    axes.set_ylabel(f"relative difference ({unit})" if errors else f"{_axis_words(name)} ({unit})")
+    axes.set_ylabel("relative difference" if errors else with_unit(_axis_words(name), reference.quantity.unit))
     axes.set_xscale("log", base=2)
     _ticks(axes, sorted(levels))
     kinds = sorted({r.axis.label for r in results}, reverse=True)
-    axes.set_xlabel(f"{' or '.join(kinds)} (1)")
+    axes.set_xlabel(" or ".join(kinds))
     spread = [abs(v) for r in results for v in r.quantity(name).values if math.isfinite(v)]
     if errors or (spread and min(spread) > 0.0 and max(spread) / min(spread) > 5.0):
         _decades(axes)
@@ -167,7 +165,7 @@ def _reference_slope(axes: Axes, result: LadderResult) -> None:
 def _level_axis(axes: Axes, result: LadderResult) -> None:
     axes.set_xscale("log")
     if result.axis.rising:
-        axes.set_xlabel(f"{result.axis.label} ({result.axis.unit})")
+        axes.set_xlabel(result.axis.heading)
     else:
         axes.set_xlabel(result.axis.size_label)
         axes.invert_xaxis()

@@ -122,16 +122,17 @@ class CaseResult:
 
     @property
     def remarks(self) -> list[str]:
-        """Say why there are no collisions, and which shadows are left out."""
+        """Say why there are no collisions, which shadows are left out, and what the run warns of."""
         row, said = self.rows[0], []
         if row["outcome"] in FAILURES:
             said.append(f"the unperturbed run failed: {row['outcome']}: {row['message']}")
         elif not self.collisions:
             words = ": ".join(filter(None, (row["outcome"], row["message"])))
             said.append(f"no contact until {row['stopped_at']:.6g} s: {words}")
-        return said + [
+        said += [
             f"shadow at {offset:g} rad left out: {row['outcome']}: {row['message']}" for offset, row in self.failed
         ]
+        return said + [f"warning: {warning}" for warning in self.rows[0]["warnings"]]
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,8 @@ class Axis:
         Of the representative size h, with its unit.
     rising : bool
         Whether finer levels are larger numbers.
+    within : str
+        What else than the number of modes or elements it refines, for verdicts: " in the step".
     apply : callable
         Takes a scenario and a level, returns the scenario of that level.
     """
@@ -42,6 +44,7 @@ class Axis:
     size_label: str
     rising: bool
     apply: Callable[[Scenario, float], Scenario]
+    within: str = ""
 
     @property
     def whole(self) -> bool:
@@ -148,14 +151,21 @@ def _stiffness(scenario: Scenario, level: float) -> Scenario:
     return scenario.replace(contact__stiffness=level)
 
 
+def fixed_modes(axis: Axis, scenario: Scenario) -> str:
+    """Return in what a ladder refines at a fixed number of modes, "" if it adds modes or elements."""
+    if axis.name == "elements" and scenario.discretization.modes > 0:
+        return " in the mesh"
+    return axis.within
+
+
 AXES = {
     axis.name: axis
     for axis in (
-        Axis("elements", "elements", "1", "1/elements (1)", True, _elements),
-        Axis("modes", "modes", "1", "1/modes (1)", True, _modes),
-        Axis("steps", "free step", "s", "free step (s)", False, _steps),
-        Axis("stiffness", "stiffness", "N/m", "1/stiffness (m/N)", True, _stiffness),
-        Axis("tolerances", "tolerance", "1", "mean step (s)", False, _tolerances),
+        Axis("elements", "elements", "1", "1/elements", True, _elements),
+        Axis("modes", "modes", "1", "1/modes", True, _modes),
+        Axis("steps", "free step", "s", "free step (s)", False, _steps, " in the step"),
+        Axis("stiffness", "stiffness", "N/m", "1/stiffness (m/N)", True, _stiffness, " in the stiffness"),
+        Axis("tolerances", "tolerance", "1", "mean step (s)", False, _tolerances, " in the tolerance"),
     )
 }
 

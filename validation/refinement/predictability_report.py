@@ -161,7 +161,7 @@ def _growth_picture(result: Predictability) -> Picture:
             colour = SERIES[index % len(SERIES)]
             axes.step(case.events, growth, where="post", color=colour, linewidth=1.4, label=case.case.name)
         _thresholds(axes)
-        axes.set(xlabel="time of the event (s)", ylabel="largest growth so far (1)", yscale="log")
+        axes.set(xlabel="time of the event (s)", ylabel="largest growth so far", yscale="log")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         svg = to_svg(figure)
     words = "; ".join(

@@ -15,7 +15,9 @@ from validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
     NO_VERDICT,
+    NOT_CONFIRMED,
     NOT_CONVERGING,
+    NOT_DETERMINED,
     RULE,
 )
 from validation.refinement.figures import comparison_picture, ladder_picture, relative_errors
@@ -30,13 +32,21 @@ from validation.report.document import (
     Table,
     number,
     number_cells,
+    with_unit,
     write_csv,
     write_json,
     write_report,
 )
 from validation.report.provenance import provenance, provenance_data
 
-_KINDS = {CONVERGED: "pass", CONVERGING: "partly", NOT_CONVERGING: "fail", NO_VERDICT: "dim"}
+_KINDS = {
+    CONVERGED: "pass",
+    CONVERGING: "partly",
+    NOT_CONFIRMED: "partly",
+    NOT_CONVERGING: "fail",
+    NOT_DETERMINED: "fail",
+    NO_VERDICT: "dim",
+}
 CSV_COLUMNS = (
     "ladder",
     "axis",
@@ -100,6 +110,7 @@ def _ladder_data(result: LadderResult) -> dict[str, Any]:
                 "end_time": run["stopped_at"],
                 "steps": run["steps"],
                 "events": run["events"],
+                "warnings": run["warnings"],
             }
             for level, run in zip(ladder.levels, result.runs, strict=True)
         ],
@@ -130,6 +141,7 @@ def _quantity_data(item: QuantityResult) -> dict[str, Any]:
         "uncertainty": a.uncertainty,
         "scale": item.scale,
         "reason": a.reason,
+        "without_limit": item.without_limit,
     }
 
 
@@ -180,7 +192,7 @@ def study_document(result: StudyResult, command: str) -> Document:
             *(
                 Paragraph(f"{ladder.ladder.name}: {remark}.", note=True)
                 for ladder in result.ladders
-                if (remark := ladder.uneven)
+                for remark in ladder.remarks
             ),
             Fold("How a verdict is found", [Paragraph(text) for text in RULE]),
         ],
@@ -234,7 +246,12 @@ def _matrix(group: list[LadderResult]) -> Table:
 def _short_cell(item: QuantityResult) -> Cell:
     a = item.analysis
     order = f", p = {a.order:.2f}" if a.order == a.order else ""
-    return Cell(f"{a.verdict}{order}", _KINDS[a.verdict])
+    return Cell(f"{a.verdict}{order}", _kind(item))
+
+
+def _kind(item: QuantityResult) -> str:
+    """Kind of the cell of a verdict; "partly" at one number of modes where there is no limit over them."""
+    return "partly" if item.analysis.verdict == CONVERGED and item.without_limit else _KINDS[item.analysis.verdict]
 
 
 def _verdicts(result: StudyResult) -> Table:
@@ -242,9 +259,9 @@ def _verdicts(result: StudyResult) -> Table:
     for ladder in result.ladders:
         for item in ladder.results:
             a = item.analysis
-            finest = number_cells(item.values[-1], digits=10)
-            limit = number_cells(number(a.limit, 10), number(a.uncertainty, 2))
-            verdict = Cell(a.words, _KINDS[a.verdict])
+            finest = number_cells(a.shown(item.values[-1]))
+            limit = number_cells(a.shown(a.limit), number(a.uncertainty, 2))
+            verdict = Cell(a.words, _kind(item))
             name, unit = item.quantity.name, item.quantity.unit
             rows.append([ladder.ladder.name, name, *finest, unit, *limit, verdict, a.reason])
     columns = ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"]
@@ -263,7 +280,7 @@ def _section(result: LadderResult) -> Section:
         ),
         ladder_picture(result),
         _runs(result),
-        Paragraph(f"{remark[:1].upper()}{remark[1:]}.", note=True) if (remark := result.uneven) else None,
+        *(Paragraph(f"{remark[:1].upper()}{remark[1:]}.", note=True) for remark in result.remarks),
         *(_levels(result, item) for item in result.results),
     ]
     return Section(ladder.name, [block for block in blocks if block])
@@ -296,9 +313,9 @@ def _levels(result: LadderResult, item: QuantityResult) -> Table:
     for i, level in enumerate(result.ladder.levels):
         t = a.triplets[i]
         dim = "number" if t is None or t.resolved else "dim"
-        value = Cell(item.gaps[i], "dim") if item.gaps[i] else Cell(number(item.values[i], 12), "number")
-        found = (number(t.order, 4), number(t.limit, 12), number(t.index, 3)) if t else ("–", "–", "–")
-        difference = number_cells(a.differences[i], digits=4)
+        value = Cell(item.gaps[i], "dim") if item.gaps[i] else Cell(a.shown(item.values[i]), "number")
+        found = (number(t.order, 3), a.shown(t.limit), number(t.index, 2)) if t else ("–", "–", "–")
+        difference = number_cells(a.differences[i], digits=3)
         rows.append([*number_cells(level), value, *difference, *(Cell(text, dim) for text in found)])
     declared = f", declared order {item.declared:g}" if item.declared else ""
     caption = (
@@ -308,10 +325,10 @@ def _levels(result: LadderResult, item: QuantityResult) -> Table:
     )
     columns = [
         result.axis.heading,
-        f"value ({unit})",
-        f"difference ({unit})",
+        with_unit("value", unit),
+        with_unit("difference", unit),
         "observed order",
-        f"Richardson limit ({unit})",
-        f"GCI ({unit})",
+        with_unit("Richardson limit", unit),
+        with_unit("GCI", unit),
     ]
     return Table(columns, rows, caption)

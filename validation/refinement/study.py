@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
@@ -13,10 +13,11 @@ from oblique_impact.history.provenance import named_in
 from oblique_impact.progress import OnProgress, Progress
 from oblique_impact.scenario.scenario import Scenario
 from validation.journal import Journal, fingerprint_of
-from validation.measuring import Row, Task, measure_each
+from validation.measuring import Row, Task, measure_each, same_warnings
 from validation.quantities import Quantity, default_quantities, natural_scale, quantity
-from validation.refinement.convergence import Analysis, analyse
-from validation.refinement.ladders import AXES, Axis, Ladder, Study, sizes
+from validation.refinement.convergence import NO_VERDICT, Analysis, analyse
+from validation.refinement.ladders import AXES, Axis, Ladder, Study, fixed_modes, sizes
+from validation.report.document import number
 
 #: the run that measures the noise takes this part of the tolerance, within what a scenario allows
 _TIGHTER, _TIGHTEST = 0.1, 1e-13
@@ -26,7 +27,10 @@ ROWS = "refine-rows.jsonl"
 
 @dataclass(frozen=True)
 class QuantityResult:
-    """Values of one quantity over the levels of a ladder, and what they say."""
+    """Values of one quantity over the levels of a ladder, and what they say.
+
+    `without_limit` says why it has no limit as modes or elements are added, "" if it has.
+    """
 
     quantity: Quantity
     declared: float | None
@@ -34,6 +38,7 @@ class QuantityResult:
     values: tuple[float, ...]
     gaps: tuple[str, ...]
     analysis: Analysis
+    without_limit: str = ""
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,22 @@ class LadderResult:
             if item.quantity.name == name:
                 return item
         raise KeyError(name)
+
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences about the ladder: what has no limit over modes, uneven events, warnings with their levels."""
+        fixed, said = fixed_modes(self.axis, self.scenarios[-1]), []
+        lost = [item for item in self.results if item.without_limit]
+        if fixed and lost:
+            names = ", ".join(item.quantity.name for item in lost)
+            said.append(
+                f"{names}: no limit as modes or elements are added ({lost[0].without_limit}); "
+                f"what has converged{fixed} has done so at this number of modes or elements alone"
+            )
+        said += [self.uneven] if self.uneven else []
+        runs = zip(self.ladder.levels, self.runs, strict=True)
+        found = same_warnings((number(level), run["warnings"]) for level, run in runs)
+        return said + [f"warning ({self.axis.label} {', '.join(levels)}): {text}" for text, levels in found]
 
     @property
     def uneven(self) -> str:
@@ -196,7 +217,7 @@ def judge(plan: LadderPlan, rows: Sequence[Row], tolerance: float) -> LadderResu
     ladder, runs = plan.ladder, tuple(rows[: len(plan.scenarios)])
     noisy = rows[-1] if plan.noisy else None
     h, remark = sizes(ladder.axis, ladder.levels, [run["stopped_at"] / max(run["steps"], 1) for run in runs])
-    results = []
+    within, results = fixed_modes(AXES[ladder.axis], plan.scenarios[-1]), []
     for q in plan.quantities:
         values = tuple(run["values"].get(q.name, math.nan) for run in runs)
         # a run that failed has nothing but its message
@@ -208,7 +229,11 @@ def judge(plan: LadderPlan, rows: Sequence[Row], tolerance: float) -> LadderResu
         declared = ladder.declared.get(q.name)
         noise = _noise(values[-1], noisy, q.name)
         analysis = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
-        results.append(QuantityResult(q, declared, scale, values, gaps, analysis))
+        analysis = replace(analysis, within=within)
+        lost = runs[-1]["undetermined"].get(q.name, "")
+        if lost and not within and analysis.verdict != NO_VERDICT:
+            analysis = analysis.undetermined(lost)
+        results.append(QuantityResult(q, declared, scale, values, gaps, analysis, lost))
     return LadderResult(
         ladder, AXES[ladder.axis], plan.base, plan.scenarios, tuple(h), remark, runs, tuple(results)
     )

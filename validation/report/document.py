@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -158,7 +159,8 @@ def render_html(document: Document) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("report.html.j2").render(document=document)
+    date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    return environment.get_template("report.html.j2").render(document=document, date=date)
 
 
 def write_report(folder: Path, document: Document, name: str = "report.html") -> Path:
@@ -202,6 +204,11 @@ def _finite(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return the label of an axis or a column; what has no dimension, unit "1", has none."""
+    return name if unit in ("", "1") else f"{name} ({unit})"
 
 
 def number(value: float | None, digits: int = 6) -> str:

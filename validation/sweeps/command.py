@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from oblique_impact.history.history import History
 
 
+#: distinct warnings that a terminal shows at most
+_LISTED = 5
+
+
 @dataclass(frozen=True)
 class SweepResult:
     """A finished sweep.
@@ -186,6 +190,8 @@ def _finish(plan: Plan, store: Store, command: str) -> pa.Table:
 
 def lines(result: SweepResult) -> list[str]:
     """Return how a sweep went in lines, for a terminal."""
+    from validation.sweeps.table import warned
+
     plan, earlier, seconds = result.plan, result.earlier, result.seconds
     words = ", ".join(f"{count} {name}" for name, count in result.outcomes.items())
     new = plan.design.size - earlier
@@ -198,4 +204,9 @@ def lines(result: SweepResult) -> list[str]:
         if row["outcome"] not in (Outcome.COMPLETED.label, ""):
             told.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
             break
+    found = warned(result.table)
+    for count, run, text in found[:_LISTED]:
+        told.append(f"  warning of {count} of {plan.design.size} runs, the first run {run}: {text}")
+    if len(found) > _LISTED:
+        told.append(f"  and {len(found) - _LISTED} other warnings, in the column warnings")
     return told

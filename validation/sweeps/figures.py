@@ -19,7 +19,7 @@ from oblique_impact.errors import Outcome
 from renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from validation.measuring import REGIMES
 from validation.quantities import Quantity
-from validation.report.document import Picture, number
+from validation.report.document import Picture, number, with_unit
 from validation.report.figures import new_figure, to_svg
 from validation.sweeps.design import Dimension
 from validation.sweeps.keys import kind, unit
@@ -70,7 +70,7 @@ class Direction:
     def label(self) -> str:
         """Name and unit for an axis."""
         its_unit = unit(self.dimension.keys[0])
-        return f"{self.dimension.label} ({its_unit})" if its_unit and not self.words else self.dimension.label
+        return with_unit(self.dimension.label, "" if self.words else its_unit)
 
     @property
     def distinct(self) -> np.ndarray:
@@ -161,7 +161,7 @@ def _curve(axes: Axes, x: np.ndarray, y: np.ndarray, index: int, name: str | Non
 
 def _name_axes(axes: Axes, along: Direction, q: Quantity) -> None:
     axes.set_title(_words(q.name))
-    axes.set_ylabel(f"{_words(q.name)} ({q.unit})")
+    axes.set_ylabel(with_unit(_words(q.name), q.unit))
     axes.ticklabel_format(axis="y", useOffset=False, scilimits=(-3, 5))
     _scale(axes, along, "x")
 
@@ -204,7 +204,7 @@ def _maps(plan: Plan, table: pa.Table, first: Direction, second: Direction) -> P
         for axes, q in zip(panels, plan.quantities, strict=False):
             values = _values(table, q)
             missing |= bool(np.any(np.isnan(values)))
-            _map(axes, first, second, values, plan.design.grid, f"{_words(q.name)} ({q.unit})")
+            _map(axes, first, second, values, plan.design.grid, with_unit(_words(q.name), q.unit))
             axes.set_title(_words(q.name))
         if missing:
             patch = Patch(facecolor="white", edgecolor=GREY, hatch="////", label="no such value")

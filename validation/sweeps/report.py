@@ -23,11 +23,12 @@ from validation.sweeps.design import Dimension
 from validation.sweeps.figures import sweep_pictures
 from validation.sweeps.keys import unit
 from validation.sweeps.plan import Plan
+from validation.sweeps.table import warned
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-#: runs that did not complete, listed at most
+#: runs that did not complete, and distinct warnings, listed at most
 _LISTED = 20
 
 
@@ -47,7 +48,7 @@ def sweep_document(plan: Plan, table: pa.Table, command: str) -> Document:
     unfinished = _unfinished(table)
     if unfinished:
         sections.append(Section("Runs that did not complete", unfinished))
-    overview: list[Block] = [_outcomes(table)]
+    overview: list[Block] = [_outcomes(table), *_warnings(table)]
     if not pictures:
         overview.append(Paragraph("Pictures are drawn for sweeps with one or two directions.", note=True))
     return Document(
@@ -77,6 +78,12 @@ def _outcomes(table: pa.Table) -> Table:
         for (outcome, regime), n in sorted(outcomes.items(), key=lambda item: (-item[1], item[0]))
     ]
     return Table(["outcome", "first macro-collision", "runs"], rows, "How the runs ended.")
+
+
+def _warnings(table: pa.Table) -> list[Block]:
+    rows: list[list[str | Cell]] = [[*number_cells(count, run), text] for count, run, text in warned(table)]
+    caption = "Warnings of the runs; the column warnings of the table has those of each."
+    return [Table(["runs", "the first", "warning"], rows[:_LISTED], caption, wide=(2,))] if rows else []
 
 
 def _descriptions(plan: Plan, table: pa.Table) -> list[Block]:

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, write_whole
-from validation.measuring import REGIMES, Row
+from validation.measuring import REGIMES, Row, same_warnings
 from validation.sweeps.keys import kind, unit
 from validation.sweeps.plan import Plan
 
@@ -28,6 +28,7 @@ _COLUMNS = {
     "outcome": (pa.string(), "", "how the run ended"),
     "message": (pa.string(), "", "why, if it did not reach its end time"),
     "gaps": (pa.string(), "", "why quantities are missing"),
+    "warnings": (pa.string(), "", "warnings of the run"),
     "stopped_at": (pa.float64(), "s", "time that the run reached"),
     "steps": (pa.int64(), "1", "steps"),
     "wall_time": (pa.float64(), "s", "wall time of the run; the only column that differs from sweep to sweep"),
@@ -60,6 +61,13 @@ def make_table(plan: Plan, rows: Iterable[Row]) -> pa.Table:
         columns.append([_entry(row, name) for row in ordered])
     schema = pa.schema(fields, metadata=_head(plan))
     return pa.table([pa.array(c, f.type) for c, f in zip(columns, fields, strict=True)], schema=schema)
+
+
+def warned(table: pa.Table) -> list[tuple[int, str, str]]:
+    """Return the warnings: number of runs that have it, the first of them, and the text; most frequent first."""
+    texts = zip(map(str, table["run"].to_pylist()), table["warnings"].to_pylist(), strict=True)
+    found = same_warnings((run, [text] if text else []) for run, text in texts)
+    return sorted(((len(runs), runs[0], text) for text, runs in found), key=lambda entry: -entry[0])
 
 
 def write_table(path: Path, table: pa.Table) -> None:
@@ -120,5 +128,7 @@ def _known(value: float | None) -> float | None:
 def _entry(row: Row, name: str) -> Any:
     if name == "gaps":
         return "; ".join(f"{quantity}: {why}" for quantity, why in row["gaps"].items())
+    if name == "warnings":
+        return "; ".join(row["warnings"])
     value = row[name]  # type: ignore[literal-required]
     return _known(value) if isinstance(value, float) else value

@@ -49,6 +49,7 @@ function drawTube(c, view, axis, sides) {
   const wide = c.canvas.width, high = c.canvas.height; // not less than the picture in units of length
   for (let j = 0; j < end; j++) {
     const [p, q, u, v] = [side.lower[j], side.lower[j + 1], side.upper[j], side.upper[j + 1]];
+    if (!drawable(p, q, u, v)) continue;
     if (Math.max(p[0], q[0], u[0], v[0]) < 0 || Math.min(p[0], q[0], u[0], v[0]) > wide) continue;
     if (Math.max(p[1], q[1], u[1], v[1]) < 0 || Math.min(p[1], q[1], u[1], v[1]) > high) continue;
     const pieces = Math.max(1, Math.min(200, Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / SHADE)));
@@ -59,7 +60,9 @@ function drawTube(c, view, axis, sides) {
     }
   }
   const cap = view.scale * view.thick * arrays.radius[end] * 1.1, ends = [sides.lower[end], sides.upper[end]];
-  shadePiece(c, side.lower[end], side.lower[end], side.upper[end], side.upper[end], ends, side.heading, cap);
+  if (drawable(side.lower[end], side.upper[end])) {
+    shadePiece(c, side.lower[end], side.lower[end], side.upper[end], side.upper[end], ends, side.heading, cap);
+  }
   c.restore();
   if (arrays.web) drawFlanges(c, view, axis);
   c.strokeStyle = colour.edge;
@@ -87,6 +90,11 @@ function drawFlanges(c, view, axis) {
     line.forEach((point, j) => (j ? c.lineTo(...point) : c.moveTo(...point)));
     c.stroke();
   }
+}
+
+/** Whether points can be drawn: deflections out of any picture are infinite here. */
+function drawable(...points) {
+  return points.every(([x, y]) => Number.isFinite(x) && Number.isFinite(y));
 }
 
 function between(a, b, part) {

@@ -54,6 +54,10 @@ function writeDeformation() {
   const { factor, thick } = scene;
   const chord = facts.touch === STATIONS - 1 ? "pin–tip chord" : "chord from the pin to the contact point";
   const text = factor === 1 ? "deflection drawn true to scale" : `deflection drawn ×${short(factor)} about the ${chord}`;
-  const notes = [text, thick > 1 && `thickness ×${thick}`, zoom.by > 1 && `zoom ×${short(zoom.by)}`];
+  const count = facts.warnings.length, warned = embed.on && count > 0; // the whole page lists them
+  const notes = [
+    text, thick > 1 && `thickness ×${thick}`, zoom.by > 1 && `zoom ×${short(zoom.by)}`,
+    warned && `${count} warning${count > 1 ? "s" : ""}: see the whole page`,
+  ];
   $("deformation").textContent = notes.filter(Boolean).join(", ");
 }
