@@ -10,7 +10,7 @@ import numpy as np
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance, slope_warnings
 from oblique_impact.beam.section_forces import Motion, displacements_along, fields_along
-from oblique_impact.beam.small_deflection import deflection_warnings
+from oblique_impact.beam.small_deflection import deflection_warnings, largest_motion
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
@@ -157,9 +157,7 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
 
 def warnings_of(beam: Beam, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:
     """Say where the model leaves its range of validity; `events` are the times (s) of the transitions."""
-    deflection = variables["uy"]
-    largest = float(max(np.max(deflection), -np.min(deflection)))
     return [
         *slope_warnings(beam.scenario, variables, events),
-        *deflection_warnings(beam.scenario, largest),
+        *deflection_warnings(beam.scenario, *largest_motion(beam, variables), touched=len(events) > 0),
     ]
