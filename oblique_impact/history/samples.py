@@ -157,7 +157,9 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
 
 def warnings_of(beam: Beam, variables: Mapping[str, Array], events: Sequence[float]) -> list[str]:
     """Say where the model leaves its range of validity; `events` are the times (s) of the transitions."""
+    deflection, spin = largest_motion(beam, variables)
+    touched = bool(np.any(variables["state"] > 0))
     return [
         *slope_warnings(beam.scenario, variables, events),
-        *deflection_warnings(beam.scenario, *largest_motion(beam, variables), touched=len(events) > 0),
+        *deflection_warnings(beam.scenario, deflection, spin, touched),
     ]

@@ -37,17 +37,23 @@ def measured():
 
 
 def test_the_warning_is_right_within_a_band(measured):
+    """An error half as large again as the threshold is told, one of two thirds of it is not.
+
+    The exception is a hub in the tangent frame in first-order kinetics, which leave a light hub hardly any inertia:
+    there the estimate is one of magnitude.
+    """
     rows, estimates, errors = measured
     assert len(rows) > 100
-    assert (errors > NOTICEABLE).sum() > 20
+    assert (errors > NOTICEABLE).sum() > 30
     wrong = (estimates > NOTICEABLE) != (errors > NOTICEABLE)
-    assert wrong.mean() < 0.1
-    # an error that is half as large again, or two thirds, is told
     clear = (errors > 1.5 * NOTICEABLE) | (errors < NOTICEABLE / 1.5)
-    assert (wrong & clear).mean() < 0.04
-    for kind in ("pin", "hub", "driven"):
-        mine = np.array([row["root"] == kind for row in rows])
-        assert (wrong & clear)[mine].mean() < 0.06, kind
+    light = np.array([(row["root"], row["kinetics"]) == ("hub", "first-order") for row in rows])
+    assert not (wrong & clear & ~light).any()
+    assert wrong[~light].mean() < 0.05
+    assert (wrong & clear)[light].mean() < 0.25
+    assert {"pin", "hub", "driven"} == {
+        row["root"] for row, told in zip(rows, estimates > NOTICEABLE, strict=True) if told
+    }
 
 
 def test_the_estimate_is_of_the_size_of_the_error(measured):
@@ -112,7 +118,11 @@ def test_the_line_says_root_quantity_and_estimate():
 
 def test_runs_warn_by_their_own_deflection_whatever_its_sign():
     pinned = Scenario.builtin("paper", [MEAN, "contact.enabled=false"])
-    still = {"theta_dot": np.zeros(2), "qd": np.zeros((2, pinned.discretization.modes + 1))}
+    still = {
+        "theta_dot": np.zeros(2),
+        "qd": np.zeros((2, pinned.discretization.modes + 1)),
+        "state": np.zeros(2, dtype=int),
+    }
     for sign in (1.0, -1.0):
         (line,) = warnings_of(beam_of(pinned), {"uy": sign * np.array([[0.0, 0.1], [0.0, -0.01]]), **still}, [])
         assert line.startswith("largest deflection 0.1 m, 10 % of the length")

@@ -69,7 +69,8 @@ def test_picture_has_a_curve_of_its_own_colour_for_each_model(study):
         assert axes.get_xlabel() == "largest deflection / length"
         labels = [text.get_text() for text in axes.get_legend().get_texts()]
         assert labels == [*models, "spin 0"]
-    curve = next(line for line in figure.axes[0].lines if line.get_color() == COLOURS["tangent, first order"])
+    hub = figure.axes[list(MODELS).index("hub")]
+    curve = next(line for line in hub.lines if line.get_color() == COLOURS["tangent, first order"])
     points = result.of("hub", "tangent, first order")
     assert list(curve.get_ydata()) == [point.error for point in points]
     assert list(curve.get_xdata()) == [point.deflection for point in points]
