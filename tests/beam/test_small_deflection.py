@@ -39,8 +39,8 @@ def measured():
 def test_the_warning_is_right_within_a_band(measured):
     """An error half as large again as the threshold is told, one of two thirds of it is not.
 
-    The exception is a hub in the tangent frame in first-order kinetics, which leave a light hub hardly any inertia:
-    there the estimate is one of magnitude.
+    The exception is a hub in the tangent frame in first-order kinetics, which leave a light hub hardly any
+    inertia: there the estimate is one of magnitude.
     """
     rows, estimates, errors = measured
     assert len(rows) > 100

@@ -125,7 +125,8 @@ class Case:
         """
         end, inertia = 2.0 * self.period, self.hub * _BEAM
         root: dict[str, Any] = {"kind": self.root}
-        gravity, contact, angle = 0.0, {"enabled": False}, self.angle
+        contact: dict[str, Any] = {"enabled": False}
+        gravity, angle = 0.0, self.angle
         if self.load == "gravity":
             free = 0.0 if self.root == "driven" else 1.0 / (1.0 + self.hub)
             gravity = self.nominal / (0.25 * (1.0 - free) + free / 160.0)
