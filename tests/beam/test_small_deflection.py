@@ -1,96 +1,132 @@
-"""The warning about large deflections: threshold and estimate are those of the map against the exact beam."""
+"""The warning about large deflections: it speaks where the exact beam differs by a tenth, and not elsewhere."""
 
 from __future__ import annotations
 
 import json
-import math
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.small_deflection import NOTICEABLE, deflection_error, deflection_warnings
+from oblique_impact.beam.small_deflection import (
+    NOTICEABLE,
+    contact_force_error,
+    deflection_error,
+    deflection_warnings,
+    largest_motion,
+    root_freedom,
+)
 from oblique_impact.history.samples import warnings_of
 from oblique_impact.problem import beam_of
-from validation.absolute.deflection_errors import Point, SmallDeflection
 
-STORE = Path(__file__).parents[2] / "docs" / "small-deflection.json"
-HUB = ("root.kind=hub", "root.inertia=1")
+ROOT = Path(__file__).parents[2]
 MEAN, FULL = "discretization.frame=mean-axis", "discretization.kinetics=full"
+BEAM = 2766.7 * 3.14e-4 / 3.0  # kg m^2, of the paper's beam about its root
 
 
-def shipped() -> SmallDeflection:
-    rows = json.loads(STORE.read_text(encoding="utf-8"))
-    missing = {"error": math.nan}
-    return SmallDeflection(tuple(Point(**(row | (missing if row["error"] is None else {}))) for row in rows), 0.0)
+@pytest.fixture(scope="module")
+def measured():
+    """Random cases against the exact beam, those aside that have too few modes: estimates and errors."""
+    spec = spec_from_file_location("small_deflection", ROOT / "benchmarks" / "small_deflection.py")
+    script = module_from_spec(spec)
+    spec.loader.exec_module(script)
+    rows = [row for row in json.loads(script.RANDOM.read_text()) if not script.by_modes(row)]
+    return rows, np.array([script.estimate(row) for row in rows]), np.array([row["error"] for row in rows])
 
 
-@pytest.mark.parametrize(
-    ("problem", "model", "words", "ratio"),
-    [
-        ("hub", "tangent, first order", HUB, 1.0),
-        ("hub", "tangent, full", (*HUB, FULL), 1.0),
-        ("pendulum", "mean axis, first order", (MEAN,), 1.0),
-        ("pendulum", "mean axis, full", (MEAN, FULL), 1.0),
-        # from the root's tangent the tip is 3.7 times as far away
-        ("pendulum", "tangent, first order", (), 3.7),
-        ("pendulum", "tangent, full", (FULL,), 3.7),
-    ],
-)
-def test_estimates_are_those_of_the_map(problem, model, words, ratio):
-    """The law is a square; the points lie within a factor around it, spin by spin."""
-    scenario = Scenario.builtin("paper", list(words))
-    assert deflection_error(scenario, 0.1) == pytest.approx(
-        shipped().coefficient(problem, model) * (0.1 / ratio) ** 2, rel=0.5
-    )
-    assert deflection_error(scenario, 0.2) == pytest.approx(4.0 * deflection_error(scenario, 0.1))
+def test_the_warning_is_right_within_a_band(measured):
+    """An error half as large again as the threshold is told, one of two thirds of it is not.
+
+    The exception is a hub in the tangent frame in first-order kinetics, which leave a light hub hardly any
+    inertia: there the estimate is one of magnitude.
+    """
+    rows, estimates, errors = measured
+    assert len(rows) > 100
+    assert (errors > NOTICEABLE).sum() > 30
+    wrong = (estimates > NOTICEABLE) != (errors > NOTICEABLE)
+    clear = (errors > 1.5 * NOTICEABLE) | (errors < NOTICEABLE / 1.5)
+    light = np.array([(row["root"], row["kinetics"]) == ("hub", "first-order") for row in rows])
+    assert not (wrong & clear & ~light).any()
+    assert wrong[~light].mean() < 0.05
+    assert (wrong & clear)[light].mean() < 0.25
+    assert {"pin", "hub", "driven"} == {
+        row["root"] for row, told in zip(rows, estimates > NOTICEABLE, strict=True) if told
+    }
 
 
-def test_the_ratio_of_tip_deflections_is_that_of_the_first_hinged_mode():
-    b = 3.9266023120479
-    share = math.sin(b) / math.sinh(b)
-    tip, slope = 2.0 * math.sin(b), b * (1.0 + share)
-    assert (slope - tip) / -tip == pytest.approx(3.7, abs=0.05)
+def test_the_estimate_is_of_the_size_of_the_error(measured):
+    _, estimates, errors = measured
+    large = (errors > 0.03) & (errors < 0.5)
+    ratio = np.log(estimates[large] / errors[large])
+    assert abs(np.median(ratio)) < np.log(1.5)
+    assert np.mean(np.abs(ratio) < np.log(2.5)) > 0.8
 
 
-def test_the_map_goes_from_a_thousandth_to_half_of_the_length():
-    points = shipped().points
-    assert min(point.deflection for point in points) < 1e-3
-    assert max(point.deflection for point in points) > 0.45
-    assert {point.outcome for point in points} == {"completed", "mass-matrix-indefinite"}
+def rooted(kind: str, *words: str) -> Scenario:
+    return Scenario.builtin("paper", ["contact.enabled=false", f"root.kind={kind}", *words])
 
 
-def test_a_tenth_is_worth_a_warning_to_either_side_whatever_the_sign():
-    """27 (d/L)^2 = 0.1 on a pin in the mean axis."""
-    pinned = Scenario.builtin("paper", [MEAN])
-    limit = math.sqrt(0.1 / 27.0)
-    assert [len(deflection_warnings(pinned, factor * limit)) for factor in (0.99, 1.01)] == [0, 1]
+@pytest.mark.parametrize("words", [(), (FULL,)])
+def test_the_hub_leads_from_the_pin_to_the_held_root(words):
+    """Without inertia it is a pin, with very much a held root; a twentieth of the beam's leaves half."""
+    pin, driven = (deflection_error(rooted(kind, *words), 0.1, 20.0) for kind in ("pin", "driven"))
+    hubs = [
+        deflection_error(rooted("hub", f"root.inertia={ratio * BEAM}", *words), 0.1, 20.0)
+        for ratio in (0.0, 1e-3, 0.05, 1.0, 1e6)
+    ]
+    assert hubs[0] == pin
+    assert hubs[-1] == pytest.approx(driven, rel=1e-4)
+    assert sorted(hubs, reverse=True) == hubs
+    assert root_freedom(rooted("hub", f"root.inertia={0.05 * BEAM}")) == pytest.approx(0.5)
+
+
+def test_errors_grow_with_the_square_and_with_a_spin_where_the_root_is_free():
+    for kind in ("pin", "driven"):
+        still = deflection_error(rooted(kind), 0.1)
+        assert deflection_error(rooted(kind), 0.2) == pytest.approx(4.0 * still)
+        assert (deflection_error(rooted(kind), 0.1, 30.0) > still) == (kind == "pin")
+    zeroth = rooted("driven", "discretization.kinetics=zeroth-order")
+    assert deflection_error(zeroth, 0.0, 30.0) > deflection_error(zeroth, 0.0) == 0.0
+
+
+def test_the_spin_of_the_whole_is_the_same_in_both_frames():
+    """A pinned beam in flight: in the tangent frame its root vibrates, as a whole it turns no faster for that."""
+    words = ("contact.enabled=false", "end_time=0.1", "discretization.modes=4", FULL)
+    spins = []
+    for frame in ("tangent", "mean-axis"):
+        scenario = Scenario.builtin("paper", [*words, f"discretization.frame={frame}"])
+        history = simulate(scenario)
+        known = {name: history[name].values for name in ("uy", "theta_dot", "qd")}
+        spins.append(largest_motion(beam_of(scenario), known)[1])
+    assert spins[0] == pytest.approx(spins[1], rel=1e-3)
+
+
+def test_the_line_says_root_quantity_and_estimate():
+    scenario = Scenario.builtin("paper", ["root.kind=hub", f"root.inertia={0.02 * BEAM}"])
+    (line,) = deflection_warnings(scenario, 0.35, 0.0)
+    of_deflection, of_force = deflection_error(scenario, 0.35), contact_force_error(scenario, 0.35)
+    assert "0.35 m" in line
+    assert "hub of 0.02 times" in line
+    assert f"{100.0 * of_deflection:.2g} % in deflection" in line
+    assert f"{100.0 * of_force:.2g} % in the largest contact force" in line
+    (flight,) = deflection_warnings(scenario, 0.35, 0.0, touched=False)
+    assert "contact force" not in flight
+    assert "on a pin" in deflection_warnings(Scenario.builtin("paper"), 0.4)[0]
+
+
+def test_runs_warn_by_their_own_deflection_whatever_its_sign():
+    pinned = Scenario.builtin("paper", [MEAN, "contact.enabled=false"])
+    still = {
+        "theta_dot": np.zeros(2),
+        "qd": np.zeros((2, pinned.discretization.modes + 1)),
+        "state": np.zeros(2, dtype=int),
+    }
     for sign in (1.0, -1.0):
-        (line,) = warnings_of(beam_of(pinned), {"uy": sign * np.array([[0.0, 0.1], [0.0, -0.01]])}, [])
+        (line,) = warnings_of(beam_of(pinned), {"uy": sign * np.array([[0.0, 0.1], [0.0, -0.01]]), **still}, [])
         assert line.startswith("largest deflection 0.1 m, 10 % of the length")
-
-
-def test_a_hub_without_inertia_holds_no_root():
-    pin, free, held = (
-        deflection_error(Scenario.builtin("paper", list(root)), 0.1) for root in ((), ("root.kind=hub",), HUB)
-    )
-    assert free == pin != held
-
-
-def test_a_run_warns_with_its_estimate_and_a_small_deflection_does_not():
-    soft = ["beam.youngs_modulus=1e9", "contact.enabled=false", MEAN, "end_time=0.4"]
-    history = simulate(Scenario.builtin("paper", soft))
-    largest = float(abs(history["uy"]).max())
-    scenario = Scenario.builtin("paper", soft)
-    assert (deflection_error(scenario, largest) > NOTICEABLE) == any(
-        words.startswith("largest deflection") for words in history.summary["warnings"]
-    )
-    limit = math.sqrt(NOTICEABLE / 27.0)
-    assert deflection_warnings(scenario, 0.99 * limit) == []
-    (words,) = deflection_warnings(scenario, 0.1)
-    assert words == (
-        "largest deflection 0.1 m, 10 % of the length: the small-deflection model is off by about 27 % of it "
-        'within two elastic periods; discretization.method = "absolute" is exact'
-    )
-    assert "by more than itself" in deflection_warnings(scenario, 0.3)[0]
+    for modulus, lines in (("5e7", 1), ("68.952e9", 0)):
+        words = [f"beam.youngs_modulus={modulus}", "contact.enabled=false", MEAN, "end_time=0.4"]
+        warnings = simulate(Scenario.builtin("paper", words)).summary["warnings"]
+        assert sum(line.startswith("largest deflection") for line in warnings) == lines

@@ -5,12 +5,22 @@ from __future__ import annotations
 import pickle
 import re
 
+import numpy as np
 import pytest
 
 from validation.checks.registry import all_checks
 from validation.suite import results_of
 
 MARKS = {"quick": (), "full": pytest.mark.slow}
+
+
+def exchanged(reference: float) -> float:
+    """The reference with its first digit and the next different one exchanged."""
+    digits, exponent = f"{abs(reference):.16e}".split("e")
+    d = digits.replace(".", "")
+    k = next(k for k in range(1, len(d)) if d[k] != d[0])
+    d = d[k] + d[1:k] + d[0] + d[k + 1 :]
+    return float(np.copysign(float(f"{d[0]}.{d[1:]}e{exponent}"), reference))
 
 
 @pytest.mark.parametrize(
@@ -32,3 +42,5 @@ def test_check(check):
         assert not (row.computed == row.reference == 1.0 and row.tolerance == 0.0), row.id
         # zero, doubling or a changed sign of what was computed would be noticed
         assert row.reference == 0.0 or row.tolerance < abs(row.reference), row.id
+        if row.reference:
+            assert abs(row.computed - exchanged(row.reference)) > row.tolerance, row.id

@@ -1,14 +1,17 @@
 """Errors of the floating frame against the exact beam, where deflections and spin rates grow.
 
-Two problems in units of the beam, L = rho A = E I = 1 (unit of time T = sqrt(rho A L^4/E I)):
+Beams in units of L = rho A = E I = 1 (unit of time T = sqrt(rho A L^4/E I)), loaded more and more, so that the
+largest deflection goes from a thousandth of the length to a half of it:
 
-`hub`       a hub, thirty times as heavy to turn as the beam, spins at the rate eta; a torque bends the beam
-`pendulum`  a pinned beam starts horizontally with the rate eta and falls
+`held`       the root turns at the rate eta, and the weight bends the beam
+`hub`        a hub, thirty times as heavy to turn as the beam, spins at the rate eta, and a torque bends the beam
+`light hub`  the same with a hub of a twentieth of the beam's inertia
+`pendulum`   a pinned beam starts horizontally with the rate eta and falls
+`stop`       the root turns at a constant rate and pushes the beam's end on an elastic stop
 
-Loads grow, so that the largest deflection goes from a thousandth of the length to a half of it.  What is compared
-is the deflection of the tip, from the tangent of the hub or from the mean axis of the pendulum, whatever the frame
-of the model: the error is the largest difference from the exact beam within two periods of the first elastic mode,
-over the largest deflection.
+What is compared is the deflection of the tip, from the tangent of the root or from the mean axis, as the model's
+frame is: the error is the largest difference from the exact beam within two periods of the first elastic mode,
+over the largest deflection.  On the stop it is that of the largest force.
 """
 
 from __future__ import annotations
@@ -19,51 +22,152 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
+from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
+from oblique_impact.problem import beam_of
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 from validation.absolute.history import simulate as simulate_exactly
-from validation.absolute.sections import Array, ElasticSections
+from validation.absolute.sections import ElasticSections
 from validation.beams import UNIT
 
 #: nominal deflections over the length, and spin rates in units of 1/T
 DEFLECTIONS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5)
-SPINS = (0.0, 2.0, 4.0, 8.0)
+SPINS = (0.0, 4.0)
 #: E A L^2/E I: an extension that nothing shows
 _SLENDER = 1e8
 _EXACT_ELEMENTS, _EXACT_STEPS, _SAMPLES = 10, 1000, 200
-#: spin rate (1/T) up to which so many steps are enough: sections turn by an angle, places along a chord, which
-#: differ like the square of the turn in a step
-_SLOW = 2.0
-#: first elastic periods (T): clamped, hinged
-_PERIODS = {"hub": 2.0 * math.pi / 3.5160, "pendulum": 2.0 * math.pi / 15.418}
+#: turn (rad) in an elastic period up to which so many steps are enough: sections turn by an angle, places along a
+#: chord, which differ like the square of the turn in a step
+_SLOW = 4.0
 #: errors that are those of the model: smaller ones may be of the exact beam's step, larger ones of another motion
 _CLEAR = (0.01, 0.5)
-_HUB = 10.0  # of the beam's rho A L^3
+#: inertia of the beam about its root, rho A L^3
+_BEAM = 1.0 / 3.0
+_STOP = 50.0  # E I/L^3: the beam's end follows its stop for about as long as the beam vibrates
+_KINETICS, _FRAME, _MODES = "discretization__kinetics", "discretization__frame", "discretization__modes"
+_ORDERS = {"zeroth": "zeroth-order", "first": "first-order", "full": "full"}
 
-_MEAN, _TANGENT = "discretization__frame", "discretization__kinetics"
+
+def _models(frame: str, modes: int, *orders: str) -> dict[str, dict[str, Any]]:
+    """Return models by name, each as changes of a scenario."""
+    words = {name: name if name == "full" else f"{name} order" for name in orders}
+    return {
+        f"{frame.replace('-', ' ')}, {words[name]}": {_KINETICS: _ORDERS[name], _FRAME: frame, _MODES: modes}
+        for name in orders
+    }
+
+
 #: problem -> model -> changes
 MODELS: dict[str, dict[str, dict[str, Any]]] = {
-    "hub": {
-        "tangent, zeroth order": {_TANGENT: "zeroth-order", "discretization__modes": 6},
-        "tangent, first order": {_TANGENT: "first-order", "discretization__modes": 6},
-        "tangent, full": {_TANGENT: "full", "discretization__modes": 6},
-    },
-    "pendulum": {
-        "mean axis, zeroth order": {_TANGENT: "zeroth-order", _MEAN: "mean-axis", "discretization__modes": 6},
-        "mean axis, first order": {_TANGENT: "first-order", _MEAN: "mean-axis", "discretization__modes": 6},
-        "mean axis, full": {_TANGENT: "full", _MEAN: "mean-axis", "discretization__modes": 6},
-        "tangent, first order": {_TANGENT: "first-order", "discretization__modes": 4},
-        "tangent, full": {_TANGENT: "full", "discretization__modes": 4},
-    },
+    "held": _models("tangent", 6, "zeroth", "first", "full"),
+    "hub": _models("tangent", 6, "zeroth", "first", "full"),
+    "light hub": _models("tangent", 6, "zeroth", "first", "full"),
+    "pendulum": _models("mean-axis", 6, "zeroth", "first", "full") | _models("tangent", 4, "first", "full"),
+    "stop": _models("tangent", 6, "first", "full"),
 }
 
 
 @dataclass(frozen=True)
+class Case:
+    """A loaded beam.
+
+    Attributes
+    ----------
+    root : str
+        "pin", "hub" or "driven".
+    load : str
+        "gravity", "torque" (of a hub) or "stop" (of a driven root).
+    nominal : float
+        Deflection over the length that sets the load.
+    spin : float
+        Initial angular velocity, of a driven root for good (1/T).
+    hub : float
+        Inertia of the hub over that of the beam.
+    angle : float
+        Of the beam at the start, from the horizontal (rad).
+    stiffness : float
+        Of the stop (E I/L^3).
+    """
+
+    root: str
+    load: str
+    nominal: float
+    spin: float = 0.0
+    hub: float = 0.0
+    angle: float = 0.0
+    stiffness: float = _STOP
+
+    @property
+    def period(self) -> float:
+        """Period of the first elastic mode of the beam on its root (T)."""
+
+        def hinged_with_hub(b: float) -> float:
+            inertia = self.hub * _BEAM * b**3
+            free = math.sin(b) * math.cosh(b) - math.cos(b) * math.sinh(b)
+            return free + inertia * (1.0 + math.cos(b) * math.cosh(b))
+
+        clamped, hinged = 1.875104068711961, 3.926602312047919
+        b = clamped if self.root == "driven" else brentq(hinged_with_hub, clamped, hinged + 1e-9)
+        return 2.0 * math.pi / b**2
+
+    @property
+    def scenario(self) -> Scenario:
+        """The case, to be marched by any model.
+
+        The load follows from small deflections: under a sudden angular acceleration a the tip of a clamped beam
+        comes to twice 11 rho A a L^5/(120 E I), under gravity g to twice rho A g L^4/(8 E I); that of a beam that
+        falls about a pin to about rho A g L^4/(160 E I) from its mean axis.  Over a stop a root that turns by an
+        angle bends the beam by about as much.
+        """
+        end, inertia = 2.0 * self.period, self.hub * _BEAM
+        root: dict[str, Any] = {"kind": self.root}
+        contact: dict[str, Any] = {"enabled": False}
+        gravity, angle = 0.0, self.angle
+        if self.load == "gravity":
+            free = 0.0 if self.root == "driven" else 1.0 / (1.0 + self.hub)
+            gravity = self.nominal / (0.25 * (1.0 - free) + free / 160.0)
+        if self.root == "hub":
+            acceleration = self.nominal * 120.0 / 22.0 if self.load == "torque" else 0.0
+            root |= {"inertia": inertia, "torque": acceleration * (inertia + _BEAM)}
+        if self.root == "driven":
+            rate = -self.nominal / end if self.load == "stop" else self.spin
+            root |= {"profile": "constant-speed" if rate else "hold", "spin_rate": rate}
+        if self.load == "stop":
+            contact = {"normal": "spring", "stiffness": self.stiffness, "friction": "frictionless"}
+            angle = 0.001
+        return Scenario.from_dict(
+            {
+                "end_time": end,
+                "gravity": gravity,
+                "beam": UNIT,
+                "root": root,
+                "initial": {"angle": angle, "angular_velocity": 0.0 if self.root == "driven" else self.spin},
+                "slope": {"origin": [0.5, 0.0], "angle": 0.0},
+                "contact": contact,
+                "solver": {"output_interval": end / _SAMPLES, "tolerance": 1e-8},
+            }
+        )
+
+
+def case_of(problem: str, nominal: float, spin: float) -> Case:
+    """Return a case of the map."""
+    fixed: dict[str, Any] = {
+        "held": {"root": "driven", "load": "gravity"},
+        "hub": {"root": "hub", "load": "torque", "hub": 30.0},
+        "light hub": {"root": "hub", "load": "torque", "hub": 0.05},
+        "pendulum": {"root": "pin", "load": "gravity"},
+        "stop": {"root": "driven", "load": "stop"},
+    }[problem]
+    return Case(nominal=nominal, spin=spin, **fixed)
+
+
+@dataclass(frozen=True)
 class Point:
-    """One model at one flexibility and spin rate.
+    """One model of one case.
 
     Attributes
     ----------
@@ -74,9 +178,11 @@ class Point:
     spin : float
         1/T.
     deflection : float
-        Largest deflection of the exact beam over its length.
+        Largest deflection of the exact beam over its length, from the model's axis.
     error : float
         Relative error; NaN where the model has none.
+    estimate : float
+        What the run says of itself, from its own deflection and spin.
     outcome : str
         How the model's run ended, "completed" or a name.
     """
@@ -87,6 +193,7 @@ class Point:
     spin: float
     deflection: float
     error: float
+    estimate: float
     outcome: str
 
 
@@ -108,78 +215,66 @@ class SmallDeflection:
         return float(np.median([point.error / point.deflection**2 for point in points])) if points else math.nan
 
 
-def scenario_of(problem: str, nominal: float, spin: float) -> Scenario:
-    """Return a problem, to be marched by any model.
-
-    The load follows from small deflections: under a sudden angular acceleration a the tip of a clamped beam comes
-    to twice 11 rho A a L^5/(120 E I); that of a beam falling under gravity g to about rho A g L^4/(160 E I) from
-    its mean axis.
-    """
-    period = _PERIODS[problem]
-    root: dict[str, Any] = {"kind": "pin"}
-    gravity = 160.0 * nominal if problem == "pendulum" else 0.0
-    if problem == "hub":
-        acceleration = nominal * 120.0 / 22.0
-        root = {"kind": "hub", "inertia": _HUB, "torque": acceleration * (_HUB + 1.0 / 3.0)}
-    return Scenario.from_dict(
-        {
-            "end_time": 2.0 * period,
-            "gravity": gravity,
-            "beam": UNIT,
-            "root": root,
-            "initial": {"angle": 0.0, "angular_velocity": spin},
-            "contact": {"enabled": False},
-            "solver": {"output_interval": 2.0 * period / _SAMPLES, "tolerance": 1e-8},
-        }
-    )
-
-
-def exact(problem: str, nominal: float, spin: float) -> History:
-    """March the exact beam of a problem: slender, without rotary inertia."""
-    base = scenario_of(problem, nominal, spin)
+def exact(case: Case, frame: str) -> History:
+    """March the exact beam of a case: slender, without rotary inertia."""
+    base, root = case.scenario, case.scenario.root
+    turn = (abs(case.spin) + abs(root.torque) / (root.inertia + _BEAM) * base.end_time) * base.end_time
+    step = base.end_time / (_EXACT_STEPS * min(math.ceil(max(1.0, turn / _SLOW)), 4))
     scenario = base.replace(
         discretization__method="absolute",
         discretization__elements=_EXACT_ELEMENTS,
-        discretization__frame="tangent" if problem == "hub" else "mean-axis",
-        solver__free_step=base.end_time / (_EXACT_STEPS * math.ceil(max(1.0, spin / _SLOW))),
+        discretization__frame=frame,
+        solver__free_step=step,
+        solver__contact_step=step,
     )
     sections = ElasticSections.uniform(_SLENDER, 0.4 * _SLENDER, 1.0, 1.0)
     return simulate_exactly(scenario, sections=sections)
 
 
-def tip_deflection(problem: str, history: History) -> tuple[Array, Array]:
-    """Return times (s), and the deflection (m) of the tip from the hub's tangent or from the mean axis.
-
-    On the mean axis int x u_y dx = 0.
-    """
-    if problem == "hub":
-        return history["time"].values, history["deflection"].values
-    x, weights = history["station"].values, _simpson(history["station"].size)
-    z = x + history["ux"].values + 1j * history["uy"].values
-    axis = z @ (weights * x)
-    return history["time"].values, np.imag(z[:, -1] * axis.conj()) / np.abs(axis)
+def error_of(case: Case, reference: History, history: History) -> float:
+    """Return the error of a model's run: of the tip's deflection, or on a stop of the largest force."""
+    if case.load == "stop":
+        exactly, force = (max(contact.peak_force for contact in run.contacts) for run in (reference, history))
+        return float(abs(force / exactly - 1.0))
+    times, tip = reference["time"].values, reference["uy"].values[:, -1]
+    found = np.interp(times, history["time"].values, history["uy"].values[:, -1])
+    return float(np.abs(found - tip).max() / np.abs(tip).max())
 
 
-def _simpson(count: int) -> Array:
-    """Weights of Simpson's rule over stations that are equally far apart, an odd number of them."""
-    weights = np.full(count, 2.0)
-    weights[1::2] = 4.0
-    weights[[0, -1]] = 1.0
-    return weights
+def motion_of(history: History) -> tuple[float, float]:
+    """Return the largest deflection (m) and spin (rad/s) that a run's own estimate is made of."""
+    beam = beam_of(Scenario.from_toml(history.scenario_toml))
+    return largest_motion(beam, {name: history[name].values for name in ("uy", "theta_dot", "qd")})
+
+
+def estimate_of(history: History) -> float:
+    """Return what a run says of its own error: of its deflection, or with a contact of the largest force."""
+    scenario, motion = Scenario.from_toml(history.scenario_toml), motion_of(history)
+    return (
+        contact_force_error(scenario, motion[0])
+        if scenario.contact.enabled
+        else deflection_error(scenario, *motion)
+    )
 
 
 def points_of(case: tuple[str, float, float]) -> list[Point]:
     """March the exact beam and all models of one problem; in whatever process this is."""
     problem, nominal, spin = case
-    reference = exact(*case)
-    if reference.outcome is not Outcome.COMPLETED:
-        raise InputError(f"{problem}, deflection {nominal:g}, spin {spin:g}: {reference.outcome.sentence}")
-    times, deflection = tip_deflection(problem, reference)
-    largest, found = float(np.abs(deflection).max()), []
+    loaded = case_of(*case)
+    references: dict[str, History] = {}
+    found = []
     for model, changes in MODELS[problem].items():
-        history = simulate(scenario_of(*case).replace(**changes))
-        error = math.nan
-        if history.outcome is Outcome.COMPLETED:
-            error = float(np.abs(np.interp(times, *tip_deflection(problem, history)) - deflection).max() / largest)
-        found.append(Point(problem, model, nominal, spin, largest, error, history.outcome.label))
+        frame = changes[_FRAME]
+        if frame not in references:
+            references[frame] = exact(loaded, frame)
+        reference = references[frame]
+        if reference.outcome is not Outcome.COMPLETED:
+            raise InputError(f"{problem}, deflection {nominal:g}, spin {spin:g}: {reference.outcome.sentence}")
+        history = simulate(loaded.scenario.replace(**changes))
+        completed = history.outcome is Outcome.COMPLETED
+        error = error_of(loaded, reference, history) if completed else math.nan
+        largest = float(np.abs(reference["uy"].values[:, -1]).max())
+        found.append(
+            Point(problem, model, nominal, spin, largest, error, estimate_of(history), history.outcome.label)
+        )
     return found

@@ -88,7 +88,7 @@ def trajectories() -> list[Measurement]:
     pairs = pair_events(modal.events, fem.events)
     limits = [(0.0, 0.0)] + [(p.left.time, p.right.time) for p in pairs if p.left and p.right] + [(0.02, 0.02)]
     found = []
-    for name, unit, allowed in (("tip_x", "m", 1e-8), ("tip_y", "m", 1e-8), ("theta", "rad", 1e-7)):
+    for name, unit, allowed in (("tip_x", "m", 1.5e-9), ("tip_y", "m", 1.5e-9), ("theta", "rad", 1.5e-8)):
         worst = 0.0
         for (a0, b0), (a1, b1) in pairwise(limits):
             inside = 1e-9  # just inside of the jumps
@@ -118,7 +118,7 @@ def forces() -> list[Measurement]:
             curves.append(np.stack([time[inside] / 0.015, values], axis=1))
         distance = hausdorff_distance(*curves)
         found.append(
-            Measurement(f"Hausdorff distance, {name}", distance, 0.0, "1", 2e-6, _TEXT, name.replace("_", "-"))
+            Measurement(f"Hausdorff distance, {name}", distance, 0.0, "1", 6e-7, _TEXT, name.replace("_", "-"))
         )
     return found
 
@@ -158,11 +158,11 @@ def nodal_and_modes() -> list[Measurement]:
                 c["normal_impulse"],
                 exact["normal_impulse"],
                 "N s",
-                2e-4,
+                1.5e-5,
                 text,
                 f"impulse-{name}",
             ),
             within(f"peak force, {name}", c["peak_force"], exact["peak_force"], "N", 2e-3, text, f"peak-{name}"),
-            Measurement(f"first release, {name}", release[0], release[1], "s", 1e-6, text, f"release-{name}"),
+            Measurement(f"first release, {name}", release[0], release[1], "s", 9e-8, text, f"release-{name}"),
         ]
     return found

@@ -17,7 +17,7 @@ from oblique_impact.beam.operators import BeamOperators, build_operators, cumula
 from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
-from validation.checks.registry import Measurement, checks_of
+from validation.checks.registry import ROUNDING, Measurement, checks_of
 
 check = checks_of("equations", "Equations of motion against Lagrange's")
 
@@ -113,7 +113,7 @@ def floating_frame() -> list[Measurement]:
                     _relative(work.mass, mass),
                     0.0,
                     "1",
-                    1e-11,
+                    ROUNDING,
                     _LAGRANGE,
                     f"mass-{label}",
                 ),
@@ -122,7 +122,7 @@ def floating_frame() -> list[Measurement]:
                     _relative(work.vectors[row.FORCES], force),
                     0.0,
                     "1",
-                    1e-11,
+                    ROUNDING,
                     _LAGRANGE,
                     f"forces-{label}",
                 ),
@@ -165,13 +165,15 @@ def nodal() -> list[Measurement]:
     for k, e in enumerate(np.eye(full.size)):
         full.model.mass_product(evaluated.rank_one, work, e, columns[:, k])
     return [
-        Measurement("mass: relative distance", _relative(columns, mass), 0.0, "1", 1e-12, _LAGRANGE, "mass"),
+        Measurement(
+            "mass: relative distance", _relative(columns, mass), 0.0, "1", 5.0 * ROUNDING, _LAGRANGE, "mass"
+        ),
         Measurement(
             "forces: relative distance",
             _relative(work.vectors[row.FORCES], force),
             0.0,
             "1",
-            1e-10,  # K W of a thousandfold size cancels
+            ROUNDING,
             _LAGRANGE,
             "forces",
         ),
@@ -218,14 +220,14 @@ def contact_rows() -> list[Measurement]:
             distance += abs(speed - rate(q, k))
             found += [
                 Measurement(
-                    f"{kind} and its rate, {name}", distance, 0.0, "m, m/s", 1e-11, text, f"{kind}-{name}"
+                    f"{kind} and its rate, {name}", distance, 0.0, "m, m/s", ROUNDING, text, f"{kind}-{name}"
                 ),
                 Measurement(
                     f"gradient of the {kind}, {name}: relative distance",
                     _relative(computed, gradient),
                     0.0,
                     "1",
-                    1e-11,
+                    ROUNDING,
                     text,
                     f"{kind}-gradient-{name}",
                 ),
@@ -235,7 +237,7 @@ def contact_rows() -> list[Measurement]:
                     bias,
                     bent,
                     "m/s²",
-                    1e-6 * max(1.0, abs(bent)),
+                    3e-7 * max(1.0, abs(bent)),
                     text,
                     f"{kind}-bias-{name}",
                 ),
@@ -254,4 +256,4 @@ def release() -> Measurement:
     computed = float(np.linalg.solve(work.mass, work.vectors[row.FORCES])[0])
     exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
     text = "closed form of the rigid bar"
-    return Measurement("angular acceleration at the start", computed, exact, "rad/s²", 1e-11, text)
+    return Measurement("angular acceleration at the start", computed, exact, "rad/s²", ROUNDING * abs(exact), text)

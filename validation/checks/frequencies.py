@@ -11,9 +11,9 @@ import modal
 from modal import clamped_free_roots, hinged_free_roots
 from oblique_impact.beam.frequencies import natural_frequencies
 from oblique_impact.beam.operators import build_operators
-from validation.beams import unit_beam
+from validation.beams import EPS, unit_beam
 from validation.checks.plots import frequency_errors_figure
-from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 
 check = checks_of("frequencies", "Beam frequencies and their h⁴ constants")
@@ -25,8 +25,12 @@ _MODES = 60
 
 def _roots(name: str, roots: np.ndarray, item: str) -> list[Measurement]:
     exact = np.array(VALUES[item])
+    # two units in the last place of a simple root, and as much for another processor
+    accuracy = 8.0 * EPS
     return [
-        within(f"root {k} of the {name} beam", roots[k - 1], exact[k - 1], "1", 1e-13, source(item), f"root-{k}")
+        within(
+            f"root {k} of the {name} beam", roots[k - 1], exact[k - 1], "1", accuracy, source(item), f"root-{k}"
+        )
         for k in (1, 2, 5, 10)
     ]
 
@@ -58,7 +62,13 @@ def orthogonality() -> list[Measurement]:
             off = float(np.abs(matrix - np.eye(_MODES)).max())
             found.append(
                 Measurement(
-                    f"{name}, {family}-free: largest deviation", off, 0.0, "1", 1e-11, text, f"{name}-{family}"
+                    f"{name}, {family}-free: largest deviation",
+                    off,
+                    0.0,
+                    "1",
+                    2.0 * ROUNDING,
+                    text,
+                    f"{name}-{family}",
                 )
             )
     return found
@@ -124,11 +134,10 @@ def element_errors() -> list[Measurement]:
     for key, root in (("c4", 0), ("c8", 0), ("c16", 0), ("c32", 0), ("h8", 1), ("h16", 1)):
         kind = ("clamped", "hinged")[root]
         computed, exact = _errors(kind, int(key[1:])), np.array(VALUES[f"1.4-{key}"])
-        # 2e-13 is the rounding of the frequency itself
-        k = int(np.argmax(np.abs(computed - exact) / (1e-8 * exact + 2e-13)))
+        k = int(np.argmax(np.abs(computed - exact)))
         quantity = f"relative frequency error, {kind}, {key[1:]} elements, mode {k + 1}"
-        allowed = 1e-8 * exact[k] + 2e-13
-        found.append(Measurement(quantity, computed[k], exact[k], "1", allowed, source(f"1.4-{key}"), key))
+        # the error is a small difference: what rounding leaves is a part of the frequency itself
+        found.append(Measurement(quantity, computed[k], exact[k], "1", ROUNDING, source(f"1.4-{key}"), key))
     return found
 
 
@@ -145,7 +154,7 @@ def nodal_matrices() -> list[Measurement]:
         quantity = f"relative frequency error, {elements} elements, mode {k + 1}"
         # rounding of a dense eigenproblem whose largest entries are 10⁷ of the smallest
         found.append(
-            Measurement(quantity, computed[k], exact[k], "1", 1e-9, source(f"1.4-h{elements}"), f"{elements}")
+            Measurement(quantity, computed[k], exact[k], "1", 5e-12, source(f"1.4-h{elements}"), f"{elements}")
         )
     return found
 
@@ -166,14 +175,14 @@ def order_four() -> Evidence:
         for k in range(3):
             b = _ROOTS[root][k] / 32
             constant = float(errors[3, k] / b**4)
-            # the next term is of relative size (b h)^2
+            # the next term is a tenth of (b h)^2
             found.append(
                 within(
                     f"error/(b h)⁴ at 32 elements, {root}, mode {k + 1}",
                     constant,
                     VALUES["1.3"],
                     "1",
-                    b**2,
+                    0.2 * b**2,
                     source("1.3"),
                     f"constant-{root}-{k + 1}",
                 )
@@ -198,7 +207,7 @@ def paper_beam() -> list[Measurement]:
             computed = build_operators(scenario).natural_frequencies()
             exact = _ROOTS[root][:2] ** 2 * speed
             # the constant holds up to the next term, of relative size (b h)²
-            bound = 1e-12 + 1.1 * constant * (_ROOTS[root][:2] / 64) ** 4
+            bound = ROUNDING + 1.1 * constant * (_ROOTS[root][:2] / 64) ** 4
             k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
             text = "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
             quantity = f"frequency {k + 1}, {root}-free, {method}"

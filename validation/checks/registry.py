@@ -27,6 +27,10 @@ ENTRY_POINT_GROUP = "oblique_impact.checks"
 #: a check that takes longer (s) is full, not quick: `--quick` and `make test` leave it out
 QUICK_SECONDS = 2.0
 
+#: tolerance, relative to what is compared, of numbers that are exact but for rounding: their errors are 1e-16 to
+#: 1e-14 here and differ by a factor of ten or so between processors and libraries
+ROUNDING = 1e-13
+
 #: modules in the order of the report; others follow
 _ORDER = (
     "equations",

@@ -19,7 +19,7 @@ from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
 from oblique_impact.simulation import simulate
 from validation.checks.plots import impulse_law_figure
-from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 from validation.runs import column, event_times, run
 
@@ -143,7 +143,7 @@ def tip_mass() -> list[Measurement]:
                 event.normal_impulse / SPEED,
                 exact,
                 "kg",
-                1e-8,
+                5e-12,
                 text,
                 f"impulse-{elements}",
             ),
@@ -152,7 +152,7 @@ def tip_mass() -> list[Measurement]:
                 2.0 * event.energy_loss / SPEED**2,
                 exact,
                 "kg",
-                1e-8,
+                5e-12,
                 text,
                 f"energy-{elements}",
             ),
@@ -179,7 +179,7 @@ def scipy_events() -> list[Measurement]:
                     times[k],
                     exact[k],
                     "s",
-                    1e-8,
+                    2e-9,
                     source(f"two-modes-{friction}"),
                     f"{friction}-{name}",
                 )
@@ -220,13 +220,13 @@ def scipy_modes() -> list[Measurement]:
         impulse, energy = VALUES["rigid-stop-modes"][modes]
         computed = history.summary["macro_collisions"][0]["normal_impulse"]
         found += [
-            Measurement(f"impulse, {modes} modes", computed, impulse, "N s", 1e-6, text, f"impulse-{modes}"),
+            Measurement(f"impulse, {modes} modes", computed, impulse, "N s", 1.2e-9, text, f"impulse-{modes}"),
             Measurement(
                 f"energy left, {modes} modes",
                 history.summary["energy"]["final"],
                 energy,
                 "J",
-                1e-6,
+                4e-9,
                 text,
                 f"energy-{modes}",
             ),
@@ -251,7 +251,7 @@ def restitution() -> list[Measurement]:
                 float(-after / before),
                 e,
                 "1",
-                1e-12,
+                ROUNDING,
                 "Newton's law of restitution",
                 f"e{e:g}",
             )

@@ -9,13 +9,16 @@ import numpy as np
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from validation.checks.registry import Measurement, checks_of
+from validation.checks.registry import ROUNDING, Measurement, checks_of
 from validation.reference_values import VALUES, source
 from validation.runs import column, run
 
 check = checks_of("rigid-limit", "Rigid limit")
 
 _NAMES = {"theta": "theta_f", "theta_dot": "omega", "slip": "dist_along_slope", "slip_rate": "v_t"}
+#: 1e-10 m of vibration at the tip turns the frame; velocities vibrate at 3.9e5 rad/s; where along the slope the
+#: tip meets it is the same whatever vibrates, and has 12 digits
+_ALLOWED = {"theta": 7e-10, "theta_dot": 2e-5, "slip": 6e-13, "slip_rate": 4e-6}
 _UNITS = {"theta": "rad", "theta_dot": "rad/s", "slip": "m", "slip_rate": "m/s"}
 
 
@@ -48,14 +51,12 @@ def first_touch() -> list[Measurement]:
                 event.time,
                 VALUES["4"]["t"],
                 "s",
-                5e-10,
+                1.5e-10,
                 text,
                 f"time-{frame}",
             )
         )
         for name, key in _NAMES.items():
-            # 1e-10 m of vibration at the tip turns the frame; velocities vibrate at 3.9e5 rad/s
-            allowed = 1e-9 if name in ("theta", "slip") else 1e-4
             computed = float(column(history, name)[before])
             found.append(
                 Measurement(
@@ -63,7 +64,7 @@ def first_touch() -> list[Measurement]:
                     computed,
                     VALUES["4"][key],
                     _UNITS[name],
-                    allowed,
+                    _ALLOWED[name],
                     text,
                     f"{name.replace('_', '-')}-{frame}",
                 )
@@ -93,7 +94,7 @@ def energy_at_rest() -> list[Measurement]:
             float(run("paper", f"discretization.frame={frame}", "end_time=1e-3").summary["energy"]["initial"]),
             exact,
             "J",
-            1e-13,
+            ROUNDING,
             "m g L sin(theta_0)/2 with the paper's data",
             frame,
         )

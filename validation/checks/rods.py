@@ -79,7 +79,7 @@ def return_time() -> list[Measurement]:
     return [
         Measurement("second touch after the first", second.start, BAR["second"] - 1.0, "s", 6e-3, text, "second"),
         within("second impulse", second.normal_impulse, BAR["impulse"], "N s", 1e-2, text, "second-impulse"),
-        within("energy kept", energy["final"], energy["initial"], "J", 1e-9, "no part of it is lost", "energy"),
+        within("energy kept", energy["final"], energy["initial"], "J", 7e-13, "no part of it is lost", "energy"),
         Measurement("contacts", len(history.contacts), 2, "1", 0.0, text, "contacts"),
         within("largest force", first.peak_force, BAR["peak"], "N", 0.06, text, "peak"),
     ]
@@ -94,7 +94,7 @@ def truss() -> list[Measurement]:
     middle = float(history.at(TRUSS["duration"] / 2.0)["lambda_n"])
     speed = contact.normal_impulse / rod.mass - TRUSS["speed"]
     return [
-        within("force in the middle", middle, TRUSS["force"], "N", 1e-3, text, "force"),
+        within("force in the middle", middle, TRUSS["force"], "N", 7e-4, text, "force"),
         within("impulse", contact.normal_impulse, TRUSS["impulse"], "N s", 1.5e-2, text, "impulse"),
         within("duration", contact.end - contact.start, TRUSS["duration"], "s", 4e-2, text, "duration"),
         within("speed of its centre after", speed, TRUSS["speed"], "m/s", 3e-2, text, "speed"),

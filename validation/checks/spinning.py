@@ -20,7 +20,8 @@ check = checks_of("spinning", "Spinning beams")
 
 _ITEMS = [item for item in VALUES if item.startswith("2-")]
 _ELEMENTS = 64
-#: relative: 48 eigenfunctions at six times the first frequency; (b h)⁴/1440 of the fourth mode of 64 elements
+#: relative: 48 eigenfunctions at a spin of 6, where the tension couples them (what is left out enters with its
+#: square); (b h)⁴/1440 of the fourth mode of 64 elements
 _ACCURACY = {"modal": 1e-8, "fem": 1e-6}
 _NAMES = {"modal": "48 assumed modes", "fem": f"{_ELEMENTS} elements"}
 
@@ -44,7 +45,10 @@ def _worst(item: str, method: str, direction: str) -> Measurement:
     beam = _beam(root, radius, method)
     exact = np.array(VALUES[item][direction])
     computed = (beam.flapwise if direction == "flap" else beam.chordwise)(eta, exact.size)
-    allowed = _ACCURACY[method] * exact + 5e-10 * np.maximum(exact, 1.0)  # ten digits of the references
+    # the tension at the root is eta² (1 + 2 radius)/2
+    growth = ((eta / 6.0) ** 2 * (1.0 + 2.0 * radius)) ** 2 if method == "modal" else 1.0
+    # references have 12 digits
+    allowed = _ACCURACY[method] * growth * exact + 5e-12 * np.maximum(exact, 1.0)
     k = int(np.argmax(np.abs(computed - exact) / allowed))
     held = {"c": "clamped", "h": "hinged"}[root]
     quantity = f"{direction}wise frequency {k + 1}, {held}, hub {radius:g} L, spin {eta:g}, {_NAMES[method]}"
@@ -89,6 +93,11 @@ def campbell() -> Evidence:
     return Evidence([measured], [campbell_figure({"c": beam, "h": _beam("h", 0.0, "modal")}, points)])
 
 
+#: relative accuracy of three frequencies by eight modes: clamped shapes converge slowly for a pin; in the mean
+#: axis the step of the differences is what errs, in full kinetics, whose forces are cubic
+_FREE_ACCURACY = {"tangent": (1.5e-7, 1.5e-5, 3e-5), "mean-axis": (1e-7, 1e-7, 1e-7)}
+
+
 @check(
     "A pinned beam that spins freely, by the forces that are marched: their slope at a steady spin.", seconds=0.5
 )
@@ -114,11 +123,11 @@ def free_spin() -> list[Measurement]:
                 float(np.sqrt(squares[k + 1])),
                 exact[k],
                 "sqrt(EI/(m L⁴))",
-                3e-5 * exact[k],
+                accuracy * exact[k],
                 source("2-h-d0-eta5"),
                 f"elastic-{label}-{k + 1}",
             )
-            for k in range(3)
+            for k, accuracy in enumerate(_FREE_ACCURACY[frame])
         ]
         found += [rigid, *elastic]
     return found
@@ -141,4 +150,4 @@ def _free_squares(frame: str, kinetics: str, eta: float = 5.0, modes: int = 8) -
     # the spin couples to the elastic coordinates by Coriolis forces at second order only
     squares = np.linalg.eigvals(np.linalg.solve(work.mass, -0.5 * (slopes + slopes.T)))
     ordered = np.sort(squares.real)
-    return ordered, float(EPS / step * ordered[-1])
+    return ordered, float(EPS * ordered[-1])

@@ -9,7 +9,7 @@ from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate, simulate_system
 from validation.checks.plots import published_impact_figure
-from validation.checks.registry import Evidence, Measurement, checks_of, within
+from validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from validation.reference_values import VALUES, source
 from validation.runs import column, run
 from validation.small_systems import Particle
@@ -57,15 +57,15 @@ def first_contact() -> list[Measurement]:
             computed = float(np.trapezoid(force, column(history, "time")[contact]))
             turn = SPEED - computed / (0.86874 / 3.0)  # angular momentum about the pin
             tail = f"{name}-{key}"
-            # 40 modes leave out a compliance of order 1/N³ = 1.6e-5
+            # samples are 1 us apart; 64 elements and 40 modes with their residual flexibility err by less
             found += [
-                within(f"peak force, k = {key} N/m, {name}", force.max(), peak, "N", 1.5e-4, text, f"peak-{tail}"),
+                within(f"peak force, k = {key} N/m, {name}", force.max(), peak, "N", 3e-5, text, f"peak-{tail}"),
                 within(
-                    f"end of contact, k = {key} N/m, {name}", release.time, end, "s", 5e-5, text, f"end-{tail}"
+                    f"end of contact, k = {key} N/m, {name}", release.time, end, "s", 3e-6, text, f"end-{tail}"
                 ),
-                within(f"impulse, k = {key} N/m, {name}", computed, impulse, "N s", 5e-5, text, f"impulse-{tail}"),
+                within(f"impulse, k = {key} N/m, {name}", computed, impulse, "N s", 4e-5, text, f"impulse-{tail}"),
                 Measurement(
-                    f"rotation after, k = {key} N/m, {name}", turn, rotation, "rad/s", 2e-4, text, f"turn-{tail}"
+                    f"rotation after, k = {key} N/m, {name}", turn, rotation, "rad/s", 1.5e-4, text, f"turn-{tail}"
                 ),
             ]
     return found
@@ -77,7 +77,7 @@ def peak_law() -> list[Measurement]:
     found = []
     bending, mass = 68.952e9 * 7.85e-9, 2766.7 * 3.14e-4
     Z = bending**0.25 * mass**0.75 / np.sqrt(2.0)
-    for stiffness, allowed in ((1e6, 2e-4), (1e7, 2e-3)):  # the stiffer spring asks for higher modes
+    for stiffness, allowed in ((1e6, 1.5e-6), (1e7, 3e-5)):  # the stiffer spring asks for higher modes
         at = VALUES["5e"]["x_peak"] * (Z / stiffness) ** (2 / 3)
         exact = VALUES["5e"]["f_peak"] * SPEED * Z ** (2 / 3) * stiffness ** (1 / 3)
         history = strike(stiffness, 2.0 * at, "discretization.method=modal", "discretization.modes=60")
@@ -92,7 +92,7 @@ def peak_law() -> list[Measurement]:
                 column(history, "time")[top],
                 at,
                 "s",
-                2e-2,
+                1.5e-2,
                 source("5e"),
                 f"time-{stiffness:.0e}",
             ),
@@ -117,11 +117,11 @@ def mass_on_spring() -> list[Measurement]:
     text = "closed form: height/v, v, pi sqrt(m/k), v sqrt(k m), 2 m v"
     duration, peak = np.pi * np.sqrt(mass / stiffness), speed * np.sqrt(stiffness * mass)
     return [
-        Measurement("time of the impact", impact.time, height / speed, "s", 1e-11, text, "time"),
-        Measurement("speed of the release", release.normal_velocity, speed, "m/s", 1e-9, text, "speed"),
-        Measurement("duration of contact", release.time - impact.time, duration, "s", 1e-10, text, "duration"),
-        within("peak force", collision["peak_force"], peak, "N", 1e-6, text, "peak"),
-        within("impulse", collision["normal_impulse"], 2.0 * mass * speed, "N s", 1e-9, text, "impulse"),
+        Measurement("time of the impact", impact.time, height / speed, "s", ROUNDING, text, "time"),
+        Measurement("speed of the release", release.normal_velocity, speed, "m/s", 6e-12, text, "speed"),
+        Measurement("duration of contact", release.time - impact.time, duration, "s", 5e-13, text, "duration"),
+        within("peak force", collision["peak_force"], peak, "N", 8e-8, text, "peak"),
+        within("impulse", collision["normal_impulse"], 2.0 * mass * speed, "N s", 1e-12, text, "impulse"),
     ]
 
 
