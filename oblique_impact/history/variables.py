@@ -50,7 +50,7 @@ NEEDED = {
     "energy_elastic": Variable(_EACH, "J", "elastic energy"),
     "energy_gravity": Variable(_EACH, "J", "gravity energy"),
 }
-#: variables that only a beam has, if they are there
+#: variables that only a beam has
 OF_A_BEAM = {
     "station": Variable(("station",), "m", "arc length from the root"),
     "theta": Variable(_EACH, "rad", "angle of the floating frame"),
@@ -72,6 +72,8 @@ OF_A_BEAM = {
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
+#: of these, what a beam without a slope lacks
+OF_A_SLOPE = ("clearance", "clearance_at")
 #: all variables that are known
 VARIABLES = NEEDED | OF_A_BEAM
 
@@ -109,7 +111,8 @@ def with_later(data: Dataset, columns: Mapping[str, Array]) -> Dataset:
 
 def check_variables(data: Dataset) -> None:
     """Raise InputError, in a few words, for data that are not those of a history."""
-    for name in NEEDED:
+    beam = [name for name in OF_A_BEAM if name not in OF_A_SLOPE] if "theta" in data.variables else []
+    for name in (*NEEDED, *beam):
         if name not in data.variables:
             raise InputError(f"has no variable {name!r}")
     for name, variable in VARIABLES.items():
