@@ -10,6 +10,7 @@ import sys
 import warnings
 from types import FrameType
 
+from oblique_impact.interrupts import SIGNALS
 from oblique_impact.machine import THREADS, collect_rarely
 
 _INTERRUPTED = 130
@@ -18,6 +19,13 @@ _INTERRUPTED = 130
 def _leave(number: int, frame: FrameType | None) -> None:
     os.write(2, b"oblique-impact: interrupted\n")
     os._exit(_INTERRUPTED)
+
+
+def _open_closed_streams() -> None:
+    """Let what is printed to a standard stream that is closed go nowhere; a file that is opened would take its place."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w" if number else "r"))  # noqa: SIM115
 
 
 def _end(code: list[int]) -> None:
@@ -29,6 +37,7 @@ def _end(code: list[int]) -> None:
 
 def main() -> None:
     """Run the command line; an interrupt is one line at any time, even while it is loaded or ends."""
+    _open_closed_streams()
     handled = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not where a shell has it ignored
     if handled:
         signal.signal(signal.SIGINT, _leave)
@@ -42,8 +51,9 @@ def main() -> None:
     warnings.simplefilter("ignore", RuntimeWarning)
     if handled:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # a request to end is treated as Ctrl-C
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in SIGNALS:  # any request to end is treated as Ctrl-C
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
     try:
         command_line()
     except SystemExit as stop:
@@ -52,7 +62,8 @@ def main() -> None:
         raise
     finally:
         # an interrupt while the interpreter ends would print a traceback
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
         # nor would the interpreter give back half a million objects one by one: that took half a second of two
         gc.freeze()
 

@@ -6,8 +6,9 @@ import errno
 import io
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from glob import escape
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, Self
@@ -19,6 +20,10 @@ from oblique_impact.interrupts import hold_interrupts
 
 #: bytes; a file of text is read up to this size
 MAX_TEXT = 16_000_000
+#: random bytes in the name of a temporary file
+_TOKEN = 4
+#: locks that this process holds
+_held: set[Path] = set()
 
 
 def prepare_folder(folder: str | os.PathLike[str]) -> Path:
@@ -60,7 +65,7 @@ def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
     What fails, on a full disk for instance, fails before the first old file is replaced.  Raises OSError.
     """
     with ExitStack() as cleanup:
-        temporaries = {path: path.with_name(f".{path.stem}.{token_hex(4)}.part{path.suffix}") for path in writers}
+        temporaries = {path: _temporary(path, token_hex(_TOKEN)) for path in writers}
         for path, write in writers.items():
             if path.is_dir():
                 raise IsADirectoryError(errno.EISDIR, f"{path.name} is a folder")
@@ -68,6 +73,19 @@ def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
             write(temporaries[path])
         for path, temporary in temporaries.items():
             os.replace(temporary, path)
+
+
+def _temporary(path: Path, token: str) -> Path:
+    return path.with_name(f".{path.stem}.{token}.part{path.suffix}")
+
+
+def remove_leftovers(paths: Iterable[Path]) -> None:
+    """Remove temporary files of these paths, which killed processes left: only their one writer may do that."""
+    for path in paths:
+        pattern = _temporary(Path(escape(path.name)), "[0-9a-f]" * (2 * _TOKEN)).name
+        for left in path.parent.glob(pattern):
+            with suppress(OSError):
+                left.unlink()
 
 
 def write_text(path: Path, text: str) -> None:
@@ -88,11 +106,15 @@ def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
     """Be the only process that writes to a folder, or to a file that need not exist yet.
 
     The lock is an empty hidden file, `.lock` in a folder and `.NAME.lock` beside a file, which is gone at the end;
-    that of a process that is killed does not block anybody.  Raises InputError, in one line, if another process
-    is writing there or the lock cannot be made.
+    that of a process that is killed does not block anybody.  Blocks of one process may be nested.  Raises
+    InputError, in one line, if another process is writing there or the lock cannot be made.
     """
     path = Path(target)
-    lock = FileLock(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock"))
+    file = Path(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock")).absolute()
+    if file in _held:
+        yield
+        return
+    lock = FileLock(file)
     try:
         lock.acquire(timeout=0.1, poll_interval=0.01)  # again, if the holder removes the file meanwhile
     except Timeout:
@@ -100,9 +122,13 @@ def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
         raise InputError(line) from None
     except OSError as error:
         raise cannot_write(path, error) from None
+    _held.add(file)
+    if not path.is_dir():
+        remove_leftovers([path])
     try:
         yield
     finally:
+        _held.remove(file)
         # removed while it is held: filelock does not accept a lock on a file that has lost its name
         with suppress(OSError):
             os.unlink(lock.lock_file)

@@ -1,4 +1,4 @@
-"""Ctrl-C comes where a run or a writer of files lets it: neither is left in the midst of what belongs together."""
+"""Defer Ctrl-C, and other requests to end, so that neither a run nor a file write stops half-way."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+#: requests to end: Ctrl-C, `kill`, and a terminal that is closed, which not every system tells
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 _urgent: list[None] = []  # an entry for each block in which interrupts come at once
 
 
@@ -30,7 +31,7 @@ def hold_interrupts(patient: bool = False) -> Iterator[Callable[[], None]]:
     the block by somebody, is replaced at the next call.
     """
     usual, held = signal.default_int_handler, list[int]()
-    mine = _SIGNALS if threading.current_thread() is threading.main_thread() else ()
+    mine = SIGNALS if threading.current_thread() is threading.main_thread() else ()
 
     def hold(number: int, frame: FrameType | None) -> None:
         if _urgent or (held and not patient):

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.provenance import NUMERIC_PACKAGES, package_version, source_digest
+from oblique_impact.interrupts import SIGNALS
 from oblique_impact.kernels.compiling import announce, listen
 from oblique_impact.machine import THREADS, collect_rarely, cores
 from oblique_impact.progress import OnProgress, Progress
@@ -261,7 +262,8 @@ def _deaf_to_interrupts() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # a terminal sends Ctrl-C and its own end to all of them, but not SIGTERM
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*SIGNALS} - {signal.SIGTERM})
     try:
         yield
     finally:

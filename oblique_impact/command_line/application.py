@@ -16,7 +16,7 @@ from oblique_impact.command_line.modes import modes
 from oblique_impact.command_line.run import run
 from oblique_impact.command_line.scenarios import scenarios
 from oblique_impact.command_line.schema import schema
-from oblique_impact.command_line.words import print_note
+from oblique_impact.command_line.words import print_note, print_text
 from oblique_impact.errors import InputError, Interrupted, Outcome
 from oblique_impact.installed import installed, load
 
@@ -61,7 +61,7 @@ def application(wanted: str | None = None) -> typer.Typer:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"oblique-impact {version('oblique-impact')}")
+        print_text(f"oblique-impact {version('oblique-impact')}")
         raise typer.Exit
 
 
@@ -150,6 +150,8 @@ def _call(arguments: list[str]) -> int:
     except MemoryError as error:
         needed = " ".join(str(error).split()) or "a smaller model or fewer samples are needed"
         print_note(f"not enough memory: {needed}")
+    except OSError as error:  # a name that is too long, for instance, wherever that is noticed
+        print_note(": ".join(str(part) for part in (error.filename, error.strerror or error) if part))
     except Exception as error:
         # typer's usage errors have no public base class; they all know how to say what is wrong
         if not hasattr(error, "format_message"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, RenderableType
@@ -97,9 +97,15 @@ class Bar(RichProgress):
         if not self.disable:
             self.console.show_cursor(True)
 
+    def stop(self) -> None:
+        """Take the bar away; a terminal that is closed meanwhile does not end what the bar is shown for."""
+        with suppress(OSError):
+            super().stop()
+
     def write_line(self, line: str) -> None:
         """Write a line that stays, above the bar; to a file or a pipe too."""
-        self.console.print(line, soft_wrap=True, markup=False, highlight=False)
+        with suppress(OSError):
+            self.console.print(line, soft_wrap=True, markup=False, highlight=False)
 
     def set_fields(self, **fields: Any) -> None:
         """Update the task."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -14,6 +15,7 @@ import typer
 
 from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import InputError, Interrupted, Outcome
+from oblique_impact.interrupts import SIGNALS
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
@@ -30,6 +32,7 @@ def run(
     from oblique_impact.beam.plausibility import doubts
     from oblique_impact.command_line.bars import progress_bar
     from oblique_impact.files import writing
+    from oblique_impact.history.size import expected_size
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate
 
@@ -37,10 +40,11 @@ def run(
     warnings = doubts(chosen)
     for warning in warnings:
         print_note(f"warning: {warning}")
-    replaced = (out / "history.nc").exists()
     interrupted = False
     with ExitStack() as lock:
         lock.enter_context(writing(out))
+        replaced = (out / "history.nc").exists()
+        _check_size(expected_size(chosen), out)
         try:
             with ExitStack() as bar, _ending_at_once(bar, lock) as early:
                 show = bar.enter_context(progress_bar())
@@ -63,6 +67,20 @@ def run(
     if interrupted:
         print_note("interrupted when the run had ended: its results are complete")
         raise typer.Exit(Outcome.INTERRUPTED.exit_code)
+
+
+def _check_size(size: float, out: Path) -> None:
+    """Say beforehand that a history will be large; raises InputError if the disk has no room for it (bytes)."""
+    from oblique_impact.history.size import LARGE, MEMORY, in_words
+
+    remedy = "a longer solver.output_interval makes it smaller"
+    free = shutil.disk_usage(out).free
+    if size > free:
+        room = f"the history takes about {in_words(size)} and {in_words(free)} are free"
+        raise InputError(f"--out {out}: cannot be written: {room}; {remedy}")
+    if size > LARGE:
+        needs = f"about {in_words(size)} on disk and {in_words(MEMORY * size)} of memory"
+        print_note(f"warning: the history will take {needs}; {remedy}")
 
 
 def _save(history: History, out: Path) -> Path:
@@ -98,7 +116,7 @@ def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
         os._exit(Outcome.INTERRUPTED.exit_code)
 
     with ExitStack() as restore:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in SIGNALS:
             # not where they are ignored, nor in a program that handles them itself
             if signal.getsignal(number) is signal.default_int_handler:
                 restore.callback(signal.signal, number, signal.signal(number, leave))

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
+import os
 import shutil
 import sys
 import textwrap
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from oblique_impact.errors import InputError
 
 
 def _scenarios(incomplete: str) -> list[str]:
@@ -47,7 +52,7 @@ def print_result(lines: Iterable[str], data: object, as_json: bool) -> None:
     `data` is that object, or a function that returns it.
     """
     if as_json:
-        typer.echo(json.dumps(plain(data() if callable(data) else data), allow_nan=False))
+        print_text(json.dumps(plain(data() if callable(data) else data), allow_nan=False))
     else:
         for line in lines:
             print_line(line)
@@ -71,9 +76,24 @@ def print_line(line: str) -> None:
         line = textwrap.fill(
             line, max(width, 20), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
         )
-    typer.echo(line)
+    print_text(line)
+
+
+def print_text(text: str) -> None:
+    """Write text to standard output; raises InputError if it cannot be written, on a full disk for instance.
+
+    A reader that is gone (`| head -1`, a terminal that is closed) changes nothing: the command goes on.
+    """
+    try:
+        typer.echo(text)
+    except OSError as error:
+        # neither is there a place for what is still buffered
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno not in (errno.EPIPE, errno.EIO):
+            raise InputError(f"standard output: cannot be written: {error.strerror}") from None
 
 
 def print_note(line: str) -> None:
     """Write a warning or an error to standard error, in one line."""
-    typer.echo(f"oblique-impact: {line}", err=True)
+    with suppress(OSError):  # there is nobody who could be told
+        typer.echo(f"oblique-impact: {line}", err=True)

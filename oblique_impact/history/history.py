@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import cannot_write, prepare_folder, write_all
+from oblique_impact.files import cannot_write, only_writer, prepare_folder, remove_leftovers, write_all
 from oblique_impact.history.at_a_time import Side, dataset_at
 from oblique_impact.history.events import EVENT_COLUMNS, event_row, events_csv, read_events
 from oblique_impact.history.netcdf import is_history, read_netcdf, write_netcdf
@@ -32,6 +33,7 @@ from oblique_impact.installed import installed, load, reason
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
+from oblique_impact.scenario.toml import parse_toml
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -293,12 +295,16 @@ class History:
             "summary.json": json.dumps(self.summary, indent=2) + "\n",
         }
         writers: dict[Path, Callable[[Path], Any]] = {
-            target / name: partial(Path.write_text, data=text, encoding="utf-8") for name, text in texts.items()
+            target / "history.nc": partial(write_netcdf, list(self._stored()), self._attributes()),
+            **{target / name: partial(Path.write_text, data=text, encoding="utf-8") for name, text in texts.items()},
         }
         try:
-            write_all(
-                {target / "history.nc": partial(write_netcdf, list(self._stored()), self._attributes()), **writers}
-            )
+            with ExitStack() as lock:
+                # another process that writes here is no reason not to: the last one wins
+                with suppress(InputError):
+                    lock.enter_context(only_writer(target))
+                    remove_leftovers(writers)
+                write_all(writers)
         except OSError as error:
             raise cannot_write(target, error) from None
         return target
@@ -405,6 +411,7 @@ def _from_data(data: xr.Dataset) -> History:
     check_variables(data)
     first, last = float(data["time"][0]), float(data["time"][-1])
     texts = {name: str(data.attrs.pop(name, "")) for name in ("events", "summary", "scenario", "contacts")}
+    parse_toml(texts["scenario"], "attribute scenario")
     return History(
         data,
         read_events(texts["events"], first, last),

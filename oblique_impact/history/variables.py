@@ -69,6 +69,9 @@ OPTIONAL = {
         "compression of the stop itself",
         "0 in flight and of a rigid stop; the force of a spring without damping is contact.stiffness times depth",
     ),
+}
+#: variables that only a beam has
+OF_A_BEAM = {
     "station": Variable(("station",), "m", "arc length from the root"),
     "theta": Variable(_EACH, "rad", "angle of the floating frame"),
     "theta_dot": Variable(_EACH, "rad/s", "angular velocity of the floating frame"),
@@ -89,8 +92,10 @@ OPTIONAL = {
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
+#: of these, what a beam without a slope lacks
+OF_A_SLOPE = ("clearance", "clearance_at")
 #: all variables that are known
-VARIABLES = NEEDED | OPTIONAL
+VARIABLES = NEEDED | OPTIONAL | OF_A_BEAM
 
 
 def stored(columns: Mapping[str, Array]) -> Iterator[Stored]:
@@ -128,7 +133,8 @@ def with_later(data: Dataset, columns: Mapping[str, Array]) -> Dataset:
 
 def check_variables(data: Dataset) -> None:
     """Raise InputError, in a few words, for data that are not those of a history."""
-    for name in NEEDED:
+    beam = [name for name in OF_A_BEAM if name not in OF_A_SLOPE] if "theta" in data.variables else []
+    for name in (*NEEDED, *beam):
         if name not in data.variables:
             raise InputError(f"has no variable {name!r}")
     for name, variable in VARIABLES.items():

@@ -5,17 +5,20 @@
 `compiled_protocol`  lets kernels call the methods of packed systems (named tuples)
 
 Compiled kernels are cached on disk in a folder named after a digest of the numeric source, so an edited source
-never meets a stale binary (numba itself only watches the file of the entry point).  With ``NUMBA_DISABLE_JIT=1``
-the same source runs interpreted.
+never meets a stale binary (numba itself only watches the file of the entry point).  The cache is optional: where
+it is full, damaged or cannot be written, kernels are compiled again.  With ``NUMBA_DISABLE_JIT=1`` the same source
+runs interpreted.
 """
 
 from __future__ import annotations
 
 import hashlib
 import inspect
+import logging
 import os
 import platform
 import re
+import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -140,9 +143,27 @@ class Kernel:
         """
         with preparing():
             kinds = tuple(map(numba.typeof, arguments))
-            self._compiled.compile(kinds)
+            self._compile(kinds)
         self._entries[classes] = self._compiled.overloads[kinds].entry_point
         return self._entries[classes]
+
+    def _compile(self, kinds: tuple[Any, ...]) -> None:
+        """Load or compile it for arguments of these types, whatever becomes of the cache on disk."""
+        compiled = self._compiled
+        try:
+            compiled.compile(kinds)
+            if kinds in compiled.stats.cache_misses:
+                seal_cache()
+        except Exception as error:
+            # numba loads an overload, or compiles, keeps and saves it, in this order
+            if kinds in compiled.overloads:
+                say_not_cached(error)
+            elif kinds in compiled.stats.cache_misses:  # it was the compiler
+                raise
+            else:
+                drop_cache(error)
+                del self._compiled
+                self._compile(kinds)
 
     @cached_property
     def _compiled(self) -> Any:
@@ -176,9 +197,13 @@ def cached_on_disk() -> Iterator[bool]:
         config.CACHE_DIR = previous
 
 
+#: folders of caches that can neither be read nor removed
+_given_up: set[Path] = set()
+
+
 @cache
 def cache_folder() -> Path | None:
-    """Folder of the compiled kernels for this source, numba and Python; None if nothing is writable."""
+    """Folder of the compiled kernels for this source, numba and Python; None if it cannot be used."""
     digest = hashlib.sha256()
     for name in _NUMERIC_SOURCE:
         source = _PACKAGE / name
@@ -188,10 +213,61 @@ def cache_folder() -> Path | None:
     digest.update(f"{numba.__version__} {platform.python_version()}".encode())
     base = Path(os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("oblique-impact"))
     folder = base / digest.hexdigest()[:16]
+    if folder in _given_up:
+        return None
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except OSError:
+        _remove_damaged(folder)
+    except OSError as error:
+        say_not_cached(error)
         return None
     return folder
+
+
+def _checksums(folder: Path) -> Iterator[tuple[Path, Path, str]]:
+    """Yield each file that numba keeps in a cache, where its checksum lies, and what that should be."""
+    for file in folder.rglob("*.nb[ic]"):
+        yield file, file.with_name(f"{file.name}.sum"), hashlib.blake2b(file.read_bytes()).hexdigest()
+
+
+def _remove_damaged(folder: Path) -> None:
+    """Remove what has not the checksum that it was kept with.
+
+    numba has none: machine code with changed bytes is run, and ends the process if it does not give wrong numbers.
+    """
+    for file, kept, checksum in _checksums(folder):
+        if not kept.exists() or kept.read_bytes() != checksum.encode():
+            file.unlink(missing_ok=True)
+
+
+def seal_cache() -> None:
+    """Keep checksums of all that is cached; raises OSError, on a full disk for instance."""
+    folder = cache_folder()
+    for _, kept, checksum in _checksums(folder) if folder else ():
+        kept.write_text(checksum, encoding="ascii")
+
+
+def drop_cache(error: Exception) -> None:
+    """Remove the cache, which cannot be read because of `error`: it is filled anew, or not used if it stays."""
+    folder = cache_folder()
+    cache_folder.cache_clear()
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
+        if folder.exists():
+            _given_up.add(folder)
+        _notice(f"the kernel cache is damaged ({type(error).__name__}): {folder} is made anew")
+
+
+def say_not_cached(error: Exception) -> None:
+    """Say, once, that compiled kernels cannot be kept because of `error`."""
+    why = getattr(error, "strerror", None) or error
+    where = "NUMBA_CACHE_DIR names another folder"
+    _notice(f"compiled kernels cannot be kept ({why}): every run compiles them again; {where}")
+
+
+@cache
+def _notice(line: str) -> None:
+    # without a handler, logging writes it to standard error
+    logging.getLogger(__name__).warning("oblique-impact: %s", line)

@@ -15,7 +15,7 @@ from numba.extending import NativeValue, overload, register_jitable, register_mo
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from oblique_impact.errors import InputError
-from oblique_impact.kernels.jit import cached_on_disk, reason_of
+from oblique_impact.kernels.jit import cached_on_disk, drop_cache, reason_of, say_not_cached, seal_cache
 
 #: a user-defined function in kernels takes one or two numbers and an array of parameters
 Law = Callable[..., float]
@@ -72,7 +72,17 @@ def _compiled_law(function: Callable[..., Any], arguments: int, count: int, entr
     # the name of the folder follows the text of the built-in laws, not that of others
     built_in = (function.__module__ or "").partition(".")[0] == __name__.partition(".")[0]
     with cached_on_disk() as cached:
-        return _CompiledLaw(numba.cfunc(signature, cache=cached and built_in, error_model="numpy")(law), signature)
+        if cached and built_in:
+            try:
+                compiled = numba.cfunc(signature, cache=True, error_model="numpy")(law)
+                if not compiled.cache_hits:
+                    seal_cache()
+                return _CompiledLaw(compiled, signature)
+            except OSError as error:
+                say_not_cached(error)
+            except Exception as error:  # whatever reading a damaged file raises
+                drop_cache(error)
+        return _CompiledLaw(numba.cfunc(signature, error_model="numpy")(law), signature)
 
 
 class _CompiledLaw:

@@ -47,11 +47,15 @@ def check(scenario: ScenarioKeys) -> None:
                 raise ValueError(f"{key} = {short(value)}: {allowed}")
 
 
+def coordinates(s: ScenarioKeys) -> int:
+    """Count the generalized coordinates, the angle of the frame among them."""
+    d = s.discretization
+    return 1 + (6 * d.elements if s.is_absolute else d.modes or 2 * d.elements)
+
+
 def _values_per_sample(s: ScenarioKeys) -> int:
     """Count the numbers of one sample in memory: states and accelerations, results at 33 stations, scalars."""
-    d = s.discretization
-    shapes = 6 * d.elements if s.is_absolute else d.modes or 2 * d.elements
-    return 3 * (shapes + 1) + 8 * 33 + 60
+    return 3 * coordinates(s) + 8 * 33 + 60
 
 
 def _starts_beyond(s: ScenarioKeys) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from shlex import quote
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -118,7 +119,8 @@ def export_command(
         f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})"
     )
     lines = [what, f"  {result.format}: {result.file}", f"  read by {READERS[result.format]}"]
-    lines.append(f"  in ParaView with colours and arrows: paraview --script={result.state}")
+    script = quote(str(result.state))
+    lines.append(f"  in ParaView with colours and arrows: paraview --script={script}")
     return lines, asdict(result)
 
 

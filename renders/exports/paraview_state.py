@@ -20,10 +20,10 @@ _ARROW = 0.16
 #: samples between two whose places are seen
 _EVERY = 50
 _TEXT = '''\
-"""Open {name} in ParaView: the beam in the colours of its bending stress, with the contact force as an arrow.
+"""Open the export beside this file in ParaView: bending stress in colours, the contact force as an arrow.
 
-    paraview --script={script}
-    pvpython {script} PICTURE.png TIME     (saves the picture of a time in s)
+    paraview --script=FILE                 (FILE is this file)
+    pvpython FILE PICTURE.png TIME         (saves the picture of a time in s)
 """
 
 import os
@@ -115,7 +115,6 @@ def state_text(scene: Scene, target: Path, format: str) -> str:
         arrow = _FORCE.format(contact=numbers["contact_point"], factor=_ARROW * length / peak)
     return _TEXT.format(
         name=target.name,
-        script=state_file(target).name,
         folder=str(target.parent.resolve()),
         reader=_READERS[format],
         surface=numbers["surface"],

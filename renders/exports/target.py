@@ -42,6 +42,8 @@ def resolve(out: Path, format: str | None) -> tuple[Path, str]:
     if out.suffix and out.suffix.lower() != suffix:
         raise InputError(f"--out {out}: should end in {suffix} for --format {format}, or have no suffix")
     target = out if out.suffix else out.parent / f"{out.name}{suffix}"
+    if not target.name.isprintable():
+        raise InputError(f"--out {target}: the name should have printable characters only")
     prepare_folder(target.parent)
     if not out.name or target.is_dir():
         raise InputError(f"--out {target}: is a folder, should be a file")

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 import h5py
 import numpy as np
@@ -85,7 +85,7 @@ class _Collection:
         kind, shape = "Int" if values.dtype.kind == "i" else "Float", " ".join(map(str, values.shape))
         return (
             f'<DataItem DataType="{kind}" Dimensions="{shape}" Format="HDF" Precision="8">'
-            f"{self._reference}:{group.name}/{name}</DataItem>"
+            f"{escape(f'{self._reference}:{group.name}/{name}')}</DataItem>"
         )
 
     def store(self, frame: int, sample: int) -> None:
