@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PACKAGES := oblique_impact fem_beam modal renders validation
 
-.PHONY: install demo test test-slow test-pythons lint docs pictures package bench clean
+.PHONY: install demo test test-slow test-pythons lint docs pictures notebook package bench clean
 
 install: $(VENV)/.installed
 
@@ -48,6 +48,10 @@ docs: install
 # the pictures of the pages that are kept with them
 pictures: install
 	$(BIN)/python -m docs.pictures.draw
+
+# the tutorial's notebook, from its program
+notebook: install
+	$(BIN)/python -m docs.notebook
 
 # wheel and source distribution, each installed and used outside of the checkout
 package: install
