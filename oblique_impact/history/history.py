@@ -182,6 +182,22 @@ class History:
         return DataFrame([event_row(event) for event in self.events], columns=list(EVENT_COLUMNS))
 
     @property
+    def time_series(self) -> pd.DataFrame:
+        """The variables over time as a table, a row a sample, in SI units.
+
+        Coordinates have the columns q_0, q_1, ... and qd_0, qd_1, ...  Those along the beam are left out: :attr:`data` has them.
+        """
+        from pandas import DataFrame
+
+        columns = {"time": self["time"].values}
+        for name, variable in self.data.data_vars.items():
+            if variable.dims == ("time",):
+                columns[str(name)] = variable.values
+            elif variable.dims == ("time", "coordinate"):
+                columns |= {f"{name}_{number}": values for number, values in enumerate(variable.values.T)}
+        return DataFrame(columns)
+
+    @property
     def contact_table(self) -> pd.DataFrame:
         """The closed contacts as a table, a row a contact (SI units)."""
         from pandas import DataFrame
