@@ -13,6 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
+from oblique_impact.machine import cores
+
 
 def _scenarios(incomplete: str) -> list[str]:
     """Return the built-in cases that begin so, for a shell that completes; files it knows itself."""
@@ -72,6 +74,18 @@ def print_line(line: str) -> None:
             line, max(width, 20), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
         )
     typer.echo(line)
+
+
+def print_expected(what: str, seconds: float, workers: int | None) -> None:
+    """Say how long many computations take that need so many seconds of one core, before they begin.
+
+    `seconds` are those of a fast machine with compiled kernels; slow ones take three times as long.
+    """
+    used = min(workers or cores(), cores())
+    least = seconds / used / 60.0
+    if least > 0.5:
+        where = "1 core" if used == 1 else f"{used} cores"
+        print_note(f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {where}")
 
 
 def print_note(line: str) -> None:

@@ -185,7 +185,7 @@ class History:
     def time_series(self) -> pd.DataFrame:
         """The variables over time as a table, a row a sample, in SI units.
 
-        Coordinates have the columns q_0, q_1, ... and qd_0, qd_1, ...  Those along the beam are left out: :attr:`data` has them.
+        Coordinates have the columns q_0, q_1, ... and qd_0, qd_1, ...; variables along the beam are left out.
         """
         from pandas import DataFrame
 
