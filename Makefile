@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PACKAGES := oblique_impact fem_beam modal renders validation
 
-.PHONY: install demo test test-slow test-pythons lint docs pictures package bench clean
+.PHONY: install demo test test-slow test-pythons lint docs pictures notebook package bench clean
 
 install: $(VENV)/.installed
 
@@ -20,9 +20,11 @@ demo: install
 	$(BIN)/python examples/paper_demo.py out/demo
 
 test: install
+	@echo "the tests: 3 to 6 minutes on two cores"
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
 
 test-slow: install
+	@echo "the slow tests: half an hour or more"
 	$(BIN)/python -m pytest -n 2 -m slow
 
 # the suite on every supported Python that is there; PYTHONS="..." names others or gives their paths
@@ -42,12 +44,17 @@ lint: install
 	$(BIN)/mypy
 
 docs: install
+	@echo "the documentation: 2 to 6 minutes"
 	$(BIN)/python -m sphinx -b html -W --keep-going -n -q docs docs/_build/html
 	@echo "documentation: docs/_build/html/index.html"
 
 # the pictures of the pages that are kept with them
 pictures: install
 	$(BIN)/python -m docs.pictures.draw
+
+# the tutorial's notebook, from its program
+notebook: install
+	$(BIN)/python -m docs.notebook
 
 # wheel and source distribution, each installed and used outside of the checkout
 package: install

@@ -3,7 +3,7 @@ A session of an hour
 ====================
 
 From a scenario in words to a film: what a first session looks like, step by step. Each step names the page that
-tells more. The page offers the same as a notebook for Jupyter; in a terminal the steps are
+tells more. It is a notebook as well, ``examples/session.ipynb``; in a terminal the steps are
 ``oblique-impact scenarios``, ``init``, ``run``, ``render``, ``refine``, ``compare``.
 
 **Say what to simulate.** What there is to start from:
@@ -51,11 +51,21 @@ print(history)
 print(history.contact_table[["start", "end", "normal_impulse", "peak_force"]])
 
 # %%
-# **Look at it.** The overview, a still at the largest force, the numbers at an instant. ``show(history)`` opens
-# a window to turn and zoom; ``history.to_pyvista(t)`` gives the mesh. Films and stills: :doc:`/howto/film`.
+# **Look at it.** The overview first:
 
-history.plot().savefig("session_overview.svg")
+overview = history.plot()
+overview.savefig("session_overview.svg")
+overview
+
+# %%
+# A still at the largest force; ``show(history)`` opens a window to turn and zoom. Films and stills:
+# :doc:`/howto/film`.
+
 render(history, "session_still.png", Style(size=(960, 540)))
+
+# %%
+# The numbers at an instant; ``history.to_pyvista(t)`` gives the mesh with all results.
+
 largest = float(history["lambda_n"].idxmax())
 print(f"largest force at {largest:.5f} s:", float(history.at(largest)["lambda_n"]), "N")
 mesh = history.to_pyvista(largest)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +25,14 @@ from renders.presets import BARE, PRESETS
 from renders.story import Story, story_of
 from renders.style import Style
 from renders.timeline import FPS, Timeline, make_timeline
-from renders.title import builtin_name
+from renders.title import name_of
 
 #: a run, or where it lies
 Source = History | str | os.PathLike[str]
 #: of one row of a strip
 STRIP_STYLE = Style(size=(1000, 250))
+#: what a notebook shows as it is, and how pages name it
+_PICTURES = {".png": "png", ".gif": "gif", ".webp": "webp", ".svg": "svg+xml"}
 #: what of a style belongs to which option
 _OF_STYLE = {
     "size": "--size",
@@ -50,6 +54,13 @@ class Rendered:
     factor: float  # by which the bending is magnified
     size: tuple[int, int]  # width and height (pixels) of a still, of a row of a strip, or of a frame
     timeline: Timeline | None = None  # when the frames of a film are
+
+    def _repr_html_(self) -> str:
+        """Show a picture in a notebook; films and pages by their names."""
+        kind = _PICTURES.get(self.file.suffix.lower())
+        if kind is None:
+            return f"<code>{escape(str(self.file))}</code>"
+        return f'<img src="data:image/{kind};base64,{b64encode(self.file.read_bytes()).decode()}">'
 
 
 def render(
@@ -217,7 +228,7 @@ def _name(source: Source, number: int, sources: Sequence[Source]) -> str:
     if not isinstance(source, str | os.PathLike):
         if not isinstance(source, History):
             return ""
-        return builtin_name(Scenario.from_toml(source.scenario_toml)) if len(sources) == 1 else f"history {number}"
+        return name_of(Scenario.from_toml(source.scenario_toml)) if len(sources) == 1 else f"history {number}"
     path = Path(source)
     return (path if path.is_dir() else path.parent).resolve().name
 

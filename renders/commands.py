@@ -30,7 +30,7 @@ Magnify = Annotated[
     float | None, Option("--magnify-difference", help="Draw the second history so far from the first.")
 ]
 Format = Annotated[
-    str | None, Option("--format", help="vtkhdf, pvd or xdmf; default: as the suffix of --out says.")
+    str | None, Option("--format", help="vtkhdf, pvd, xdmf or csv; default: as the suffix of --out says.")
 ]
 Every = Annotated[
     int | None, Option(metavar="N", help="Every N-th sample and all events; default: about 1000 and them.")
@@ -103,7 +103,7 @@ def export(
     deformation: Annotated[float, Option(metavar="FACTOR", help="Magnify the bending; 1: true shapes.")] = 1.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a history as a time series for ParaView: VTKHDF, PVD with .vtp files, or XDMF with an .h5 file."""
+    """Write a history as a time series: VTKHDF, PVD with .vtp files or XDMF with an .h5 file, or a table (CSV)."""
     from renders.exports.command import export_command
     from renders.exports.selection import Selection
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,16 @@ from matplotlib.figure import Figure
 from oblique_impact.files import cannot_write, write_whole
 from oblique_impact.history.history import History
 from renders.metadata import comment, figure_metadata
+
+
+class Drawing(Figure):
+    """A figure that a notebook shows as one picture: it is no figure of pyplot, which would show it once more."""
+
+    def _repr_png_(self) -> bytes:
+        picture = BytesIO()
+        self.savefig(picture, format="png")
+        return picture.getvalue()
+
 
 _SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
-from renders.files import save_figure
+from renders.files import Drawing, save_figure
 from renders.geometry import contact_gap
 from renders.story import Story, story_of
 from renders.style import LIGHT, Style, Theme, figure_style
@@ -40,14 +40,16 @@ def overview_figure(histories: dict[str, History], out: Path, theme: Theme = LIG
 def overview(histories: dict[str, History], theme: Theme = LIGHT, title: str = "") -> Figure:
     """Draw one or several histories of the same case, named by their keys, in the colours of a theme.
 
+    Without a `title` the figure has that of the first scenario.
     With two histories that share their events, the last panel shows how far apart these are.
     """
     story = story_of([next(iter(histories.values()))], Style(deformation=1.0))
+    title = title or story.geometries[0].scenario.title
     first = story.histories[0]
     collisions = first.summary["macro_collisions"]
     span = (collisions[0]["start"], collisions[0]["end"]) if collisions else None
     with figure_style(theme):
-        figure = Figure(figsize=(9.2, 9.0), layout="constrained")
+        figure = Drawing(figsize=(9.2, 9.0), layout="constrained")
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
         axes = figure.subplots(3, 2, gridspec_kw={"height_ratios": (1.25, 1.0, 1.0)})

@@ -18,7 +18,7 @@ from renders.ground import Ground, ground_of
 from renders.slope import DrawnSlope, drawn_slope
 from renders.style import Style
 from renders.timeline import TimeMap, time_map
-from renders.title import beam_words, builtin_name, short
+from renders.title import beam_words, name_of, short
 
 Array = NDArray[np.float64]
 
@@ -108,12 +108,13 @@ class Story:
 
     @property
     def title(self) -> str:
-        """As the style says, or the name of the run; none of several, which are named beside each other."""
+        """As the style or the scenario says, or the run's name; none of several, which have their names each."""
         if self.style.title is not None:
             return self.style.title
         if len(self.geometries) > 1:
             return ""
-        return self.names[0] if self.names else builtin_name(self.geometries[0].scenario)
+        scenario = self.geometries[0].scenario
+        return scenario.title or (self.names[0] if self.names else name_of(scenario))
 
     @property
     def beam(self) -> list[str]:

@@ -13,9 +13,9 @@ _HELD = {"pin": "on a pin", "hub": "on a hub", "driven": "on a driven root"}
 _POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def builtin_name(scenario: Scenario) -> str:
-    """Return the name of the built-in scenario that this one is; empty if it is none."""
-    return next((name for name in builtin_names() if Scenario.builtin(name) == scenario), "")
+def name_of(scenario: Scenario) -> str:
+    """Return the title of a scenario, or the name of the built-in one that it is; empty if it has neither."""
+    return scenario.title or next((name for name in builtin_names() if Scenario.builtin(name) == scenario), "")
 
 
 def beam_words(scenario: Scenario) -> list[str]:

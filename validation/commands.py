@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
+from oblique_impact.command_line.words import (
+    JsonOption,
+    ScenarioArgument,
+    SetOption,
+    print_expected,
+    print_note,
+    print_result,
+)
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,10 +44,12 @@ def validate(
 ) -> None:
     """Check everything against something outside it; writes report.html, results.json and results.csv."""
     from validation.report.provenance import command_line
-    from validation.suite import counts
+    from validation.suite import counts, select
     from validation.suite import validate as compute
 
     repeat = command_line("validate", out=out, only=only, quick=quick, workers=workers)
+    checks = select(only or [], quick)
+    print_expected(f"{len(checks)} checks", sum(check.seconds for check in checks), workers)
 
     with counting_bar("checks") as show:
         results = compute(out, only or [], quick, workers, show, repeat)
@@ -60,7 +69,12 @@ def refine(
     tolerances: Annotated[str | None, typer.Option(help="Tolerances of the event scheme.")] = None,
     stiffness: Annotated[str | None, typer.Option(help="Stiffnesses of an elastic stop in N/m.")] = None,
     quantities: Annotated[
-        list[str] | None, typer.Option("--quantity", metavar="NAME", help="A quantity of interest; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--quantity",
+            metavar="NAME",
+            help="A quantity of interest, as impulse, peak_force, tip_y@0.5, max:lambda_n; repeatable.",
+        ),
     ] = None,
     predictability: Annotated[
         bool, typer.Option("--predictability", help="Ask by shadow runs whether event times mean anything.")
@@ -174,9 +188,10 @@ def reproduce(
 ) -> None:
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
     from validation.report.provenance import command_line
-    from validation.reproduction.command import lines
+    from validation.reproduction.command import SECONDS, lines
     from validation.reproduction.command import reproduce as compute
 
+    print_expected("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce") as show:
         result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
     print_result(lines(result), lambda: _written(out), as_json)

@@ -101,6 +101,11 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     )
 
 
+def named_quantities() -> list[Quantity]:
+    """Return the quantities that have a name of their own; `quantity` makes others from variables."""
+    return list(_NAMED.values())
+
+
 def default_quantities(scenario: Scenario) -> tuple[str, ...]:
     """Names of the quantities asked for if the user names none."""
     if scenario.contact.enabled:

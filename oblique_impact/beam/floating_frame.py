@@ -363,6 +363,7 @@ class BeamModel(_BeamData, DenseAlgebra):
     """The beam in its floating frame as a :class:`~oblique_impact.kernels.system.System`."""
 
     __slots__ = ()
+    described = "a beam in modes"
 
     evaluate = evaluate_beam
     solve_mass = solve_beam_mass
@@ -380,6 +381,7 @@ class FullBeamModel(BeamModel):
     """The beam with exact kinetic energy, by quadrature: a class of its own, so that others compile without it."""
 
     __slots__ = ()
+    described = "a beam in modes with full kinetics"
 
     evaluate = evaluate_full_beam
     solve_mass = DenseAlgebra.solve_mass

@@ -329,6 +329,7 @@ class NodalModel(_NodalData):
     """The nodal beam as a :class:`~oblique_impact.kernels.system.System`."""
 
     __slots__ = ()
+    described = "the full nodal model"
 
     evaluate = evaluate_nodal
     solve_mass = solve_nodal_mass

@@ -17,6 +17,7 @@ from typing import Annotated, Any
 import typer
 
 from oblique_impact.errors import InputError
+from oblique_impact.machine import cores
 
 
 def _scenarios(incomplete: str) -> list[str]:
@@ -91,6 +92,18 @@ def print_text(text: str) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if error.errno not in (errno.EPIPE, errno.EIO):
             raise InputError(f"standard output: cannot be written: {error.strerror}") from None
+
+
+def print_expected(what: str, seconds: float, workers: int | None) -> None:
+    """Say how long many computations take that need so many seconds of one core, before they begin.
+
+    `seconds` are those of a fast machine with compiled kernels; slow ones take three times as long.
+    """
+    used = min(workers or cores(), cores())
+    least = seconds / used / 60.0
+    if least > 0.5:
+        where = "1 core" if used == 1 else f"{used} cores"
+        print_note(f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {where}")
 
 
 def print_note(line: str) -> None:

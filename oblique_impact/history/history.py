@@ -185,6 +185,22 @@ class History:
         return DataFrame([event_row(event) for event in self.events], numbers, list(EVENT_COLUMNS))
 
     @property
+    def time_series(self) -> pd.DataFrame:
+        """The variables over time as a table, a row a sample, in SI units.
+
+        Coordinates have the columns q_0, q_1, ... and qd_0, qd_1, ...; variables along the beam are left out.
+        """
+        from pandas import DataFrame
+
+        columns = {"time": self["time"].values}
+        for name, variable in self.data.data_vars.items():
+            if variable.dims == ("time",):
+                columns[str(name)] = variable.values
+            elif variable.dims == ("time", "coordinate"):
+                columns |= {f"{name}_{number}": values for number, values in enumerate(variable.values.T)}
+        return DataFrame(columns)
+
+    @property
     def contact_table(self) -> pd.DataFrame:
         """The closed contacts as a table, a row a contact from 1 (SI units)."""
         from pandas import DataFrame, RangeIndex
@@ -296,7 +312,10 @@ class History:
         }
         writers: dict[Path, Callable[[Path], Any]] = {
             target / "history.nc": partial(write_netcdf, list(self._stored()), self._attributes()),
-            **{target / name: partial(Path.write_text, data=text, encoding="utf-8") for name, text in texts.items()},
+            **{
+                target / name: partial(Path.write_text, data=text, encoding="utf-8")
+                for name, text in texts.items()
+            },
         }
         try:
             with ExitStack() as lock:

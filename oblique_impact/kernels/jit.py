@@ -141,6 +141,7 @@ class Kernel:
         It is kept, because numba takes 0.2 ms to find the types of the arguments.  They are the same at each call;
         what unpacks them still refuses objects of other types.
         """
+        _compilations.names[self._compiled] = f"{self._name} for {getattr(classes[0], 'described', 'a system')}"
         with preparing():
             kinds = tuple(map(numba.typeof, arguments))
             self._compile(kinds)
@@ -168,9 +169,7 @@ class Kernel:
     @cached_property
     def _compiled(self) -> Any:
         with cached_on_disk() as cached:
-            compiled = numba.njit(cache=cached, **_OPTIONS)(self._function)
-        _compilations.names[compiled] = self._name
-        return compiled
+            return numba.njit(cache=cached, **_OPTIONS)(self._function)
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:

@@ -247,6 +247,7 @@ class ParametersSection(Section):
 class ScenarioKeys(Section):
     """All keys of a scenario, and what follows from them alone."""
 
+    title: Annotated[str, Field(max_length=200)] = key("", "what pictures, films and pages call the run")
     end_time: Annotated[Positive, Unit("s")] = key(1.0, "duration of the run")
     gravity: Annotated[float, Field(ge=0.0, le=1e6), Unit("m/s^2")] = key(
         9.8, "acceleration of gravity, downwards"

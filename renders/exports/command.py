@@ -14,6 +14,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from oblique_impact.command_line.bars import counting_bar
+from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, write_text
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
@@ -24,7 +25,7 @@ from renders.exports.target import READERS, resolve
 from renders.story import story_of
 from renders.style import Style
 
-Format = Literal["vtkhdf", "pvd", "xdmf"]
+Format = Literal["vtkhdf", "pvd", "xdmf", "csv"]
 
 _TRIAL = 6  # frames written to learn how large one is
 
@@ -40,7 +41,7 @@ class Exported:
     span: tuple[float, float]  # first and last time (s)
     jumps: int  # of which both sides are there
     factor: float  # by which the bending is magnified; 1 for true shapes
-    state: Path  # Python for ParaView, which opens the file with colours and arrows
+    state: Path | None  # Python for ParaView, which opens the file with colours and arrows; none of a table
 
 
 def export(
@@ -56,16 +57,19 @@ def export(
 ) -> Exported:
     """Write a history as a time series for ParaView: surface, axis, contact point, slope and pin with all results.
 
+    Or, as CSV, the variables over time as a table: a row a sample, units in the first line.
+
     Parameters
     ----------
     history : History
         Of a beam.
     out : path
         The file; the suffix of the format is appended if it has none.
-    format : {"vtkhdf", "pvd", "xdmf"}, optional
+    format : {"vtkhdf", "pvd", "xdmf", "csv"}, optional
         Default: as the suffix of `out` says.
     every : int, optional
-        Every n-th sample, 1 for all; default: about 1000, evenly in time.  Those at events and jumps are all kept.
+        Every n-th sample, 1 for all; default: about 1000, evenly in time, of CSV all.  Those at events and jumps
+        are all kept.
     between : tuple of float, optional
         First and last time (s).
     around_events : float, optional
@@ -116,11 +120,13 @@ def export_command(
     shapes = "true shapes" if result.factor == 1.0 else "magnified shapes"
     what = (
         f"{result.samples} of {result.of} samples, {result.span[0]:g} to {result.span[1]:g} s, "
-        f"both sides of {result.jumps} jumps; {shapes} (deformation factor {result.factor:g})"
+        f"both sides of {result.jumps} jumps"
     )
+    if result.format != "csv":
+        what += f"; {shapes} (deformation factor {result.factor:g})"
     lines = [what, f"  {result.format}: {result.file}", f"  read by {READERS[result.format]}"]
-    script = quote(str(result.state))
-    lines.append(f"  in ParaView with colours and arrows: paraview --script={script}")
+    if result.state:
+        lines.append(f"  in ParaView with colours and arrows: paraview --script={quote(str(result.state))}")
     return lines, asdict(result)
 
 
@@ -134,6 +140,10 @@ class _Job:
 
     @classmethod
     def of(cls, history: History, out: Path, format: str | None, selection: Selection, deformation: float) -> _Job:
+        if (format or out.suffix.lower().removeprefix(".")) == "csv":
+            if deformation != 1.0:
+                raise InputError(f"--deformation {deformation:g}: does not apply to csv, which holds no shapes")
+            selection = replace(selection, every=selection.every or 1)
         scene = Scene.of(story_of([history], Style(deformation=deformation)), selection.frames(history))
         target, chosen = resolve(out, format)
         return cls(scene, target, cast(Format, chosen))
@@ -174,8 +184,9 @@ class _Job:
         try:
             with only_writer(self.target):
                 _write(self.scene, self.target, self.format, advance)
-                state = state_file(self.target)
-                write_text(state, state_text(self.scene, self.target, self.format))
+                state = None if self.format == "csv" else state_file(self.target)
+                if state:
+                    write_text(state, state_text(self.scene, self.target, self.format))
         except OSError as error:
             raise cannot_write(self.target, error) from None
         span = float(frames.time[0]), float(frames.time[-1])

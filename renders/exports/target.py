@@ -14,12 +14,13 @@ from oblique_impact.files import prepare_folder
 from oblique_impact.scenario.messages import one_of
 
 #: formats and what their files end in
-SUFFIXES = {"vtkhdf": ".vtkhdf", "pvd": ".pvd", "xdmf": ".xdmf"}
+SUFFIXES = {"vtkhdf": ".vtkhdf", "pvd": ".pvd", "xdmf": ".xdmf", "csv": ".csv"}
 #: what reads them, tried with ParaView 5.11.0, VTK 9.3.1 and 9.7.2, PyVista 0.49 and meshio 5.3
 READERS = {
     "vtkhdf": "ParaView 5.12 or newer, VTK 9.3 or newer (ParaView 5.11: the first frame alone, if named .hdf)",
     "pvd": "ParaView 5.11 or newer, PyVista",
     "xdmf": 'ParaView 5.11 or newer (choose "Xdmf3 Reader S"), PyVista, meshio',
+    "csv": "pandas, spreadsheets",
 }
 #: for datasets of a frame: fast, and shuffled bytes of doubles pack well
 COMPRESSION: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}

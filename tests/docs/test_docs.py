@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import math
 import re
 import runpy
@@ -113,21 +114,21 @@ def test_example_runs(file, tmp_path, monkeypatch):
 
 
 def test_the_tutorial_is_a_notebook_whose_cells_run(tmp_path, monkeypatch, capsys):
-    """The notebook that the page offers, cell by cell in an empty folder, as Jupyter would."""
-    from sphinx_gallery.gen_gallery import DEFAULT_GALLERY_CONF
-    from sphinx_gallery.notebook import jupyter_notebook
-    from sphinx_gallery.py_source_parser import split_code_and_text_blocks
+    """The notebook that is kept, cell by cell in an empty folder, as Jupyter would; it is the program's."""
+    from docs.notebook import NOTEBOOK, notebook
 
-    source = ROOT / "examples" / "plot_session.py"
-    _, blocks = split_code_and_text_blocks(str(source))
-    conf = {**DEFAULT_GALLERY_CONF, "first_notebook_cell": None, "last_notebook_cell": None}
-    notebook = jupyter_notebook(blocks, conf, str(source.parent))
-    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
-    assert len(cells) == 8
+    kept = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    assert kept == notebook(), "python -m docs.notebook writes it anew"
+    cells = ["".join(cell["source"]) for cell in kept["cells"] if cell["cell_type"] == "code"]
+    assert len(cells) > 8
     monkeypatch.chdir(tmp_path)
     names: dict = {"__name__": "__main__"}
     for cell in cells:
         exec(cell, names)
+    # what a cell ends with is what Jupyter shows
+    shown = [eval(cell.strip().splitlines()[-1], names) for cell in cells[3:5]]
+    assert shown[0]._repr_png_().startswith(b"\x89PNG")
+    assert "data:image/png" in shown[1]._repr_html_()
     said = capsys.readouterr().out
     assert "paper, 1 s, 3 collisions:\n" in said
     assert names["history"].outcome.label == "completed"

@@ -12,6 +12,7 @@ import time
 from unittest.mock import MagicMock
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -84,6 +85,23 @@ def test_all_takes_every_sample_and_the_default_an_even_choice(folder, tmp_path,
     count, whole = re.match(r"(\d+) frames, about [\d.]+ MB \(--all: (\d+) frames, [\d.]+ [MG]B\)\n", out).groups()
     assert (code, int(whole)) == (0, times.size)
     assert 30 <= int(count) <= 60
+
+
+@pytest.mark.parametrize("case", ["paper", "elastic-stop"])
+def test_a_table_of_the_time_series_is_read_back_as_it_was(run, tmp_path, case):
+    history = run(case, "end_time=0.32")
+    exported = export(history, tmp_path / "series", format="csv")
+    table = pd.read_csv(exported.file)
+    assert list(table)[:1] == ["time (s)"]
+    assert {"lambda_n (N)", "theta (rad)", "energy_kinetic (J)"} <= set(table)
+    names = [label.rpartition(" (")[0] for label in table]
+    pd.testing.assert_frame_equal(
+        table.set_axis(names, axis=1), history.time_series, check_dtype=False, rtol=1e-15
+    )
+    last = history["q"].sizes["coordinate"] - 1
+    np.testing.assert_allclose(table[f"q_{last} (m or rad)"], history["q"].values[:, -1], rtol=1e-15)
+    some = export(history, tmp_path / "some.csv", between=(0.1, 0.2), every=10)
+    assert 0.1 <= pd.read_csv(some.file)["time (s)"].iloc[0] < 0.102
 
 
 def test_a_history_file_alone_is_enough(folder, tmp_path, cli):

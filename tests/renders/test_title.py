@@ -16,7 +16,7 @@ from renders.frame import Composer
 from renders.story import story_of
 from renders.style import DARK, LIGHT, Style
 from renders.timeline import make_timeline
-from renders.title import beam_words, builtin_name, parameters
+from renders.title import beam_words, name_of, parameters
 from renders.title_card import exaggerations, title_card
 from tests.renders.decoding import decode
 from tests.renders.writing import texts, written
@@ -85,8 +85,18 @@ def test_restitution_and_friction_are_those_of_the_contact():
 
 
 def test_the_name_of_a_built_in_scenario():
-    assert builtin_name(Scenario.builtin("damped")) == "damped"
-    assert builtin_name(Scenario.builtin("damped", ["end_time=0.5"])) == ""
+    assert name_of(Scenario.builtin("damped")) == "damped"
+    assert name_of(Scenario.builtin("damped", ["end_time=0.5"])) == ""
+    assert name_of(Scenario.builtin("damped", ["title=with glue"])) == "with glue"
+
+
+def test_a_title_of_the_scenario_is_what_pictures_and_pages_call_the_run(run, tmp_path):
+    history = run("paper", "title=a <second> try")
+    assert story_of([history], Style(), ["folder"]).title == "a <second> try"
+    assert story_of([history], Style(title="mine"), ["folder"]).title == "mine"
+    assert history.plot().get_suptitle() == "a <second> try"
+    page = render(history, tmp_path / "page.html").file.read_text(encoding="utf-8")
+    assert "a &lt;second&gt; try" in page
 
 
 @pytest.mark.parametrize("size", [(640, 360), (1280, 720)])

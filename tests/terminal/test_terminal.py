@@ -77,8 +77,10 @@ def test_what_is_compiled_is_said_meanwhile(start, nothing_compiled):
     command = start(SHORT, real=True, environment=nothing_compiled)
     command.wait_for(
         lambda terminal: (
-            re.search(r"━ compiling kernel 1, the contact forces 0:00:0[1-9]", terminal.text)
-            and terminal.text.startswith("oblique-impact: compiling kernel 1, the contact forces (once")
+            re.search(r"━ compiling kernel 1, the contact forces for a beam in modes 0:00:0[1-9]", terminal.text)
+            and terminal.text.startswith(
+                "oblique-impact: compiling kernel 1, the contact forces for a beam in modes (once"
+            )
         )
     )
     command.terminal.press(b"\x03")
@@ -102,7 +104,9 @@ def test_what_is_compiled_in_the_dark_is_one_line(nothing_compiled, tmp_path):
     first = process.stderr.readline()
     process.send_signal(signal.SIGTERM)
     out, rest = process.communicate(timeout=60)
-    assert first == b"oblique-impact: compiling kernel 1, the contact forces (once, up to 15 s)\n"
+    assert (
+        first == b"oblique-impact: compiling kernel 1, the contact forces for a beam in modes (once, up to 15 s)\n"
+    )
     assert (out, rest) == (b"", b"oblique-impact: interrupted\n")
 
 

@@ -37,6 +37,9 @@ from validation.reproduction.stick_pages import STICKING
 from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
 from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, judge_combination
 
+#: s of one core that the runs and figures take on a fast machine
+SECONDS = 200.0
+
 
 @dataclass(frozen=True)
 class Reproduction:
