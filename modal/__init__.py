@@ -2,10 +2,17 @@
 
 `build_operators`  a scenario's beam as :class:`~oblique_impact.beam.operators.BeamOperators`
 `spectrum`         frequencies of the spinning beam
-`Eigenfunctions`   clamped-free and hinged-free eigenfunctions, stable for high orders
+`Eigenfunctions`   eigenfunctions clamped, hinged or with a hub at the root, stable for high orders
 """
 
 from modal.assembly import build_operators, spectrum
-from modal.eigenfunctions import Eigenfunctions, clamped_free_roots, hinged_free_roots
+from modal.eigenfunctions import Eigenfunctions, clamped_free_roots, hinged_free_roots, hub_free_roots
 
-__all__ = ["Eigenfunctions", "build_operators", "clamped_free_roots", "hinged_free_roots", "spectrum"]
+__all__ = [
+    "Eigenfunctions",
+    "build_operators",
+    "clamped_free_roots",
+    "hinged_free_roots",
+    "hub_free_roots",
+    "spectrum",
+]
