@@ -69,13 +69,17 @@ def undetermined(beam: Beam, contacts: Sequence[int]) -> list[str]:
             f"beam.kelvin_voigt: {viscosity:g} s is not resolved by {_size(s)}: times, impulses and forces after "
             f"the first touch-down are not determined; it takes {_resolving(beam, viscosity)}"
         ]
-    stop = "a rigid stop" if s.contact.normal == "rigid" else "a stop this stiff"
-    if not _is_stiff(s):
-        stop = f"a stop that is met {max(contacts)} times in one collision"
+    under = "under a beam without Kelvin-Voigt damping"
+    if s.contact.normal == "rigid":
+        cause = f"a rigid stop {under} has no limit as modes or elements are added"
+    else:
+        stop = (
+            "a stop this stiff" if _is_stiff(s) else f"a stop that is met {max(contacts)} times in one collision"
+        )
+        cause = f"{stop} {under} magnifies small differences like a rigid one, which has no limit"
     said = (
-        f"contact.normal: {stop} under a beam without Kelvin-Voigt damping has no limit as modes or elements "
-        "are added: times, impulses and forces after the first touch-down are not determined; give the beam the "
-        "damping that it has, beam.kelvin_voigt"
+        f"contact.normal: {cause}: times, impulses and forces after the first touch-down are not determined; "
+        "give the beam the damping that it has, beam.kelvin_voigt"
     )
     frequency = lowest_elastic_frequency(s)
     if frequency > 0.0:

@@ -8,7 +8,7 @@ from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_compliance, static_compliance
 from oblique_impact.contact.forces import stop_force
-from oblique_impact.contact.stops import ElasticStop, MasslessPoint
+from oblique_impact.contact.stops import ContactLaw, ElasticStop, MasslessPoint
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.problem import beam_of, beam_problem
 
@@ -88,7 +88,9 @@ def test_compression_of_a_stop_behind_a_spring(damping, rate):
     stop, compliance, depth = ElasticStop(1e6, damping), 3e-7, 1e-3
     phase = stop.phase._replace(compliance=compliance)
     force = stop_force(phase, -depth, -rate)
-    (own,) = stop.compression(phase, *np.array([[-depth], [-rate], [force]]))
+    seen = np.array([[-depth], [-rate], [force]])
+    (own,), (of_any_law,) = stop.compression(phase, *seen), ContactLaw.compression(stop, phase, *seen)
+    assert of_any_law == pytest.approx(own, rel=1e-12)
     assert own == pytest.approx(depth - compliance * force, rel=1e-12)
     assert force == pytest.approx(1e6 * own * (1.0 + damping * rate * own / depth), rel=1e-12)
 
