@@ -61,9 +61,7 @@ OF_A_BEAM = {
     "tip_vy": Variable(_EACH, "m/s", "contact point velocity, y"),
     "deflection": Variable(_EACH, "m", "transverse deflection of the axis at the contact point"),
     "shortening": Variable(_EACH, "m", "axial displacement of the axis at the contact point (foreshortening)"),
-    "clearance": Variable(
-        _EACH, "m", "smallest distance of the beam from the slope, negative below"
-    ),
+    "clearance": Variable(_EACH, "m", "smallest distance of the beam from the slope, negative below"),
     "clearance_at": Variable(_EACH, "m", "arc length where the beam is closest to the slope"),
     "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
     "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
