@@ -189,14 +189,14 @@ def slope_warnings(
     if deeper[k] > room:
         depth, x = -1e3 * variables["clearance"][k], variables["clearance_at"][k]
         digits = np.format_float_positional(depth, 2, unique=False, fractional=False, trim="-")
-        why = "has passed an end of it" if past[k] else "is in contact"
-        said.append(f"passes {digits} mm below the slope at x = {x:.3g} m; only x = {point:g} m {why}")
+        why = f"x = {point:g} m has passed an end of it" if past[k] else f"only x = {point:g} m is in contact"
+        said.append(f"passes {digits} mm below the slope at x = {x:.3g} m; {why}")
     left = [passage for passage in passages if passage["how"] != "comes back"]
     if left:
         one, (first, last) = left[0], slope.extent
         more = f" (the first of {len(left)} in slope_ends)" if len(left) > 1 else ""
         said.append(
             f"x = {point:g} m {one['how']} slope.extent = [{first:g}, {last:g}] at t = {one['time']:.6g} s, "
-            f"{one['place']:.4g} m along the slope{more}: contact with the end itself is left out"
+            f"{one['place']:.6g} m along the slope{more}: contact with the end itself is left out"
         )
     return said

@@ -203,6 +203,10 @@ SLIDING = {
         *("paper", 0.71017, "end_time=0.33"),
         *("solver.scheme='fixed-step'", "solver.free_step=1e-5", "solver.contact_step=2e-6"),
     ),
+    "without inertia, event": (
+        *("paper", 0.71033, "end_time=0.319", "contact.point_inertia='none'", "beam.kelvin_voigt=1e-5"),
+        *("discretization.modes=8", "discretization.frame='mean-axis'"),
+    ),
     "spring, nodal": ("elastic-stop", 0.71018, "end_time=0.33", "discretization.elements=16"),
     "spring, exact": (
         *("elastic-stop", 0.71018, "end_time=0.3225", "discretization.elements=4", "discretization.modes=2"),
