@@ -293,7 +293,10 @@ class History:
         }
         writers: dict[Path, Callable[[Path], Any]] = {
             target / "history.nc": partial(write_netcdf, list(self._stored()), self._attributes()),
-            **{target / name: partial(Path.write_text, data=text, encoding="utf-8") for name, text in texts.items()},
+            **{
+                target / name: partial(Path.write_text, data=text, encoding="utf-8")
+                for name, text in texts.items()
+            },
         }
         try:
             with ExitStack() as lock:
