@@ -22,7 +22,7 @@ def _leave(number: int, frame: FrameType | None) -> None:
 
 
 def _open_closed_streams() -> None:
-    """Let what is printed to a standard stream that is closed go nowhere; a file that is opened would take its place."""
+    """Open the null device in place of closed standard streams: the next file would take their numbers."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w" if number else "r"))  # noqa: SIM115

@@ -107,7 +107,8 @@ class Beam3D:
         """Earlier positions at fixed instants, the last few of them."""
         times = self.geometry.times
         step = float(times[-1] - times[0]) / 12.0
-        newest = int(np.floor((time - times[0]) / step - 0.25))
+        # a run that ends where it starts has no earlier positions
+        newest = int(np.floor((time - times[0]) / step - 0.25)) if step > 0.0 else -1
         if newest == self.newest:
             return
         self.newest = newest

@@ -5,14 +5,18 @@ from __future__ import annotations
 import contextlib
 import os
 import resource
+import shutil
+import signal
 import subprocess
 import tempfile
+from types import SimpleNamespace
 
 import pytest
 
-from oblique_impact import History
+from oblique_impact import History, Scenario
 from oblique_impact.command_line.application import main
-from tests.processes import COMMAND, files_in
+from oblique_impact.history.size import expected_size
+from tests.processes import COMMAND, files_in, wait_for
 from validation.checks.registry import all_checks
 
 FOUR = ["events.csv", "history.nc", "scenario.toml", "summary.json"]
@@ -146,6 +150,108 @@ def test_a_run_whose_disk_is_full(history, tmp_path, bound, end):
     assert done.stderr.splitlines()[-1].endswith("cannot be written: File too large")
     assert done.stderr.count("\n") == 1
     assert files_in(tmp_path / "out") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [("paper", ()), ("many-modes", ()), ("paper", ("discretization.method=fem", "discretization.modes=0"))],
+)
+def test_the_size_of_a_history_is_known_beforehand(run, tmp_path, name, changes):
+    scenario = Scenario.builtin(name, [*changes, "end_time=0.3"])
+    folder = run(name, *changes, "end_time=0.3").save(tmp_path)
+    assert expected_size(scenario) == pytest.approx((folder / "history.nc").stat().st_size, rel=0.02)
+
+
+def test_a_run_without_room_for_its_history_does_not_begin(tmp_path, refused, monkeypatch):
+    free = expected_size(Scenario.builtin("paper"))
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=0.9 * free))
+    line = refused("run", "paper", "--out", tmp_path)
+    assert "--out" in line
+    assert "solver.output_interval" in line
+    assert files_in(tmp_path) == []
+
+
+def test_a_large_history_is_told_before_the_run(history, tmp_path, capfd, monkeypatch):
+    monkeypatch.setattr("oblique_impact.history.size.LARGE", 1e5)
+    code, _, err = call(capfd, "run", "paper", "--set", "end_time=0.1", "--out", tmp_path / "large")
+    assert code == 0
+    assert err.count("\n") == 1
+    assert "solver.output_interval" in err
+    assert files_in(tmp_path / "large") == FOUR
+
+
+def saving(folder, history, replace):
+    """A process that saves a history, with another function in place of the one that renames files."""
+    child = os.fork()
+    if not child:
+        os.replace = replace
+        history.save(folder)
+        os._exit(0)
+    return child
+
+
+def test_what_a_killed_save_leaves_is_removed_by_the_next_one(run, tmp_path):
+    data = run("paper", "end_time=0.33")
+    os.waitpid(saving(tmp_path, data, lambda *names: os.kill(os.getpid(), signal.SIGKILL)), 0)
+    assert len([name for name in files_in(tmp_path) if ".part" in name]) == 4
+    data.save(tmp_path)
+    assert files_in(tmp_path) == FOUR
+
+
+def test_a_save_leaves_the_files_of_another_one_that_is_alive(run, tmp_path):
+    data = run("paper", "end_time=0.33")
+    replace, (reader, writer) = os.replace, os.pipe()
+
+    def wait(*names):
+        with contextlib.suppress(OSError):  # at the first of four names
+            os.close(writer)
+        os.read(reader, 1)  # until the other end is closed
+        replace(*names)
+
+    child = saving(tmp_path, data, wait)
+    wait_for(lambda: len([name for name in files_in(tmp_path) if ".part" in name]) == 4)
+    data.save(tmp_path)
+    os.close(writer)
+    assert os.waitpid(child, 0)[1] == 0
+    assert files_in(tmp_path) == FOUR
+
+
+LONG = "x" * 300
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "paper", "--out", LONG),
+        ("modes", "--out", LONG),
+        ("export", "HISTORY", "--out", f"{LONG}.vtkhdf"),
+        ("render", "HISTORY", "--out", f"{LONG}.svg"),
+        ("render", LONG, "--out", "a.svg"),
+        ("compare", "HISTORY", "HISTORY", "--out", f"{LONG}.html"),
+        ("init", f"{LONG}.toml"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_name_that_is_too_long_is_one_line(history, tmp_path, refused, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    assert LONG in refused(*(history if word == "HISTORY" else word for word in words))
+    assert files_in(tmp_path) == []
+
+
+def test_standard_output_that_is_closed_or_full(tmp_path):
+    """Whoever closes it does not want it: the command does what it does without; what is lost is said."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    words = [*COMMAND, "scenarios"]
+    closed = subprocess.run(words, stderr=subprocess.PIPE, preexec_fn=lambda: os.close(1))
+    gone = subprocess.run(words, stderr=subprocess.PIPE, stdout=writer)
+    os.close(writer)
+    with open("/dev/full", "w") as device:
+        full = subprocess.run(words, stderr=subprocess.PIPE, stdout=device)
+    assert (closed.returncode, closed.stderr) == (gone.returncode, gone.stderr) == (0, b"")
+    assert full.returncode == 2
+    assert full.stderr.count(b"\n") == 1
+    assert b"standard output" in full.stderr
 
 
 def test_the_results_of_a_run_are_saved_elsewhere_if_their_place_is_full(history, tmp_path, capfd, monkeypatch):

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
+import pty
 import signal
+import subprocess
 import sys
+import termios
 import time
 
 import pytest
 
 from oblique_impact import History
-from tests.processes import cpu_time, files_in, interrupt, started, wait_for
+from tests.processes import COMMAND, cpu_time, files_in, interrupt, started, wait_for
 
 FOUR = ["events.csv", "history.nc", "scenario.toml", "summary.json"]
 #: longer than any of the moments
@@ -44,6 +49,29 @@ def test_a_run_keeps_its_history(history, tmp_path, number, group):
     history = History.load(tmp_path)
     assert history.summary["outcome"] == "interrupted"
     assert 0.0 < float(history["time"][-1]) < 1000.0
+
+
+def test_a_run_whose_terminal_is_closed_keeps_its_history(history, tmp_path):
+    """The terminal sends SIGHUP, and nothing can be written to it any more."""
+    master, slave = pty.openpty()
+    process = subprocess.Popen(
+        [*COMMAND, "run", "paper", "--out", str(tmp_path), *LONG],
+        **dict.fromkeys(("stdin", "stdout", "stderr"), slave),
+        start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    )
+    os.close(slave)
+    try:
+        shown = b""
+        while b"events" not in shown:  # the bar of a run that marches
+            shown += os.read(master, 10_000)
+        os.close(master)
+        assert process.wait(60.0) == 130
+    finally:
+        process.kill()
+        process.wait()
+    assert files_in(tmp_path) == FOUR
+    assert History.load(tmp_path).summary["outcome"] == "interrupted"
 
 
 def test_one_within_an_exec_is_an_exit_code_too(tmp_path):

@@ -48,7 +48,7 @@ def use(folder, most=None):
     with os.fdopen(reader) as pipe:
         text = pipe.read()
     status = os.waitpid(child, 0)[1]
-    return json.loads(text) if status == 0 and text else f"ended with {status}: {Path(f'{folder}.said').read_text()}"
+    return json.loads(text) if text else f"ended with {status}: " + Path(f"{folder}.said").read_text()
 
 def zeros(content):
     middle = len(content) // 2

@@ -238,6 +238,7 @@ CONTENTS = {
     "large number": ("events", f'[[{"9" * 5000}, "impact", 0, 0, 0, 0, 0, "free"]]', "Invalid JSON"),
     "no object": ("summary", "[]", "should be an object"),
     "no outcome": ("summary", '{"outcome": "done"}', "end_time: Field required"),
+    "no toml": ("scenario", "end_time = [", "not valid TOML"),
     "version": ("format", "oblique-impact history 0", "not of this version"),
 }
 
@@ -292,10 +293,11 @@ def test_values_are_checked(crafted, case):
     assert words in refused(crafted)
 
 
-def test_a_missing_variable_is_named(crafted):
+@pytest.mark.parametrize("name", ["slip_rate", "tip_y"])
+def test_a_missing_variable_is_named(crafted, name):
     with h5py.File(crafted, "r+") as root:
-        del root["slip_rate"]
-    assert "has no variable 'slip_rate'" in refused(crafted)
+        del root[name]
+    assert f"has no variable {name!r}" in refused(crafted)
 
 
 # --- scenarios and sweeps

@@ -16,17 +16,19 @@ from oblique_impact.kernels.compiling import preparing
 from oblique_impact.marching.event import EventScheme
 from validation.absolute.run import Run as AbsoluteRun
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
 
 @pytest.fixture(autouse=True)
 def usual_handlers():
-    before = [signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)]
+    before = [signal.signal(number, signal.default_int_handler) for number in SIGNALS]
     yield
-    for number, handler in zip((signal.SIGINT, signal.SIGTERM), before, strict=True):
+    for number, handler in zip(SIGNALS, before, strict=True):
         assert signal.getsignal(number) is signal.default_int_handler
         signal.signal(number, handler)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", SIGNALS)
 def test_it_comes_where_it_is_let(number):
     done = []
     with hold_interrupts() as let_come:

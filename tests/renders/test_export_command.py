@@ -73,6 +73,23 @@ def test_the_state_for_paraview_has_the_parts_colours_and_arrow_of_the_run(run, 
     assert simple.AnnotateTimeFilter.call_args.kwargs["Format"] == "t = {time:.5f} s"
 
 
+@pytest.mark.parametrize("format", FORMATS)
+def test_names_with_signs_of_xml_and_python(run, tmp_path, monkeypatch, format):
+    """Other programs find the numbers of an export whatever its name, and the state opens that file alone."""
+    history = run("paper", "end_time=0.34")
+    name = f'a & b < \'c\' """; raise SystemExit #.{format}'
+    exported = export(history, tmp_path / name, every=5000)
+    assert len(read(exported.file)) == exported.samples
+    names = re.findall(r"\b(?<!\.)([A-Z]\w+)\(", exported.state.read_text(encoding="utf-8"))
+    simple = MagicMock(__all__=sorted(set(names)))
+    monkeypatch.setitem(sys.modules, "paraview", MagicMock(simple=simple))
+    monkeypatch.setitem(sys.modules, "paraview.simple", simple)
+    monkeypatch.setattr(sys, "argv", ["pvpython"])
+    runpy.run_path(str(exported.state))
+    opened = [call.kwargs["FileName"] for call in simple.mock_calls if "FileName" in call.kwargs]
+    assert opened == [str(exported.file)]
+
+
 def test_all_takes_every_sample_and_the_default_an_even_choice(folder, tmp_path, cli, monkeypatch):
     with xr.open_dataset(folder / "history.nc") as data:
         times = data["time"].values
