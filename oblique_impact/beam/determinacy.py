@@ -31,8 +31,8 @@ _NEARLY_RIGID = 1e3
 _MANY_CONTACTS = 20
 #: eta omega of the highest mode that resolves the damping
 _RESOLVED = 0.5
-#: part of critical in the first bending mode, of the example that a message gives: that of a plain metal beam
-_LIGHT = 0.002
+#: part of critical in the first bending mode, of a plain metal beam: the damping of examples and recommendations
+LIGHT = 0.002
 #: flexibility that is left out of the contact point over that of the stop.  Runs of the paper's beam on 1e5 to
 #: 1e7 N/m (pinned, driven, on a hub; at its tip, at 0.6 m) and of a strip on 1e6 N/m with less have the largest
 #: forces of 24 to 48 modes within 1.2 %, with 0.1 within 6 %, with more not within any bound.
@@ -48,7 +48,7 @@ def without_limit(scenario: Scenario) -> tuple[str, ...]:
 
     The start of the first one always has.
     """
-    if not _is_stiff(scenario):
+    if not is_stiff(scenario):
         return ()
     if scenario.beam.kelvin_voigt == 0.0:
         return _ALL
@@ -59,7 +59,7 @@ def undetermined(beam: Beam, contacts: Sequence[int]) -> list[str]:
     """Return warnings about results without a limit; `contacts` counts those of each macro-collision."""
     s = beam.scenario
     many = max(contacts, default=0) > _MANY_CONTACTS
-    if not contacts or not (_is_stiff(s) or many):
+    if not contacts or not (is_stiff(s) or many):
         return []
     viscosity = s.beam.kelvin_voigt
     if viscosity > 0.0:
@@ -73,9 +73,7 @@ def undetermined(beam: Beam, contacts: Sequence[int]) -> list[str]:
     if s.contact.normal == "rigid":
         cause = f"a rigid stop {under} has no limit as modes or elements are added"
     else:
-        stop = (
-            "a stop this stiff" if _is_stiff(s) else f"a stop that is met {max(contacts)} times in one collision"
-        )
+        stop = "a stop this stiff" if is_stiff(s) else f"a stop that is met {max(contacts)} times in one collision"
         cause = f"{stop} {under} magnifies small differences like a rigid one, which has no limit"
     said = (
         f"contact.normal: {cause}: times, impulses and forces after the first touch-down are not determined; "
@@ -83,7 +81,7 @@ def undetermined(beam: Beam, contacts: Sequence[int]) -> list[str]:
     )
     frequency = lowest_elastic_frequency(s)
     if frequency > 0.0:
-        light = float(f"{2.0 * _LIGHT / frequency:.2g}")
+        light = light_damping(s)
         share = f"{50.0 * light * frequency:.2g} % of critical in its first bending mode"
         said += f" ({light:g} s is {share} and takes {_resolving(beam, light)})"
     return [said if s.contact.normal != "rigid" else f'{said}, or contact.normal = "spring", an elastic stop']
@@ -116,12 +114,19 @@ def truncated(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
     ]
 
 
+def light_damping(s: Scenario) -> float:
+    """Return the Kelvin-Voigt damping (s) of a plain metal beam, in two digits; 0 if nothing bends."""
+    frequency = lowest_elastic_frequency(s)
+    return float(f"{2.0 * LIGHT / frequency:.2g}") if frequency > 0.0 else 0.0
+
+
 def _has_no_limit(s: Scenario) -> bool:
     """Whether no number of modes or elements gives the forces of an elastic stop."""
-    return s.beam.kelvin_voigt == 0.0 and _is_stiff(s)
+    return s.beam.kelvin_voigt == 0.0 and is_stiff(s)
 
 
-def _is_stiff(s: Scenario) -> bool:
+def is_stiff(s: Scenario) -> bool:
+    """Whether a stop is rigid or nearly so: results have a limit only with internal damping."""
     if not s.contact.enabled:
         return False
     if s.contact.normal != "spring":
@@ -159,19 +164,25 @@ def _element_compliance(beam: Beam) -> float:
 
 
 def _resolving(beam: Beam, viscosity: float) -> str:
-    """Return how many modes or elements resolve a Kelvin-Voigt damping (s), in words.
+    """Return how many modes or elements resolve a Kelvin-Voigt damping (s), in words."""
+    s = beam.scenario
+    if s.is_nodal:
+        factor = math.sqrt(_least_viscosity(beam) / viscosity)
+        return f"about {_more_elements(s, max(1.0, factor))}"
+    return _modes(s, modes_that_resolve(s, viscosity))
+
+
+def modes_that_resolve(s: Scenario, viscosity: float) -> int:
+    """Return the number of modes that resolve a Kelvin-Voigt damping (s).
 
     High frequencies are those of the WKB approximation, omega_n = ((n + 1/4) pi)^2/(int (m/(E I))^(1/4) dx)^2
     of a hinged and n - 1/2 of a clamped beam.
     """
-    s, sections = beam.scenario, beam.operators.sections
-    if s.is_nodal:
-        factor = math.sqrt(_least_viscosity(beam) / viscosity)
-        return f"about {_more_elements(s, max(1.0, factor))}"
+    sections = Sections.from_scenario(s)
     x = np.linspace(0.0, sections.length, 1025)
     slowness = (sections.mass_per_length(x) / sections.bending_stiffness(x)) ** 0.25
     turns = float(np.trapezoid(slowness, x)) * math.sqrt(_RESOLVED / viscosity) / math.pi
-    return _modes(s, math.ceil(turns - (0.25 if _frame_of_many(s) == "mean-axis" else -0.5)))
+    return math.ceil(turns - (0.25 if frame_of_many(s) == "mean-axis" else -0.5))
 
 
 def _leaving(beam: Beam, stiffness: float, left: float) -> str:
@@ -179,28 +190,36 @@ def _leaving(beam: Beam, stiffness: float, left: float) -> str:
 
     `left` is what they leave out now; it falls with the third power of their number.
     """
-    s, frame, d = beam.scenario, _frame_of_many(beam.scenario), beam.scenario.discretization
-    estimate = math.ceil(d.modes * (left / _LEFT_OUT) ** (1.0 / 3.0))
+    estimate = math.ceil(beam.scenario.discretization.modes * (left / _LEFT_OUT) ** (1.0 / 3.0))
+    return _modes(beam.scenario, modes_for_stop(beam.scenario, stiffness, int(0.8 * estimate)) or estimate)
+
+
+def modes_for_stop(s: Scenario, stiffness: float, least: int = 2) -> int | None:
+    """Return the number of modes, at least `least`, that a stop of this stiffness (N/m) needs.
+
+    So many leave out no more than `_LEFT_OUT` of its flexibility.  None if no number does.
+    """
+    d = s.discretization
     # of elements the higher half of the modes is poor
-    for count in range(int(0.8 * estimate), 1 + min(MAX_MODES, d.elements if d.method == "fem" else MAX_MODES)):
-        other = s.replace(discretization__modes=count, discretization__frame=frame)
+    for count in range(max(least, 1), 1 + min(MAX_MODES, d.elements if d.method == "fem" else MAX_MODES)):
+        other = s.replace(discretization__modes=count, discretization__frame=frame_of_many(s))
         if stiffness * Beam(other, build_operators(other)).residual_compliance <= _LEFT_OUT:
-            return _modes(s, count)
-    return _modes(s, estimate)
+            return count
+    return None
 
 
-def _frame_of_many(s: Scenario) -> str:
+def frame_of_many(s: Scenario) -> str:
     """Return the floating frame for many modes.
 
     Of a root that turns freely it is the mean axis: first-order kinetics in its tangent frame bear few modes.
     """
-    free = s.root.kind != "driven" and s.root.inertia == 0.0 and s.root.hub_radius == 0.0
+    free = s.root.kind != "driven" and s.root.hub_radius == 0.0
     return "mean-axis" if free else s.discretization.frame
 
 
 def _modes(s: Scenario, count: int) -> str:
     """Return a number of modes in words, with the frame and the elements that so many need."""
-    frame, d = _frame_of_many(s), s.discretization
+    frame, d = frame_of_many(s), s.discretization
     if count > MAX_MODES:
         nodal = ', or the full nodal model (discretization.method = "fem", discretization.modes = 0)'
         return f"more than {MAX_MODES} modes{nodal if frame == 'mean-axis' else ''}"

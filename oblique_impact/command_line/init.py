@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from oblique_impact.command_line.words import JsonOption, print_result
+from oblique_impact.command_line.words import JsonOption, SetOption, print_result
 
 
 def init(
@@ -15,11 +15,24 @@ def init(
     base: Annotated[
         str, typer.Option("--from", metavar="SCENARIO", help="A built-in name or a TOML file to begin with.")
     ] = "paper",
+    changes: SetOption = None,
+    recommended: Annotated[
+        bool, typer.Option("--recommended", help="Choose frame, modes and damping for this beam and its stop.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Write a scenario to start from, each key below its meaning, unit and range."""
+    from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.scenario.starting import start_scenario
 
-    start_scenario(file, base)
-    lines = [f"scenario: {file} (as {base})", f"  next: oblique-impact run {file} --out out/{file.stem}"]
+    notes: list[str] = []
+    if recommended:
+        from oblique_impact.beam.recommended import recommended as choose
+
+        chosen, notes = choose(Scenario.load(base, changes))
+        start_scenario(file, chosen, notes)
+    else:
+        start_scenario(file, Scenario.load(base, changes) if changes else base)
+    lines = [f"scenario: {file} (as {base})", *(f"  {note}" for note in notes)]
+    lines.append(f"  next: oblique-impact run {file} --out out/{file.stem}")
     print_result(lines, {"file": file, "from": base}, as_json)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import textwrap
+from collections.abc import Iterator, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
@@ -60,7 +61,9 @@ def builtin_cases() -> list[BuiltinCase]:
     ]
 
 
-def start_scenario(file: str | os.PathLike[str], base: str = "paper") -> Scenario:
+def start_scenario(
+    file: str | os.PathLike[str], base: str | Scenario = "paper", notes: Sequence[str] = ()
+) -> Scenario:
     """Write a scenario file to start from, each key below its meaning, unit and range; returns the scenario.
 
     Keys that `base` does not give stand behind a "#", with the values that hold without them.
@@ -69,8 +72,10 @@ def start_scenario(file: str | os.PathLike[str], base: str = "paper") -> Scenari
     ----------
     file : str or path
         The file to write, TOML; it must not be there yet.
-    base : str
-        The built-in case or the scenario file that it is to be the same as.
+    base : str or Scenario
+        The built-in case, the scenario file or the scenario that it is to be the same as.
+    notes : sequence of str
+        Lines for the head of the file, such as those of :func:`~oblique_impact.beam.recommended.recommended`.
 
     Returns
     -------
@@ -93,12 +98,10 @@ def start_scenario(file: str | os.PathLike[str], base: str = "paper") -> Scenari
         raise InputError(f"{path}: should end in .toml")
     if path.exists():
         raise InputError(f"{path}: is there already; choose another name, or remove it first")
-    scenario = Scenario.load(base)
-    about = [_wrapped(f"# {_about(base)}")] if base in builtin_names() else []
-    given = set(scenario.model_fields_set)
-    for name, section in scenario:
-        given |= {f"{name}.{key}" for key in section.model_fields_set} if isinstance(section, Section) else set()
-    body = commented(scenario.model_dump(mode="json"), given).splitlines()
+    scenario = base if isinstance(base, Scenario) else Scenario.load(base)
+    heads = [_about(base)] if isinstance(base, str) and base in builtin_names() else []
+    about = [_wrapped(f"# {line}") for line in (*heads, *notes)]
+    body = commented(scenario.model_dump(mode="json"), set(_given(scenario))).splitlines()
     lines = [_wrapped(line) if line.startswith("# ") else line for line in body]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -106,6 +109,13 @@ def start_scenario(file: str | os.PathLike[str], base: str = "paper") -> Scenari
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
     return Scenario.load(str(path))
+
+
+def _given(section: Section, name: str = "") -> Iterator[str]:
+    """Yield the keys that a scenario gives, "section.key", those of sections within sections too."""
+    for key in section.model_fields_set:
+        value = getattr(section, key)
+        yield from _given(value, f"{name}{key}.") if isinstance(value, Section) else [f"{name}{key}"]
 
 
 def _wrapped(comment: str) -> str:

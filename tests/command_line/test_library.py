@@ -41,6 +41,7 @@ ELSEWHERE = {
     ("*", "scenario"): Scenario.load,
     ("*", "changes"): Scenario.load,
     ("*", "as_json"): "oblique_impact.command_line.words.plain",
+    ("init", "recommended"): "oblique_impact.beam.recommended.recommended",
     ("run", "out"): "oblique_impact.history.history.History.save",
     ("refine", "predictability"): "validation.refinement.predictability.predictability",
     ("modes", "out"): campbell_diagram,

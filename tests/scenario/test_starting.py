@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from oblique_impact import InputError, Scenario, builtin_cases, start_scenario
+from oblique_impact import InputError, Scenario, builtin_cases, simulate, start_scenario
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.schema import key_schemas
 
@@ -71,6 +71,27 @@ def test_a_file_of_ones_own_is_taken_with_its_parameters(tmp_path):
     made = start_scenario(tmp_path / "new" / "a.toml", str(tmp_path / "old.toml"))
     assert (made.end_time, made.beam.length, made.contact.point) == (0.2, 0.5, 0.5)
     assert "contact.point" not in (tmp_path / "new" / "a.toml").read_text(encoding="utf-8")
+
+
+STRIP = ("beam.material=steel", "beam.length=0.2", "beam.section.shape=rectangle", "beam.section.width=10 mm")
+STRIP += ("beam.section.height=1 mm", "slope.origin=[0.06, 0]", "contact.normal=spring")
+
+
+@pytest.mark.parametrize(
+    ("base", "changes"), [("paper", STRIP), ("paper", ("beam.material=steel",)), ("tapered", ())]
+)
+def test_recommended_settings_keep_the_beam_and_run_without_a_warning(tmp_path, cli, base, changes):
+    file = tmp_path / "own.toml"
+    options = [part for change in (*changes, "end_time=0.33") for part in ("--set", change)]
+    assert cli("init", file, "--from", base, "--recommended", *options)[0] == 0
+    made, asked = Scenario.load(str(file)), Scenario.load(base, list(changes))
+    assert made.discretization.frame == "mean-axis"
+    assert made.beam.kelvin_voigt > 0.0
+    assert made.beam == asked.beam.model_copy(update={"kelvin_voigt": made.beam.kelvin_voigt})
+    assert (made.slope, made.contact) == (asked.slope, asked.contact)
+    summary = simulate(made).summary
+    assert summary["macro_collisions"]
+    assert summary["warnings"] == []
 
 
 def test_a_file_that_is_there_stays(tmp_path, refused):
