@@ -63,7 +63,7 @@ EXACT = {
 }
 #: the sections of a scenario that differ from the default
 CASES = {
-    "hub": {"root": hub(0.12), "discretization": modal()},
+    "hub": {"root": hub(0.5), "discretization": modal()},
     "hub, full, spring inside": {
         "root": hub(0.2, inertia=0.02),
         "contact": SPRING | INSIDE | {"damping": 0.3},

@@ -144,28 +144,6 @@ def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
         assert float(np.abs(now[name] - then[name]).max()) < share * scale, name
 
 
-@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
-def test_the_frame_is_the_one_that_the_scenario_names(smooth, frame):
-    fine = ("end_time=0.002", "solver.output_interval=1e-5")
-    history = simulate(Scenario.builtin("paper", [*QUICK, f"discretization.frame={frame}", *fine]))
-    root = history["q"].values[:, 2]
-    r = history["q"].values[:, 0::3] + 1j * history["q"].values[:, 1::3]
-    u = np.exp(-1j * history["theta"].values) * r[:, -1] - 1.0
-    assert u.imag == pytest.approx(history["deflection"].values, abs=1e-12)
-    assert u.real == pytest.approx(history["shortening"].values, abs=1e-12)
-    if frame == "tangent":
-        assert history["theta"].values == pytest.approx(root, abs=1e-15)
-    else:
-        # the mean axis has no static moment: the deflections of 33 stations, weighted with x
-        uy, x = history["uy"].values, history["station"].values
-        moment = np.trapezoid(uy * x, x, axis=1)
-        assert np.abs(moment).max() < 2e-3 * np.abs(uy).max()
-        assert np.abs(history["theta"].values - root).max() > 1e-4
-    time, theta, rate = (history[name].values for name in ("time", "theta", "theta_dot"))
-    gained = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
-    assert theta[-1] - theta[0] == pytest.approx(gained.sum(), rel=0.02)
-
-
 def test_driven_root_follows_its_motion_and_supplies_the_energy():
     words = ["discretization.method=absolute", "discretization.elements=4", "end_time=8", "root.spin_up_time=6"]
     history = simulate(
