@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from oblique_impact import History, InputError, Interrupted, Outcome, Scenario, simulate
+from oblique_impact.command_line.bars import progress_bar
 from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import jumps
+from oblique_impact.marching.loop import Status
 from validation.absolute import ElasticSections, Run
 from validation.absolute import simulate as simulate_absolute
 from validation.absolute.stop import Place, Slope
@@ -238,6 +242,15 @@ def test_a_long_run_says_beforehand_how_long_it_takes():
     assert float(number) * {"s": 1, "min": 60}[unit] == pytest.approx(100.0 * steps, rel=0.35)
     simulate(Scenario.builtin("paper", [*words, "end_time=1e-3"]), stop)
     assert len(told) == 1
+
+
+def test_a_notice_is_printed_where_no_bar_is_drawn():
+    written = StringIO()
+    with progress_bar(Console(file=written)) as show:
+        show(Status(0.1, 1.0, State.FREE, 0, "this takes an hour"))
+        show(Status(0.2, 1.0, State.FREE, 0))
+    (line,) = written.getvalue().splitlines()
+    assert "this takes an hour" in line
 
 
 def test_the_same_run_gives_the_same_bytes(smooth):
