@@ -199,17 +199,6 @@ def test_fields_do_not_depend_on_the_block_and_take_sparse_tables():
         assert not unknown[[0, 1, 2, 3, 5, 6]].any()
 
 
-@pytest.mark.parametrize("method", ["modal", "fem"])
-def test_rates_of_the_displacements_are_their_derivatives(method):
-    beam, motion, h = beam_of(method), motion_of(4), 1e-6
-    rates = fields_along(beam, motion)
-    ahead, behind = (fields_along(beam, motion._replace(q=motion.q + s * h * motion.qd)) for s in (1.0, -1.0))
-    for name in ("ux", "uy"):
-        slope = (getattr(ahead, name) - getattr(behind, name)) / (2.0 * h)
-        rate = getattr(rates, f"{name}_dot")
-        assert_allclose(rate, slope, rtol=1e-7, atol=1e-7 * np.abs(slope).max())
-
-
 def test_cumulative_integral_is_exact_for_polynomials_of_the_panels():
     table = beam_of("fem").operators.stations.quadrature
     p = Polynomial([0.2, -1.0, 0.5, 3.0, -2.0, 1.0])

@@ -163,13 +163,45 @@ def test_labels(history):
     }
     expected = {name: unit for unit, names in units.items() for name in names.split()}
     assert {str(name): array.attrs["units"] for name, array in history.data.variables.items()} == expected
+    names = {str(name): array.attrs["long_name"] for name, array in history.data.variables.items()}
+    assert len(set(names.values())) == len(names)
     for name, words in {
+        "time": "time",
+        "q": "coordinates",
+        "qd": "generalized velocities",
+        "gap": "normal gap",
+        "slip": "tangential position",
+        "gap_rate": "gap rate",
+        "slip_rate": "slip velocity",
         "lambda_n": "normal contact force",
+        "depth": "compression of the stop itself",
         "lambda_tau": "tangential contact force",
+        "state": "contact state",
+        "energy_kinetic": "kinetic energy",
+        "energy_elastic": "elastic energy",
+        "energy_gravity": "gravity energy",
+        "station": "arc length from the root",
+        "theta": "angle of the floating frame",
+        "theta_dot": "angular velocity of the floating frame",
+        "tip_x": "contact point, inertial x",
+        "tip_y": "contact point, inertial y",
+        "tip_vx": "contact point velocity, x",
+        "tip_vy": "contact point velocity, y",
+        "deflection": "transverse deflection of the axis",
+        "shortening": "axial displacement of the axis",
+        "clearance": "distance of the beam from the slope, negative below",
+        "clearance_at": "arc length where the beam is closest",
+        "ux": "axial displacement in the floating frame",
+        "uy": "transverse displacement in the floating frame",
+        "ux_dot": "rate of ux",
+        "uy_dot": "rate of uy",
+        "moment": "bending moment",
+        "shear": "shear force",
         "axial_force": "axial force, tension positive",
-        "clearance": "smallest distance of the beam from the slope, negative below",
+        "bending_stress": "bending stress at the outer fibre",
     }.items():
-        assert history[name].attrs["long_name"] == words
+        assert words in names.pop(name), name
+    assert not names
     flags = history["state"].attrs
     assert dict(zip(flags["flag_meanings"].split(), flags["flag_values"].tolist(), strict=True)) == {
         state.name.lower(): int(state) for state in State

@@ -63,7 +63,7 @@ EXACT = {
 }
 #: the sections of a scenario that differ from the default
 CASES = {
-    "hub": {"root": hub(0.12), "discretization": modal()},
+    "hub": {"root": hub(0.5), "discretization": modal()},
     "hub, full, spring inside": {
         "root": hub(0.2, inertia=0.02),
         "contact": SPRING | INSIDE | {"damping": 0.3},
@@ -141,7 +141,7 @@ CASES = {
 }
 DURATION = {
     "all nodes, spring inside": 0.006,
-    "all nodes on a hub": 0.006,
+    "all nodes on a hub": 0.004,
     "exact, driven": 0.004,
     "exact, mean axis": 0.004,
 }
@@ -163,7 +163,7 @@ def scenario_of(name, seed=31):
     if root.get("kind") != "driven":
         case["initial"]["angular_velocity"] = -3.6
     case["solver"] = {"output_interval": 2e-5} | case.get("solver", {})
-    return Scenario.from_dict(case | {"end_time": DURATION.get(name, 0.02)})
+    return Scenario.from_dict(case | {"end_time": DURATION.get(name, 0.012)})
 
 
 @lru_cache(maxsize=len(CASES))

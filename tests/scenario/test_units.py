@@ -9,6 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from oblique_impact import InputError, Scenario
+from oblique_impact.scenario.materials import MATERIALS
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.sections import ParametersSection
 from oblique_impact.scenario.units import Unit, unit_of
@@ -63,6 +64,51 @@ def test_a_text_with_a_unit_is_the_si_number_everywhere(path, text, number):
         assert value_of(scenario, path) == number
         found = tomllib.loads(scenario.to_toml())
         assert (found[section] if section else found)[key] == number  # plain SI numbers in the resolved file
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "number"),
+    [
+        ("N m", "2 kJ", 2000.0),
+        ("kg m^2", "3 J s^2", 3.0),
+        ("N", "5 J/m", 5.0),
+        ("1/s", "3 Hz", 3.0),
+        ("1/s", "2 kHz", 2000.0),
+        ("s", "4 1/Hz", 4.0),
+        ("s", "5 \N{GREEK SMALL LETTER MU}s", 5e-6),
+        ("s", "5 \N{MICRO SIGN}s", 5e-6),
+        ("m^4", "1 cm^4", 1e-8),
+        ("m^4", "250000 mm⁴", 2.5e-7),
+        ("Pa", "3 N/mm^2", 3e6),
+        ("N/m", "6 kg/s^2", 6.0),
+        ("kg", "7 N s^2/m", 7.0),
+        ("rad/s", "60 rpm", 2.0 * math.pi),
+        ("rad", "180 deg", math.pi),
+    ],
+)
+def test_derived_units_are_products_of_basic_ones(unit, text, number):
+    """SI brochure, 9th edition, table 4."""
+    assert Unit(unit).to_si(text) == number
+
+
+#: kg/m^3 and Pa, of ASM Handbook, vol. 1 and 2 (1990): plain carbon steel, 304, 1100, Ti-6Al-4V, C26000, C11000
+HANDBOOK = {
+    "steel": (7850.0, 207e9),
+    "stainless-steel": (8000.0, 193e9),
+    "aluminium": (2710.0, 69e9),
+    "titanium": (4430.0, 114e9),
+    "brass": (8530.0, 110e9),
+    "copper": (8930.0, 117e9),
+}
+
+
+def test_materials_are_those_of_another_handbook():
+    """To 1.5 % in density, and 4 % in the modulus, which is rounded differently."""
+    assert set(HANDBOOK) == set(MATERIALS)
+    for name, (density, modulus) in HANDBOOK.items():
+        beam = Scenario.from_dict({"beam": {"material": name}}).beam
+        assert beam.density == pytest.approx(density, rel=0.015), name
+        assert beam.youngs_modulus == pytest.approx(modulus, rel=0.04), name
 
 
 def test_texts_in_pairs_and_in_tables_over_x():

@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from io import StringIO
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from oblique_impact import History, InputError, Interrupted, Outcome, Scenario, simulate
+from oblique_impact.command_line.bars import progress_bar
 from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import jumps
+from oblique_impact.marching.loop import Status
 from validation.absolute import ElasticSections, Run
 from validation.absolute import simulate as simulate_absolute
 from validation.absolute.stop import Place, Slope
@@ -144,28 +148,6 @@ def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
         assert float(np.abs(now[name] - then[name]).max()) < share * scale, name
 
 
-@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
-def test_the_frame_is_the_one_that_the_scenario_names(smooth, frame):
-    fine = ("end_time=0.002", "solver.output_interval=1e-5")
-    history = simulate(Scenario.builtin("paper", [*QUICK, f"discretization.frame={frame}", *fine]))
-    root = history["q"].values[:, 2]
-    r = history["q"].values[:, 0::3] + 1j * history["q"].values[:, 1::3]
-    u = np.exp(-1j * history["theta"].values) * r[:, -1] - 1.0
-    assert u.imag == pytest.approx(history["deflection"].values, abs=1e-12)
-    assert u.real == pytest.approx(history["shortening"].values, abs=1e-12)
-    if frame == "tangent":
-        assert history["theta"].values == pytest.approx(root, abs=1e-15)
-    else:
-        # the mean axis has no static moment: the deflections of 33 stations, weighted with x
-        uy, x = history["uy"].values, history["station"].values
-        moment = np.trapezoid(uy * x, x, axis=1)
-        assert np.abs(moment).max() < 2e-3 * np.abs(uy).max()
-        assert np.abs(history["theta"].values - root).max() > 1e-4
-    time, theta, rate = (history[name].values for name in ("time", "theta", "theta_dot"))
-    gained = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
-    assert theta[-1] - theta[0] == pytest.approx(gained.sum(), rel=0.02)
-
-
 def test_driven_root_follows_its_motion_and_supplies_the_energy():
     words = ["discretization.method=absolute", "discretization.elements=4", "end_time=8", "root.spin_up_time=6"]
     history = simulate(
@@ -260,6 +242,15 @@ def test_a_long_run_says_beforehand_how_long_it_takes():
     assert float(number) * {"s": 1, "min": 60}[unit] == pytest.approx(100.0 * steps, rel=0.35)
     simulate(Scenario.builtin("paper", [*words, "end_time=1e-3"]), stop)
     assert len(told) == 1
+
+
+def test_a_notice_is_printed_where_no_bar_is_drawn():
+    written = StringIO()
+    with progress_bar(Console(file=written)) as show:
+        show(Status(0.1, 1.0, State.FREE, 0, "this takes an hour"))
+        show(Status(0.2, 1.0, State.FREE, 0))
+    (line,) = written.getvalue().splitlines()
+    assert "this takes an hour" in line
 
 
 def test_the_same_run_gives_the_same_bytes(smooth):

@@ -118,4 +118,6 @@ def _on_line(one: tuple[float, Forces], other: tuple[float, Forces], time: float
 
 def _between(one: Forces, other: Forces, part: float) -> Forces:
     """Return the forces on the line through two others, `one` at 0 and `other` at 1."""
-    return Forces(*(a + part * (b - a) for a, b in zip(one, other, strict=True)))
+    force = one.force + part * (other.force - one.force)
+    moment = one.moment + part * (other.moment - one.moment)
+    return Forces(force, moment, one.reaction + part * (other.reaction - one.reaction))
