@@ -175,7 +175,7 @@ class ContactMachine:
         return self._open._replace(side=-1.0)
 
     def _is_beyond(self, slip: float) -> bool:
-        return not self._first <= slip <= self._last
+        return slip < self._first or slip > self._last
 
     def start(self, probe: ContactProbe) -> Transition:
         """State at the start of a run, which may touch the slope or already press on it."""

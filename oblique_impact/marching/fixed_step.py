@@ -59,7 +59,7 @@ def _judge(phase: Phase, c: Instant, stopping_time: float) -> int:
         return NORMAL if phase.watched and phase.side * c.gap < 0.0 and phase.side * c.gap_rate < 0.0 else NO_GUARD
     if c.normal_force <= 0.0:
         return NORMAL
-    if not phase.first <= c.slip <= phase.last:
+    if c.slip < phase.first or c.slip > phase.last:
         return END
     sticks = phase.static >= 0.0 and can_stick(phase, c, stopping_time)
     if phase.state != SLIDING:

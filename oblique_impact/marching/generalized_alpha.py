@@ -346,7 +346,8 @@ class GeneralizedAlphaScheme(Scheme):
         Euler, which has no use for them.  The force on a contact point without inertia whose flexibility is damped
         begins with a jump and decays faster than any step: some steps more.
         """
-        rebound = phase.state == FREE and before is not None and before.state == FREE
+        # not a flight that has only passed the line of the slope, beyond an end
+        rebound = before is not None and before.state == phase.state == FREE and before.side == phase.side
         jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
         tolerance = self.tolerance * float(np.sqrt(scratch.tolerances.energy))
         control = Control(

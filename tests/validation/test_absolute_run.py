@@ -174,6 +174,48 @@ def test_hub_gains_the_work_of_its_torque():
     assert turned == pytest.approx(0.5 * 3.0 / inertia * 0.1**2, rel=2e-2)
 
 
+def test_a_place_in_the_section_moves_as_its_rows_say():
+    """However far the section turns within a step: mean rows times q1 - q0, and the derivatives at its end."""
+    slope = Slope(0, 0.3, (0.02, 0.1), 1e6, 0.0, fibre=-0.04)
+    q0, q1 = np.array([0.3, 0.2, 0.5]), np.array([0.35, 0.1, 1.9])
+    for u in (slope.normal, slope.tangent):
+        moved = u @ (slope.point(q1) - slope.point(q0))
+        mean, turning = slope.mean_rows(u, q0, q1)
+        assert mean @ (q1 - q0) == pytest.approx(moved, rel=1e-13)
+        h = 1e-4 * np.eye(3)
+        by = [u @ (slope.point(q1 + d) - slope.point(q1 - d)) / 2e-4 for d in h]
+        np.testing.assert_allclose(slope.rows(u, q1), by, atol=1e-9)
+        ahead, behind = (slope.mean_rows(u, q0, q1 + sign * h[2])[0][2] for sign in (1.0, -1.0))
+        assert turning == pytest.approx((ahead - behind) / 2e-4, abs=1e-9)
+
+
+def test_contact_on_the_face_keeps_the_balance_and_is_that_of_the_floating_frame():
+    """With friction, slip and stick: the force turns the section, and its work is that of the rows."""
+    face = [
+        *QUICK,
+        "contact.surface=section",
+        "contact.mu_static=2",
+        "contact.mu_kinetic=2",
+        "initial.angle=0.2318",
+    ]
+    rough = simulate(Scenario.builtin("paper", face))
+    kinds = {event.kind.value for event in rough.events}
+    assert {"impact", "stick", "slip"} <= kinds
+    energy = rough.summary["energy"]
+    assert energy["lost_friction"] > 1e-3
+    assert abs(energy["unaccounted"]) < 1e-10 * energy["initial"]
+    for event in rough.events:
+        if event.kind.value in ("impact", "release"):
+            assert abs(float(rough.at(event.time)["gap"])) < 1e-12
+    frictionless = [line for line in face if "mu_" not in line] + ["contact.friction=frictionless"]
+    exact = simulate(Scenario.builtin("paper", frictionless)).contacts[0]
+    floating = [line for line in frictionless if "absolute" not in line and "contact_step" not in line]
+    floating += ["discretization.modes=12", "discretization.frame=mean-axis"]
+    reduced = simulate(Scenario.builtin("paper", floating)).contacts[0]
+    assert exact.start == pytest.approx(reduced.start, abs=2e-6)
+    assert exact.normal_impulse == pytest.approx(reduced.normal_impulse, rel=0.02)  # shear and extension
+
+
 def test_user_defined_damping_of_the_stop_takes_energy():
     history = simulate(Scenario.builtin("paper", [*QUICK, "contact.friction=frictionless", "contact.damping=0.1"]))
     energy = history.summary["energy"]
