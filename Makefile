@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PACKAGES := oblique_impact fem_beam modal renders validation
 
-.PHONY: install demo test test-slow test-pythons lint docs pictures package bench clean
+.PHONY: install demo test test-slow test-pythons lint bounds docs pictures package bench clean
 
 install: $(VENV)/.installed
 
@@ -48,6 +48,10 @@ docs: install
 # the pictures of the pages that are kept with them
 pictures: install
 	$(BIN)/python -m docs.pictures.draw
+
+# the program with every dependency at its lower bound, in an environment that is gone afterwards
+bounds:
+	.ci/bounds
 
 # wheel and source distribution, each installed and used outside of the checkout
 package: install
