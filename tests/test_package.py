@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 from packaging.requirements import Requirement
+from packaging.version import Version
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -32,6 +33,18 @@ def test_what_the_project_and_its_extras_need_is_locked_at_a_version_that_will_d
         assert wanted.extras <= PROJECT["optional-dependencies"].keys()
     elif wanted.name not in UNLOCKED:
         assert wanted.specifier.contains(LOCKED[wanted.name.lower().replace("_", "-")])
+
+
+def test_ci_installs_the_lower_bounds():
+    """What `.ci/bounds` uses the program with are the least versions that will do."""
+    least = {}
+    for need in (*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]):
+        (bound,) = Requirement(need).specifier
+        assert bound.operator == ">="
+        least[Requirement(need).name] = Version(bound.version)
+    pins = [Requirement(line) for line in (ROOT / "requirements.bounds").read_text(encoding="utf-8").splitlines()]
+    installed = {pin.name: Version(next(iter(pin.specifier)).version) for pin in pins}
+    assert installed == least
 
 
 def test_metadata_are_complete():

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 from scipy.integrate import trapezoid
 
-from oblique_impact import History, InputError, Scenario, simulate, simulation
+from oblique_impact import History, InputError, Scenario, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_compliance
 from oblique_impact.contact.state import State
@@ -23,7 +23,6 @@ from oblique_impact.history.events import EVENT_COLUMNS
 from oblique_impact.history.history import FILES, FORMAT
 from oblique_impact.history.sample_times import first_sample, jumps, last_sample
 from oblique_impact.history.variables import NEEDED
-from validation.measuring import Task, measure_run
 
 
 @pytest.fixture(scope="module")
@@ -85,42 +84,6 @@ def test_variables_are_the_same_whichever_is_asked_for_first(tmp_path):
     assert pickle.loads(pickle.dumps(early)).data.identical(whole.data)
     assert early.data.identical(whole.data)
     assert list(early.data.variables) == order
-
-
-def test_what_a_run_is_judged_by_is_computed_when_the_summary_is_asked_for(monkeypatch):
-    """Not before: a sweep asks for no warnings.  What fails or is interrupted there is asked for once more."""
-    plain = simulate(Scenario.builtin("paper", ["end_time=0.33"])).summary
-    calls, closest = [], simulation.closest
-
-    def failing_once(*arguments):
-        calls.append(arguments)
-        if len(calls) == 1:
-            raise RuntimeError
-        return closest(*arguments)
-
-    monkeypatch.setattr(simulation, "closest", failing_once)
-    scenario = Scenario.builtin("paper", ["end_time=0.33"])
-    row, history = measure_run(Task(0, scenario, ("first_impact", "energy_final"))).row, simulate(scenario)
-    assert row["values"]["first_impact"] == history.macro_collisions[0]["start"]
-    assert (row["steps"], row["events"], row["stopped_at"]) == (
-        history.steps,
-        len(history.events),
-        history.end_time,
-    )
-    assert history.outcome.label == row["outcome"] == "completed"
-    assert history.balance["final"] == row["values"]["energy_final"]
-    assert not calls
-    with pytest.raises(RuntimeError):
-        history.summary  # noqa: B018
-    other = pickle.loads(pickle.dumps(history))
-    assert len(calls) == 2
-    known = {key: value for key, value in plain.items() if key != "wall_time"}
-    assert known["warnings"]
-    for again in (history, other):
-        assert {key: value for key, value in again.summary.items() if key != "wall_time"} == known
-        assert list(again.summary) == list(plain)
-        assert (again.balance, again.steps) == (plain["energy"], plain["steps"])
-    assert len(calls) == 2
 
 
 def test_steps_and_rejected_steps_are_told_apart():
