@@ -15,6 +15,9 @@ from validation.runs import column, run
 check = checks_of("spin-up", "Spin-up: zeroth order fails, first order and full agree")
 
 _MODELS = {"modal": ("modal", 12, 32), "fem": ("fem", 12, 16), "fem-32": ("fem", 12, 32)}
+#: of deflections at given times and of the smallest (m), of the time of that, where the curve is flat (s): the
+#: references are of the same 12 modes in another program, elements err with h⁴
+_ALLOWED = {"modal": (1e-10, 3e-11, 5e-7), "fem": (1e-6, 4e-7, 5e-6), "fem-32": (2e-7, 3e-8, 1e-6)}
 Array = NDArray[np.float64]
 
 
@@ -43,7 +46,8 @@ def table() -> list[Measurement]:
         computed = _deflection(_spin_up(*model))(times)
         k = int(np.argmax(np.abs(computed - exact)))
         quantity = f"tip deflection at {times[k]:g} s, {name}"
-        found.append(Measurement(quantity, computed[k], exact[k], "m", 1e-6, source("3-SVQ-table"), name))
+        allowed = _ALLOWED[name][0]
+        found.append(Measurement(quantity, computed[k], exact[k], "m", allowed, source("3-SVQ-table"), name))
     return found
 
 
@@ -58,9 +62,15 @@ def extremes() -> list[Measurement]:
         best, text = VALUES["3-SVQ-min"], source("3-SVQ-min")
         found += [
             Measurement(
-                f"smallest deflection, {name}", values[low], best["w_min"], "m", 4e-7, text, f"{name}-min"
+                f"smallest deflection, {name}",
+                values[low],
+                best["w_min"],
+                "m",
+                _ALLOWED[name][1],
+                text,
+                f"{name}-min",
             ),
-            Measurement(f"its time, {name}", times[low], best["t"], "s", 5e-6, text, f"{name}-time"),
+            Measurement(f"its time, {name}", times[low], best["t"], "s", _ALLOWED[name][2], text, f"{name}-time"),
             within(
                 f"amplitude after 15 s, {name}",
                 amplitude,
