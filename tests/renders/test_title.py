@@ -164,7 +164,7 @@ def test_names_over_each_other_have_the_colours_of_their_beams(run, monkeypatch)
 
 def test_the_card_tells_what_is_exaggerated_and_where_runs_differ(run, monkeypatch):
     runs = [run("paper"), run("paper", "contact.friction=frictionless")]
-    story = story_of(runs, Style(size=(1280, 720), title="A title"), ["rough", "smooth"])
+    story = story_of(runs, Style(size=(1280, 720), title="A title"), ["rough", "smooth"], 0.1, 0.002)
     timeline = make_timeline(story.time_map, card=2.0)
     items = written(monkeypatch, lambda: title_card(story, timeline))
     said = [item.text for item in items]

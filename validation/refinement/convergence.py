@@ -154,8 +154,10 @@ class Analysis:
             return number(value, 6)
         if not self.uncertainty or not value:
             return number(value, 10)
-        digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(self.uncertainty)) + 2
-        return number(value, min(max(digits, 2), 14))
+        power = math.floor(math.log10(abs(value)))
+        digits = min(max(power - math.floor(math.log10(self.uncertainty)) + 2, 2), 14)
+        # 15900 rather than 1.59 × 10⁴
+        return number(float(f"{value:.{digits}g}"), max(digits, power + 1) if power < 6 else digits)
 
 
 def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: float) -> float:

@@ -8,6 +8,9 @@ function setEmbedded(on) {
   if (on === embed.on) return;
   embed.on = on;
   document.documentElement.classList.toggle("embed", on);
+  // over the picture, which keeps its size
+  if (on) document.querySelector(".status").append($("deformation"));
+  else document.querySelector(".choices").before($("deformation"));
   embed.watch?.disconnect();
   if (on) {
     $("whole").href = window.location.href.split("#")[0];
