@@ -1,0 +1,162 @@
+"""Runs that end by name: deflections out of range, steps without end, numbers that no beam has, Painleve."""
+
+import numpy as np
+import pytest
+
+from oblique_impact import InputError, Outcome, Scenario, simulate
+
+PUSHED = {  # a driven root turns the beam against the slope
+    "root__kind": "driven",
+    "root__profile": "constant-speed",
+    "root__spin_rate": -4.0,
+    "initial__angle": 0.0,
+    "slope__origin": [1.0, 0.0],
+    "slope__angle": 0.3,
+    "discretization__frame": "tangent",
+    "end_time": 0.5,
+}
+SAGGING = {  # a soft cantilever, m g L^3/(8 E I) = 0.45 L, that is let go
+    "root__kind": "driven",
+    "beam__youngs_modulus": 3e8,
+    "initial__angle": 0.0,
+    "discretization__frame": "tangent",
+    "end_time": 1.0,
+}
+LARGE = {
+    "modal, event": {**PUSHED, "solver__scheme": "event"},
+    "modal, fixed-step": {**PUSHED, "solver__scheme": "fixed-step", "solver__contact_step": 1e-5},
+    "fem, generalized-alpha": {
+        **PUSHED,
+        "discretization__method": "fem",
+        "solver__scheme": "generalized-alpha",
+        "solver__contact_step": 1e-5,
+    },
+    "in flight": {**SAGGING, "contact__enabled": False},
+    # a beam on a pin that falls like a rope and strikes the slope
+    "nodal": {
+        "beam__youngs_modulus": 3e6,
+        "end_time": 0.8,
+        "discretization__method": "fem",
+        "discretization__frame": "mean-axis",
+        "solver__contact_step": 1e-5,
+        "discretization__modes": 0,
+        "discretization__elements": 8,
+        "solver__scheme": "generalized-alpha",
+    },
+    # the contact point is near the root, where the deflection stays small
+    "beyond the contact point": {**SAGGING, "contact__point": 0.25, "slope__origin": [0.0, -5.0]},
+}
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_a_deflection_beyond_half_the_length_ends_the_run(name):
+    scenario = Scenario.builtin("paper").replace(**LARGE[name])
+    history = simulate(scenario)
+    assert history.outcome is Outcome.LARGE_DEFLECTION
+    largest = np.abs(history["uy"].values).max(axis=1) / scenario.beam.length
+    assert largest[-1] > 0.5
+    assert np.all(largest[history["time"].values < history["time"].values[-1]] <= 0.5)
+    assert 0.0 < float(history["time"][-1]) < scenario.end_time
+    # it is ended at the first such sample, not when it has grown without bound
+    assert largest[-1] < 0.6
+    assert abs(history.summary["energy"]["unaccounted"]) < 1e-2 * abs(history.summary["energy"]["initial"] + 1.0)
+
+
+LYING = ["initial.angle=0", "slope.origin=[1.0, 0.0]", "slope.angle=0.2"]  # with its tip on the slope
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("paper", ["beam.second_moment=7850"]),  # mm^4 taken for m^4
+        pytest.param("rigid-limit", ["beam.kelvin_voigt=8.7"], marks=pytest.mark.slow),
+        ("paper", [*LYING, "solver.scheme=fixed-step", "solver.contact_step=1e-11"]),
+    ],
+)
+def test_a_run_that_would_need_absurdly_many_steps_says_so(name, changes):
+    scenario = Scenario.builtin(name, changes)
+    history = simulate(scenario)
+    assert history.outcome is Outcome.TOO_MANY_STEPS
+    assert history.outcome.exit_code == 1
+    end, steps = history.summary["end_time"], history.summary["steps"]
+    assert 0.0 < end < scenario.end_time
+    assert steps < 2e6
+    # the number that it names is of the size that its pace foretells
+    words = history.summary["message"].split()
+    named = float(words[words.index("steps,") - 1])
+    assert named > 1e7
+    assert 0.02 < named / (steps * scenario.end_time / end) < 50.0
+
+
+def test_the_scheme_that_is_named_can():
+    changes = ["beam.second_moment=7850", "solver.scheme=generalized-alpha", "solver.contact_step=1e-5"]
+    assert simulate(Scenario.builtin("paper", changes)).outcome is Outcome.COMPLETED
+
+
+@pytest.mark.parametrize("change", ["beam.youngs_modulus=5e-324", "beam.length=1e-200", "beam.density=1e-300"])
+def test_a_beam_beyond_floating_point_numbers_is_one_line(change):
+    with pytest.raises(InputError) as error:
+        simulate(Scenario.builtin("paper", [change]))
+    assert "\n" not in str(error.value)
+    assert change.partition("=")[0].partition(".")[2] in str(error.value)
+
+
+def test_slip_that_becomes_painleve_after_many_legs_is_stopped_by_name():
+    """A root that is driven bends the beam until friction would pull its tip into the slope.
+
+    The tip slides from the start on, through some twenty legs of generalized-alpha; the event scheme locates the
+    end of the slip.
+    """
+    scenario = Scenario.builtin("paper").replace(
+        root__kind="driven",
+        root__profile="spin-up",
+        root__spin_rate=-2.0,
+        root__spin_up_time=0.05,
+        initial__angle=0.3,
+        slope__angle=-0.2,
+        slope__origin=[np.cos(0.3), np.sin(0.3)],
+        beam__kelvin_voigt=1e-3,
+        contact__mu_static=1.65,
+        contact__mu_kinetic=1.65,
+        discretization__frame="tangent",
+        discretization__modes=2,
+        solver__contact_step=2e-6,
+        end_time=0.1,
+    )
+    located, stepped = (simulate(scenario.replace(solver__scheme=s)) for s in ("event", "generalized-alpha"))
+    for history in (located, stepped):
+        assert history.outcome is Outcome.PAINLEVE
+        assert [e.kind.value for e in history.events] == ["impact"]
+    assert stepped.summary["steps"] > 20_000
+    assert stepped.summary["end_time"] == pytest.approx(located.summary["end_time"], abs=3e-5)
+
+
+def nodal(elements, **changes):
+    return Scenario.builtin("paper").replace(
+        discretization__method="fem",
+        discretization__frame="mean-axis",
+        discretization__modes=0,
+        discretization__elements=elements,
+        solver__scheme="generalized-alpha",
+        **changes,
+    )
+
+
+def test_the_finest_mesh_flies_like_a_coarse_one():
+    """Entries of K grow as the third power of the number of elements, and so does what rounding leaves of K q."""
+    ends = []
+    for elements in (64, 4096):
+        history = simulate(nodal(elements, end_time=2e-3, solver__free_step=1e-5, solver__contact_step=1e-5))
+        assert history.outcome is Outcome.COMPLETED
+        assert abs(history.summary["energy"]["unaccounted"]) < 1e-8
+        ends.append(float(history["theta"][-1]))
+    assert ends[1] == pytest.approx(ends[0], abs=1e-10)
+
+
+def test_an_impact_on_a_damped_fine_mesh_is_no_painleve():
+    """The force after the impact is singular, and the first step in contact far longer than it takes to decay."""
+    changes = {"beam__kelvin_voigt": 1e-5, "end_time": 0.318}
+    runs = [simulate(nodal(128, solver__contact_step=h, **changes)) for h in (1e-5, 2e-6)]
+    assert [history.outcome for history in runs] == [Outcome.COMPLETED] * 2
+    impulses = [history.summary["macro_collisions"][0]["normal_impulse"] for history in runs]
+    assert impulses[0] == pytest.approx(impulses[1], rel=0.05)

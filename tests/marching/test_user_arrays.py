@@ -1,0 +1,177 @@
+"""Arrays from user code: views with strides, other orders and other types are computed right, or refused in one line."""
+
+from dataclasses import fields, is_dataclass, replace
+
+import numpy as np
+import pytest
+
+import modal
+from oblique_impact import InputError, MechanicalSystem, Scenario, simulate, simulate_system
+from oblique_impact.beam.beam import Beam
+from oblique_impact.beam.operators import build_operators
+from oblique_impact.kernels.system import ContactRows
+from oblique_impact.scenario.user_defined import register
+from tests.systems import RungeKutta
+
+SHORT = {"end_time": 0.33, "solver__free_step": 5e-4, "solver__contact_step": 1e-4}
+
+
+def column(values):
+    """Return the same numbers as a column of a matrix."""
+    wide = np.full((np.size(values), 3), np.nan)
+    wide[:, 1] = values
+    return wide[:, 1]
+
+
+def backwards(values):
+    return np.array(values)[::-1].copy()[::-1]
+
+
+def integrator(returned=np.asarray, asked=np.asarray):
+    """Return the classical rule, with other arrays for what it returns and for what it asks rates of."""
+
+    class Other(RungeKutta):
+        def step(self, rates, t, y, h):
+            return returned(super().step(lambda s, z: rates(s, asked(z)), t, y, h))
+
+    return Other
+
+
+def run_with(make):
+    register("integrators", "test-arrays")(make)
+    return simulate(Scenario.builtin("paper").replace(solver__scheme="test-arrays", **SHORT))
+
+
+@pytest.mark.parametrize("view", [column, backwards, lambda y: np.asarray(y, dtype=np.longdouble), list])
+def test_what_an_integrator_hands_over_may_be_a_view_or_of_another_type(view):
+    plain = run_with(RungeKutta)
+    assert plain.events
+    for other in (integrator(returned=view), integrator(asked=view)):
+        np.testing.assert_array_equal(run_with(other)["q"], plain["q"])
+
+
+def test_an_integrator_may_work_in_place_and_return_its_own_buffer():
+    class InPlace(RungeKutta):
+        kept = np.zeros(0)
+
+        def step(self, rates, t, y, h):
+            end = super().step(rates, t, y, h)
+            y[:] = np.nan
+            if InPlace.kept.shape != end.shape:
+                InPlace.kept = np.empty_like(end)
+            InPlace.kept[:] = end
+            return InPlace.kept
+
+    np.testing.assert_array_equal(run_with(InPlace)["q"], run_with(RungeKutta)["q"])
+
+
+@pytest.mark.parametrize("wrong", [lambda y: y[:-1], lambda y: y + 0j, lambda y: y[None], lambda y: "y"])
+@pytest.mark.parametrize("where", ["returned", "asked"])
+def test_what_is_no_state_is_refused_in_one_line(wrong, where):
+    with pytest.raises(InputError) as error:
+        run_with(integrator(**{where: wrong}))
+    assert "\n" not in str(error.value)
+    assert "Other" in str(error.value)
+
+
+@pytest.mark.slow  # kernels are compiled for a class of its own
+def test_the_state_of_a_packed_system_may_be_a_view_and_its_arrays_of_any_order():
+    scenario = Scenario.builtin("paper", ["contact.enabled=false"])
+    model = Beam(scenario, build_operators(scenario)).model
+    shuffled = model._replace(matrices=np.asfortranarray(model.matrices), vectors=column_wise(model.vectors))
+
+    class Packed(type(model)):
+        """A beam as a user's own packed system."""
+
+        __slots__ = ()
+        size = 3
+
+        def energy(self, t, q, qd):
+            return 0.0, 0.0, 0.0
+
+    q0, qd0 = np.array([0.7, 0.01, -0.002]), np.array([0.3, 0.1, 0.2])
+    plain = simulate_system(Packed(*model), q0, qd0, 0.01, output_interval=1e-3)
+    other = simulate_system(Packed(*shuffled), column(q0), backwards(qd0), 0.01, output_interval=1e-3)
+    np.testing.assert_array_equal(other["q"], plain["q"])
+
+
+def column_wise(matrix):
+    return np.repeat(matrix, 2, axis=1)[:, ::2]
+
+
+class Puck(MechanicalSystem):
+    """A mass that slides on the ground; arrays as `make` returns them."""
+
+    size = 2
+
+    def __init__(self, make=np.asarray, mass=None):
+        self.make, self.mass = make, np.eye(2) if mass is None else mass
+
+    def mass_matrix(self, t, q):
+        return self.mass
+
+    def forces(self, t, q, qd):
+        return self.make([-1, -10])
+
+    def contact(self, t, q, qd):
+        return ContactRows(q[1], q[0], qd[1], qd[0], self.make([0, 1]), self.make([1, 0]))
+
+    def energy(self, t, q, qd):
+        return 0.5 * float(qd @ qd), 0.0, 10.0 * q[1]
+
+
+@pytest.mark.parametrize("make", [column, backwards, list, lambda v: np.array(v, dtype=np.int8)])
+def test_a_system_may_return_views_integers_and_lists(make):
+    states = [make([0, 0]), make([3, 0])]
+    history = simulate_system(Puck(make, np.asfortranarray(np.eye(2, dtype=np.float32))), *states, 0.5)
+    assert float(history["q"][-1, 0]) == pytest.approx(3.0 * 0.5 - 0.5 * 0.5**2, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("system", "named"),
+    [
+        (Puck(mass=np.ones(2)), "mass_matrix"),
+        (Puck(lambda v: np.array(v) + 0j), "forces"),
+        (Puck(lambda v: np.array([v])), "forces"),
+    ],
+)
+def test_a_system_that_returns_other_shapes_or_complex_numbers_is_refused(system, named):
+    with pytest.raises(InputError, match=named):
+        simulate_system(system, [0.0, 0.0], [3.0, 0.0], 0.1)
+    with pytest.raises(InputError, match="q0"):
+        simulate_system(Puck(), [0.0, 0.0, 0.0], [3.0, 0.0], 0.1)
+
+
+def changed(part, change):
+    """Return operators or tables with their arrays changed."""
+    values = {f.name: getattr(part, f.name) for f in fields(part)}
+    new = {k: change(v) for k, v in values.items() if isinstance(v, np.ndarray) and v.dtype == float}
+    nested = {k: changed(v, change) for k, v in values.items() if is_dataclass(v) and k != "sections"}
+    return replace(part, **new, **nested)
+
+
+def single(values):
+    return np.asarray(values, dtype=np.float32)
+
+
+@pytest.mark.parametrize("kinetics", ["first-order", "full"])
+def test_operators_of_a_discretization_may_be_in_any_order_and_type(kinetics):
+    """Fortran order is the same to the last bit; operators in single precision are these numbers, in float64."""
+
+    def result(change):
+        class Discretization:
+            spectrum = staticmethod(modal.spectrum)
+
+            @staticmethod
+            def build_operators(scenario):
+                as_modal = scenario.replace(discretization__method="modal")
+                return changed(modal.build_operators(as_modal), change)
+
+        register("discretizations", "test-arrays")(Discretization)
+        changes = {"discretization__method": "test-arrays", "discretization__kinetics": kinetics}
+        return simulate(Scenario.builtin("paper").replace(end_time=0.33, **changes))["q"]
+
+    plain = result(np.array)
+    np.testing.assert_array_equal(result(np.asfortranarray), plain)
+    np.testing.assert_array_equal(result(lambda v: np.repeat(v, 2, axis=-1)[..., ::2]), plain)
+    np.testing.assert_array_equal(result(single), result(lambda v: single(v).astype(float)))
