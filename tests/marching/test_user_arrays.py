@@ -1,4 +1,4 @@
-"""Arrays from user code: views with strides, other orders and other types are computed right, or refused in one line."""
+"""Arrays from user code: views, other orders and other types are computed right, or refused in one line."""
 
 from dataclasses import fields, is_dataclass, replace
 
