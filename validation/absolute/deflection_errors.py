@@ -155,14 +155,14 @@ class Case:
 
 def case_of(problem: str, nominal: float, spin: float) -> Case:
     """Return a case of the map."""
-    fixed: dict[str, Any] = {
+    fixed: dict[str, dict[str, Any]] = {
         "held": {"root": "driven", "load": "gravity"},
         "hub": {"root": "hub", "load": "torque", "hub": 30.0},
         "light hub": {"root": "hub", "load": "torque", "hub": 0.05},
         "pendulum": {"root": "pin", "load": "gravity"},
         "stop": {"root": "driven", "load": "stop"},
-    }[problem]
-    return Case(nominal=nominal, spin=spin, **fixed)
+    }
+    return Case(nominal=nominal, spin=spin, **fixed[problem])
 
 
 @dataclass(frozen=True)
