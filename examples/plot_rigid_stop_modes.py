@@ -24,8 +24,8 @@ for name in ("impulse", "peak_force"):
 
 # %%
 # The impulse stays in a narrow band about 1.87 N s, within which it has no limit: neither is determined without
-# damping (:doc:`/convergence`). The largest force grows with every mode. Read the impulse off such a model with its
-# band, and never the force.
+# damping (:doc:`/convergence`). The largest force grows with every mode. Read the impulse off such a model with
+# its band, and never the force.
 
 with figure_style():
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
