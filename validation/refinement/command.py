@@ -23,7 +23,6 @@ from validation.refinement.ladders import AXES, Ladder, Study, check_levels, dec
 from validation.refinement.report import write_study
 from validation.refinement.shipped import STUDIES, shipped_study
 from validation.refinement.study import LadderResult, StudyResult, judge, measure, plan_ladder
-from validation.report.document import number
 from validation.report.provenance import UNNAMED, call_text, scenario_text
 
 ShippedStudy = Literal["elements", "steps", "remedies", "grading", "rigid-stop"]
@@ -198,11 +197,12 @@ def _ladder_lines(result: LadderResult) -> list[str]:
     for level, run in zip(result.ladder.levels, result.runs, strict=True):
         if run["outcome"] != Outcome.COMPLETED.label:
             words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
-            lines.append(f"  {result.axis.label} {number(level)}: {words}")
+            lines.append(f"  {result.axis.label} {level:g}: {words}")
     for item in result.results:
         a, unit = item.analysis, item.quantity.unit.removeprefix("1")
-        shown = item.gaps[-1] or a.shown(item.values[-1])
+        value, digits = a.rounded(item.values[-1])
+        shown = item.gaps[-1] or f"{value:.{digits}g}"
         if a.verdict in (CONVERGED, CONVERGING):
-            shown += f" ± {number(a.uncertainty, 2)}"
+            shown += f" +- {a.uncertainty:.2g}"
         lines.append(f"  {item.quantity.name:24} {f'{shown} {unit}':32} {a.words} ({a.reason})")
     return [*lines, *(f"  {remark}" for remark in result.remarks)]

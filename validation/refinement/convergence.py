@@ -148,16 +148,20 @@ class Analysis:
         """Return the analysis of a quantity that has no limit, whatever its values suggest."""
         return replace(self, verdict=NOT_DETERMINED, order=math.nan, limit=math.nan, reason=reason)
 
-    def shown(self, value: float) -> str:
-        """Return a value in as many digits as its uncertainty leaves: to the second digit of it."""
+    def rounded(self, value: float) -> tuple[float, int]:
+        """Return a value rounded to the second digit of its uncertainty, and how many digits show it."""
         if not (math.isfinite(value) and math.isfinite(self.uncertainty)):
-            return number(value, 6)
+            return value, 6
         if not self.uncertainty or not value:
-            return number(value, 10)
+            return value, 10
         power = math.floor(math.log10(abs(value)))
         digits = min(max(power - math.floor(math.log10(self.uncertainty)) + 2, 2), 14)
-        # 15900 rather than 1.59 × 10⁴
-        return number(float(f"{value:.{digits}g}"), max(digits, power + 1) if power < 6 else digits)
+        # 15900 rather than 1.59e4
+        return float(f"{value:.{digits}g}"), max(digits, power + 1) if power < 6 else digits
+
+    def shown(self, value: float) -> str:
+        """Return a value in as many digits as its uncertainty leaves."""
+        return number(*self.rounded(value))
 
 
 def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: float) -> float:

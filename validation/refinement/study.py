@@ -17,7 +17,6 @@ from validation.measuring import Row, Task, measure_each, same_warnings
 from validation.quantities import Quantity, default_quantities, natural_scale, quantity
 from validation.refinement.convergence import NO_VERDICT, Analysis, analyse
 from validation.refinement.ladders import AXES, Axis, Ladder, Study, fixed_modes, sizes
-from validation.report.document import number
 
 #: the run that measures the noise takes this part of the tolerance, within what a scenario allows
 _TIGHTER, _TIGHTEST = 0.1, 1e-13
@@ -74,7 +73,7 @@ class LadderResult:
             )
         said += [self.uneven] if self.uneven else []
         runs = zip(self.ladder.levels, self.runs, strict=True)
-        found = same_warnings((number(level), run["warnings"]) for level, run in runs)
+        found = same_warnings((f"{level:g}", run["warnings"]) for level, run in runs)
         return said + [f"warning ({self.axis.label} {', '.join(levels)}): {text}" for text, levels in found]
 
     @property
