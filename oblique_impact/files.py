@@ -22,8 +22,6 @@ from oblique_impact.interrupts import hold_interrupts
 MAX_TEXT = 16_000_000
 #: random bytes in the name of a temporary file
 _TOKEN = 4
-#: locks that this process holds
-_held: set[Path] = set()
 
 
 def prepare_folder(folder: str | os.PathLike[str]) -> Path:
@@ -106,15 +104,11 @@ def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
     """Be the only process that writes to a folder, or to a file that need not exist yet.
 
     The lock is an empty hidden file, `.lock` in a folder and `.NAME.lock` beside a file, which is gone at the end;
-    that of a process that is killed does not block anybody.  Blocks of one process may be nested.  Raises
-    InputError, in one line, if another process is writing there or the lock cannot be made.
+    that of a process that is killed does not block anybody.  Raises InputError, in one line, if another process
+    is writing there or the lock cannot be made.
     """
     path = Path(target)
-    file = Path(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock")).absolute()
-    if file in _held:
-        yield
-        return
-    lock = FileLock(file)
+    lock = FileLock(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock"))
     try:
         lock.acquire(timeout=0.1, poll_interval=0.01)  # again, if the holder removes the file meanwhile
     except Timeout:
@@ -122,13 +116,11 @@ def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
         raise InputError(line) from None
     except OSError as error:
         raise cannot_write(path, error) from None
-    _held.add(file)
     if not path.is_dir():
         remove_leftovers([path])
     try:
         yield
     finally:
-        _held.remove(file)
         # removed while it is held: filelock does not accept a lock on a file that has lost its name
         with suppress(OSError):
             os.unlink(lock.lock_file)

@@ -56,7 +56,7 @@ def run(
                 history = simulate(chosen, on_progress)
         except Interrupted as stop:
             history, interrupted = stop.history, True
-        folder = _save(history, out)
+    folder = _save(history, out)  # which locks the folder itself
     print_result(
         summary_lines(history, folder, replaced, warnings), {**history.summary, "results": folder}, as_json
     )

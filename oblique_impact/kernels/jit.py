@@ -21,7 +21,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar
@@ -228,7 +228,9 @@ def cache_folder() -> Path | None:
 def _checksums(folder: Path) -> Iterator[tuple[Path, Path, str]]:
     """Yield each file that numba keeps in a cache, where its checksum lies, and what that should be."""
     for file in folder.rglob("*.nb[ic]"):
-        yield file, file.with_name(f"{file.name}.sum"), hashlib.blake2b(file.read_bytes()).hexdigest()
+        with suppress(FileNotFoundError):  # another process has removed it
+            checksum = hashlib.blake2b(file.read_bytes()).hexdigest()
+            yield file, file.with_name(f"{file.name}.sum"), checksum
 
 
 def _remove_damaged(folder: Path) -> None:
