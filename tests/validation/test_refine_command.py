@@ -140,17 +140,18 @@ def test_remedies_converge_where_the_rigid_stop_does_not(tmp_path, cli):
     data = json.loads((tmp_path / "results.json").read_text())
     found = {(ladder["name"], q["name"]): q for ladder in data["ladders"] for q in ladder["quantities"]}
     for name in ("peak_force", "second_impact", "contacts"):
-        assert found["rigid, modes", name]["verdict"] == "not converging"
-        assert found["rigid, elements", name]["verdict"] == "not converging"
+        assert found["rigid, modes", name]["verdict"] == "not determined"
+        assert found["rigid, elements", name]["verdict"] == "not determined"
         assert found["elastic stop", name]["verdict"] == "converged"
     assert found["rigid, modes", "impulse"]["values"][-1] == pytest.approx(1.87, abs=0.02)
     assert found["elastic stop", "impulse"]["limit"] == pytest.approx(2.140259, rel=1e-4)
     assert found["elastic stop", "peak_force"]["values"][-1] == pytest.approx(924.45, rel=1e-3)
     assert found["elastic stop", "second_impact"]["values"][-1] == pytest.approx(0.86535, abs=2e-4)
     assert found["Kelvin-Voigt", "second_impact"]["verdict"] == "converged"
-    assert found["Kelvin-Voigt", "peak_force"]["verdict"] == "not converging"
-    assert found["dissipation, elements", "second_impact"]["verdict"] == "converged"
-    assert found["dissipation, steps", "second_impact"]["verdict"] == "not converging"
+    assert found["Kelvin-Voigt", "peak_force"]["verdict"] == "not determined"
+    # the mesh of an undamped beam: what agrees from level to level is a number of the scheme
+    assert found["dissipation, elements", "second_impact"]["verdict"] == "not determined"
+    assert found["dissipation, steps", "second_impact"]["verdict"] in ("not converging", "not confirmed")
 
 
 @pytest.mark.slow
