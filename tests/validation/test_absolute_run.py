@@ -126,11 +126,13 @@ def test_rebound_of_a_stiff_bar_with_friction_is_the_closed_form():
     assert turned[0].time == pytest.approx(deepest, abs=2e-4)
 
 
-def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
+@pytest.mark.parametrize("root", [(), ("root.kind=hub", "root.inertia=0.1", "root.torque=1")], ids=["pin", "hub"])
+def test_variables_are_those_of_the_nodal_model_with_another_mechanics(root):
     """A falling beam, smooth enough to compare: the same names, dimensions, frames and signs."""
     words = ["contact.enabled=false", "end_time=0.2", "discretization.frame=mean-axis", "initial.angle=0.3"]
     nodal = ["discretization.method=fem", "discretization.modes=0", "solver.free_step=2e-5"]
     words += ["beam.kelvin_voigt=1e-3", "discretization.elements=12", "solver.output_interval=1e-2"]
+    words += root
     scenario = Scenario.builtin("paper", [*words, "discretization.method=absolute"])
     found = simulate_absolute(scenario, sections=replace(ElasticSections.of(scenario), rotary=lambda x: 0.0 * x))
     known = simulate(Scenario.builtin("paper", [*words, *nodal]))

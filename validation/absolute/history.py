@@ -31,6 +31,8 @@ from validation.absolute.sections import Array, ElasticSections
 _BLOCK = 512
 #: Gauss points through which section forces are read at a station
 _NEAREST = 4
+#: iterations for the mean axis with a hub: the angle is small, each squares the error
+_NEWTON = 6
 
 
 def simulate(
@@ -142,12 +144,16 @@ class _Frame:
         """Angle (rad) and angular velocity (rad/s) of the floating frame at the samples."""
         if self.scenario.discretization.frame == "tangent":
             return self.q[:, 2], self.v[:, 2]
-        # the mean axis: places have no static moment about the radius, int m (r + x) u_y dx = 0
+        # the mean axis: int m (r + x) u_y dx = 0 with the turn of the hub, + J_h (phi(0) - theta)
         static = (self.beam.M[::NODE, ::NODE] @ (self.beam.radius + self.beam.x)).astype(complex)
         sums, rates = _complex(self.q) @ static, _complex(self.v) @ static
-        near = self.q[:, 2::NODE].mean(axis=1)
+        near, hub = self.q[:, 2::NODE].mean(axis=1), self.sections.hub_inertia
         theta = near + np.angle(sums * np.exp(-1j * near))
-        return theta, np.imag(sums.conj() * rates) / np.abs(sums) ** 2
+        for _ in range(_NEWTON if hub > 0.0 else 0):
+            turned = sums * np.exp(-1j * theta)
+            theta = theta + (turned.imag + hub * (self.q[:, 2] - theta)) / (turned.real + hub)
+        turned, turning = sums * np.exp(-1j * theta), rates * np.exp(-1j * theta)
+        return theta, (turning.imag + hub * self.v[:, 2]) / (turned.real + hub)
 
     def _displacement(self, weights: Array, x: Array) -> tuple[Complex, Complex]:
         """Displacements u_x + i u_y (m) and their rates in the frame, of places that `weights` take from nodes."""

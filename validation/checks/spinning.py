@@ -48,7 +48,7 @@ def _worst(item: str, method: str, direction: str) -> Measurement:
     # the tension at the root is eta² (1 + 2 radius)/2
     growth = ((eta / 6.0) ** 2 * (1.0 + 2.0 * radius)) ** 2 if method == "modal" else 1.0
     # references have 12 digits
-    allowed = _ACCURACY[method] * growth * exact + 5e-12 * np.maximum(exact, 1.0)
+    allowed = _ACCURACY[method] * growth * exact + 1e-11 * np.maximum(exact, 1.0)
     k = int(np.argmax(np.abs(computed - exact) / allowed))
     held = {"c": "clamped", "h": "hinged"}[root]
     quantity = f"{direction}wise frequency {k + 1}, {held}, hub {radius:g} L, spin {eta:g}, {_NAMES[method]}"
