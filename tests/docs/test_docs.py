@@ -129,6 +129,9 @@ def test_the_tutorial_is_a_notebook_whose_cells_run(tmp_path, monkeypatch, capsy
     shown = [eval(cell.strip().splitlines()[-1], names) for cell in cells[3:5]]
     assert shown[0]._repr_png_().startswith(b"\x89PNG")
     assert "data:image/png" in shown[1]._repr_html_()
+    assert repr(names["study"]).splitlines()[1:] == [
+        f"  {name}: {names['study'].quantity(name).analysis.words}" for name in ("impulse", "peak_force")
+    ]
     said = capsys.readouterr().out
     assert "paper, 1 s, 3 collisions:\n" in said
     assert names["history"].outcome.label == "completed"

@@ -88,7 +88,7 @@ class LadderResult:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StudyResult:
     """A study with everything it found.
 
@@ -115,6 +115,13 @@ class StudyResult:
     def quantity(self, name: str, ladder: int = 0) -> QuantityResult:
         """Return the result of a quantity on a ladder (by number from 0); raises KeyError."""
         return self.ladders[ladder].quantity(name)
+
+    def __repr__(self) -> str:
+        """Say in a line each what was found: for a prompt or a notebook."""
+        lines = [f"<StudyResult: {', '.join(found.ladder.name for found in self.ladders)}; {self.seconds:.1f} s>"]
+        for found in self.ladders:
+            lines += [f"  {item.quantity.name}: {item.analysis.words}" for item in found.results]
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
