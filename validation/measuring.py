@@ -209,7 +209,7 @@ def _measure(row: Row, quantities: Sequence[str], history: History) -> None:
             row["values"][name], row["gaps"][name] = math.nan, str(gap)
     row["regime"] = regime(history)
     row["outcome"] = history.outcome.label
-    row["message"] = "" if history.outcome is Outcome.COMPLETED else history.outcome.sentence
+    row["message"] = "" if history.outcome is Outcome.COMPLETED else history.summary["message"]
     row["stopped_at"] = history.end_time
     row["steps"], row["events"] = history.steps, len(history.events)
     row["energy"] = max(abs(history.balance[key]) for key in ("initial", "final"))

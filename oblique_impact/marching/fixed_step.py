@@ -53,8 +53,8 @@ def _step(system: Any, phase: Phase, t: float, y: Array, h: float, s: Scratch) -
 
 
 @jitable
-def _judge(phase: Phase, c: Instant, stopping_time: float) -> int:
-    """Guard that fell at the end of a step, or NO_GUARD."""
+def _judge(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> int:
+    """Guard that fell at the end of a step, or NO_GUARD; a slip velocity within `rounding` (m/s) has no sign."""
     if phase.state == FREE:
         return NORMAL if phase.watched and phase.side * c.gap < 0.0 and phase.side * c.gap_rate < 0.0 else NO_GUARD
     if c.normal_force <= 0.0:
@@ -66,9 +66,9 @@ def _judge(phase: Phase, c: Instant, stopping_time: float) -> int:
         return NO_GUARD if sticks else JUDGED
     if sticks:
         return JUDGED
-    if c.slip_rate < phase.lower:
+    if c.slip_rate < phase.lower - rounding:
         return LOWER
-    if c.slip_rate > phase.upper:
+    if c.slip_rate > phase.upper + rounding:
         return UPPER
     return NO_GUARD
 
@@ -106,7 +106,7 @@ def march_fixed(
         if status != 0:
             break
         peak, depth = max(peak, c.normal_force), max(depth, -c.gap)
-        guard = _judge(phase, c, stopping_time)
+        guard = _judge(phase, c, stopping_time, s.tolerances.velocity)
         if guard != NO_GUARD:
             reason = AT_GUARD
             break

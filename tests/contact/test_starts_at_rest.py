@@ -65,3 +65,14 @@ def test_a_beam_at_rest_that_nothing_presses_on_the_slope_flies():
     history = simulate(resting(-0.2, 0.3, 0.3, "mean-axis", "modal", 4, "event", end_time=0.01, gravity=0.0))
     assert history.outcome is Outcome.COMPLETED
     assert not history.events
+
+
+def test_fixed_steps_take_no_rounding_for_a_reversal():
+    """A steep beam on a hub: in its first step the tip slips by less than what rounding makes of its speed."""
+    start = (-1.5, 0.785398, 0.5, "tangent", "fem", 2, "fixed-step")
+    on_hub = {"root__kind": "hub", "root__hub_radius": 0.3, "root__inertia": 0.1}
+    origin = {"slope__origin": [1.3 * math.cos(start[1]), 1.3 * math.sin(start[1])]}
+    scenario = resting(*start, end_time=2e-3).replace(**on_hub, **origin, solver__contact_step=1e-6)
+    history = simulate(scenario)
+    assert history.outcome is Outcome.COMPLETED
+    assert [e.kind.value for e in history.events] == ["impact"]
