@@ -196,7 +196,10 @@ class FloatingBeam(_Beam):
 
     @cached_property
     def _modes(self):
-        """Modes of the mesh (2 nodes, n) with the mass of the beam, positive at the tip; or all unknowns."""
+        """Modes of the mesh (2 nodes, n) with the mass of the beam, positive at the tip; or all unknowns.
+
+        In the mean-axis frame the root turns in them, and its hub with it.
+        """
         s, d = self.scenario, self.scenario.discretization
         free = np.arange(2 if d.frame == "tangent" else 1, 2 * self.nodes.size)
         if d.modes == 0:
@@ -205,6 +208,8 @@ class FloatingBeam(_Beam):
         stiffness = s.beam.youngs_modulus * self.second_moment(self.points) * self.weights
         M = values.T @ (self.mass[:-1, None] * values)
         M[-2, -2] += s.beam.tip_mass
+        if d.frame == "mean-axis":
+            M[0, 0] += self.hub_inertia
         _, modes = eigh(curvatures.T @ (stiffness[:, None] * curvatures), M)
         rigid = 0 if d.frame == "tangent" else 1
         modes = modes[:, rigid : rigid + d.modes] * np.sqrt(self.mass.sum())
@@ -234,11 +239,16 @@ class FloatingBeam(_Beam):
         b = self.scenario.beam
         stiffness = b.youngs_modulus * self.second_moment(self.points) * self.weights
         bending = (self.Bd @ self.curvatures.T) ** 2 @ stiffness
-        return b.kelvin_voigt * bending + b.mass_proportional * (self.Bd @ self.values.T) ** 2 @ self.mass
+        moving = (self.Bd @ self.values.T) ** 2 @ self.mass + self.hub_inertia * (self.Bd @ self.root_slope) ** 2
+        return b.kelvin_voigt * bending + b.mass_proportional * moving
 
     @cached_property
     def hub_spin(self):
         return self.spin + self.Bd @ self.root_slope
+
+    def turned(self, B):
+        """Sum of m (r + x) u_y + J_h phi(0), in the frame, of deflections or of their rates B (samples, n)."""
+        return B @ self.values.T @ (self.mass * self.arms) + self.hub_inertia * (B @ self.root_slope)
 
     def gradients(self, k):
         """Derivatives by q, in the frame, of places of mass (points, n + 1) and of the contact point (n + 1,)."""
@@ -295,8 +305,7 @@ class ExactBeam(_Beam):
         if s.discretization.frame == "tangent":
             self.theta, self.spin = self.q[:, 2], self.qd[:, 2]
         else:
-            axis, rate = self.z_points @ arms, self.v_points @ arms
-            self.theta, self.spin = np.unwrap(np.angle(axis)), np.imag(rate / axis)
+            self.theta, self.spin = self._mean_axis(self.z_points @ arms, self.v_points @ arms)
         turn = np.exp(-1j * self.theta)[:, None]
         u = turn * self.z
         rate = turn * self.v - 1j * self.spin[:, None] * u
@@ -307,6 +316,27 @@ class ExactBeam(_Beam):
         self.turning = (self.qd[:, 2::3] @ points.T) * np.append(rotary, 0.0)
         self.drag = np.zeros_like(self.z_points)
         self.hub_spin = self.qd[:, 2]
+
+    def _mean_axis(self, sums, rates):
+        """Angle from which deflections, times m (r + x), and the turn of the hub, times its inertia, sum up to 0.
+
+        With A the sum of m (r + x) z, and the angles a of A and phi of the hub, y = a - theta solves
+        |A| sin y + J_h (y - (a - phi)) = 0, between 0 and a - phi: halved until it is a point.
+        """
+        size, whole = np.abs(sums), np.angle(sums * np.exp(-1j * self.q[:, 2]))
+        near, far = np.zeros(whole.size), np.ones(whole.size)
+        for _ in range(60):
+            middle = 0.5 * (near + far)
+            y = middle * whole
+            beyond = (size * np.sin(y) + self.hub_inertia * (y - whole)) * np.sign(whole) > 0.0
+            near, far = np.where(beyond, near, middle), np.where(beyond, middle, far)
+        y = 0.5 * (near + far) * whole
+        # the time derivative of that equation, with A' = (|A|' + i |A| a') e^{i a}
+        growth, turn = np.real(rates * np.conj(sums)) / size, np.imag(rates / sums)
+        y_dot = (self.hub_inertia * (turn - self.qd[:, 2]) - growth * np.sin(y)) / (
+            size * np.cos(y) + self.hub_inertia
+        )
+        return self.q[:, 2] + whole - y, turn - y_dot
 
     @cached_property
     def kinetic(self):
