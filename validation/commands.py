@@ -13,7 +13,7 @@ from oblique_impact.command_line.words import (
     JsonOption,
     ScenarioArgument,
     SetOption,
-    print_expected,
+    minutes,
     print_note,
     print_result,
 )
@@ -49,9 +49,8 @@ def validate(
 
     repeat = command_line("validate", out=out, only=only, quick=quick, workers=workers)
     checks = select(only or [], quick)
-    print_expected(f"{len(checks)} checks", sum(check.seconds for check in checks), workers)
-
-    with counting_bar("checks") as show:
+    expected = minutes(f"{len(checks)} checks", sum(check.seconds for check in checks), workers)
+    with counting_bar("checks", note=expected) as show:
         results = compute(out, only or [], quick, workers, show, repeat)
     failed = [result for result in results if result.verdict == "fail"]
     for result in failed:
@@ -191,8 +190,8 @@ def reproduce(
     from validation.reproduction.command import SECONDS, lines
     from validation.reproduction.command import reproduce as compute
 
-    print_expected("figures 2 to 16 and 31 claims", SECONDS, workers)
-    with counting_bar("reproduce") as show:
+    expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
+    with counting_bar("reproduce", note=expected) as show:
         result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
     print_result(lines(result), lambda: _written(out), as_json)
 

@@ -22,15 +22,19 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def counting_bar(title: str, console: Console | None = None, rate: str = "") -> Iterator[OnProgress]:
+def counting_bar(
+    title: str, console: Console | None = None, rate: str = "", note: str = ""
+) -> Iterator[OnProgress]:
     """Show a bar while the block runs, on standard error or on `console`; yields an `on_progress`.
 
     Nothing is drawn where that is not a terminal; what is compiled is said there too.  With `rate`, the name of
-    what is counted, the bar tells how many are done in a second.
+    what is counted, the bar tells how many are done in a second.  A `note` is said when the first one begins.
     """
     with _shown(Bar(console or Console(stderr=True), counting_columns(title, rate), last=""), "last") as bar:
 
         def show(progress: Progress) -> None:
+            if note and progress.done == 0:
+                bar.write_line(f"oblique-impact: {note}")
             last = progress.last if progress.done < progress.total else "writing"
             bar.set_fields(completed=progress.done, total=progress.total, last=last)
 
@@ -104,8 +108,9 @@ class Bar(RichProgress):
 
     def write_line(self, line: str) -> None:
         """Write a line that stays, above the bar; to a file or a pipe too."""
+        whole = not self._console.file.isatty()  # else rich breaks it between words
         with suppress(OSError):
-            self.console.print(line, soft_wrap=True, markup=False, highlight=False)
+            self.console.print(line, soft_wrap=whole, markup=False, highlight=False)
 
     def set_fields(self, **fields: Any) -> None:
         """Update the task."""

@@ -94,16 +94,16 @@ def print_text(text: str) -> None:
             raise InputError(f"standard output: cannot be written: {error.strerror}") from None
 
 
-def print_expected(what: str, seconds: float, workers: int | None) -> None:
-    """Say how long many computations take that need so many seconds of one core, before they begin.
+def minutes(what: str, seconds: float, workers: int | None) -> str:
+    """Return how long many computations take that need so many seconds of one core; nothing if that is short.
 
     `seconds` are those of a fast machine with compiled kernels; slow ones take three times as long.
     """
     used = min(workers or cores(), cores())
     least = seconds / used / 60.0
-    if least > 0.5:
-        where = "1 core" if used == 1 else f"{used} cores"
-        print_note(f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {where}")
+    if least <= 0.5:
+        return ""
+    return f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {used} core{'s'[: used > 1]}"
 
 
 def print_note(line: str) -> None:

@@ -141,7 +141,7 @@ class Kernel:
         It is kept, because numba takes 0.2 ms to find the types of the arguments.  They are the same at each call;
         what unpacks them still refuses objects of other types.
         """
-        _compilations.names[self._compiled] = f"{self._name} for {getattr(classes[0], 'described', 'a system')}"
+        _compilations.names[self._compiled] = _told(self._name, classes[0])
         with preparing():
             kinds = tuple(map(numba.typeof, arguments))
             self._compile(kinds)
@@ -170,6 +170,12 @@ class Kernel:
     def _compiled(self) -> Any:
         with cached_on_disk() as cached:
             return numba.njit(cache=cached, **_OPTIONS)(self._function)
+
+
+def _told(name: str, system: type) -> str:
+    """Return the name of a kernel with the kind of system that it is compiled for, if that has one."""
+    kind = getattr(system, "described", "")
+    return f"{name} for {kind}" if kind else name
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:

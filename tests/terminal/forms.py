@@ -69,6 +69,7 @@ def demo() -> list[str]:
 def prepare(form: Form, folder: Path, run: Path) -> None:
     """Put into `folder` what the command reads: the page's files, and `run` for every history."""
     for name, text in files_of(form.page).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     (folder / "small.toml").write_text(SWEEP, encoding="utf-8")
     understood = parse(list(form.words))
