@@ -124,6 +124,8 @@ def _lowest_elastic_frequency(which: Undeformed) -> float:
     w = (half * weights).ravel()
     masses, stiffnesses = sections.mass_per_length(x * length), sections.bending_stiffness(x * length)
     mass, stiffness = float(masses.max()), float(stiffnesses.max())  # scales, that extremes do not overflow
+    if not (0.0 < mass < math.inf and 0.0 < stiffness < math.inf):
+        return 0.0  # of no beam; one that is to be marched is refused
     # point masses of the quadrature and the tip's, their distances from the axis, all over length and scales
     points = np.append(w * (masses / mass), sections.tip_mass / (mass * length))
     arms = sections.hub_radius / length + np.append(x, 1.0)
@@ -134,7 +136,7 @@ def _lowest_elastic_frequency(which: Undeformed) -> float:
     values = legendre.legval(2.0 * np.append(x, 1.0) - 1.0, shapes)
     curvatures = 4.0 * legendre.legval(2.0 * x - 1.0, legendre.legder(shapes, 2))
     turns = np.zeros(_SHAPES)
-    hub = sections.hub_inertia / (mass * length**3)
+    hub = sections.hub_inertia / (mass * length**3) if sections.hub_inertia > 0.0 else 0.0
     if which.root.kind != "driven":  # each takes so much of the rigid rotation that it has no angular momentum
         turns = -(values * points) @ arms / (points @ arms**2 + hub)
         values = values + np.outer(turns, arms)
