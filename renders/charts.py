@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -32,6 +32,7 @@ _FAINT = 0.22
 _LABEL, _AXIS = 9.5, 10.5  # points, where text has 10
 _BAND, _EDGE = 0.13, 0.45  # strength of a band and of its edges over that of its line
 _PLACES = 7  # decimals of a label at most
+_PREFIXES = ((1e10, 1e9, "G"), (1e7, 1e6, "M"), (1e4, 1e3, "k"))  # from which value on, size, name
 _MULTIPLES = 200_000  # of a step in the whole run: more are not tried
 
 
@@ -50,7 +51,7 @@ class Chart:
     """A chart as two pictures, one for the past and one for the future, of some size (pixels).
 
     Its horizontal axis is the film time of `timeline`, the vertical one has a `label` with its unit.  The `story`
-    has the colours; the contacts of its first run are shaded.
+    has the colours; the contacts of its first run are shaded.  Large numbers have a prefix to their unit.
     """
 
     def __init__(
@@ -63,6 +64,7 @@ class Chart:
         letters: Letters,
     ) -> None:
         self._theme, self._course, self._letters = story.style.colours, timeline.course, letters
+        curves, label = in_short_numbers(curves, label, timeline.course)
         self._spans = [(c.start, c.end) for c in story.histories[0].contacts]
         self._past, self._box = self._draw(curves, label, size, 1.0)
         self._future, _ = self._draw(curves, label, size, _FAINT)
@@ -160,6 +162,17 @@ class Chart:
         picture.paste(self._past.crop((0, 0, round(x), picture.height)), (0, 0))
         ImageDraw.Draw(picture).line([(round(x), top), (round(x), bottom)], fill=self._theme.ink, width=1)
         return picture
+
+
+def in_short_numbers(curves: Sequence[Curve], label: str, course: TimeMap) -> tuple[list[Curve], str]:
+    """Return curves and their label, "force (N)", in thousands, "force (kN)", or more where they become large."""
+    first, last = course.times[[0, -1]]
+    shown = [np.abs(curve.values[(curve.time >= first) & (curve.time <= last)]) for curve in curves]
+    largest = max((float(values[np.isfinite(values)].max(initial=0.0)) for values in shown), default=0.0)
+    size, prefix = next(((size, name) for least, size, name in _PREFIXES if largest >= least), (1.0, ""))
+    if size == 1.0:
+        return list(curves), label
+    return [replace(curve, values=curve.values / size) for curve in curves], label.replace("(", f"({prefix}", 1)
 
 
 def _frame(size: tuple[int, int], letters: Letters) -> tuple[float, float, float, float]:

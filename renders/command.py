@@ -24,7 +24,7 @@ from renders.overview import overview_figure
 from renders.presets import BARE, PRESETS
 from renders.story import Story, story_of
 from renders.style import Style
-from renders.timeline import FPS, Timeline, make_timeline
+from renders.timeline import FPS, SECONDS, Timeline, make_timeline
 from renders.title import name_of
 
 #: a run, or where it lies
@@ -167,7 +167,11 @@ def render(
     called = list(names) or [_name(source, number, sources) for number, source in enumerate(sources, start=1)]
     preset: dict[str, Any] = PRESETS[default.preset].film if default.preset else {}
     given = {"fps": fps, "seconds": seconds, "title_card": title_card}
-    film = {"fps": FPS, "title_card": 0.0} | preset | {name: v for name, v in given.items() if v is not None}
+    film = (
+        {"fps": FPS, "seconds": SECONDS, "title_card": 0.0}
+        | preset
+        | {name: v for name, v in given.items() if v is not None}
+    )
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         several = _checked(sources, called, kind, magnify_difference)
@@ -177,7 +181,7 @@ def render(
             called,
             speed,
             contact_speed,
-            seconds=film.get("seconds"),
+            seconds=film["seconds"] if kind == FILM else None,
             difference=magnify_difference or 1.0,
         )
         if kind == FILM:

@@ -75,7 +75,8 @@ class Story:
     speed, contact_speed : float or None
         Physical over film time in flight and in contact; None chooses them.
     seconds : float or None
-        How long a film of the whole run lasts (s), where speeds are chosen.
+        How long a film of the whole run lasts (s), where speeds are chosen; None: about
+        `renders.timeline.SECONDS`, at round rates.
     difference : float
         The second of two runs is drawn so many times as far from the first as it is; 1: as it is.
     """

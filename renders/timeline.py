@@ -87,23 +87,23 @@ def time_map(
     contact_speed: float | None = None,
     seconds: float | None = None,
 ) -> TimeMap:
-    """Lay out the course of the film of a run, the same for its films, parts of them, and its page.
+    """Lay out the course of the film of a run, the same for parts of it, and for its page but for the length.
 
     Parameters
     ----------
     history : History
         Its contacts are where time is stretched.
     speed, contact_speed : float, optional
-        Physical over film time in flight and in contact; if neither is given both are chosen so that the film of
-        the run lasts `seconds`, if one is, the other is one of 1, 1/2, 1/5, 1/10...
+        Physical over film time in flight and in contact; what is not given is one of 1, 1/2, 1/5, 1/10..., so
+        that the film of the run lasts about `SECONDS`.
     seconds : float, optional
-        Default: `SECONDS`.
+        If no speed is given the film of the run lasts exactly so long, at rates that are not round.
 
     Raises InputError for values out of range.
     """
-    seconds = SECONDS if seconds is None else seconds
-    if not 1.0 <= seconds <= 3600.0:
-        raise InputError(f"--seconds {seconds:g}: should be from 1 to 3600")
+    aim = SECONDS if seconds is None else seconds
+    if not 1.0 <= aim <= 3600.0:
+        raise InputError(f"--seconds {aim:g}: should be from 1 to 3600")
     for name, value in (("--speed", speed), ("--contact-speed", contact_speed)):
         if value is not None and not 0.0 < value <= 1e6:
             raise InputError(f"{name} {value:g}: should be a positive number")
@@ -112,14 +112,16 @@ def time_map(
         return TimeMap(np.array([first]), np.zeros(1), np.ones(1))
     spans = np.array([(contact.start, contact.end) for contact in history.contacts]).reshape(-1, 2)
     inside = float(np.sum(spans[:, 1] - spans[:, 0]))
-    free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * seconds))
-    closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * seconds)), free)
+    free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * aim))
+    closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * aim)), free)
     grid = _grid(first, last, spans)
     rate = _rates(grid, spans, free, closed)
     film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rate[1:] + 1.0 / rate[:-1]))])
     course = TimeMap(grid, film, rate)
+    if seconds is None or speed or contact_speed:
+        return course
     # rounded rates and the ramps around contacts take another time than was asked for
-    return course if speed or contact_speed else course.slowed(seconds / course.duration)
+    return course.slowed(seconds / course.duration)
 
 
 def make_timeline(

@@ -126,10 +126,17 @@ def _facts(story: Story, frame_times: Array) -> dict[str, Any]:
         "states": [state.name for state in State],
         "state_colours": list(STATE_COLOURS),
         "colours": [to_hex(ramp(k / (_STOPS - 1))) for k in range(_STOPS)],
-        "outcome": "" if history.outcome is Outcome.COMPLETED else history.outcome.sentence,
+        "outcome": _why_it_stopped(history),
         "warnings": warnings_of([history]),
         "model": "; ".join(parameters(scenario)[1:]),
     }
+
+
+def _why_it_stopped(history: History) -> str:
+    """Return what ended a run before its end time, with its numbers where they are known; nothing of others."""
+    if history.outcome is Outcome.COMPLETED:
+        return ""
+    return str(history.summary.get("message") or history.outcome.sentence)
 
 
 def _events(history: History, frame_times: Array) -> list[dict[str, Any]]:

@@ -93,6 +93,24 @@ def test_a_curve_has_at_the_label_of_a_time_its_value_then(story, figures):
     assert axes.get_xlabel() == "time (s), stretched around contacts"
 
 
+@pytest.mark.parametrize(
+    ("factor", "label", "size"), [(1.0, "force (N)", 1.0), (1e3, "force (kN)", 1e3), (2e5, "force (MN)", 1e6)]
+)
+def test_large_numbers_have_a_prefix_to_their_unit(story, figures, factor, label, size):
+    """Forces of a few hundred N, and so many times as large: what the labels say is what the curves show."""
+    curves = [replace(curve, values=factor * curve.values) for curve in force_curves(story)]
+    timeline = make_timeline(story.time_map, between=(0.3, 0.34))
+    Chart(curves, "force (N)", (600, 260), timeline, story, Letters(1.0))
+    axes = figures[0].axes[0]
+    assert axes.get_ylabel() == label
+    said = [item.get_text().replace("−", "-") for item in axes.get_yticklabels()]
+    assert max(map(len, said)) <= 5
+    np.testing.assert_allclose([float(text) for text in said], axes.get_yticks())
+    inside = (curves[0].time >= 0.3) & (curves[0].time <= 0.34)
+    drawn = max(line.get_ydata().max() for line in axes.lines if len(line.get_ydata()))
+    assert drawn * size == pytest.approx(curves[0].values[inside].max(), rel=0.02)
+
+
 def test_the_legend_of_a_chart_has_the_colours_of_its_curves(story, figures):
     Chart(energy_curves(story), "energy (J)", (900, 260), make_timeline(story.time_map), story, Letters(1.0))
     legend = figures[0].axes[0].get_legend()

@@ -48,6 +48,13 @@ def comment(file: Path) -> str:
         return picture.info["Comment"]
 
 
+def subject(file: Path) -> str:
+    """Subject of a PDF: a string whose parentheses and backslashes have one before them (ISO 32000-1, 7.3.4.2)."""
+    (found,) = re.findall(rb"/Subject \(((?:\\.|[^\\)])*)\)", file.read_bytes(), re.DOTALL)
+    text = re.sub(rb"\\(.)", rb"\1", found, flags=re.DOTALL)
+    return text.decode("utf-16" if text.startswith(b"\xfe\xff") else "latin-1")
+
+
 @pytest.mark.parametrize("suffix", ["mp4", "gif", "webp"])
 def test_films(history, tmp_path, suffix):
     file = render(history, tmp_path / f"film.{suffix}", SMALL, frames=3).file
@@ -72,7 +79,9 @@ def test_films_and_stills_of_a_run_with_warnings(warned, tmp_path, suffix):
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_charts_of_a_run_with_warnings(warned, tmp_path, suffix):
     file = overview_figure({"paper": warned}, tmp_path / f"overview.{suffix}")
-    found = comment(file) if suffix == "png" else html.unescape(file.read_bytes().decode("latin-1"))
+    found = {"png": comment, "svg": lambda svg: html.unescape(svg.read_text("utf-8")), "pdf": subject}[suffix](
+        file
+    )
     assert all(warning in found for warning in warned.summary["warnings"])
 
 

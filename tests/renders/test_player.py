@@ -184,14 +184,16 @@ def test_a_run_that_blew_up_still_makes_a_page(run):
         data[name].values[-1] = value
     data["uy"].values[-1] = 1e9
     data["moment"].values[-2] = 1e15
-    blown = replace(history, data=data, summary=history.summary | {"outcome": "diverged"})
+    blown = replace(history, data=data, summary=history.summary | {"outcome": "diverged", "message": "it is so"})
     arrays, facts = content(blown)
     sound = np.abs(history["bending_stress"].values).max()
     stress = facts["results"][0]
     assert stress["name"] == "bending_stress"
     assert 0.5 * sound < stress["limit"] < 2.0 * sound
     assert [text[0] for _, text in stress["ticks"]][::4] == ["≤", "≥"]
-    assert "not valid here" in facts["outcome"]
+    assert facts["outcome"] == "it is so"
+    untold = {name: value for name, value in blown.summary.items() if name != "message"}
+    assert "not valid here" in content(replace(blown, summary=untold), 20)[1]["outcome"]
     assert np.isinf(arrays["frame_moment"][-1]).all()
     assert np.isinf(arrays["frame_uy"][-1]).all()
     assert np.isfinite(arrays["frame_uy"][:-1]).all()

@@ -255,8 +255,41 @@ def test_the_keyboard_meets_the_transport_first_and_each_list_once(player):
         if met[-1] in met[:-1]:
             break
     assert met[:9] == ["play", "slider", "speed", "loop", "home", "event-back", "back", "forward", "event-forward"]
-    rest = ["end", "theme", "colour", "factor", "zoom-in", "events", "charts-tab", "range"]
-    assert met[9:17] == rest
+    rest = ["end", "warn", "theme", "colour", "factor", "zoom-in", "events", "charts-tab", "range"]
+    assert met[9:18] == rest
+
+
+@pytest.mark.parametrize(("width", "height", "roomy"), [(1280, 900, True), (1000, 700, False), (360, 740, False)])
+def test_what_the_run_warns_of_is_a_press_away(browser, files, run, width, height, roomy):
+    """Open where there is room; opened elsewhere it is read in full, beside the page's pictures or over them."""
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.goto(files().as_uri())
+    settle(page)
+    button, listed = page.locator("#warn"), page.locator("#warnings")
+    count = len(run("paper").summary["warnings"])
+    assert button.text_content() == f"{count} warning{'s' if count > 1 else ''}"
+    assert (listed.is_visible(), button.get_attribute("aria-expanded")) == (roomy, str(roomy).lower())
+    if not roomy:
+        button.click()
+    assert button.get_attribute("aria-expanded") == "true"
+    assert listed.locator("li").all_text_contents() == [
+        f"Warning: {said}" for said in run("paper").summary["warnings"]
+    ]
+    assert listed.evaluate("e => e.scrollHeight <= e.clientHeight && e.scrollWidth <= e.clientWidth")
+    seen = listed.bounding_box()
+    assert seen["x"] >= 0.0
+    assert seen["x"] + seen["width"] <= width
+    middle = [seen["x"] + seen["width"] / 2, seen["y"] + seen["height"] / 2]
+    assert page.evaluate(
+        "at => document.getElementById('warnings').contains(document.elementFromPoint(...at))", middle
+    )
+    page.keyboard.press("Escape")
+    assert not listed.is_visible()
+    page.emulate_media(media="print")
+    settle(page)
+    assert listed.is_visible()  # on paper nothing can be pressed
+    assert not button.is_visible()
+    page.close()
 
 
 def test_arrows_choose_in_a_list(player, run):

@@ -137,6 +137,32 @@ def test_times_below_the_strip_stand_where_the_film_shows_them(player, run):
         assert said[round(time, 3)] == pytest.approx(at, abs=1.0)
 
 
+@pytest.mark.parametrize(("case", "unit", "size"), [("paper", "N", 1.0), ("tapered", "kN", 1e3)])
+def test_labels_of_large_forces_are_short_and_say_what_they_are_in(page, files, run, case, unit, size):
+    """Levels of the axis of forces, which cover those of the run; a rigid stop under a mass has 331 kN."""
+    changes = ("end_time=0.34",) if case == "tapered" else ()
+    page.goto(files(case, "light", *changes).as_uri())
+    page.locator("#range").select_option("whole")
+    written = page.evaluate(
+        """async () => {
+            const seen = [], pen = CanvasRenderingContext2D.prototype, write = pen.fillText;
+            pen.fillText = function (text, ...rest) {
+              if (this.canvas.id === "force") seen.push([text, this.textAlign, this.textBaseline]);
+              return write.call(this, text, ...rest);
+            };
+            player.seek(0.33);
+            await new Promise((r) => requestAnimationFrame(() => requestAnimationFrame(r)));
+            pen.fillText = write;
+            return seen;
+        }"""
+    )
+    assert [text for text, *_ in written if text.endswith("N")] == [unit]
+    levels = [text.replace("−", "-") for text, align, line in written if (align, line) == ("right", "middle")]
+    assert max(map(len, levels)) <= 4
+    peak = float(np.nanmax(run(case, *changes)["lambda_n"].values))
+    assert 0.5 * peak < size * max(map(float, levels)) <= 1.2 * peak
+
+
 def test_a_beam_that_is_drawn_thicker_is_said_to_be(page, files, run):
     """The round end of a beam of 10 m, over its radius in the scale by which its tip moves."""
     page.goto(files("spin-up").as_uri())

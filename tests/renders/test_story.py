@@ -17,7 +17,7 @@ from renders.player.packing import unpacked
 from renders.player.payload import payload
 from renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
 from renders.style import Style
-from renders.timeline import make_timeline
+from renders.timeline import SECONDS, make_timeline
 from tests.renders.writing import texts, written
 
 QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
@@ -110,6 +110,13 @@ def test_film_and_page_show_a_physical_time_at_the_same_film_time(run):
     course = make_timeline(story.time_map).course
     np.testing.assert_array_equal(arrays["frame_film"], course.film_at(arrays["frame_time"]))
     np.testing.assert_array_equal(arrays["frame_rate"], course.rate_at(arrays["frame_time"]))
+
+
+def test_a_film_of_the_usual_length_runs_as_the_page_stretched_evenly(run):
+    page, film = (story_of([run("paper")], seconds=seconds).time_map for seconds in (None, SECONDS))
+    assert film.duration == pytest.approx(SECONDS)
+    times = np.linspace(0.0, 1.0, 501)
+    np.testing.assert_allclose(film.film_at(times) / SECONDS, page.film_at(times) / page.duration, atol=1e-9)
 
 
 def test_two_histories_have_one_scale_and_one_factor(run, monkeypatch):

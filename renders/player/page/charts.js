@@ -92,8 +92,18 @@ function drawChart(chart, moment, window) {
   drawCursor(c, chart, area, moment, now, y);
 }
 
+const PREFIXES = [[1e10, 1e9, "G"], [1e7, 1e6, "M"], [1e4, 1e3, "k"], [0, 1, ""]]; // from which value on, size, name
+
+/** Size and name of the unit in which the labels of an axis stay short. */
+function shortUnit({ range, unit }) {
+  const largest = Math.max(...range.map(Math.abs));
+  const [, size, prefix] = (unit !== "mm" && PREFIXES.find(([least]) => largest >= least)) || PREFIXES.at(-1);
+  return [size, prefix + unit];
+}
+
 function drawAxes(c, chart, area, x, y) {
-  const across = ticks(...chart.window, area.w / 85), up = ticks(...chart.range, area.h / 34);
+  const [size, unit] = shortUnit(chart);
+  const across = ticks(...chart.window, area.w / 85), up = ticks(...chart.range.map((v) => v / size), area.h / 34);
   c.lineWidth = 1;
   c.textBaseline = "top";
   for (const t of across.values) {
@@ -109,15 +119,15 @@ function drawAxes(c, chart, area, x, y) {
   c.textBaseline = "middle";
   for (const v of up.values) {
     c.fillStyle = Math.abs(v) < 1e-12 ? colour.line : colour.grid;
-    c.fillRect(area.x, Math.round(y(v)), area.w, 1);
+    c.fillRect(area.x, Math.round(y(size * v)), area.w, 1);
     c.fillStyle = colour.dim;
-    c.fillText(fixed(v, up.decimals), area.x - 6, y(v));
+    c.fillText(fixed(v, up.decimals), area.x - 6, y(size * v));
   }
   c.save();
   c.translate(11, area.y + area.h / 2);
   c.rotate(-Math.PI / 2);
   c.textAlign = "center";
-  c.fillText(chart.unit, 0, 0);
+  c.fillText(unit, 0, 0);
   c.restore();
 }
 

@@ -113,6 +113,22 @@ function followFragment() {
   if (wanted.has("play") && !calm.matches) play();
 }
 
+const ROOMY = window.matchMedia("(min-width: 900px) and (min-height: 800px)");
+
+/** What the run warns of is open where there is room for it; its number is always seen, and opens it. */
+function connectWarnings() {
+  const button = $("warn");
+  if (!button) return;
+  const open = (now) => {
+    $("warnings").hidden = !now;
+    button.setAttribute("aria-expanded", String(now));
+  };
+  open(ROOMY.matches);
+  button.addEventListener("click", () => open($("warnings").hidden));
+  button.addEventListener("mousedown", (event) => event.preventDefault());
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") open(false); });
+}
+
 function connect() {
   const actions = {
     play: toggleByHand, home: KEYS.Home, end: KEYS.End, back: () => step(-1), forward: () => step(1),
@@ -148,6 +164,7 @@ function connect() {
   charts.forEach(connectChart);
   connectScene();
   connectTabs();
+  connectWarnings();
 }
 
 readColours();
