@@ -20,16 +20,16 @@ BUSY = rf"^[\w ]+ [{BLOCKS} ]+ +\d:\d\d:\d\d$"
 #: the end of what a command says
 RESULTS = {
     "run": "results: out/",
-    "modes": r"Campbell diagram: campbell\.png",
+    "modes": r"Campbell diagram: [\w/]*campbell\.png",
     "validate": r"\d+ checks, \d+ measurements: all pass; report: out/\w+/report\.html",
     "refine": r"report: out/[\w-]+/report\.html",
     "sweep": "results: out/friction",
     "reproduce": r"\d+ claims: .*; report: out/reproduce/report\.html",
     "compare": r"report: [\w/]+\.html",
     "render": "(picture|written): ",
-    "export": r"(vtkhdf|pvd): \w+\.(vtkhdf|pvd)\s+read by ParaView",
-    "init": r"next: oblique-impact run mine\.toml",
-    "scenarios": r"with a tip mass strikes a rigid slope: nodal model, mesh",
+    "export": r"(vtkhdf|pvd|csv): [\w/]+\.(vtkhdf|pvd|csv)\s+read by ",
+    "init": r"next: oblique-impact run [\w/]+\.toml",
+    "scenarios": r"with a tip mass strikes a rigid slope",
     "schema": r"schema: oblique-impact\.json",
 }
 
