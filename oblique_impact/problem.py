@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.beam.beam import Beam, FullBeam
-from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import build_operators, contiguous
@@ -33,8 +33,6 @@ from oblique_impact.scenario.user_defined import discretization
 NEAR = 0.01
 #: part of the tolerance that the iterations of one implicit step may leave: what they leave adds up
 ITERATIONS = 0.01
-#: 1/s^2; E I/(m L^4) of what can be computed with: the numbers in between go to its square, and far beyond
-FREQUENCY_SQUARES = (1e-60, 1e60)
 #: s; sizes of a beam's angle, deflections and velocities are 1 rad, 1 m and these over the second
 BEAM_TIME = 1.0
 
@@ -42,7 +40,7 @@ BEAM_TIME = 1.0
 def beam_of(scenario: Scenario) -> Beam:
     """Return the discretized beam that a scenario marches: reduced, or nodal without reduction."""
     chosen = scenario.discretization
-    _check_numbers(scenario)
+    check_numbers(Sections.from_scenario(scenario))
     if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
         return Beam(scenario, build_operators(scenario))
     build_nodal = getattr(discretization(chosen.method), "build_nodal", None)
@@ -50,20 +48,6 @@ def beam_of(scenario: Scenario) -> Beam:
         words = "should be at least 1; this discretization has no nodal model (build_nodal)"
         raise InputError(f"discretization.modes = 0: {words}: {chosen.method}")
     return FullBeam(scenario, contiguous(build_nodal(scenario)))
-
-
-def _check_numbers(scenario: Scenario) -> None:
-    """Raise InputError for a beam whose frequencies floating-point numbers cannot hold."""
-    sections, length = Sections.from_scenario(scenario), scenario.beam.length
-    with np.errstate(all="ignore"):
-        x = np.union1d(sections.area.x, sections.second_moment.x)
-        squares = sections.bending_stiffness(x) / (sections.mass_per_length(x) * np.float64(length) ** 4)
-    least, most = FREQUENCY_SQUARES
-    if not np.all((squares >= least) & (squares <= most)):
-        found = np.min(squares) if not np.min(squares) >= least else np.max(squares)
-        square = "youngs_modulus * second_moment/(density * area * length^4)"
-        words = f"is {found:.3g} 1/s^2, should be {least:g} to {most:g}; are the units right?"
-        raise InputError(f"beam: the square of its frequency, {square}, {words}")
 
 
 def beam_problem(beam: Beam) -> Problem:

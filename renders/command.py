@@ -244,6 +244,8 @@ def _checked(sources: list[Source], called: list[str], kind: str, magnify: float
         raise InputError("HISTORY: none given: should be one, two or three")
     for history in histories:
         require_history(history, "render")
+        if "uy" in history and not np.isfinite(history["uy"].values).all(axis=1).any():
+            raise InputError("HISTORY: no sample has a finite shape")
     count = len(histories)
     if kind == PAGE and count > 1:
         raise InputError(f"HISTORY: {count} given: a page shows one")

@@ -157,7 +157,7 @@ def failed(number: int, outcome: str, message: str) -> Row:
 
 
 def same_warnings(runs: Iterable[tuple[str, Sequence[str]]]) -> list[tuple[str, list[str]]]:
-    """Group the warnings of runs by their text: that of the last run that has it, and the labels of all that do.
+    """Group the warnings of runs by their text: that of the first run that has it, and the labels of all.
 
     Texts that differ in their numbers alone are the same.
     """
@@ -165,7 +165,8 @@ def same_warnings(runs: Iterable[tuple[str, Sequence[str]]]) -> list[tuple[str, 
     for label, warnings in runs:
         for warning in warnings:
             kind = re.sub(r"\d[\d.e+-]*", "#", warning)
-            found[kind] = warning, [*found.get(kind, ("", []))[1], label]
+            text, labels = found.get(kind, (warning, []))
+            found[kind] = text, [*labels, label]
     return list(found.values())
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.errors import InputError
 from oblique_impact.scenario.shapes import DEGREE, at, rows_of
 from oblique_impact.scenario.tables import Table
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
+
+#: 1/s^2; E I/(m L^4) of what can be computed with: the numbers in between go to its square, and far beyond
+FREQUENCY_SQUARES = (1e-60, 1e60)
 
 
 @dataclass(frozen=True)
@@ -168,3 +172,17 @@ class Sections:
         middle = 0.5 * (a + b)
         left, centre, right = (self.mass_per_length(s) * (self.hub_radius + s) ** power for s in (a, middle, b))
         return np.asarray((b - a) / 6.0 * (left + 4.0 * centre + right))
+
+
+def check_numbers(sections: Sections) -> None:
+    """Raise InputError for a beam whose frequencies floating-point numbers cannot hold."""
+    with np.errstate(all="ignore"):
+        x = np.union1d(sections.area.x, sections.second_moment.x)
+        masses = sections.mass_per_length(x) * np.float64(sections.length) ** 4
+        squares = sections.bending_stiffness(x) / masses
+    least, most = FREQUENCY_SQUARES
+    if not np.all((squares >= least) & (squares <= most)):
+        found = np.min(squares) if not np.min(squares) >= least else np.max(squares)
+        square = "youngs_modulus * second_moment/(density * area * length^4)"
+        words = f"is {found:.3g} 1/s^2, should be {least:g} to {most:g}; are the units right?"
+        raise InputError(f"beam: the square of its frequency, {square}, {words}")

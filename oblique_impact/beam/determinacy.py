@@ -168,7 +168,7 @@ def _resolving(beam: Beam, viscosity: float) -> str:
     s = beam.scenario
     if s.is_nodal:
         factor = math.sqrt(_least_viscosity(beam) / viscosity)
-        return f"about {_more_elements(s, max(1.0, factor))}"
+        return f"about {_more_elements(s, factor)}"
     return _modes(s, modes_that_resolve(s, viscosity))
 
 
@@ -211,7 +211,8 @@ def modes_for_stop(s: Scenario, stiffness: float, least: int = 2) -> int | None:
 def frame_of_many(s: Scenario) -> str:
     """Return the floating frame for many modes.
 
-    Of a root that turns freely it is the mean axis: first-order kinetics in its tangent frame bear few modes.
+    Of a root that turns freely it is the mean axis: first-order kinetics in its tangent frame bear few modes.  A
+    root at a hub's radius has no mean-axis frame.
     """
     free = s.root.kind != "driven" and s.root.hub_radius == 0.0
     return "mean-axis" if free else s.discretization.frame

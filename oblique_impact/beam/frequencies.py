@@ -12,7 +12,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.linalg import eigvals
 
-from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.operators import Undeformed
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import Scenario, require_scenario
@@ -88,6 +88,7 @@ def natural_frequencies(
     (2, 3)
     """
     require_scenario(scenario, "natural_frequencies")
+    check_numbers(Sections.from_scenario(scenario))
     rates = [float(speed) for speed in speeds]
     if not rates or not all(abs(rate) <= FASTEST for rate in rates):
         shown = ",".join(f"{rate:g}" for rate in rates) or "()"

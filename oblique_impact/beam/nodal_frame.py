@@ -177,7 +177,7 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
 
 @jitable
 def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
-    """Damping forces Cd W' into `own_a`; their power (W)."""
+    """Damping forces Cd W' into the row SCRATCH_A; their power (W)."""
     v, n, power = w.vectors, qd.shape[0], 0.0
     spin = dot(model.vectors[COUPLING], qd) / model.inertia
     band_multiply(model.bands, STIFFNESS_BAND, qd, v[row.SCRATCH_A])

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from typing import Any
+
+from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.determinacy import (
     LIGHT,
     frame_of_many,
@@ -17,7 +21,7 @@ from oblique_impact.scenario.sections import MAX_MODES
 _LEAST = 6
 
 
-def recommended(scenario: Scenario) -> tuple[Scenario, list[str]]:
+def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenario, list[str]]:
     """Return a scenario with the discretization and damping that suit its beam and stop, and why.
 
     Assumed modes where the sections are uniform, else those of finite elements; as many as the stop asks for; the
@@ -27,42 +31,58 @@ def recommended(scenario: Scenario) -> tuple[Scenario, list[str]]:
     ----------
     scenario : Scenario
         Beam, root and contact.
+    kept : collection of str
+        Keys ("section.key") that stay as they are.
 
     Returns
     -------
     tuple of Scenario and list of str
         The scenario and a line for each setting.
+
+    Raises
+    ------
+    InputError
+        For a beam whose numbers cannot be computed with.
     """
-    said = []
+    check_numbers(Sections.from_scenario(scenario))
+    beam, contact = scenario.beam, scenario.contact
+    varies = any(isinstance(value, tuple) for value in (beam.area, beam.second_moment)) or beam.tip_mass > 0.0
     frame = frame_of_many(scenario)
-    varies = isinstance(scenario.beam.area, tuple) or isinstance(scenario.beam.second_moment, tuple)
-    method = "fem" if varies or scenario.beam.tip_mass > 0.0 else "modal"
-    found = scenario.replace(
-        discretization__method=method,
-        discretization__frame=frame,
-        discretization__modes=_LEAST,
-        discretization__elements=MAX_MODES if method == "fem" else scenario.discretization.elements,
-        solver__scheme="event",
-    )
-    said.append(f"discretization.frame: {_FRAMES[frame]}")
-    beam = scenario.beam
-    if not (beam.kelvin_voigt or beam.modal_damping_ratio or beam.mass_proportional):
-        found = found.replace(beam__kelvin_voigt=light_damping(found))
-        share = f"{100.0 * LIGHT:g} % of critical in the first bending mode"
-        said.append(f"beam.kelvin_voigt: {share}, as of a plain metal beam; measure yours")
-    if not scenario.contact.enabled:
-        return found, said
-    if is_stiff(found):
-        count = modes_that_resolve(found, found.beam.kelvin_voigt) if found.beam.kelvin_voigt else MAX_MODES
-        why = "so many resolve the damping, without which a stop this stiff has no limit"
-    else:
-        count = modes_for_stop(found, found.contact.stiffness, _LEAST) or MAX_MODES
-        why = "what so many leave out is stiff against the stop"
-    said.append(f"discretization.modes: {why}; try more (oblique-impact refine)")
-    return found.replace(discretization__modes=min(max(count, _LEAST), MAX_MODES)), said
+    damped = beam.kelvin_voigt or beam.modal_damping_ratio or beam.mass_proportional
+    light = light_damping(scenario)
+    share = f"{100.0 * LIGHT:g} % of critical in the first bending mode, as of a plain metal beam; measure yours"
+    wanted: dict[str, tuple[Any, str]] = {
+        "discretization.method": ("fem", "sections vary") if varies else ("modal", "the sections are uniform"),
+        "discretization.frame": (frame, _FRAMES[frame]),
+        "discretization.kinetics": ("first-order", "enough for small deflections"),
+        "beam.kelvin_voigt": (beam.kelvin_voigt, "as given") if damped else (light, share),
+        "solver.scheme": ("event", "transitions are located"),
+    }
+    wanted = {key: value for key, value in wanted.items() if key not in kept}
+    found = _with(scenario, {key: value for key, (value, _) in wanted.items()})
+    if "discretization.modes" not in kept:
+        count, why = _LEAST, "few are enough"
+        if found.discretization.method == "fem":
+            found = _with(found, {"discretization.elements": max(MAX_MODES, found.discretization.elements)})
+        found = _with(found, {"discretization.modes": _LEAST})
+        if contact.enabled and is_stiff(found) and found.beam.kelvin_voigt > 0.0:
+            count, why = modes_that_resolve(found, found.beam.kelvin_voigt), "resolve the damping"
+        if contact.enabled and contact.normal == "spring":
+            needed = modes_for_stop(found, contact.stiffness, _LEAST) or MAX_MODES + 1
+            if needed >= count:
+                count, why = needed, "leave out little of the stop's flexibility"
+        if count > MAX_MODES:
+            why = 'the most; more are needed: take discretization.method = "fem" and modes = 0, all of its nodes'
+        wanted["discretization.modes"] = max(_LEAST, min(count, MAX_MODES)), why
+        found = _with(found, {"discretization.modes": wanted["discretization.modes"][0]})
+    return found, [f"{key} = {value}: {why}" for key, (value, why) in wanted.items()]
+
+
+def _with(scenario: Scenario, values: dict[str, Any]) -> Scenario:
+    return scenario.replace(**{key.replace(".", "__"): value for key, value in values.items()})
 
 
 _FRAMES = {
-    "mean-axis": "the mean axis bears any number of modes with first-order kinetics",
-    "tangent": "the one for a root that is driven or at a hub's radius",
+    "mean-axis": "bears any number of modes with first-order kinetics",
+    "tangent": "of a root that is driven or at a hub's radius",
 }

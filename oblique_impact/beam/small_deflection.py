@@ -118,7 +118,7 @@ def deflection_warnings(
     return [
         f"largest deflection {deflection:.3g} m, {100.0 * share:.2g} % of the length, {_root(scenario)}: the "
         f"small-deflection model ({d.kinetics} kinetics, {d.frame} frame) is off {off}; "
-        'discretization.method = "absolute" is exact'
+        'discretization.method = "absolute" is exact (on elastic stops)'
     ]
 
 

@@ -29,7 +29,10 @@ def init(
     if recommended:
         from oblique_impact.beam.recommended import recommended as choose
 
-        chosen, notes = choose(Scenario.load(base, changes))
+        # what is given stays; elements take any beam, until it is known whether modes do
+        given = [change.partition("=")[0].strip() for change in changes or []]
+        free = [] if "discretization.method" in given else ["discretization.method=fem"]
+        chosen, notes = choose(Scenario.load(base, [*free, *(changes or [])]), given)
         start_scenario(file, chosen, notes)
     else:
         start_scenario(file, Scenario.load(base, changes) if changes else base)

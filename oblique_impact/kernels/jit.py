@@ -270,7 +270,7 @@ def drop_cache(error: Exception) -> None:
 def say_not_cached(error: Exception) -> None:
     """Say, once, that compiled kernels cannot be kept because of `error`."""
     why = getattr(error, "strerror", None) or error
-    where = "NUMBA_CACHE_DIR names another folder"
+    where = "set NUMBA_CACHE_DIR to a folder that can be written"
     _notice(f"compiled kernels cannot be kept ({why}): every run compiles them again; {where}")
 
 

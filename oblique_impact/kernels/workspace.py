@@ -39,7 +39,7 @@ class Workspace(NamedTuple):
     mass: Array  # (d, d)
     factor: Array  # (d, d) of the mass matrix; banded systems solve in (n + 3, 4)
     effective: Array  # (3, d, d) factors of an implicit scheme's effective matrices; banded (3, n + 3, 4)
-    vectors: Array  # (18, d), see `oblique_impact.kernels.rows`
+    vectors: Array  # (rows, d), see `oblique_impact.kernels.rows`
 
 
 def new_workspace(size: int) -> Workspace:

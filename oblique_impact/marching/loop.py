@@ -5,9 +5,9 @@ It is the same for every system, discretization and scheme.
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -44,8 +44,10 @@ LARGEST_DEFLECTION = 0.5
 #: a run that would need more steps is stopped.  100 s of the paper's beam take 1e6, 10 s of 128 modes some 1e7,
 #: which are hours; for two modes 2e7 are minutes, where another scheme takes seconds
 MOST_STEPS = 2e7
-#: the pace of so many steps tells how many are to come: a few seconds of computing, longer than a contact takes
+#: the pace of so many steps tells how many are to come: seconds of computing with few modes, half a minute with
+#: sixteen, and longer than a contact takes
 _PACE_STEPS = 500_000
+_LONG = 60.0  # s to go, from which on a run says so
 _SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION)  # of a singular problem, maybe
 
 _FAILURES = {
@@ -117,6 +119,7 @@ class Run:
 
     def execute(self) -> Record:
         """March to the end, to the named outcome that stops the physics, or to an interrupt."""
+        self._started = perf_counter()
         record = self.record
         try:
             with hold_interrupts() as let_come:
@@ -173,12 +176,12 @@ class Run:
 
     def _march(self, leg: Leg) -> Progress:
         """March a leg; an interrupt that does come within it takes the state back to where it began."""
-        problem, before, started = self.problem, self._y.copy(), time.perf_counter()
+        problem, before, started = self.problem, self._y.copy(), perf_counter()
         try:
             progress = problem.scheme.march(
                 problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
             )
-            self._pace.learn(progress.steps, time.perf_counter() - started)
+            self._pace.learn(progress.steps, perf_counter() - started)
         except KeyboardInterrupt:
             self._y[:] = before
             raise
@@ -210,6 +213,13 @@ class Run:
             words = f"The run would need about {needed:.2g} steps, more than {MOST_STEPS:.0e}"
             remedy = 'solver.scheme = "generalized-alpha", whose steps the fastest vibration does not shorten'
             raise PhysicsStop(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
+        seconds = (needed - taken) * (perf_counter() - self._started) / taken
+        if before == 0 and seconds > _LONG and self._report is not None:
+            told = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
+            if self.problem.scheme.name == "event":
+                told += '; solver.scheme = "generalized-alpha" takes longer ones'
+            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), told)
+            self._report(status)
 
     def _inertia(self) -> float:
         """Smallest eigenvalue of the mass matrix at the front, or what the system has in its place."""

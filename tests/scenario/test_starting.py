@@ -78,7 +78,13 @@ STRIP += ("beam.section.height=1 mm", "slope.origin=[0.06, 0]", "contact.normal=
 
 
 @pytest.mark.parametrize(
-    ("base", "changes"), [("paper", STRIP), ("paper", ("beam.material=steel",)), ("tapered", ())]
+    ("base", "changes"),
+    [
+        ("paper", STRIP),
+        ("paper", ("beam.material=steel", "beam.tip_mass=0.1")),
+        ("paper", ("contact.normal=spring", "contact.stiffness=1e8")),
+        ("tapered", ()),
+    ],
 )
 def test_recommended_settings_keep_the_beam_and_run_without_a_warning(tmp_path, cli, base, changes):
     file = tmp_path / "own.toml"
@@ -92,6 +98,14 @@ def test_recommended_settings_keep_the_beam_and_run_without_a_warning(tmp_path, 
     summary = simulate(made).summary
     assert summary["macro_collisions"]
     assert summary["warnings"] == []
+
+
+def test_recommended_settings_leave_what_is_given(tmp_path, cli):
+    file, given = tmp_path / "own.toml", ("discretization.modes=7", "solver.scheme=fixed-step")
+    assert cli("init", file, "--recommended", "--set", given[0], "--set", given[1])[0] == 0
+    made = Scenario.load(str(file))
+    assert (made.discretization.modes, made.solver.scheme) == (7, "fixed-step")
+    assert made.discretization.frame == "mean-axis"
 
 
 def test_a_file_that_is_there_stays(tmp_path, refused):

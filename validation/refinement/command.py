@@ -201,8 +201,9 @@ def _ladder_lines(result: LadderResult) -> list[str]:
     for item in result.results:
         a, unit = item.analysis, item.quantity.unit.removeprefix("1")
         value, digits = a.rounded(item.values[-1])
-        shown = item.gaps[-1] or f"{value:.{digits}g}"
+        shown = f"{value:.{digits}g}"
         if a.verdict in (CONVERGED, CONVERGING):
             shown += f" +- {a.uncertainty:.2g}"
-        lines.append(f"  {item.quantity.name:24} {f'{shown} {unit}':32} {a.words} ({a.reason})")
+        shown = item.gaps[-1] or f"{shown} {unit}"
+        lines.append(f"  {item.quantity.name:24} {shown:32} {a.words} ({a.reason})")
     return [*lines, *(f"  {remark}" for remark in result.remarks)]
