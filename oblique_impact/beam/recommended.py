@@ -59,12 +59,13 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
         "solver.scheme": ("event", "transitions are located"),
     }
     wanted = {key: value for key, value in wanted.items() if key not in kept}
-    found = _with(scenario, {key: value for key, (value, _) in wanted.items()})
+    values = {key: value for key, (value, _) in wanted.items()}
+    if "discretization.modes" not in kept:  # with many elements, of which the higher half of the modes is poor
+        values["discretization.modes"] = _LEAST
+        values["discretization.elements"] = max(MAX_MODES, scenario.discretization.elements)
+    found = _with(scenario, values)
     if "discretization.modes" not in kept:
         count, why = _LEAST, "few are enough"
-        if found.discretization.method == "fem":
-            found = _with(found, {"discretization.elements": max(MAX_MODES, found.discretization.elements)})
-        found = _with(found, {"discretization.modes": _LEAST})
         if contact.enabled and is_stiff(found) and found.beam.kelvin_voigt > 0.0:
             count, why = modes_that_resolve(found, found.beam.kelvin_voigt), "resolve the damping"
         if contact.enabled and contact.normal == "spring":
