@@ -68,7 +68,8 @@ def _shown(bar: Bar, *fields: str) -> Iterator[Bar]:
         kernel = f"kernel {known.setdefault(name, len(known) + 1)}, {name}"
         if new:
             bar.write_line(f"oblique-impact: compiling {kernel} (once, up to 15 s)")
-        bar.set_fields(**dict.fromkeys(fields, f"compiling {kernel}"))
+        short = kernel.partition(" for ")[0]  # the bar leaves room for the ^C that a terminal writes behind it
+        bar.set_fields(**dict.fromkeys(fields, f"compiling {short}"))
 
     with bar, compilations(show_name):
         yield bar
