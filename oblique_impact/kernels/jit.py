@@ -141,7 +141,7 @@ class Kernel:
         It is kept, because numba takes 0.2 ms to find the types of the arguments.  They are the same at each call;
         what unpacks them still refuses objects of other types.
         """
-        _compilations.names[self._compiled] = _told(self._name, classes[0])
+        _compilations.names[self._compiled] = _described(self._name, classes[0])
         with preparing():
             kinds = tuple(map(numba.typeof, arguments))
             self._compile(kinds)
@@ -172,7 +172,7 @@ class Kernel:
             return numba.njit(cache=cached, **_OPTIONS)(self._function)
 
 
-def _told(name: str, system: type) -> str:
+def _described(name: str, system: type) -> str:
     """Return the name of a kernel with the kind of system that it is compiled for, if that has one."""
     kind = getattr(system, "described", "")
     return f"{name} for {kind}" if kind else name

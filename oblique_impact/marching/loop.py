@@ -46,8 +46,8 @@ LARGEST_DEFLECTION = 0.5
 MOST_STEPS = 2e7
 #: the pace of so many steps tells how many are to come: seconds of computing with few modes, half a minute with
 #: sixteen, and longer than a contact takes
-_PACE_STEPS = 500_000
-_LONG = 60.0  # s to go, from which on a run says so
+PACE_STEPS = 500_000
+LONG = 60.0  # s to go, from which on a run says so
 _SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION)  # of a singular problem, maybe
 
 _FAILURES = {
@@ -204,7 +204,7 @@ class Run:
         """
         taken, time = self.record.steps + self.record.rejected, self._front.t
         before, since = self._paced
-        if taken - before < _PACE_STEPS:
+        if taken - before < PACE_STEPS:
             return
         self._paced = taken, time
         pace = (taken - before) / (time - since) if time > since else np.inf  # 1/s
@@ -214,7 +214,7 @@ class Run:
             remedy = 'solver.scheme = "generalized-alpha", whose steps the fastest vibration does not shorten'
             raise PhysicsStop(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
         seconds = (needed - taken) * (perf_counter() - self._started) / taken
-        if before == 0 and seconds > _LONG and self._report is not None:
+        if before == 0 and seconds > LONG and self._report is not None:
             told = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
             if self.problem.scheme.name == "event":
                 told += '; solver.scheme = "generalized-alpha" takes longer ones'
@@ -282,7 +282,7 @@ class Run:
             raise PhysicsStop(transition.stop)
 
     def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
-        """Keep how an end of the slope is passed; what an elastic stop still stores there springs back in vain."""
+        """Keep how an end of the slope is passed; what an elastic stop still stores there is lost."""
         end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
         self.record.passages.append(Passage(self._front.t, how, instant.slip, end))
         stop = self.problem.machine.stop

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError, Outcome, Scenario, simulate
+from oblique_impact.marching import loop
 
 PUSHED = {  # a driven root turns the beam against the slope
     "root__kind": "driven",
@@ -156,3 +157,12 @@ def test_an_impact_on_a_damped_fine_mesh_is_no_painleve():
     assert [history.outcome for history in runs] == [Outcome.COMPLETED] * 2
     impulses = [history.summary["macro_collisions"][0]["normal_impulse"] for history in runs]
     assert impulses[0] == pytest.approx(impulses[1], rel=0.05)
+
+
+def test_a_run_that_takes_minutes_says_so_once(monkeypatch):
+    monkeypatch.setattr(loop, "PACE_STEPS", 500)
+    monkeypatch.setattr(loop, "LONG", 0.0)
+    told = []
+    simulate(Scenario.builtin("paper"), lambda status: told.append(status.notice))
+    (notice,) = filter(None, told)
+    assert "minutes to go" in notice
