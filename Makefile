@@ -38,9 +38,12 @@ test-pythons:
 		else echo "== $$python: not there"; fi; \
 	done
 
+# mypy does not read setuptools' package-dir: it is shown the tree as it is installed
 lint: install
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	rm -rf build/tree && mkdir -p build/tree/oblique_impact
+	ln -s $(CURDIR)/oblique_impact/* $(addprefix $(CURDIR)/,fem_beam modal renders validation) build/tree/oblique_impact
 	$(BIN)/mypy
 
 docs: install

@@ -29,11 +29,11 @@ from rich.console import Console
 from rich.table import Table
 
 from oblique_impact import Scenario, simulate
-from renders.beam3d import SUPERSAMPLING
-from renders.film import CODECS, write_film
-from renders.offscreen import prepare
-from renders.story import Story, story_of
-from renders.timeline import FPS, Timeline, make_timeline
+from oblique_impact.renders.beam3d import SUPERSAMPLING
+from oblique_impact.renders.film import CODECS, write_film
+from oblique_impact.renders.offscreen import prepare
+from oblique_impact.renders.story import Story, story_of
+from oblique_impact.renders.timeline import FPS, Timeline, make_timeline
 
 ASKED = {"mp4": ("bare loop", 0.75), "gif": ("mp4", 2.0), "webp": ("mp4", 2.0)}
 

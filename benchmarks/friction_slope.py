@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.measuring import measure_each
-from validation.sweeps.plan import make_plan
+from oblique_impact.validation.measuring import measure_each
+from oblique_impact.validation.sweeps.plan import make_plan
 
 STORE = Path(__file__).parents[1] / "docs" / "friction-slope.json"
 COUNT, STEEPEST, ROUGHEST = 100, math.pi / 4, 1.0  # rad, 1

@@ -302,7 +302,7 @@ def spring_contact(modes: int = 400) -> dict[str, tuple[float, ...]]:
 
 def spinning_entries() -> None:
     """Add the spinning beams, next to the frequencies of the table."""
-    from validation.reference_values import TABLE
+    from oblique_impact.validation.reference_values import TABLE
 
     for item in TABLE:
         if item.id.startswith("2-"):

@@ -16,9 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oblique_impact import Outcome, Scenario, simulate
-from renders.style import GREY, SERIES, figure_style
-from validation.refinement.growth import Case
-from validation.refinement.predictability import predictability
+from oblique_impact.renders.style import GREY, SERIES, figure_style
+from oblique_impact.validation.refinement.growth import Case
+from oblique_impact.validation.refinement.predictability import predictability
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE = DOCS / "rigid-stop.json"

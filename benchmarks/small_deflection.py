@@ -23,10 +23,10 @@ from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.small_deflection import NOTICEABLE, contact_force_error, deflection_error
-from renders.style import figure_style
-from validation.absolute.deflection_errors import Case, Point, error_of, exact, motion_of
-from validation.absolute.small_deflection import small_deflection
-from validation.absolute.small_deflection_report import SIZE, draw_map
+from oblique_impact.renders.style import figure_style
+from oblique_impact.validation.small_deflection.command import small_deflection
+from oblique_impact.validation.small_deflection.errors import Case, Point, error_of, exact, motion_of
+from oblique_impact.validation.small_deflection.report import SIZE, draw_map
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE, RANDOM = DOCS / "small-deflection.json", DOCS / "small-deflection-random.json"

@@ -22,10 +22,10 @@ from oblique_impact.machine import THREADS, collect_rarely
 os.environ.update(dict.fromkeys(THREADS, "1"))
 
 from oblique_impact import simulation
-from validation.measuring import Done, Task, measure_run
-from validation.parallel import Crash, compute_each
-from validation.sweeps.plan import make_plan
-from validation.sweeps.store import open_store
+from oblique_impact.validation.measuring import Done, Task, measure_run
+from oblique_impact.validation.parallel import Crash, compute_each
+from oblique_impact.validation.sweeps.plan import make_plan
+from oblique_impact.validation.sweeps.store import open_store
 
 WORKERS = 2
 ASKED = 1.15

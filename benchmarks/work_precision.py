@@ -38,7 +38,7 @@ from oblique_impact import Scenario
 from oblique_impact.marching.equations import NORMAL_IMPULSE, QUADRATURES
 from oblique_impact.marching.loop import Run
 from oblique_impact.problem import Problem, beam_of, beam_problem
-from renders.style import GREY, SERIES, figure_style
+from oblique_impact.renders.style import GREY, SERIES, figure_style
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE, PICTURE = DOCS / "speed-precision.json", DOCS / "speed-precision.svg"

@@ -71,7 +71,7 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "thumbnail_size": (540, 360),
     # names in the code of an example lead to their documentation
-    "doc_module": ("oblique_impact", "modal", "fem_beam", "validation", "renders"),
+    "doc_module": ("oblique_impact",),
 }
 
 mathjax_path = "mathjax/tex-chtml.js"  # in the site: it needs no network

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.command_line.bars import counting_bar, progress_bar
-from renders import Style, overview_figure, render
-from validation import compare
+from oblique_impact.renders import Style, overview_figure, render
+from oblique_impact.validation import compare
 
 
 def main(folder: str = "out/demo", frames: str = "450") -> None:

@@ -7,7 +7,7 @@ A beam clamped to a turning root, by eight assumed modes. Rotation stiffens it, 
 """
 
 from oblique_impact import Scenario, natural_frequencies
-from renders import campbell_diagram
+from oblique_impact.renders import campbell_diagram
 
 scenario = Scenario.builtin("spin-up")
 found = natural_frequencies(scenario, speeds=[0.0, 6.0], count=3)

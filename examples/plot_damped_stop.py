@@ -9,7 +9,7 @@ point without inertia reaches it with few modes; plastic impacts get there too, 
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
-from renders.style import GREY, SERIES, figure_style
+from oblique_impact.renders.style import GREY, SERIES, figure_style
 
 LIMIT = 1.819369  # N s; the impulse of the first macro-collision
 modes = [8, 10, 12, 14, 16]

@@ -9,7 +9,7 @@ implicitly.
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
-from renders.style import GREY, SERIES, figure_style
+from oblique_impact.renders.style import GREY, SERIES, figure_style
 
 base = Scenario.builtin("elastic-stop", ["end_time=0.335", "solver.output_interval=1e-5"])
 histories = {count: simulate(base.replace(discretization__elements=count)) for count in (16, 32)}

@@ -8,7 +8,7 @@ strip chooses them by the events. The same from the command line:
 """
 
 from oblique_impact import Scenario, simulate
-from renders import Style, render
+from oblique_impact.renders import Style, render
 
 history = simulate(Scenario.builtin("paper", ["end_time=0.4"]))
 times = [0.3, 0.319, 0.3245, 0.345]  # s

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-import renders
-from renders.style import figure_style
+from oblique_impact import renders
+from oblique_impact.renders.style import figure_style
 
 store = Path(renders.__file__).parents[1] / "docs" / "friction-slope.json"
 stored = json.loads(store.read_text(encoding="utf-8"))

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from oblique_impact import Scenario, simulate
 from oblique_impact.contact.friction import FrictionCurve
 from oblique_impact.contact.stops import ContactLaw
+from oblique_impact.renders.style import SERIES, figure_style
 from oblique_impact.scenario.user_defined import register
-from renders.style import SERIES, figure_style
 
 # %%
 # A contact law is one function of depth and rate of depth. It is compiled for the run, and what it does not give

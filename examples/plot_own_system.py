@@ -13,7 +13,7 @@ from oblique_impact import MechanicalSystem, simulate_system
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.state import State
 from oblique_impact.kernels.system import ContactRows
-from renders.style import GREY, STATE_COLOURS, figure_style
+from oblique_impact.renders.style import GREY, STATE_COLOURS, figure_style
 
 MASS, SPRING, GRAVITY, BELT = 1.0, 40.0, 9.81, 0.2  # kg, N/m, m/s^2, m/s
 STATIC, KINETIC = 0.4, 0.25

@@ -8,7 +8,7 @@ a rigid stop without restitution, a coefficient of friction of 0.3.
 """
 
 from oblique_impact import Scenario, simulate
-from renders import render
+from oblique_impact.renders import render
 
 history = simulate(Scenario.builtin("paper"))
 render(history, "paper_still.png", times=[0.3245])

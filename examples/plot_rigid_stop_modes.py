@@ -9,8 +9,8 @@ what that does to the first macro-collision of the paper's beam, without frictio
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario
-from renders.style import GREY, SERIES, figure_style
-from validation import refine
+from oblique_impact.renders.style import GREY, SERIES, figure_style
+from oblique_impact.validation import refine
 
 modes = [2, 4, 6, 8, 10, 12]
 base = Scenario.builtin("paper", ["end_time=0.34", "contact.friction=frictionless"])

@@ -12,8 +12,8 @@ tells more. It is a notebook as well, ``examples/session.ipynb``; in a terminal 
 from pathlib import Path
 
 from oblique_impact import Scenario, builtin_cases, natural_frequencies, simulate, start_scenario
-from renders import Style, render
-from validation import compare, refine
+from oblique_impact.renders import Style, render
+from oblique_impact.validation import compare, refine
 
 for case in builtin_cases():
     print(f"{case.name}, {case.end_time:g} s, {len(case.collisions)} collisions:")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.contact.state import State
-from renders.style import GREY, STATE_COLOURS, figure_style
+from oblique_impact.renders.style import GREY, STATE_COLOURS, figure_style
 
 scenario = Scenario.builtin("sticking")
 history = simulate(scenario)

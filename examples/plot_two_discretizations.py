@@ -9,8 +9,8 @@ own modes. Both go through the same contact, so all that can tell them apart is 
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
-from renders.style import GREY, SERIES, figure_style
-from validation import compare
+from oblique_impact.renders.style import GREY, SERIES, figure_style
+from oblique_impact.validation import compare
 
 scenario = Scenario.builtin("paper", ["end_time=0.335"])
 modal = simulate(scenario)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_array, eye_array, lil_array
 
-from fem_beam.nodal import NodalBeam
-from fem_beam.reduction import project
 from oblique_impact.beam.operators import BeamOperators
+from oblique_impact.fem_beam.nodal import NodalBeam
+from oblique_impact.fem_beam.reduction import project
 from oblique_impact.scenario.scenario import Scenario
 
 

@@ -18,9 +18,9 @@ from scipy.sparse import csr_array
 from skfem import Basis, BilinearForm, LinearForm, MeshLine
 from skfem.helpers import d, dd, ddot, dot
 
-from fem_beam.element import LocalHermite
-from fem_beam.mesh import beam_mesh
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.fem_beam.element import LocalHermite
+from oblique_impact.fem_beam.mesh import beam_mesh
 from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import eigsh
 
-from fem_beam.nodal import Array, NodalBeam, merge_points
 from oblique_impact.beam.operators import (
     BeamOperators,
     ShapeTable,
@@ -18,6 +17,7 @@ from oblique_impact.beam.operators import (
     eigenvectors,
     station_points,
 )
+from oblique_impact.fem_beam.nodal import Array, NodalBeam, merge_points
 from oblique_impact.scenario.scenario import Scenario
 
 Indices = NDArray[np.int64]

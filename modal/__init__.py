@@ -5,8 +5,13 @@
 `Eigenfunctions`   eigenfunctions clamped, hinged or with a hub at the root, stable for high orders
 """
 
-from modal.assembly import build_operators, spectrum
-from modal.eigenfunctions import Eigenfunctions, clamped_free_roots, hinged_free_roots, hub_free_roots
+from oblique_impact.modal.assembly import build_operators, spectrum
+from oblique_impact.modal.eigenfunctions import (
+    Eigenfunctions,
+    clamped_free_roots,
+    hinged_free_roots,
+    hub_free_roots,
+)
 
 __all__ = [
     "Eigenfunctions",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from modal.eigenfunctions import Array, Eigenfunctions
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
+from oblique_impact.modal.eigenfunctions import Array, Eigenfunctions
 from oblique_impact.scenario.scenario import Scenario
 
 _SPECTRUM_MODES = 48

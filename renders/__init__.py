@@ -29,13 +29,13 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from renders.campbell import campbell_diagram
-    from renders.command import Rendered, render
-    from renders.exports.command import Exported, export
-    from renders.meshes import beam_mesh
-    from renders.overview import overview_figure
-    from renders.style import Style
-    from renders.viewer import show
+    from oblique_impact.renders.campbell import campbell_diagram
+    from oblique_impact.renders.command import Rendered, render
+    from oblique_impact.renders.exports.command import Exported, export
+    from oblique_impact.renders.meshes import beam_mesh
+    from oblique_impact.renders.overview import overview_figure
+    from oblique_impact.renders.style import Style
+    from oblique_impact.renders.viewer import show
 
 __getattr__, __dir__ = on_first_use(
     __name__,

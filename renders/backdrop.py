@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from renders.beam3d import SUPERSAMPLING
-from renders.shadow import Box, Pixels, Shadow, Surface
+from oblique_impact.renders.beam3d import SUPERSAMPLING
+from oblique_impact.renders.shadow import Box, Pixels, Shadow, Surface
 
 #: the part of a pixel that is its colour
 COLOUR = np.frombuffer(b"\xff\xff\xff\x00", np.uint32)[0]

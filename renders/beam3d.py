@@ -8,10 +8,10 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from renders.geometry import BeamGeometry
-from renders.shadow import Caster
-from renders.story import Story
-from renders.style import TEXT, Style
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.shadow import Caster
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import TEXT, Style
 
 Array = NDArray[np.float64]
 

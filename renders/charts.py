@@ -19,11 +19,11 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from renders.envelope import drawn
-from renders.letters import Letters
-from renders.story import Story
-from renders.style import Dash, figure_style
-from renders.timeline import Timeline, TimeMap
+from oblique_impact.renders.envelope import drawn
+from oblique_impact.renders.letters import Letters
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import Dash, figure_style
+from oblique_impact.renders.timeline import Timeline, TimeMap
 
 Array = NDArray[np.float64]
 

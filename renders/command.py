@@ -16,16 +16,16 @@ from oblique_impact.command_line.bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.renders.difference import magnify_difference as magnified
+from oblique_impact.renders.film import write_film, write_still, write_strip
+from oblique_impact.renders.outputs import CHARTS, FILM, PAGE, STILL, STRIP, check_options, kind_of
+from oblique_impact.renders.overview import overview_figure
+from oblique_impact.renders.presets import BARE, PRESETS
+from oblique_impact.renders.story import Story, story_of
+from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import FPS, SECONDS, Timeline, make_timeline
+from oblique_impact.renders.title import name_of
 from oblique_impact.scenario.scenario import Scenario
-from renders.difference import magnify_difference as magnified
-from renders.film import write_film, write_still, write_strip
-from renders.outputs import CHARTS, FILM, PAGE, STILL, STRIP, check_options, kind_of
-from renders.overview import overview_figure
-from renders.presets import BARE, PRESETS
-from renders.story import Story, story_of
-from renders.style import Style
-from renders.timeline import FPS, SECONDS, Timeline, make_timeline
-from renders.title import name_of
 
 #: a run, or where it lies
 Source = History | str | os.PathLike[str]
@@ -90,7 +90,7 @@ def render(
         One to three, of beams; a path is that of a run folder or the history.nc in it.
     out : path
         The suffix decides: .png a still or a strip; .mp4, .gif or .webp a film; .svg or .pdf charts, as
-        :func:`~renders.overview.overview` draws them; .html a page (of one history).
+        :func:`~oblique_impact.renders.overview.overview` draws them; .html a page (of one history).
     style : Style, optional
         Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720, a row of a
         strip 1000 x 250.  A page takes its theme, title, deformation factor and result in
@@ -191,7 +191,7 @@ def render(
         if kind == PAGE:
             if story.style.theme == "print":
                 raise InputError("--theme print: of a page should be one of light, dark, auto")
-            from renders.player import write_player
+            from oblique_impact.renders.player import write_player
 
             write_player(story, file)
         elif kind == STRIP:

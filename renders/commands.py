@@ -70,9 +70,9 @@ def render(
 
     A page takes --deformation, --theme, --colour, --name, --title; charts --theme, --title, --name, --preset.
     """
-    from renders.command import parse_size, render_command
-    from renders.presets import BARE
-    from renders.style import Style
+    from oblique_impact.renders.command import parse_size, render_command
+    from oblique_impact.renders.presets import BARE
+    from oblique_impact.renders.style import Style
 
     look: dict[str, Any] = {"theme": theme, "letters": letters, "dpi": dpi, "title": title}
     look = {name: value for name, value in look.items() if value is not None}
@@ -104,8 +104,8 @@ def export(
     as_json: JsonOption = False,
 ) -> None:
     """Write a history as a time series: VTKHDF, PVD with .vtp files or XDMF with an .h5 file, or a table (CSV)."""
-    from renders.exports.command import export_command
-    from renders.exports.selection import Selection
+    from oblique_impact.renders.exports.command import export_command
+    from oblique_impact.renders.exports.selection import Selection
 
     if all_samples and every is not None:
         raise InputError("--all and --every: one of the two at a time")

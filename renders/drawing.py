@@ -17,8 +17,8 @@ from mmap import mmap
 from multiprocessing.connection import Connection, Pipe, wait
 
 from oblique_impact.machine import cores
-from renders.frame import Composer
-from renders.timeline import Timeline
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.timeline import Timeline
 
 #: pixels of a film, all frames together, from which on a second process saves more than it takes to start
 WORTHWHILE = 100_000_000
@@ -31,7 +31,7 @@ import sys
 from multiprocessing.connection import Connection
 connection = Connection(int(sys.argv[1]))
 sys.path[:] = connection.recv()
-from renders.drawing import serve
+from oblique_impact.renders.drawing import serve
 serve(connection, int(sys.argv[2]))
 """
 

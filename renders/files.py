@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact.files import cannot_write, write_whole
 from oblique_impact.history.history import History
-from renders.metadata import comment, figure_metadata
+from oblique_impact.renders.metadata import comment, figure_metadata
 
 
 class Drawing(Figure):

@@ -17,15 +17,15 @@ from PIL import Image
 from oblique_impact.errors import InputError
 from oblique_impact.files import only_writer
 from oblique_impact.history.history import History
-from renders.drawing import frames_of
-from renders.files import save_whole
-from renders.frame import Composer
-from renders.metadata import add_comment, comment, save_picture
-from renders.outputs import FILMS
-from renders.story import Story
-from renders.style import SLIDE, Style
-from renders.timeline import Timeline
-from renders.title_card import title_card
+from oblique_impact.renders.drawing import frames_of
+from oblique_impact.renders.files import save_whole
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.metadata import add_comment, comment, save_picture
+from oblique_impact.renders.outputs import FILMS
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import SLIDE, Style
+from oblique_impact.renders.timeline import Timeline
+from oblique_impact.renders.title_card import title_card
 
 _ROWS = 5
 _COLOURS = 64  # of a GIF: one palette for the whole film, without dither

@@ -11,15 +11,15 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from oblique_impact.contact.state import State
-from renders.beam3d import contact_force
-from renders.charts import Chart, energy_curves, force_curves
-from renders.layout import Box, lay_out
-from renders.letters import Letters
-from renders.scene import View
-from renders.story import Story
-from renders.style import Style
-from renders.timeline import Timeline
-from renders.title import short
+from oblique_impact.renders.beam3d import contact_force
+from oblique_impact.renders.charts import Chart, energy_curves, force_curves
+from oblique_impact.renders.layout import Box, lay_out
+from oblique_impact.renders.letters import Letters
+from oblique_impact.renders.scene import View
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import Timeline
+from oblique_impact.renders.title import short
 
 _TITLE, _NAME, _HEADING, _LINE, _SMALL = 15.0, 11.0, 10.5, 10.0, 9.0  # points, where text has 10
 _LOW = 300  # pixels: in a lower view text and colour bar take fewer lines

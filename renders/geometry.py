@@ -20,8 +20,8 @@ from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.problem import stop_of
+from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
 from oblique_impact.scenario.scenario import Scenario
-from renders.outlines import SIDES, Solid, has_corners, solid_of
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renders.geometry import BeamGeometry
-from renders.slope import DrawnSlope
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.slope import DrawnSlope
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import matplotlib as mpl
 from matplotlib import font_manager
 from PIL import ImageFont
 
-from renders.style import TEXT, Style
+from oblique_impact.renders.style import TEXT, Style
 
 LEAST = 12  # pixels
 _TITLE, _LEAST_TITLE = 15.0, 15  # points, pixels

@@ -6,8 +6,8 @@ import numpy as np
 import pyvista as pv
 
 from oblique_impact.history.history import History, require_history
-from renders.geometry import QUANTITIES, BeamGeometry
-from renders.metadata import made_by
+from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.metadata import made_by
 
 
 def beam_mesh(history: History, time: float, deformation: float = 1.0) -> pv.PolyData:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
-from renders.files import Drawing, save_figure
-from renders.geometry import contact_gap
-from renders.story import Story, story_of
-from renders.style import LIGHT, Style, Theme, figure_style
+from oblique_impact.renders.files import Drawing, save_figure
+from oblique_impact.renders.geometry import contact_gap
+from oblique_impact.renders.story import Story, story_of
+from oblique_impact.renders.style import LIGHT, Style, Theme, figure_style
 
 Array = NDArray[np.float64]
 

@@ -11,16 +11,25 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from renders.backdrop import COLOUR, Backdrop, darken, lay, picture_of, reduced
-from renders.beam3d import CAMERAS, SUPERSAMPLING, Beam3D, contact_force, stroke
-from renders.geometry import BeamGeometry
-from renders.ground import depth_of
-from renders.offscreen import prepare
-from renders.scale_bar import ScaleBar, scale_bar
-from renders.scenery import footprint, pin, slab, slope_wedge, stand
-from renders.shadow import Footprint, Part, Pixels, Shadow, Surface, part_of, shadow_around, shadow_on
-from renders.story import Story
-from renders.style import Style, Theme
+from oblique_impact.renders.backdrop import COLOUR, Backdrop, darken, lay, picture_of, reduced
+from oblique_impact.renders.beam3d import CAMERAS, SUPERSAMPLING, Beam3D, contact_force, stroke
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.ground import depth_of
+from oblique_impact.renders.offscreen import prepare
+from oblique_impact.renders.scale_bar import ScaleBar, scale_bar
+from oblique_impact.renders.scenery import footprint, pin, slab, slope_wedge, stand
+from oblique_impact.renders.shadow import (
+    Footprint,
+    Part,
+    Pixels,
+    Shadow,
+    Surface,
+    part_of,
+    shadow_around,
+    shadow_on,
+)
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import Style, Theme
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from renders.geometry import BeamGeometry
-from renders.ground import DEPTH, FOOT, Ground, depth_of
-from renders.slope import DrawnSlope
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.ground import DEPTH, FOOT, Ground, depth_of
+from oblique_impact.renders.slope import DrawnSlope
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renders.geometry import BeamGeometry
+from oblique_impact.renders.geometry import BeamGeometry
 
 Array = NDArray[np.float64]
 

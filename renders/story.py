@@ -13,12 +13,12 @@ from scipy.interpolate import CubicSpline
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
-from renders.geometry import QUANTITIES, BeamGeometry
-from renders.ground import Ground, ground_of
-from renders.slope import DrawnSlope, drawn_slope
-from renders.style import Style
-from renders.timeline import TimeMap, time_map
-from renders.title import beam_words, name_of, short
+from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.ground import Ground, ground_of
+from oblique_impact.renders.slope import DrawnSlope, drawn_slope
+from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import TimeMap, time_map
+from oblique_impact.renders.title import beam_words, name_of, short
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from typing import Any, Literal, get_args
 import matplotlib as mpl
 
 from oblique_impact.errors import InputError
+from oblique_impact.renders.presets import PRESETS
 from oblique_impact.scenario.messages import one_of
-from renders.presets import PRESETS
 
 FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR = "#1f4fd1", "#d9580d", "#1b8a3c"
 STATE_COLOURS = (FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR)

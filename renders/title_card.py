@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from PIL import Image, ImageDraw
 
-from renders.frame import rate_words, shortened
-from renders.letters import Letters
-from renders.story import Story
-from renders.timeline import Timeline
-from renders.title import parameters, short
+from oblique_impact.renders.frame import rate_words, shortened
+from oblique_impact.renders.letters import Letters
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.timeline import Timeline
+from oblique_impact.renders.title import parameters, short
 
 _TITLE, _NAMES, _LINE = 30.0, 16.0, 13.5  # points, where text has 10
 

@@ -16,11 +16,11 @@ import pyvista as pv
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
-from renders.offscreen import prepare
-from renders.scenery import pin, slope_wedge
-from renders.story import story_of
-from renders.style import CameraName, Colour, Style, ThemeName
-from renders.timeline import make_timeline
+from oblique_impact.renders.offscreen import prepare
+from oblique_impact.renders.scenery import pin, slope_wedge
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import CameraName, Colour, Style, ThemeName
+from oblique_impact.renders.timeline import make_timeline
 
 _FPS = 30
 #: length of the arrow of the largest force, over that of the beam

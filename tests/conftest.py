@@ -33,7 +33,7 @@ def pytest_unconfigure() -> None:
 @pytest.fixture(scope="session")
 def run():
     """Simulate a built-in scenario (default: the paper's) with overrides; the last few are remembered."""
-    from validation.runs import run as simulated
+    from oblique_impact.validation.runs import run as simulated
 
     return lambda name="paper", *overrides: simulated(name, *overrides)
 

@@ -93,9 +93,11 @@ def test_the_changelog_tells_of_this_version_and_when_it_came():
 
 def test_every_module_and_file_of_the_packages_is_named():
     tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    beside = tool["package-dir"].values()
     folders = {
         ".".join(file.parent.relative_to(ROOT).parts)
-        for package in {name.partition(".")[0] for name in tool["packages"]}
+        for package in ("oblique_impact", *beside)
         for file in (ROOT / package).rglob("*.py")
     }
-    assert folders == set(tool["packages"])
+    names = {f if f.startswith("oblique_impact") else f"oblique_impact.{f}" for f in folders}
+    assert names == set(tool["packages"])

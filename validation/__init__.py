@@ -40,18 +40,18 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from validation.absolute.deflection_errors import SmallDeflection
-    from validation.absolute.small_deflection import small_deflection
-    from validation.comparison import Comparison, compare
-    from validation.refinement.command import refine
-    from validation.refinement.growth import Predictability
-    from validation.refinement.predictability import predictability
-    from validation.refinement.study import StudyResult
-    from validation.reproduction.command import Reproduction, reproduce
-    from validation.suite import Result, validate
-    from validation.sweeps.command import SweepResult, sweep
-    from validation.sweeps.design import AxisSection, HypercubeSection, SampledSection, TableSection
-    from validation.sweeps.plan import SweepFile
+    from oblique_impact.validation.comparison import Comparison, compare
+    from oblique_impact.validation.refinement.command import refine
+    from oblique_impact.validation.refinement.growth import Predictability
+    from oblique_impact.validation.refinement.predictability import predictability
+    from oblique_impact.validation.refinement.study import StudyResult
+    from oblique_impact.validation.reproduction.command import Reproduction, reproduce
+    from oblique_impact.validation.small_deflection.command import small_deflection
+    from oblique_impact.validation.small_deflection.errors import SmallDeflection
+    from oblique_impact.validation.suite import Result, validate
+    from oblique_impact.validation.sweeps.command import SweepResult, sweep
+    from oblique_impact.validation.sweeps.design import AxisSection, HypercubeSection, SampledSection, TableSection
+    from oblique_impact.validation.sweeps.plan import SweepFile
 
 __getattr__, __dir__ = on_first_use(
     __name__,

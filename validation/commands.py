@@ -43,9 +43,9 @@ def validate(
     as_json: JsonOption = False,
 ) -> None:
     """Check everything against something outside it; writes report.html, results.json and results.csv."""
-    from validation.report.provenance import command_line
-    from validation.suite import counts, select
-    from validation.suite import validate as compute
+    from oblique_impact.validation.report.provenance import command_line
+    from oblique_impact.validation.suite import counts, select
+    from oblique_impact.validation.suite import validate as compute
 
     repeat = command_line("validate", out=out, only=only, quick=quick, workers=workers)
     checks = select(only or [], quick)
@@ -94,10 +94,10 @@ def refine(
     as_json: JsonOption = False,
 ) -> None:
     """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
-    from validation.refinement.command import ShippedStudy, lines
-    from validation.refinement.command import refine as compute
-    from validation.refinement.ladders import levels_by_axis, parse_levels
-    from validation.report.provenance import command_line
+    from oblique_impact.validation.refinement.command import ShippedStudy, lines
+    from oblique_impact.validation.refinement.command import refine as compute
+    from oblique_impact.validation.refinement.ladders import levels_by_axis, parse_levels
+    from oblique_impact.validation.report.provenance import command_line
 
     texts = levels_by_axis(elements, modes, steps, stiffness, tolerances)
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
@@ -140,9 +140,9 @@ def _refined(scenario: str, study: str | None, changes: list[str] | None) -> Sce
 
 def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
     """Ask by shadow runs what of a scenario (`own`), or of the shipped cases, is predictable; returns lines."""
-    from validation.refinement.predictability import lines, predictability
-    from validation.refinement.shipped import predictability_cases
-    from validation.report.provenance import command_line
+    from oblique_impact.validation.refinement.predictability import lines, predictability
+    from oblique_impact.validation.refinement.shipped import predictability_cases
+    from oblique_impact.validation.report.provenance import command_line
 
     study, changes = given["study"], given["set"]
     asked = "--predictability" if own else "--study predictability"
@@ -160,8 +160,8 @@ def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any
 
 def _map_small_deflection(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
     """Hold the floating frame against the exact beam; returns lines."""
-    from validation.absolute.small_deflection import lines, small_deflection
-    from validation.report.provenance import command_line
+    from oblique_impact.validation.report.provenance import command_line
+    from oblique_impact.validation.small_deflection.command import lines, small_deflection
 
     _refined(scenario, given.pop("study"), None)
     out, workers = how.pop("out"), how.pop("workers")
@@ -186,9 +186,9 @@ def reproduce(
     as_json: JsonOption = False,
 ) -> None:
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
-    from validation.report.provenance import command_line
-    from validation.reproduction.command import SECONDS, lines
-    from validation.reproduction.command import reproduce as compute
+    from oblique_impact.validation.report.provenance import command_line
+    from oblique_impact.validation.reproduction.command import SECONDS, lines
+    from oblique_impact.validation.reproduction.command import reproduce as compute
 
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
@@ -207,11 +207,11 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Run a scenario over axes of its keys; writes results.parquet and report.html."""
-    from validation.parallel import check_limits
-    from validation.report.provenance import command_line
-    from validation.sweeps.command import lines
-    from validation.sweeps.command import sweep as compute
-    from validation.sweeps.plan import load_plan
+    from oblique_impact.validation.parallel import check_limits
+    from oblique_impact.validation.report.provenance import command_line
+    from oblique_impact.validation.sweeps.command import lines
+    from oblique_impact.validation.sweeps.command import sweep as compute
+    from oblique_impact.validation.sweeps.plan import load_plan
 
     check_limits(scheduler, workers, timeout)
     plan = load_plan(source)
@@ -234,9 +234,9 @@ def compare(
 ) -> None:
     """Compare two runs, events aligned; writes a page, or the numbers as JSON."""
     from oblique_impact.history.history import History
-    from validation.comparison import compare as compute
-    from validation.comparison_report import check_target, comparison_data, save_comparison
-    from validation.report.provenance import command_line
+    from oblique_impact.validation.comparison import compare as compute
+    from oblique_impact.validation.comparison_report import check_target, comparison_data, save_comparison
+    from oblique_impact.validation.report.provenance import command_line
 
     check_target(out)
     found = compute(History.load(left), History.load(right), names=(str(left), str(right)))

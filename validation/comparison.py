@@ -12,8 +12,8 @@ from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
 from oblique_impact.scenario.toml import flat_keys, parse_toml
-from validation.curves import Array, Courses, Deviation, interpolated
-from validation.event_pairs import EventPair, align, largest_difference, pair_events
+from oblique_impact.validation.curves import Array, Courses, Deviation, interpolated
+from oblique_impact.validation.event_pairs import EventPair, align, largest_difference, pair_events
 
 if TYPE_CHECKING:
     import pandas as pd

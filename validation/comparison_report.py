@@ -8,10 +8,10 @@ from typing import Any
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
-from renders.style import GREY, SERIES
-from validation.comparison import Comparison, VariableDifference, shown
-from validation.event_pairs import EventPair
-from validation.report.document import (
+from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.validation.comparison import Comparison, VariableDifference, shown
+from oblique_impact.validation.event_pairs import EventPair
+from oblique_impact.validation.report.document import (
     Block,
     Cell,
     Document,
@@ -25,8 +25,8 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.figures import new_figure, to_svg
-from validation.report.provenance import provenance, provenance_data
+from oblique_impact.validation.report.figures import new_figure, to_svg
+from oblique_impact.validation.report.provenance import provenance, provenance_data
 
 #: what the picture shows, if both histories have it: label and unit of the axis
 DRAWN = {

@@ -11,8 +11,8 @@ from typing import Any
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, read_text, write_text
 from oblique_impact.history.provenance import part_digests, source_digest
-from validation.measuring import Row, is_row
-from validation.parallel import SOURCE
+from oblique_impact.validation.measuring import Row, is_row
+from oblique_impact.validation.parallel import SOURCE
 
 #: bytes; the rows of the largest sweep are fewer
 _MAX_SIZE = 1_000_000_000

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.kernels.compiling import compilations
 from oblique_impact.scenario.scenario import Scenario
-from validation.parallel import Crash, compute_each
-from validation.quantities import GapError, not_determined, quantity
+from oblique_impact.validation.parallel import Crash, compute_each
+from oblique_impact.validation.quantities import GapError, not_determined, quantity
 
 # the compiler is loaded by the processes that run, not by the one that hands out the work
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def measure_each(
 ) -> Iterator[Done]:
     """Yield the runs as they are finished; one that takes its process down is a row too.
 
-    The arguments are those of :func:`~validation.parallel.compute_each`.
+    The arguments are those of :func:`~oblique_impact.validation.parallel.compute_each`.
     """
     for index, done in compute_each(measure_run, tasks, workers, scheduler, isolated):
         yield Done(failed(tasks[index].number, CRASHED, done.reason)) if isinstance(done, Crash) else done

@@ -33,7 +33,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 #: packages whose source decides about results
-SOURCE = (*NUMERIC_PACKAGES, "validation")
+SOURCE = (*NUMERIC_PACKAGES, "oblique_impact.validation")
 #: s; how often we hear of what is compiled, and see whether a cluster is still there
 _TICK = 0.1
 #: items handed out: for each process of this machine, and to a cluster

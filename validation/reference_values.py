@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from validation.reference_frequencies import CLAMPED_ROOTS, ELEMENT_ERRORS, HINGED_ROOTS, SPINNING
+from oblique_impact.validation.reference_frequencies import CLAMPED_ROOTS, ELEMENT_ERRORS, HINGED_ROOTS, SPINNING
 
 
 class Reference(NamedTuple):

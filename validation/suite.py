@@ -16,10 +16,10 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
-from validation.checks.plots import tolerance_figure
-from validation.checks.registry import Check, Evidence, Group, all_checks
-from validation.parallel import map_parallel, told
-from validation.report.document import (
+from oblique_impact.validation.checks.plots import tolerance_figure
+from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
+from oblique_impact.validation.parallel import map_parallel, told
+from oblique_impact.validation.report.document import (
     Block,
     Cell,
     Document,
@@ -33,7 +33,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.provenance import call_text, provenance, provenance_data
+from oblique_impact.validation.report.provenance import call_text, provenance, provenance_data
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import Any
 
 from two_themes import twin_of
 
-import renders
-from renders import Rendered, Style
-from renders.command import render
+from oblique_impact import renders
+from oblique_impact.renders import Rendered, Style
+from oblique_impact.renders.command import render
 
 ORDER = (
     "session",

@@ -18,8 +18,8 @@ from sphinx.util.docutils import SphinxDirective
 from two_themes import darken
 
 from oblique_impact import History, Scenario, simulate
-from renders import Style, render
-from renders.timeline import time_map
+from oblique_impact.renders import Style, render
+from oblique_impact.renders.timeline import time_map
 
 #: folder of the site that the pages are in, and the first picture of all of them
 FOLDER, POSTER = "player", Path(__file__).parents[1] / "pictures" / "player.svg"

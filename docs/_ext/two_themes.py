@@ -20,7 +20,7 @@ from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
 from sphinx_gallery.utils import scale_image
 
-from renders.style import DARK, LIGHT, SERIES
+from oblique_impact.renders.style import DARK, LIGHT, SERIES
 
 #: colours of figures that no theme names: paper, ink, and the lines of a grid; the slope of the overview
 _OF_FIGURES = {

@@ -15,7 +15,7 @@ from oblique_impact.beam.residual_flexibility import residual_compliance
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.marching.alpha_state import coefficients
-from renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
+from oblique_impact.renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
 
 from .paper import Array, label, new_figure
 from .sketch import moments, run

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 
-from modal.eigenfunctions import Eigenfunctions, Family
 from oblique_impact import History, Scenario, natural_frequencies, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.state import State
-from renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
+from oblique_impact.modal.eigenfunctions import Eigenfunctions, Family
+from oblique_impact.renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
 
 from .paper import Array, angle, arrow, draw_pin, draw_slope, frame, label, new_figure, plain, shade_contacts
 from .sketch import Sketch, moments, run

@@ -13,7 +13,7 @@ from matplotlib.patches import Arc, FancyArrowPatch, Polygon
 from numpy.typing import NDArray
 
 from oblique_impact import History
-from renders.style import GREY, LIGHT, figure_style
+from oblique_impact.renders.style import GREY, LIGHT, figure_style
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from oblique_impact import History, Scenario, simulate
-from renders import Style, export, render
-from renders.presets import BARE
-from renders.style import THEMES
+from oblique_impact.renders import Style, export, render
+from oblique_impact.renders.presets import BARE
+from oblique_impact.renders.style import THEMES
 
 from .mechanics import paper
 from .studies import blocks

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.contact.state import State
-from renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
+from oblique_impact.renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
 
 from .paper import Array, angle, arrow, draw_pin, draw_slope, frame, label, new_figure, plain
 

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from oblique_impact import Scenario, simulate
 from oblique_impact.contact.friction import Coulomb, ModifiedCoulomb
 from oblique_impact.contact.state import State
-from renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
-from validation import refine, sweep, validate
+from oblique_impact.renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
+from oblique_impact.validation import refine, sweep, validate
 
 from .mechanics import paper
 from .paper import FOLDER, label, new_figure, shade_contacts

@@ -9,7 +9,7 @@ from own_parts import Hertz
 
 from oblique_impact import simulate_system
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
-from validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 
 check = checks_of("own", "User-defined parts")
 

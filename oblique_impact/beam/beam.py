@@ -229,7 +229,7 @@ class FullBeam(Beam):
     """A beam in all its nodes, on a pin or on a hub of radius 0, in its total transverse coordinates W (n,).
 
     The operators are banded ones of its free degrees of freedom, the slope at the root and then node by node, from
-    ``fem_beam.build_nodal``; mean-axis frame, first-order kinetics.
+    ``oblique_impact.fem_beam.build_nodal``; mean-axis frame, first-order kinetics.
     """
 
     @property

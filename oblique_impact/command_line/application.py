@@ -1,11 +1,11 @@
-"""The application: the commands of this package and of installed ones, their exit codes, errors in one line."""
+"""The application: all commands, their exit codes, errors in one line."""
 
 from __future__ import annotations
 
 import os
 import sys
 from collections.abc import Callable
-from importlib.metadata import EntryPoint, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
@@ -18,44 +18,34 @@ from oblique_impact.command_line.scenarios import scenarios
 from oblique_impact.command_line.schema import schema
 from oblique_impact.command_line.words import print_note, print_text
 from oblique_impact.errors import InputError, Interrupted, Outcome
-from oblique_impact.installed import installed, load
+from oblique_impact.renders.commands import export, render
+from oblique_impact.validation.commands import compare, refine, reproduce, sweep, validate
 
-#: order of the commands on the help page; those of other packages follow by their names
-ORDER = (
-    *("scenarios", "init", "run", "render", "modes", "refine", "compare", "sweep", "export"),
-    *("validate", "reproduce", "schema"),
-)
 #: what every command line of this program is made with
 OPTIONS: dict[str, Any] = {"rich_markup_mode": None, "pretty_exceptions_enable": False}
 #: what help calls a value of a type
 VALUES = {int: "INTEGER", float: "NUMBER", Path: "PATH", str: "TEXT", bool: ""}
 #: shells ask for completions by this variable (typer derives it from the name of the program)
 _COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"
-#: the core's own commands
-_CORE: dict[str, Callable[..., None]] = {
-    command.__name__: command for command in (run, modes, schema, init, scenarios)
+#: in the order of the help page
+COMMANDS: dict[str, Callable[..., None]] = {
+    command.__name__: command
+    for command in (
+        *(scenarios, init, run, render, modes, refine, compare, sweep, export),
+        *(validate, reproduce, schema),
+    )
 }
 
 
 def application(wanted: str | None = None) -> typer.Typer:
-    """Return the application: the core's commands, and those of the group ``oblique_impact.commands``.
-
-    If there is a command called `wanted`, it is the only one, and nothing else is imported.  A command whose
-    package cannot be imported says so when it is called; the others still work.
-    """
+    """Return the application; if there is a command called `wanted`, it is the only one in it."""
     about = "A flexible beam swings on a pin, strikes a rigid slope, slips, sticks and bounces."
     app = typer.Typer(name="oblique-impact", help=about, **OPTIONS)
     app.callback()(_program)
-    names = {*installed("commands"), *_CORE}
-    names = {wanted} if wanted in names else names
-    commands = {name: _CORE.get(name) or _load(installed("commands")[name]) for name in names}
-    for name in sorted(names, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name)):
-        # the arguments of a broken command are not known: it takes any
-        unchecked = getattr(commands[name], "broken", False)
-        settings = {"allow_extra_args": True, "ignore_unknown_options": True} if unchecked else {}
+    for name in [wanted] if wanted in COMMANDS else COMMANDS:
         # a short help that is given is not cut off
-        short = (commands[name].__doc__ or "").partition("\n\n")[0]
-        app.command(name, short_help=" ".join(short.split()), context_settings=settings)(commands[name])
+        short = (COMMANDS[name].__doc__ or "").partition("\n\n")[0]
+        app.command(name, short_help=" ".join(short.split()))(COMMANDS[name])
     return app
 
 
@@ -99,22 +89,6 @@ def value_name(parameter: Any) -> str:
     while not isinstance(annotation, type) or get_args(annotation):
         annotation = next(part for part in get_args(annotation) if part is not type(None))
     return VALUES.get(annotation, "TEXT")
-
-
-def _load(point: EntryPoint) -> Callable[..., None]:
-    """Import a command, or return one that raises what is wrong with it."""
-    try:
-        command: Callable[..., None] = load(point)
-        return command
-    except InputError as error:
-        message = str(error)
-
-    def broken() -> None:
-        raise InputError(message)
-
-    broken.__doc__ = f"Not available: {message}"
-    broken.broken = True  # type: ignore[attr-defined]
-    return broken
 
 
 def main(arguments: list[str] | None = None) -> None:

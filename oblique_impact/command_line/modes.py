@@ -11,7 +11,6 @@ import typer
 
 from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import InputError
-from oblique_impact.installed import installed, load
 
 if TYPE_CHECKING:
     from oblique_impact.beam.frequencies import Frequencies
@@ -36,15 +35,14 @@ def modes(
     chosen = Scenario.load(scenario, changes)
     rates = _speeds(speeds)
     if out is not None:
-        if "campbell" not in installed("drawings"):
-            raise InputError(f"--out {out}: no installed package draws Campbell diagrams (run: make install)")
         prepare_folder(out.parent if out.suffix else out)
     with counting_bar("frequencies"):
         found = natural_frequencies(chosen, rates, count)
     print_result(_lines(found), found.to_dict(), as_json)
     if out is not None:
-        draw = load(installed("drawings")["campbell"])
-        print_note(f"Campbell diagram: {draw(chosen, rates, found.flapwise.shape[1], out)}")
+        from oblique_impact.renders.campbell import campbell_diagram
+
+        print_note(f"Campbell diagram: {campbell_diagram(chosen, rates, found.flapwise.shape[1], out)}")
 
 
 def _speeds(text: str) -> list[float]:

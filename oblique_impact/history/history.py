@@ -29,7 +29,7 @@ from oblique_impact.history.variables import (
     stored,
     with_later,
 )
-from oblique_impact.installed import installed, load, reason
+from oblique_impact.installed import reason
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
@@ -276,28 +276,27 @@ class History:
     def plot(self) -> Figure:
         """Draw the overview of a beam's run: motion, shapes, contact force, gap, energies, losses.
 
-        Raises InputError for a system that is no beam, or if the package that draws is not installed.
+        Raises InputError for a system that is no beam.
         """
-        figure: Figure = self._drawing("overview", "plot")({"run": self})
-        return figure
+        from oblique_impact.renders.overview import overview
+
+        self._require_beam("plot")
+        return overview({"run": self})
 
     def to_pyvista(self, time: float, deformation: float = 1.0) -> PolyData:
         """Return the surface of the beam at a time (s) as a mesh with all results, in SI units.
 
-        `deformation` magnifies the bending, not the results.  Raises InputError for a system that is no beam, a
-        time outside of the run, or if the package that makes meshes is not installed.
+        `deformation` magnifies the bending, not the results.  Raises InputError for a system that is no beam, or a
+        time outside of the run.
         """
-        mesh: PolyData = self._drawing("mesh", "to_pyvista")(self, time, deformation)
-        return mesh
+        from oblique_impact.renders.meshes import beam_mesh
 
-    def _drawing(self, name: str, caller: str) -> Callable[..., Any]:
-        """Load what an installed package announces as a drawing of a beam."""
+        self._require_beam("to_pyvista")
+        return beam_mesh(self, time, deformation)
+
+    def _require_beam(self, caller: str) -> None:
         if "theta" not in self:
             raise InputError(f"{caller}: this is the history of a system that is no beam")
-        if name not in installed("drawings"):
-            raise InputError(f"{caller}: needs the package renders, which is not installed")
-        drawing: Callable[..., Any] = load(installed("drawings")[name])
-        return drawing
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write scenario.toml, history.nc, events.csv and summary.json into `folder`, all of them or none.

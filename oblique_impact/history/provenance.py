@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
 
 #: packages whose source decides about the numbers of a run
-NUMERIC_PACKAGES = ("oblique_impact", "modal", "fem_beam")
+NUMERIC_PACKAGES = ("oblique_impact", "oblique_impact.modal", "oblique_impact.fem_beam")
+#: sub-packages that lie in a wheel inside of `oblique_impact`, in a checkout beside it: digested by themselves
+_APART = ("modal", "fem_beam", "renders", "validation")
 _DIGITS = 16
 
 
@@ -84,6 +86,8 @@ def source_digest(packages: tuple[str, ...]) -> str:
         spec = find_spec(package)
         for folder in sorted(spec.submodule_search_locations or () if spec else ()):
             for file in sorted(Path(folder).rglob("*.py")):
+                if file.relative_to(folder).parts[0] in _APART:
+                    continue
                 digest.update(file.relative_to(folder).as_posix().encode())
                 digest.update(file.read_bytes())
     return digest.hexdigest()[:_DIGITS]
@@ -128,7 +132,7 @@ def part_digests(named: Iterable[tuple[str, str]]) -> dict[str, str]:
     for key, name in named:
         choice = part_keys()[key]
         part = None if name in choice.built_in else load(choice.kind, name)
-        if part is not None and _module(part).partition(".")[0] not in NUMERIC_PACKAGES:
+        if part is not None and _module(part).partition(".")[0] != "oblique_impact":
             found[f"{key}: {name}"] = part_digest(part)
     return found
 

@@ -18,12 +18,12 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, write_text
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
-from renders.exports.paraview_state import state_file, state_text
-from renders.exports.scene import Scene
-from renders.exports.selection import Integers, Selection
-from renders.exports.target import READERS, resolve
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders.exports.paraview_state import state_file, state_text
+from oblique_impact.renders.exports.scene import Scene
+from oblique_impact.renders.exports.selection import Integers, Selection
+from oblique_impact.renders.exports.target import READERS, resolve
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 
 Format = Literal["vtkhdf", "pvd", "xdmf", "csv"]
 
@@ -200,7 +200,7 @@ def _megabytes(size: float) -> str:
 
 def _write(scene: Scene, target: Path, format: Format, advance: Callable[[], None]) -> None:
     """Write a format; each writer loads a large library, so only the one that is wanted."""
-    writer = import_module(f"renders.exports.{format}")
+    writer = import_module(f"oblique_impact.renders.exports.{format}")
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         writer.write(scene, target, advance)

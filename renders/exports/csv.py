@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from oblique_impact.history.history import History
-from renders.exports.scene import Scene
-from renders.exports.target import whole
+from oblique_impact.renders.exports.scene import Scene
+from oblique_impact.renders.exports.target import whole
 
 
 def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from renders.exports.scene import Scene
-from renders.story import colour_scale
+from oblique_impact.renders.exports.scene import Scene
+from oblique_impact.renders.story import colour_scale
 
 #: what opens a format in ParaView
 _READERS = {"pvd": "PVDReader", "xdmf": "Xdmf3ReaderS", "vtkhdf": "VTKHDFReader"}

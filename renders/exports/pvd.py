@@ -16,8 +16,8 @@ from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from oblique_impact.errors import InputError
-from renders.exports.scene import Part, Scene
-from renders.exports.target import whole
+from oblique_impact.renders.exports.scene import Part, Scene
+from oblique_impact.renders.exports.target import whole
 
 _OURS = re.compile(r"[a-z_]+_\d{6,}\.vtp")
 _LEVEL = 1  # of zlib: a level higher costs more time than it saves space

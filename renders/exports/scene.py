@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from renders.exports.selection import Frames
-from renders.geometry import QUANTITIES, BeamGeometry
-from renders.metadata import made_by, warnings_of
-from renders.scenery import pin, slope_wedge
-from renders.story import Story
+from oblique_impact.renders.exports.selection import Frames
+from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.metadata import made_by, warnings_of
+from oblique_impact.renders.scenery import pin, slope_wedge
+from oblique_impact.renders.story import Story
 
 if TYPE_CHECKING:
     import pyvista

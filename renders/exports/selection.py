@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import jumps
-from renders.timeline import distance_from
+from oblique_impact.renders.timeline import distance_from
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

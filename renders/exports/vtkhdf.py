@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.files import CheckedFile
-from renders.exports.scene import RESULTS, Scene, Shape
-from renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
+from oblique_impact.renders.exports.scene import RESULTS, Scene, Shape
+from oblique_impact.renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
 Integers = NDArray[np.int64]
 

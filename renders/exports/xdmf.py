@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import CheckedFile
-from renders.exports.scene import Part, Scene
-from renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
+from oblique_impact.renders.exports.scene import Part, Scene
+from oblique_impact.renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
 Integers = NDArray[np.int64]
 

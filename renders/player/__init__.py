@@ -3,6 +3,6 @@
 `write_player`   the page of a history
 """
 
-from renders.player.document import write_player
+from oblique_impact.renders.player.document import write_player
 
 __all__ = ["write_player"]

@@ -9,10 +9,10 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from renders.files import save_whole
-from renders.metadata import made_by
-from renders.player.payload import payload
-from renders.story import Story
+from oblique_impact.renders.files import save_whole
+from oblique_impact.renders.metadata import made_by
+from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders.story import Story
 
 FRAMES = 1500  # about, besides the samples at events
 
@@ -28,7 +28,7 @@ def write_player(story: Story, out: Path) -> Path:
     switches; a name of the story is for its title.  Raises InputError with one line if the file cannot be written.
     """
     content = payload(story, FRAMES)
-    loader = PackageLoader("renders.player", "page")
+    loader = PackageLoader("oblique_impact.renders.player", "page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
 
     def source(name: str) -> Markup:

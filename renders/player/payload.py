@@ -15,15 +15,15 @@ from oblique_impact.errors import Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.problem import stop_of
+from oblique_impact.renders.geometry import BeamGeometry, contact_gap
+from oblique_impact.renders.metadata import warnings_of
+from oblique_impact.renders.player.packing import packed
+from oblique_impact.renders.player.results import along_the_beam, result_facts, scales
+from oblique_impact.renders.player.selection import chart_points, evenly, frames, listed_events
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import COLOUR_MAP, STATE_COLOURS
+from oblique_impact.renders.title import parameters
 from oblique_impact.scenario.scenario import Scenario
-from renders.geometry import BeamGeometry, contact_gap
-from renders.metadata import warnings_of
-from renders.player.packing import packed
-from renders.player.results import along_the_beam, result_facts, scales
-from renders.player.selection import chart_points, evenly, frames, listed_events
-from renders.story import Story
-from renders.style import COLOUR_MAP, STATE_COLOURS
-from renders.title import parameters
 
 Array = NDArray[np.float64]
 

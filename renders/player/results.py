@@ -7,11 +7,11 @@ from typing import Any, get_args
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.player.packing import packed, rounded
+from oblique_impact.renders.story import ColourScale, Story, colour_scale
+from oblique_impact.renders.style import Colour
 from oblique_impact.scenario.shapes import at
-from renders.geometry import BeamGeometry
-from renders.player.packing import packed, rounded
-from renders.story import ColourScale, Story, colour_scale
-from renders.style import Colour
 
 #: variables of the history along the beam, their names in the page, and the result whose scale bounds them
 _ALONG = {

@@ -14,7 +14,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.marching.records import Event
-from renders.timeline import TimeMap
+from oblique_impact.renders.timeline import TimeMap
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

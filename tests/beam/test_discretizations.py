@@ -9,13 +9,11 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-import fem_beam
-import modal
-from fem_beam.nodal import banded
-from fem_beam.reduction import eigenmodes
-from modal import Eigenfunctions
-from oblique_impact import InputError, Scenario
+from oblique_impact import InputError, Scenario, fem_beam, modal
 from oblique_impact.beam.operators import build_operators
+from oblique_impact.fem_beam.nodal import banded
+from oblique_impact.fem_beam.reduction import eigenmodes
+from oblique_impact.modal import Eigenfunctions
 
 M, EI = 2766.7 * 3.14e-4, 68.952e9 * 7.85e-9
 LENGTH, POINT, RADIUS = 1.3, 0.47, 0.15

@@ -9,7 +9,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.operators import build_operators
-from validation.reference_values import VALUES
+from oblique_impact.validation.reference_values import VALUES
 
 CHIMNEY = VALUES["4b"]
 MASS, BENDING, GRAVITY, ANGLE = 0.86874, 541.27, 9.8, np.pi / 4

@@ -9,12 +9,12 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.sparse import csr_array
 
-import fem_beam
-from fem_beam.reduction import eigenmodes
-from modal import Eigenfunctions
+from oblique_impact import fem_beam
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators, cumulative
 from oblique_impact.beam.section_forces import Motion, displacements_along, fields_along
+from oblique_impact.fem_beam.reduction import eigenmodes
+from oblique_impact.modal import Eigenfunctions
 from tests.beam.test_discretizations import EI, LENGTH, POINT, RADIUS, scenario_of
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from modal import Eigenfunctions
 from oblique_impact import Scenario
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
@@ -14,6 +13,7 @@ from oblique_impact.contact.forces import instant_of
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import dot
 from oblique_impact.marching.sampling import contact_problem
+from oblique_impact.modal import Eigenfunctions
 
 PIN = {}
 HUB = {"root__kind": "hub", "root__inertia": 0.02, "root__torque": 1.7}

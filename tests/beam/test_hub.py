@@ -18,7 +18,7 @@ from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_compliance
 from oblique_impact.kernels import rows as row
 from oblique_impact.problem import beam_of
-from validation.beams import unit_beam
+from oblique_impact.validation.beams import unit_beam
 
 INERTIAS = [0.0, 1e-4, 0.02, 1.0, 1e3, 1e9]
 

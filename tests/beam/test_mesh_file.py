@@ -6,8 +6,8 @@ import meshio
 import numpy as np
 import pytest
 
-from fem_beam import NodalBeam, beam_mesh
 from oblique_impact import History, InputError, Scenario, simulate
+from oblique_impact.fem_beam import NodalBeam, beam_mesh
 
 FEM = ["discretization.method=fem", "contact.point=0.7", "discretization.modes=2"]
 NODES = beam_mesh(1.0, 9, 0.7, grading=3.0).p[0]

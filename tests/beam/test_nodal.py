@@ -5,10 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array
 
-import fem_beam
-from fem_beam.reduction import eigenmodes
-from oblique_impact import InputError, Scenario, simulate
+from oblique_impact import InputError, Scenario, fem_beam, simulate
 from oblique_impact.beam.beam import Beam, FullBeam
+from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.banded import band_multiply
 

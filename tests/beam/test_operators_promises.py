@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scipy.sparse import issparse
 
-import modal
-from oblique_impact import InputError, Scenario, simulate
+from oblique_impact import InputError, Scenario, modal, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.problem import beam_of
 from oblique_impact.scenario import user_defined
@@ -50,7 +49,7 @@ def test_a_discretization_without_a_nodal_model_says_so(monkeypatch):
 @pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
 def test_few_modes_of_a_large_mesh_are_those_of_the_whole_decomposition(frame, monkeypatch):
     """Shift-invert Lanczos against the singular vectors: frequencies to 2e-10, shapes to the root of that."""
-    from fem_beam import reduction
+    from oblique_impact.fem_beam import reduction
 
     scenario = Scenario.builtin("paper").replace(
         discretization__method="fem",

@@ -9,7 +9,7 @@ import pytest
 from scipy.special import ellipk, ellipkinc
 
 from oblique_impact import Scenario, simulate
-from validation.reference_values import VALUES
+from oblique_impact.validation.reference_values import VALUES
 
 RIGID = VALUES["4"]
 

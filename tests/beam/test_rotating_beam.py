@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from fem_beam import NodalBeam
-from modal import Eigenfunctions
-from modal.assembly import gauss_rule
 from oblique_impact import Scenario, natural_frequencies
 from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
-from validation.beams import EPS, unit_beam
-from validation.reference_values import VALUES
+from oblique_impact.fem_beam import NodalBeam
+from oblique_impact.modal import Eigenfunctions
+from oblique_impact.modal.assembly import gauss_rule
+from oblique_impact.validation.beams import EPS, unit_beam
+from oblique_impact.validation.reference_values import VALUES
 
 ROWS = [item for item in VALUES if item.startswith("2-")]
 

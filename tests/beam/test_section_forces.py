@@ -12,8 +12,8 @@ from oblique_impact import Scenario, simulate
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.section_forces import Fields, Motion, fields_along
+from oblique_impact.validation.reference_values import VALUES
 from tests.beam.test_falling_beam import BENDING, GRAVITY, MASS
-from validation.reference_values import VALUES
 
 HELD = {"kind": "driven", "profile": "hold"}
 

@@ -9,12 +9,11 @@ from scipy.integrate import quad
 from skfem import Basis, BilinearForm, MeshLine
 from skfem.helpers import dd, ddot
 
-import fem_beam
-from fem_beam.element import LocalHermite
-from fem_beam.mesh import beam_mesh
-from oblique_impact import InputError, Scenario
+from oblique_impact import InputError, Scenario, fem_beam
 from oblique_impact.beam.cross_sections import Profile, Sections
 from oblique_impact.beam.operators import build_operators
+from oblique_impact.fem_beam.element import LocalHermite
+from oblique_impact.fem_beam.mesh import beam_mesh
 
 AREA = ((0.0, 3e-4), (0.37, 5e-4), (1.3, 2e-4))
 SECOND_MOMENT = ((0.0, 9e-9), (0.81, 4e-9), (1.3, 6e-9))

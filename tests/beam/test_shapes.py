@@ -10,9 +10,9 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
-from fem_beam.nodal import NodalBeam
 from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.scenario.materials import MATERIALS
 from oblique_impact.scenario.sections import BeamSection, CrossSection
 from oblique_impact.scenario.shapes import SHAPES, SIZES

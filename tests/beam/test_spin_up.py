@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Outcome, Scenario
-from validation.reference_values import VALUES
+from oblique_impact.validation.reference_values import VALUES
 
 
 @pytest.mark.parametrize("modes", [1, 8])

@@ -10,11 +10,11 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
-from fem_beam import NodalBeam
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.operators import build_operators
-from validation.beams import UNIT
-from validation.reference_values import VALUES
+from oblique_impact.fem_beam import NodalBeam
+from oblique_impact.validation.beams import UNIT
+from oblique_impact.validation.reference_values import VALUES
 
 AREA = [[0.0, 1.0], [0.3, 0.5], [1.0, 0.8]]
 SECOND_MOMENT = [[0.0, 1.0], [0.6, 0.4], [1.0, 0.3]]

@@ -16,8 +16,8 @@ import pytest
 from oblique_impact import History, Scenario
 from oblique_impact.command_line.application import main
 from oblique_impact.history.size import expected_size
+from oblique_impact.validation.checks.registry import all_checks
 from tests.processes import COMMAND, files_in, wait_for
-from validation.checks.registry import all_checks
 
 FOUR = ["events.csv", "history.nc", "scenario.toml", "summary.json"]
 

@@ -24,12 +24,12 @@ from hypothesis import strategies as st
 
 from oblique_impact import History, InputError, Interrupted, Scenario, simulate
 from oblique_impact.command_line.application import main
+from oblique_impact.renders.exports.command import export_command
+from oblique_impact.renders.exports.selection import Selection
+from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders.story import story_of
 from oblique_impact.scenario.scenario import builtin_names
-from renders.exports.command import export_command
-from renders.exports.selection import Selection
-from renders.player.payload import payload
-from renders.story import story_of
-from validation.sweeps.plan import load_plan, make_plan, shipped_names
+from oblique_impact.validation.sweeps.plan import load_plan, make_plan, shipped_names
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ import pytest
 
 from oblique_impact import Scenario, simulate, simulate_system
 from oblique_impact.contact.stops import ElasticStop
-from validation.small_systems import Particle
+from oblique_impact.validation.small_systems import Particle
 
 NODAL = ("discretization.method=fem", "discretization.modes=0", "discretization.elements=8")
 IMPLICIT = ("solver.scheme=generalized-alpha", "solver.free_step=1e-5")

@@ -15,9 +15,9 @@ from oblique_impact.contact.state import Instant, State, rigid_phase
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.scenario.sections import SolverSection
+from oblique_impact.validation.reference_values import VALUES
+from oblique_impact.validation.small_systems import FreeRod, PinnedBar, samples_at
 from tests.systems import RungeKutta
-from validation.reference_values import VALUES
-from validation.small_systems import FreeRod, PinnedBar, samples_at
 
 BAR = PinnedBar(mass=0.86874, length=1.0, gravity=9.8, slope=pi / 10, offset=0.3)
 PHI = VALUES["4"]["theta_f"] - BAR.slope  # between the bar and the slope at touch

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from modal import Eigenfunctions
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import static_flexibility
 from oblique_impact.kernels import rows as row
+from oblique_impact.modal import Eigenfunctions
 
 FACE = {"contact__surface": "section", "contact__point": 0.8, "discretization__modes": 3}
 ON_THE_FACE = 'contact.surface="section"'

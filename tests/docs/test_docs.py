@@ -20,7 +20,7 @@ import pytest
 from oblique_impact import Scenario, simulate, simulate_system
 from oblique_impact.scenario.rules import RULES
 from oblique_impact.scenario.schema import key_schemas
-from validation.checks import registry
+from oblique_impact.validation.checks import registry
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -12,10 +12,10 @@ import typer
 from oblique_impact import Scenario
 from oblique_impact.command_line.application import application
 from oblique_impact.scenario.scenario import builtin_text
-from validation.checks.registry import all_checks
-from validation.quantities import quantity
-from validation.refinement.shipped import STUDIES
-from validation.sweeps.plan import load_plan, make_plan
+from oblique_impact.validation.checks.registry import all_checks
+from oblique_impact.validation.quantities import quantity
+from oblique_impact.validation.refinement.shipped import STUDIES
+from oblique_impact.validation.sweeps.plan import load_plan, make_plan
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -15,8 +15,8 @@ from docs.pictures import contacts, draw, mechanics, sketch
 from docs.pictures.paper import FOLDER
 from oblique_impact import Scenario
 from oblique_impact.contact.state import State
-from renders.style import DARK
-from renders.timeline import time_map
+from oblique_impact.renders.style import DARK
+from oblique_impact.renders.timeline import time_map
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -280,9 +280,7 @@ def imports(code: str) -> set[str]:
     """Names that a program takes from the packages of this project."""
     found = set()
     for node in ast.walk(ast.parse(code)):
-        if isinstance(node, ast.ImportFrom) and node.module.partition(".")[0] in (
-            *("oblique_impact", "modal", "fem_beam", "validation", "renders"),
-        ):
+        if isinstance(node, ast.ImportFrom) and node.module.partition(".")[0] == "oblique_impact":
             found |= {f"{node.module}.{alias.name}" for alias in node.names}
     return found
 

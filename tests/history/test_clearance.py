@@ -7,12 +7,12 @@ import json
 import numpy as np
 import pytest
 
-from fem_beam.nodal import NodalBeam
-from fem_beam.reduction import eigenmodes
-from modal.eigenfunctions import Eigenfunctions
 from oblique_impact import History, InputError, Scenario, concatenate, simulate
 from oblique_impact.beam.clearance import nearest
 from oblique_impact.command_line.application import main
+from oblique_impact.fem_beam.nodal import NodalBeam
+from oblique_impact.fem_beam.reduction import eigenmodes
+from oblique_impact.modal.eigenfunctions import Eigenfunctions
 from oblique_impact.scenario.sections import SlopeSection
 
 UNBOUNDED = "slope.extent=[]"

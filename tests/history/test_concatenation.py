@@ -13,9 +13,9 @@ from oblique_impact import History, InputError, Outcome, Scenario, concatenate, 
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.history.summary import macro_collisions
-from renders import export, render
+from oblique_impact.renders import export, render
+from oblique_impact.validation import compare
 from tests.systems import Block
-from validation import compare
 
 LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme", "supplied")
 

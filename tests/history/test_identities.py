@@ -14,15 +14,15 @@ import pytest
 from oblique_impact import Scenario, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
-from renders.exports import pvd, vtkhdf, xdmf
-from renders.exports.scene import Scene
-from renders.exports.selection import Selection
-from renders.geometry import SIDES, BeamGeometry
-from renders.ground import ground_of
-from renders.scenery import pin
-from renders.slope import drawn_slope
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders.exports import pvd, vtkhdf, xdmf
+from oblique_impact.renders.exports.scene import Scene
+from oblique_impact.renders.exports.selection import Selection
+from oblique_impact.renders.geometry import SIDES, BeamGeometry
+from oblique_impact.renders.ground import ground_of
+from oblique_impact.renders.scenery import pin
+from oblique_impact.renders.slope import drawn_slope
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 from tests.history.recomputed import ExactBeam, cross, recomputed
 from tests.renders.export_readers import read
 from tests.renders.page_scripts import NODE, Scripts

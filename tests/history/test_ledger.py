@@ -18,7 +18,7 @@ from oblique_impact.history.summary import Ledger, MacroCollision, balance, macr
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.records import Contact, Event, OpenContact
 from oblique_impact.scenario.scenario import builtin_names
-from validation.small_systems import Particle
+from oblique_impact.validation.small_systems import Particle
 
 IMPLICIT = [n for n in builtin_names() if Scenario.builtin(n).solver.scheme == "generalized-alpha"]
 

@@ -20,7 +20,7 @@ from oblique_impact.history.provenance import (
     source_digest,
 )
 from oblique_impact.scenario.user_defined import register
-from validation.sweeps.plan import load_plan, make_plan
+from oblique_impact.validation.sweeps.plan import load_plan, make_plan
 
 TOP = Path(__file__).parents[2]
 SWEEP = """
@@ -40,7 +40,7 @@ def in_a_copy(folder, code):
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
     folder = tmp_path_factory.mktemp("copy")
-    for package in (*NUMERIC_PACKAGES, "validation"):
+    for package in (*NUMERIC_PACKAGES, "oblique_impact.validation"):
         shutil.copytree(TOP / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
     return folder
 
@@ -50,10 +50,14 @@ def test_a_sweep_of_another_physics_is_another_sweep(copy):
     code = (
         "from oblique_impact.history.provenance import NUMERIC_PACKAGES, provenance, source_digest; "
         "from validation.sweeps.plan import load_plan; "
-        "print(source_digest(NUMERIC_PACKAGES), source_digest(('validation',)), "
+        "print(source_digest(NUMERIC_PACKAGES), source_digest(('oblique_impact.validation',)), "
         "load_plan('friction').fingerprint, provenance().get('commit'))"
     )
-    digests = [source_digest(NUMERIC_PACKAGES), source_digest(("validation",)), load_plan("friction").fingerprint]
+    digests = [
+        source_digest(NUMERIC_PACKAGES),
+        source_digest(("oblique_impact.validation",)),
+        load_plan("friction").fingerprint,
+    ]
     assert in_a_copy(copy, code).split() == [*digests, "None"]  # a copy is no checkout
     changes = {
         "oblique_impact/marching/loop.py": [True, False, True],

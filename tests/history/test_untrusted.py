@@ -14,8 +14,8 @@ import pytest
 
 from oblique_impact import History, InputError, Scenario
 from oblique_impact.history.netcdf import MAX_BYTES
-from validation.sweeps.plan import load_plan, make_plan
-from validation.sweeps.store import open_store
+from oblique_impact.validation.sweeps.plan import load_plan, make_plan
+from oblique_impact.validation.sweeps.store import open_store
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.runs import event_times
+from oblique_impact.validation.runs import event_times
 
 FRICTIONLESS = ("contact.friction=frictionless", "end_time=0.335")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from validation.runs import NEAR
+from oblique_impact.validation.runs import NEAR
 
 NODAL = (
     "discretization.method=fem",

@@ -22,8 +22,8 @@ from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.scheme import Scheme, new_scratch
 from oblique_impact.scenario.sections import SolverSection
+from oblique_impact.validation.runs import NEAR
 from tests.systems import Block, Oscillator, Prescribed, RungeKutta, incline
-from validation.runs import NEAR
 
 OSCILLATOR = Oscillator()
 Q0, QD0 = np.array([1.0, 0.3]), np.array([0.2, -1.0])

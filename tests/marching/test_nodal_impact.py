@@ -5,7 +5,7 @@ import pytest
 
 from oblique_impact import Outcome, Scenario, simulate
 from oblique_impact.contact.transitions import EventKind
-from validation.checks.rigid_impact import (
+from oblique_impact.validation.checks.rigid_impact import (
     BENDING,
     LENGTH,
     MASS,
@@ -14,7 +14,7 @@ from validation.checks.rigid_impact import (
     WAVE,
     held_tip,
 )
-from validation.runs import NEAR
+from oblique_impact.validation.runs import NEAR
 
 
 @pytest.mark.parametrize(("rho", "opens", "closes"), [(0.0, 5, 1.4), (0.5, 8, 1.15), (0.8, 77, 1.07)])

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from oblique_impact import Interrupted, Scenario, simulate
+from oblique_impact.fem_beam.exact.run import Run as AbsoluteRun
 from oblique_impact.files import CheckedFile
 from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.kernels.compiling import preparing
 from oblique_impact.marching.event import EventScheme
-from validation.absolute.run import Run as AbsoluteRun
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

@@ -5,8 +5,7 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 import pytest
 
-import modal
-from oblique_impact import InputError, MechanicalSystem, Scenario, simulate, simulate_system
+from oblique_impact import InputError, MechanicalSystem, Scenario, modal, simulate, simulate_system
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.kernels.system import ContactRows

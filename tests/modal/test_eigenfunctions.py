@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from modal import Eigenfunctions
+from oblique_impact.modal import Eigenfunctions
 
 FAMILIES = ["clamped-free", "hinged-free"]
 MODES, LENGTH = 60, 2.5

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from renders.style import STATE_COLOURS
+from oblique_impact.renders.style import STATE_COLOURS
 
 
 def seek(page, time):

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from renders.player import write_player
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders.player import write_player
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 from tests.conftest import watched
 from tests.renders.browsing import seek
 from tests.renders.page_scripts import Scripts

@@ -9,10 +9,10 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-from renders import player
-from renders.player.document import DRAWING
-from renders.player.packing import unpacked
-from renders.player.payload import payload
+from oblique_impact.renders import player
+from oblique_impact.renders.player.document import DRAWING
+from oblique_impact.renders.player.packing import unpacked
+from oblique_impact.renders.player.payload import payload
 from tests.renders.page_arrays import frame_axes
 
 NODE = shutil.which("node") or shutil.which("nodejs")

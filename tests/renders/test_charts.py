@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from PIL import ImageColor
 
 from oblique_impact.contact.state import State
-from renders import campbell, charts, frame, overview
-from renders.charts import Chart, Curve, energy_curves, force_curves
-from renders.frame import Composer
-from renders.letters import Letters
-from renders.story import story_of
-from renders.style import DARK, LIGHT, STATE_COLOURS, Style
-from renders.timeline import make_timeline
+from oblique_impact.renders import campbell, charts, frame, overview
+from oblique_impact.renders.charts import Chart, Curve, energy_curves, force_curves
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.letters import Letters
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import DARK, LIGHT, STATE_COLOURS, Style
+from oblique_impact.renders.timeline import make_timeline
 from tests.renders.writing import texts
 
 KINDS = ("kinetic", "elastic", "gravity")

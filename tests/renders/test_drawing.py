@@ -8,13 +8,13 @@ from collections import deque
 
 import pytest
 
-from renders import drawing
-from renders.drawing import frames_of, in_order
-from renders.film import write_film
-from renders.frame import Composer
-from renders.story import story_of
-from renders.style import Style
-from renders.timeline import make_timeline
+from oblique_impact.renders import drawing
+from oblique_impact.renders.drawing import frames_of, in_order
+from oblique_impact.renders.film import write_film
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import make_timeline
 from tests.processes import descendants, is_alive, started, wait_for
 
 AHEAD = drawing._DRAWN

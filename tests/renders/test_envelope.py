@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renders.envelope import PERIOD, drawn, fast_spans, turning_points
+from oblique_impact.renders.envelope import PERIOD, drawn, fast_spans, turning_points
 
 
 def swinging(period, width=400.0, samples=8000):

@@ -16,14 +16,14 @@ import pyvista as pv
 from oblique_impact import InputError
 from oblique_impact.history.provenance import described, provenance
 from oblique_impact.history.sample_times import ascending, shifted
-from renders.exports import pvd, vtkhdf, xdmf
-from renders.exports.command import _Job
-from renders.exports.scene import FRAME_QUANTITIES, RESULTS, Scene
-from renders.exports.selection import FRAMES, Selection, sides
-from renders.geometry import BETWEEN, SIDES
-from renders.scenery import pin, slope_wedge
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders.exports import pvd, vtkhdf, xdmf
+from oblique_impact.renders.exports.command import _Job
+from oblique_impact.renders.exports.scene import FRAME_QUANTITIES, RESULTS, Scene
+from oblique_impact.renders.exports.selection import FRAMES, Selection, sides
+from oblique_impact.renders.geometry import BETWEEN, SIDES
+from oblique_impact.renders.scenery import pin, slope_wedge
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 from tests.renders.export_readers import read, read_xdmf_by_vtk
 
 WRITERS = {"pvd": pvd.write, "vtkhdf": vtkhdf.write, "xdmf": xdmf.write}

@@ -16,8 +16,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from renders import export
-from renders.exports import selection
+from oblique_impact.renders import export
+from oblique_impact.renders.exports import selection
 from tests.renders.export_readers import read
 
 FORMATS = ("vtkhdf", "pvd", "xdmf")

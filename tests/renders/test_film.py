@@ -14,10 +14,10 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from renders.film import strip_times, write_film, write_strip
-from renders.story import story_of
-from renders.style import Style
-from renders.timeline import make_timeline
+from oblique_impact.renders.film import strip_times, write_film, write_strip
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import make_timeline
 from tests.renders.decoding import decode
 
 SIZE = (480, 270)

@@ -8,7 +8,7 @@ import pyvista as pv
 
 from oblique_impact import InputError
 from oblique_impact.history.sample_times import jumps
-from renders.geometry import BETWEEN, SIDES, BeamGeometry
+from oblique_impact.renders.geometry import BETWEEN, SIDES, BeamGeometry
 from tests.renders import FAMILIES
 
 

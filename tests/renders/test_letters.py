@@ -7,13 +7,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from renders.charts import round_times
-from renders.frame import Composer
-from renders.layout import lay_out
-from renders.letters import LEAST, Letters
-from renders.story import story_of
-from renders.style import Style
-from renders.timeline import TimeMap, make_timeline
+from oblique_impact.renders.charts import round_times
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.layout import lay_out
+from oblique_impact.renders.letters import LEAST, Letters
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import TimeMap, make_timeline
 from tests.renders.writing import written
 
 #: the smallest, the usual one, upright; between them and above it there is more room

@@ -12,10 +12,10 @@ from PIL import Image
 
 from oblique_impact import Scenario
 from oblique_impact.history.provenance import described, provenance
-from renders import Style, render
-from renders.campbell import campbell_diagram
-from renders.metadata import made_by
-from renders.overview import overview_figure
+from oblique_impact.renders import Style, render
+from oblique_impact.renders.campbell import campbell_diagram
+from oblique_impact.renders.metadata import made_by
+from oblique_impact.renders.overview import overview_figure
 
 MADE = described(provenance())
 SMALL = Style(size=(320, 180), deformation=1.0, charts=False, inset=False, ghosts=False, trace=False)

@@ -7,8 +7,8 @@ import pytest
 import pyvista as pv
 
 from oblique_impact import Scenario, simulate
-from renders.geometry import BeamGeometry
-from renders.outlines import SIDES, solid_of
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.outlines import SIDES, solid_of
 
 FEM = {"discretization__method": "fem", "discretization__modes": 2, "discretization__frame": "mean-axis"}
 SHAPES = {

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from renders.beam3d import contact_force
-from renders.envelope import drawn
-from renders.geometry import BETWEEN
-from renders.slope import drawn_slope
-from renders.story import story_of
-from renders.style import DARK, LIGHT, STATE_COLOURS, Style
+from oblique_impact.renders.beam3d import contact_force
+from oblique_impact.renders.envelope import drawn
+from oblique_impact.renders.geometry import BETWEEN
+from oblique_impact.renders.slope import drawn_slope
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import DARK, LIGHT, STATE_COLOURS, Style
 from tests.renders.page_arrays import frame_stress
 from tests.renders.page_scripts import NODE, PAGE, Scripts
 from tests.renders.test_pictures import check_arrow_outline

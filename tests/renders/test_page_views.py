@@ -7,10 +7,10 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from renders.geometry import BETWEEN
-from renders.outlines import SIDES
-from renders.story import colour_scale, story_of
-from renders.style import Colour, Style
+from oblique_impact.renders.geometry import BETWEEN
+from oblique_impact.renders.outlines import SIDES
+from oblique_impact.renders.story import colour_scale, story_of
+from oblique_impact.renders.style import Colour, Style
 from tests.renders.page_scripts import NODE, Scripts
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="neither node nor nodejs is on the PATH")

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renders import export
-from renders.exports.command import _write
-from renders.exports.scene import Scene
-from renders.exports.selection import Selection
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders import export
+from oblique_impact.renders.exports.command import _write
+from oblique_impact.renders.exports.scene import Scene
+from oblique_impact.renders.exports.selection import Selection
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 
 PVPYTHON = shutil.which("pvpython")
 pytestmark = [

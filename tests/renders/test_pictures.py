@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
-from renders import scene
-from renders.backdrop import picture_of, reduced
-from renders.beam3d import CAMERAS, contact_force
-from renders.difference import magnify_difference
-from renders.frame import Composer
-from renders.scene import View
-from renders.story import story_of
-from renders.style import DARK, LIGHT, Style
-from renders.timeline import make_timeline
+from oblique_impact.renders import scene
+from oblique_impact.renders.backdrop import picture_of, reduced
+from oblique_impact.renders.beam3d import CAMERAS, contact_force
+from oblique_impact.renders.difference import magnify_difference
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.scene import View
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import DARK, LIGHT, Style
+from oblique_impact.renders.timeline import make_timeline
 
 BARE = Style(ghosts=False, trace=False, arrow=False, ground=False)
 SIZE = (480, 320)

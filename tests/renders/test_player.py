@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from renders.command import render
-from renders.geometry import BETWEEN
-from renders.player import write_player
-from renders.player.document import FRAMES as STEPS
-from renders.player.packing import packed, rounded, unpacked
-from renders.player.payload import SERIES, payload
-from renders.player.selection import MAX_EVENTS
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders.command import render
+from oblique_impact.renders.geometry import BETWEEN
+from oblique_impact.renders.player import write_player
+from oblique_impact.renders.player.document import FRAMES as STEPS
+from oblique_impact.renders.player.packing import packed, rounded, unpacked
+from oblique_impact.renders.player.payload import SERIES, payload
+from oblique_impact.renders.player.selection import MAX_EVENTS
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 from tests.renders import FAMILIES
 from tests.renders.page_arrays import frame_axes, frame_stress
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renders.player import write_player
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders.player import write_player
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 from tests.renders.browsing import image, now, seek, settle, text
 
 TARGET = 44.0  # CSS pixels (WCAG 2.2, 2.5.5)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from oblique_impact.contact.state import State
+from oblique_impact.renders.player import write_player
+from oblique_impact.renders.story import story_of
 from oblique_impact.scenario.scenario import Scenario
-from renders.player import write_player
-from renders.story import story_of
 from tests.renders.browsing import drag, image, now, rgb, seek, settle, text
 from tests.renders.test_player import content
 

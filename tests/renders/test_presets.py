@@ -7,11 +7,11 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from renders import Style, render
-from renders import command as rendering
-from renders.letters import LEAST, Letters
-from renders.presets import BARE, PRESETS
-from renders.style import LIGHT, SLIDE
+from oblique_impact.renders import Style, render
+from oblique_impact.renders import command as rendering
+from oblique_impact.renders.letters import LEAST, Letters
+from oblique_impact.renders.presets import BARE, PRESETS
+from oblique_impact.renders.style import LIGHT, SLIDE
 
 
 @pytest.fixture

@@ -12,12 +12,12 @@ import pytest
 from PIL import ImageColor
 
 from oblique_impact.history.provenance import described, provenance
-from renders import Style, render
-from renders.charts import energy_curves, force_curves
-from renders.frame import Composer
-from renders.overview import overview
-from renders.story import story_of
-from renders.style import PRINT
+from oblique_impact.renders import Style, render
+from oblique_impact.renders.charts import energy_curves, force_curves
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.overview import overview
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import PRINT
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from PIL import Image
 
 from oblique_impact import InputError
 from oblique_impact.command_line.application import application
-from renders import Style, render
-from renders.command import _instant
-from renders.outputs import APPLIES, CHARTS, FILM, PAGE, STILL, STRIP
+from oblique_impact.renders import Style, render
+from oblique_impact.renders.command import _instant
+from oblique_impact.renders.outputs import APPLIES, CHARTS, FILM, PAGE, STILL, STRIP
 
 
 @pytest.fixture(scope="module")

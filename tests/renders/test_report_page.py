@@ -4,9 +4,19 @@ from __future__ import annotations
 
 import pytest
 
-from validation.report.document import Cell, Document, Fold, Item, Paragraph, Picture, Section, Table, write_report
-from validation.report.figures import new_figure, to_svg
-from validation.report.provenance import provenance
+from oblique_impact.validation.report.document import (
+    Cell,
+    Document,
+    Fold,
+    Item,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+    write_report,
+)
+from oblique_impact.validation.report.figures import new_figure, to_svg
+from oblique_impact.validation.report.provenance import provenance
 
 WIDTHS = (360, 768, 1000, 1001, 1024, 1300, 1420, 1920)
 COLUMNS = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from renders.frame import Composer, bar_mask
-from renders.scale_bar import ScaleBar, scale_bar
-from renders.scene import View
-from renders.story import story_of
+from oblique_impact.renders.frame import Composer, bar_mask
+from oblique_impact.renders.scale_bar import ScaleBar, scale_bar
+from oblique_impact.renders.scene import View
+from oblique_impact.renders.story import story_of
 from tests.renders.writing import texts
 
 LENGTHS = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}

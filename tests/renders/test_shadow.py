@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from renders.ground import ground_of
-from renders.scene import View
-from renders.shadow import Caster, Part, Surface, part_of, shadow_around, shadow_on
-from renders.slope import DrawnSlope
-from renders.story import story_of
-from renders.style import Style
+from oblique_impact.renders.ground import ground_of
+from oblique_impact.renders.scene import View
+from oblique_impact.renders.shadow import Caster, Part, Surface, part_of, shadow_around, shadow_on
+from oblique_impact.renders.slope import DrawnSlope
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 
 PLAIN = Style(ghosts=False, trace=False, arrow=False)
 SIZE = (800, 560)

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from renders import overview
-from renders.exports.scene import Scene
-from renders.exports.selection import Selection
-from renders.geometry import BeamGeometry
-from renders.player.payload import payload
-from renders.scene import View
-from renders.slope import DrawnSlope, drawn_slope
-from renders.story import story_of
-from renders.style import LIGHT, Style
+from oblique_impact.renders import overview
+from oblique_impact.renders.exports.scene import Scene
+from oblique_impact.renders.exports.selection import Selection
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders.scene import View
+from oblique_impact.renders.slope import DrawnSlope, drawn_slope
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import LIGHT, Style
 
 #: the slope is that of all samples, however many
 FEW = "solver.output_interval=1e-3"

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from renders import render
-from renders.charts import energy_curves, force_curves
-from renders.difference import magnify_difference
-from renders.frame import Composer
-from renders.geometry import BeamGeometry
-from renders.player.packing import unpacked
-from renders.player.payload import payload
-from renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
-from renders.style import Style
-from renders.timeline import SECONDS, make_timeline
+from oblique_impact.renders import render
+from oblique_impact.renders.charts import energy_curves, force_curves
+from oblique_impact.renders.difference import magnify_difference
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.player.packing import unpacked
+from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
+from oblique_impact.renders.style import Style
+from oblique_impact.renders.timeline import SECONDS, make_timeline
 from tests.renders.writing import texts, written
 
 QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")

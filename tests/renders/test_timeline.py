@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
-from renders.timeline import distance_from, make_timeline, time_map
+from oblique_impact.renders.timeline import distance_from, make_timeline, time_map
 
 
 def test_time_is_stretched_in_contacts(run):

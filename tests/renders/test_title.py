@@ -10,14 +10,14 @@ import pytest
 from PIL import ImageColor
 
 from oblique_impact.contact.state import State
+from oblique_impact.renders import render
+from oblique_impact.renders.frame import Composer
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import DARK, LIGHT, Style
+from oblique_impact.renders.timeline import make_timeline
+from oblique_impact.renders.title import beam_words, name_of, parameters
+from oblique_impact.renders.title_card import exaggerations, title_card
 from oblique_impact.scenario.scenario import Scenario
-from renders import render
-from renders.frame import Composer
-from renders.story import story_of
-from renders.style import DARK, LIGHT, Style
-from renders.timeline import make_timeline
-from renders.title import beam_words, name_of, parameters
-from renders.title_card import exaggerations, title_card
 from tests.renders.decoding import decode
 from tests.renders.writing import texts, written
 

@@ -12,10 +12,10 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from renders import Style, beam_mesh, show
-from renders.geometry import QUANTITIES, BeamGeometry
-from renders.offscreen import prepare
-from renders.viewer import Viewer
+from oblique_impact.renders import Style, beam_mesh, show
+from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.offscreen import prepare
+from oblique_impact.renders.viewer import Viewer
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +175,7 @@ WINDOW = """
 import sys, threading, time
 import pyvista as pv
 from oblique_impact import History
-from renders import show
+from oblique_impact.renders import show
 
 def stop(plotter):
     plotter.screenshot(sys.argv[2])

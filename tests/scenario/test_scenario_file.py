@@ -7,12 +7,12 @@ import tomllib
 import pytest
 
 from oblique_impact import InputError, Scenario, concatenate, natural_frequencies, simulate
+from oblique_impact.renders import export, render
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.sections import BeamSection, ContactSection, DiscretizationSection, SolverSection
 from oblique_impact.scenario.toml import line_of
-from renders import export, render
-from validation import compare, refine
-from validation.sweeps.plan import AxisSection, SweepFile, load_plan, make_plan
+from oblique_impact.validation import compare, refine
+from oblique_impact.validation.sweeps.plan import AxisSection, SweepFile, load_plan, make_plan
 
 NODAL = ("discretization.method=fem", "discretization.modes=0")
 

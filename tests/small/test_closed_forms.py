@@ -21,6 +21,8 @@ from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless
 from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.validation.reference_values import VALUES
+from oblique_impact.validation.small_systems import FreeRod, Particle
 from tests.small.systems import (
     EVENT_ERROR,
     FRICTIONLESS,
@@ -42,8 +44,6 @@ from tests.small.systems import (
     slide,
     times_of,
 )
-from validation.reference_values import VALUES
-from validation.small_systems import FreeRod, Particle
 
 LAWS = {
     "frictionless": FRICTIONLESS,

@@ -25,6 +25,8 @@ from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.location import cubic_dip
 from oblique_impact.scenario.user_defined import register
+from oblique_impact.validation.reference_values import VALUES
+from oblique_impact.validation.small_systems import Particle, PinnedBar
 from tests.small.systems import (
     EVENT_ERROR,
     GRAVITY,
@@ -40,8 +42,6 @@ from tests.small.systems import (
     specializations,
     times_of,
 )
-from validation.reference_values import VALUES
-from validation.small_systems import Particle, PinnedBar
 
 REST = np.zeros(2)
 BALL = Particle(above=-GRAVITY)

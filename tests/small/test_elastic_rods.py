@@ -9,9 +9,9 @@ from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.sections import SolverSection
+from oblique_impact.validation.checks.rods import BAR, TRUSS, bouncing_bar, strike
+from oblique_impact.validation.small_systems import ElasticRod
 from tests.systems import RungeKutta
-from validation.checks.rods import BAR, TRUSS, bouncing_bar, strike
-from validation.small_systems import ElasticRod
 
 STEP = 0.2 * 0.5 / 30.0  # s; a fifth of the time of a wave through one of twenty elements
 SCHEMES = {

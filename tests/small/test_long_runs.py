@@ -11,8 +11,8 @@ from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
+from oblique_impact.validation.small_systems import FreeRod, Particle
 from tests.small.systems import GRAVITY, PulledMass, completed, kinds_of, last, scheme_of, times_of
-from validation.small_systems import FreeRod, Particle
 
 
 class TwoMasses(MechanicalSystem):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from oblique_impact import simulate
 from oblique_impact.progress import OnProgress
-from renders.outputs import FILMS
+from oblique_impact.renders.outputs import FILMS
 from tests.docs.test_docs_commands import DOCS, PAGES, ROOT, files_of, inline, lines_of, parse
 
 OURS = "oblique-impact"
@@ -117,8 +117,8 @@ def few_cases() -> None:
     """Leave of `reproduce` the command around it and two short runs: nothing is judged, drawn or written."""
     from types import SimpleNamespace
 
-    from validation.parallel import map_parallel, told
-    from validation.reproduction import command
+    from oblique_impact.validation.parallel import map_parallel, told
+    from oblique_impact.validation.reproduction import command
 
     def brief(out: Path, workers: int | None, on_progress: OnProgress, typed: str) -> SimpleNamespace:
         scenarios = [case.scenario.replace(end_time=1.0) for case in command.main_cases()[:2]]

@@ -12,9 +12,9 @@ import re
 import pytest
 
 from oblique_impact import History
+from oblique_impact.validation import compare
 from tests.terminal import reading
 from tests.terminal.forms import Form, demo, forms, prepare, reduced
-from validation import compare
 
 FORMS = {form.name: form for form in forms()}
 #: commands that end at once

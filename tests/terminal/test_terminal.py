@@ -17,8 +17,8 @@ from rich.console import Console
 from oblique_impact.command_line.bars import Bar, counting_columns, digits_of, run_columns
 from oblique_impact.kernels.compiling import announce, compilations
 from oblique_impact.kernels.jit import kernel
+from oblique_impact.validation.parallel import map_parallel
 from tests.terminal import reading
-from validation.parallel import map_parallel
 
 LONG = [
     "oblique-impact",

@@ -10,8 +10,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from validation.absolute import ElasticSections, ExactBeam, Stage, advance, equilibrium
-from validation.absolute.beam import BANDWIDTH, strains
+from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance, equilibrium
+from oblique_impact.fem_beam.exact.beam import BANDWIDTH, strains
 
 EI = 541.27
 #: a slender beam of unit length: radius of gyration 1e-4
@@ -194,7 +194,7 @@ def test_elastica_and_the_order_in_the_mesh():
 
 def test_frequencies_of_the_slender_hinged_beam():
     """Small vibrations about the straight beam: roots of tan b = tanh b, reference 1.2."""
-    from validation.reference_values import VALUES
+    from oblique_impact.validation.reference_values import VALUES
 
     b = beam(24, ElasticSections.uniform(EI / 1e-6, 10.0 * EI / 1e-6, EI, 0.87, 0.87e-6))
     size, tangent = b.size, b.static_forces(b.straight(0.3)).tangent

@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 
-from validation.checks.registry import all_checks
-from validation.suite import results_of
+from oblique_impact.validation.checks.registry import all_checks
+from oblique_impact.validation.suite import results_of
 
 MARKS = {"quick": (), "full": pytest.mark.slow}
 

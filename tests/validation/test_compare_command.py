@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from oblique_impact import InputError
-from validation import compare
+from oblique_impact.validation import compare
 
 
 def test_two_runs_become_a_page_or_numbers(run, tmp_path, cli):

@@ -17,12 +17,12 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.marching.records import Event
-from renders.style import SERIES
-from validation import compare
-from validation.comparison_report import DRAWN, _picture, comparison_document, save_comparison
-from validation.curves import graph_distance, hausdorff_distance
-from validation.event_pairs import align
-from validation.report.document import render_html
+from oblique_impact.renders.style import SERIES
+from oblique_impact.validation import compare
+from oblique_impact.validation.comparison_report import DRAWN, _picture, comparison_document, save_comparison
+from oblique_impact.validation.curves import graph_distance, hausdorff_distance
+from oblique_impact.validation.event_pairs import align
+from oblique_impact.validation.report.document import render_html
 
 END = 2.0
 

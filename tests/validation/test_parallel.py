@@ -13,7 +13,7 @@ import pytest
 
 from oblique_impact import InputError
 from oblique_impact.kernels.compiling import announce, compilations
-from validation.parallel import Crash, check_limits, compute_each, map_parallel
+from oblique_impact.validation.parallel import Crash, check_limits, compute_each, map_parallel
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -108,7 +108,7 @@ class Scheduler:
 @pytest.fixture
 def cluster(monkeypatch):
     scheduler = Scheduler()
-    monkeypatch.setattr("validation.parallel._client", lambda address: nullcontext(scheduler))
+    monkeypatch.setattr("oblique_impact.validation.parallel._client", lambda address: nullcontext(scheduler))
     return scheduler
 
 

@@ -10,12 +10,12 @@ from matplotlib.colors import to_rgba
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.command_line import application as cli
-from renders.style import SERIES
-from validation import predictability
-from validation.measuring import CRASHED, ERROR, INVALID, TIMEOUT, failed
-from validation.quantities import quantity
-from validation.refinement import predictability_report
-from validation.refinement.growth import (
+from oblique_impact.renders.style import SERIES
+from oblique_impact.validation import predictability
+from oblique_impact.validation.measuring import CRASHED, ERROR, INVALID, TIMEOUT, failed
+from oblique_impact.validation.quantities import quantity
+from oblique_impact.validation.refinement import predictability_report
+from oblique_impact.validation.refinement.growth import (
     PREDICTABLE,
     SENSITIVE,
     UNKNOWN,
@@ -25,8 +25,8 @@ from validation.refinement.growth import (
     judge,
     verdict_of,
 )
-from validation.refinement.predictability import lines
-from validation.refinement.shipped import predictability_cases
+from oblique_impact.validation.refinement.predictability import lines
+from oblique_impact.validation.refinement.shipped import predictability_cases
 
 # as many modes as forces on the stop take, so that the run warns of nothing
 BASE = ("discretization.frame=mean-axis", "discretization.modes=8", "solver.output_interval=1e-2")
@@ -181,7 +181,10 @@ def test_verdicts(growth, verdict):
 def test_report_and_numbers(soft):
     folder = soft.report.parent
     data = json.loads((folder / "results.json").read_text())
-    assert data["command"] == f"validation.predictability(scenario, shadows=2, out={str(folder)!r}, workers=1)"
+    assert (
+        data["command"]
+        == f"oblique_impact.validation.predictability(scenario, shadows=2, out={str(folder)!r}, workers=1)"
+    )
     (case,) = data["cases"]
     assert case["collisions"][1]["growth"] == soft.cases[0].collisions[1].growth
     assert case["offsets"] == [-1e-8, 1e-8, -1e-6, 1e-6]

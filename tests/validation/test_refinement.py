@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.errors import Interrupted
 from oblique_impact.history.sample_times import last_sample
-from validation import refine
-from validation.measuring import failed
-from validation.quantities import (
+from oblique_impact.validation import refine
+from oblique_impact.validation.measuring import failed
+from oblique_impact.validation.quantities import (
     _NAMED,
     FIELDS,
     VARIABLES,
@@ -28,8 +28,8 @@ from validation.quantities import (
     natural_scale,
     quantity,
 )
-from validation.refinement.command import lines
-from validation.refinement.convergence import (
+from oblique_impact.validation.refinement.command import lines
+from oblique_impact.validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
     NO_VERDICT,
@@ -42,7 +42,7 @@ from validation.refinement.convergence import (
     observed_order,
     richardson_limit,
 )
-from validation.refinement.figures import (
+from oblique_impact.validation.refinement.figures import (
     _decades,
     _differences,
     _level_axis,
@@ -50,7 +50,7 @@ from validation.refinement.figures import (
     _relative_values,
     relative_errors,
 )
-from validation.refinement.ladders import (
+from oblique_impact.validation.refinement.ladders import (
     AXES,
     Ladder,
     Study,
@@ -59,10 +59,10 @@ from validation.refinement.ladders import (
     parse_levels,
     sizes,
 )
-from validation.refinement.report import CSV_COLUMNS, csv_rows, study_data, study_document
-from validation.refinement.shipped import STUDIES, shipped_study
-from validation.refinement.study import ROWS, judge, plan_ladder
-from validation.report.document import render_html
+from oblique_impact.validation.refinement.report import CSV_COLUMNS, csv_rows, study_data, study_document
+from oblique_impact.validation.refinement.shipped import STUDIES, shipped_study
+from oblique_impact.validation.refinement.study import ROWS, judge, plan_ladder
+from oblique_impact.validation.report.document import render_html
 
 UNIFORM = np.array([0.4, 0.2, 0.1, 0.05, 0.025])
 UNEVEN = np.array([0.4, 0.31, 0.14, 0.1, 0.03])

@@ -10,7 +10,7 @@ from datetime import UTC, date, datetime, timedelta
 import pytest
 
 from oblique_impact import InputError
-from validation.report.document import (
+from oblique_impact.validation.report.document import (
     Cell,
     Document,
     Paragraph,
@@ -23,7 +23,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.figures import new_figure, to_svg
+from oblique_impact.validation.report.figures import new_figure, to_svg
 
 
 def test_a_report_says_when_it_was_made():

@@ -12,24 +12,24 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from validation import suite
-from validation.checks.registry import Check, Group, Measurement
-from validation.comparison import compare
-from validation.comparison_report import comparison_data, comparison_document
-from validation.measuring import failed
-from validation.refinement.growth import Case, Predictability
-from validation.refinement.growth import judge as judge_shadows
-from validation.refinement.ladders import Ladder, Study
-from validation.refinement.predictability_report import write_predictability
-from validation.refinement.report import CSV_COLUMNS, csv_rows, study_data, study_document
-from validation.refinement.study import StudyResult, judge, plan_ladder
-from validation.report.document import render_html
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Finding, Judged
-from validation.reproduction.material import Material
-from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows
-from validation.sweeps.plan import make_plan
-from validation.sweeps.report import sweep_document
-from validation.sweeps.table import make_table
+from oblique_impact.validation import suite
+from oblique_impact.validation.checks.registry import Check, Group, Measurement
+from oblique_impact.validation.comparison import compare
+from oblique_impact.validation.comparison_report import comparison_data, comparison_document
+from oblique_impact.validation.measuring import failed
+from oblique_impact.validation.refinement.growth import Case, Predictability
+from oblique_impact.validation.refinement.growth import judge as judge_shadows
+from oblique_impact.validation.refinement.ladders import Ladder, Study
+from oblique_impact.validation.refinement.predictability_report import write_predictability
+from oblique_impact.validation.refinement.report import CSV_COLUMNS, csv_rows, study_data, study_document
+from oblique_impact.validation.refinement.study import StudyResult, judge, plan_ladder
+from oblique_impact.validation.report.document import render_html
+from oblique_impact.validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Finding, Judged
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.tables import CLAIM_COLUMNS, claim_rows
+from oblique_impact.validation.sweeps.plan import make_plan
+from oblique_impact.validation.sweeps.report import sweep_document
+from oblique_impact.validation.sweeps.table import make_table
 
 from .test_comparison import event, made
 from .test_predictability import row

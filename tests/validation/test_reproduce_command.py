@@ -10,9 +10,9 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from validation.reproduction import command
-from validation.reproduction.cases import combinations, main_cases, sticking_cases, variant_cases
-from validation.reproduction.unsaid import ALL_CLAIMS
+from oblique_impact.validation.reproduction import command
+from oblique_impact.validation.reproduction.cases import combinations, main_cases, sticking_cases, variant_cases
+from oblique_impact.validation.reproduction.unsaid import ALL_CLAIMS
 
 FILES = ["claims.csv", "figures", "figures.csv", "report.html", "results.json", "sensitivity.csv"]
 

@@ -14,9 +14,16 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.sample_times import jumps
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.marching.records import Event
-from validation.reference_values import VALUES
-from validation.reproduction.cases import Case, combinations, main_cases, paper, threshold_cases, variant_cases
-from validation.reproduction.claims import (
+from oblique_impact.validation.reference_values import VALUES
+from oblique_impact.validation.reproduction.cases import (
+    Case,
+    combinations,
+    main_cases,
+    paper,
+    threshold_cases,
+    variant_cases,
+)
+from oblique_impact.validation.reproduction.claims import (
     NOT,
     PARTLY,
     REPRODUCED,
@@ -26,8 +33,8 @@ from validation.reproduction.claims import (
     milliseconds,
     moment,
 )
-from validation.reproduction.material import Material
-from validation.reproduction.measures import (
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.measures import (
     Trio,
     between,
     existing,
@@ -37,11 +44,11 @@ from validation.reproduction.measures import (
     longest,
     stick_share,
 )
-from validation.reproduction.pictures import PLOTS, draw, summary
-from validation.reproduction.runs import Run, Stay, run_case
-from validation.reproduction.stick_pages import why
-from validation.reproduction.sticking import StickCheck, friction_ratio
-from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, _collision
+from oblique_impact.validation.reproduction.pictures import PLOTS, draw, summary
+from oblique_impact.validation.reproduction.runs import Run, Stay, run_case
+from oblique_impact.validation.reproduction.stick_pages import why
+from oblique_impact.validation.reproduction.sticking import StickCheck, friction_ratio
+from oblique_impact.validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, _collision
 
 CLAIMS = {claim.id: claim for claim in ALL_CLAIMS}
 MACROS = ((0.3, 0.34), (0.68, 0.71))

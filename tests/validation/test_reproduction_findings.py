@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED
+from oblique_impact.validation.reproduction.claims import NOT, PARTLY, REPRODUCED
 
 from .test_reproduction import (
     CLAIMS,

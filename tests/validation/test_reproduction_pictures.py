@@ -9,13 +9,13 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from oblique_impact.contact.state import State
-from renders.style import STATE_COLOURS
-from validation.reproduction import diagrams, pictures
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED
-from validation.reproduction.diagrams import choices_diagram, robustness_diagram, sticking_diagram
-from validation.reproduction.material import Material
-from validation.reproduction.measures import Trio
-from validation.reproduction.pictures import PLOTS, draw, window
+from oblique_impact.renders.style import STATE_COLOURS
+from oblique_impact.validation.reproduction import diagrams, pictures
+from oblique_impact.validation.reproduction.claims import NOT, PARTLY, REPRODUCED
+from oblique_impact.validation.reproduction.diagrams import choices_diagram, robustness_diagram, sticking_diagram
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.measures import Trio
+from oblique_impact.validation.reproduction.pictures import PLOTS, draw, window
 
 from .test_reproduction import made
 from .test_reproduction_report import FIRST, GRID, JUDGED, SECOND, STUDIED, check, ran

@@ -12,10 +12,10 @@ import pytest
 from oblique_impact import History, Scenario
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.progress import Progress
-from validation.report.document import Paragraph, Picture, Table
-from validation.reproduction import command, unsaid
-from validation.reproduction.cases import SCHEMES as SCHEME_NAMES
-from validation.reproduction.cases import (
+from oblique_impact.validation.report.document import Paragraph, Picture, Table
+from oblique_impact.validation.reproduction import command, unsaid
+from oblique_impact.validation.reproduction.cases import SCHEMES as SCHEME_NAMES
+from oblique_impact.validation.reproduction.cases import (
     Case,
     Combination,
     Variant,
@@ -26,17 +26,24 @@ from validation.reproduction.cases import (
     threshold_cases,
     variant_cases,
 )
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Claims, Finding, Judged
-from validation.reproduction.command import Reproduction, collect, draw_all, lines, reproduce, write_all
-from validation.reproduction.material import Material
-from validation.reproduction.measures import Trio
-from validation.reproduction.pages import document
-from validation.reproduction.pictures import PLOTS
-from validation.reproduction.runs import Run, run_case
-from validation.reproduction.stick_pages import STICKING, why
-from validation.reproduction.sticking import StickCheck
-from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
-from validation.reproduction.unsaid import Robustness, Studied, judge_combination
+from oblique_impact.validation.reproduction.claims import NOT, PARTLY, REPRODUCED, Claim, Claims, Finding, Judged
+from oblique_impact.validation.reproduction.command import (
+    Reproduction,
+    collect,
+    draw_all,
+    lines,
+    reproduce,
+    write_all,
+)
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.measures import Trio
+from oblique_impact.validation.reproduction.pages import document
+from oblique_impact.validation.reproduction.pictures import PLOTS
+from oblique_impact.validation.reproduction.runs import Run, run_case
+from oblique_impact.validation.reproduction.stick_pages import STICKING, why
+from oblique_impact.validation.reproduction.sticking import StickCheck
+from oblique_impact.validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
+from oblique_impact.validation.reproduction.unsaid import Robustness, Studied, judge_combination
 
 from .test_reproduction import event, made
 
@@ -493,7 +500,7 @@ def test_the_report_names_its_call(tmp_path, monkeypatch):
     assert (material, pictures) == (MATERIAL, PICTURES)
     names, values = zip(*times, strict=True)
     assert names == ("command", "simulations", "figures")
-    assert values[0].startswith("validation.reproduce(out=")
+    assert values[0].startswith("oblique_impact.validation.reproduce(out=")
     assert "workers=3" in values[0]
     assert all(float(value.removesuffix(" s")) < 60.0 for value in values[1:])
 

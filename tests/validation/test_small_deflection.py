@@ -9,9 +9,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from oblique_impact import InputError, Progress
-from validation.absolute.deflection_errors import MODELS, case_of, points_of
-from validation.absolute.small_deflection import lines, small_deflection
-from validation.absolute.small_deflection_report import COLOURS, draw_map
+from oblique_impact.validation.small_deflection.command import lines, small_deflection
+from oblique_impact.validation.small_deflection.errors import MODELS, case_of, points_of
+from oblique_impact.validation.small_deflection.report import COLOURS, draw_map
 
 
 @pytest.fixture(scope="module")

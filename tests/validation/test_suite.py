@@ -8,9 +8,17 @@ import numpy as np
 import pytest
 
 from oblique_impact import InputError
-from validation.checks.registry import Check, Evidence, Group, Measurement, all_checks, checks_of, within
-from validation.curves import hausdorff_distance
-from validation.suite import counts, results_of, select
+from oblique_impact.validation.checks.registry import (
+    Check,
+    Evidence,
+    Group,
+    Measurement,
+    all_checks,
+    checks_of,
+    within,
+)
+from oblique_impact.validation.curves import hausdorff_distance
+from oblique_impact.validation.suite import counts, results_of, select
 
 HOME = Group("a", "A")
 

@@ -20,10 +20,10 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.errors import Outcome
 from oblique_impact.marching.records import Event
+from oblique_impact.renders.style import SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.scenario.toml import flat_keys
-from renders.style import SLIP_COLOUR, STICK_COLOUR
-from validation.journal import Journal
-from validation.measuring import (
+from oblique_impact.validation.journal import Journal
+from oblique_impact.validation.measuring import (
     ERROR,
     INVALID,
     REGIMES,
@@ -35,11 +35,11 @@ from validation.measuring import (
     measure_run,
     regime,
 )
-from validation.quantities import GapError, quantity
-from validation.report.document import render_html
-from validation.sweeps import command, figures
-from validation.sweeps.design import MAX_RUNS
-from validation.sweeps.figures import (
+from oblique_impact.validation.quantities import GapError, quantity
+from oblique_impact.validation.report.document import render_html
+from oblique_impact.validation.sweeps import command, figures
+from oblique_impact.validation.sweeps.design import MAX_RUNS
+from oblique_impact.validation.sweeps.figures import (
     _COLOURS,
     _cells,
     _curve,
@@ -49,11 +49,11 @@ from validation.sweeps.figures import (
     _scale,
     sweep_pictures,
 )
-from validation.sweeps.keys import kind, known_keys, unit
-from validation.sweeps.plan import Plan, load_plan, make_plan, shipped_names
-from validation.sweeps.report import sweep_document
-from validation.sweeps.store import ROWS, open_store
-from validation.sweeps.table import make_table, read_table, write_table
+from oblique_impact.validation.sweeps.keys import kind, known_keys, unit
+from oblique_impact.validation.sweeps.plan import Plan, load_plan, make_plan, shipped_names
+from oblique_impact.validation.sweeps.report import sweep_document
+from oblique_impact.validation.sweeps.store import ROWS, open_store
+from oblique_impact.validation.sweeps.table import make_table, read_table, write_table
 
 FLIGHT = """
 quantities = ["theta@end", "tip_y@0.01"]
@@ -326,7 +326,7 @@ def test_a_run_that_takes_too_long_is_a_row():
 def test_what_is_compiled_does_not_count(monkeypatch):
     """A run that tells its progress late, but compiled until then."""
     clock = iter([0.0, 100.0, 101.0, 103.0])
-    monkeypatch.setattr("validation.measuring.time.perf_counter", lambda: next(clock))
+    monkeypatch.setattr("oblique_impact.validation.measuring.time.perf_counter", lambda: next(clock))
     limit = _Clock(2.0)
     limit("a kernel")
     limit.check(SimpleNamespace(time=0.0))

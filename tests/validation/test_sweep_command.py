@@ -19,10 +19,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from oblique_impact import History
+from oblique_impact.validation.measuring import measure_run
+from oblique_impact.validation.sweeps.plan import load_plan
+from oblique_impact.validation.sweeps.store import ROWS, open_store
 from tests.processes import interrupt, started, wait_for
-from validation.measuring import measure_run
-from validation.sweeps.plan import load_plan
-from validation.sweeps.store import ROWS, open_store
 
 #: 12 runs of some 20 ms, one of them not possible
 SMALL = """

@@ -9,7 +9,7 @@ import re
 import shlex
 import shutil
 
-from validation.suite import select
+from oblique_impact.validation.suite import select
 
 KEYS = {
     *("id", "group", "problem", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict"),
@@ -72,7 +72,7 @@ def test_bad_names_are_one_line(tmp_path, cli):
 
 
 def test_a_check_that_fails_ends_with_exit_code_1(tmp_path, cli, monkeypatch):
-    from validation.checks import frequencies
+    from oblique_impact.validation.checks import frequencies
 
     monkeypatch.setitem(frequencies.VALUES, "1.1", [1.9] * 10)
     code, out, err = cli("validate", "--out", tmp_path, "--only", "frequencies.clamped-free", "--workers", "1")

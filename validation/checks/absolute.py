@@ -13,14 +13,14 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
+from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance, equilibrium, simulate
+from oblique_impact.fem_beam.exact.sections import Array
 from oblique_impact.history.history import History
 from oblique_impact.marching.records import Contact
 from oblique_impact.scenario.scenario import Scenario
-from validation.absolute import ElasticSections, ExactBeam, Stage, advance, equilibrium, simulate
-from validation.absolute.sections import Array
-from validation.checks.registry import ROUNDING, Measurement, checks_of, within
-from validation.reference_values import VALUES, source
-from validation.runs import NEAR, run
+from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import NEAR, run
 
 check = checks_of("absolute", "Absolute coordinates")
 

@@ -12,9 +12,9 @@ from oblique_impact.beam.operators import BeamOperators, build_operators, cumula
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
-from validation.checks.plots import energy_figure
-from validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
-from validation.runs import NEAR, column, run
+from oblique_impact.validation.checks.plots import energy_figure
+from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
+from oblique_impact.validation.runs import NEAR, column, run
 
 check = checks_of("balances", "Balances: energy, impulse, angular momentum")
 

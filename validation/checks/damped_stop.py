@@ -9,10 +9,10 @@ from oblique_impact.history.history import History
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from validation.checks.registry import Measurement, checks_of, within
-from validation.checks.rigid_impact import BENDING, MASS, SPEED, TURNING
-from validation.reference_values import VALUES, source
-from validation.runs import run
+from oblique_impact.validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.checks.rigid_impact import BENDING, MASS, SPEED, TURNING
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import run
 
 check = checks_of("damped-stop", "A rigid stop under a damped beam")
 

@@ -17,7 +17,7 @@ from oblique_impact.beam.operators import BeamOperators, build_operators, cumula
 from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
-from validation.checks.registry import ROUNDING, Measurement, checks_of
+from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 
 check = checks_of("equations", "Equations of motion against Lagrange's")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from oblique_impact.history.history import History
-from validation.checks.registry import Measurement, checks_of, within
-from validation.reference_values import VALUES, source
-from validation.runs import run
+from oblique_impact.validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import run
 
 check = checks_of("exact-geometry", "Geometrically exact code")
 

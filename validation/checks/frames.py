@@ -7,10 +7,10 @@ import numpy as np
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from validation.checks.kinetics import tip_at
-from validation.checks.registry import ROUNDING, Measurement, checks_of
-from validation.reference_values import VALUES, source
-from validation.runs import column, run
+from oblique_impact.validation.checks.kinetics import tip_at
+from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import column, run
 
 check = checks_of("frames", "Tangent against mean-axis frame")
 

@@ -6,15 +6,14 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-import fem_beam
-import modal
-from modal import clamped_free_roots, hinged_free_roots
+from oblique_impact import fem_beam, modal
 from oblique_impact.beam.frequencies import natural_frequencies
 from oblique_impact.beam.operators import build_operators
-from validation.beams import EPS, unit_beam
-from validation.checks.plots import frequency_errors_figure
-from validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
-from validation.reference_values import VALUES, source
+from oblique_impact.modal import clamped_free_roots, hinged_free_roots
+from oblique_impact.validation.beams import EPS, unit_beam
+from oblique_impact.validation.checks.plots import frequency_errors_figure
+from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
 
 check = checks_of("frequencies", "Beam frequencies and their h⁴ constants")
 

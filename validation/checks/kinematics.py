@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
-from validation.checks.registry import ROUNDING, Measurement, checks_of
-from validation.runs import NEAR, column, run
+from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
+from oblique_impact.validation.runs import NEAR, column, run
 
 check = checks_of("kinematics", "Contact kinematics")
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.history.history import History
-from validation.checks.registry import Measurement, checks_of
-from validation.runs import column, run
+from oblique_impact.validation.checks.registry import Measurement, checks_of
+from oblique_impact.validation.runs import column, run
 
 check = checks_of("kinetics", "First-order against full kinetics")
 

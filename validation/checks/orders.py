@@ -19,10 +19,10 @@ from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.scheme import Scheme, new_scratch
 from oblique_impact.simulation import simulate_system
-from validation.checks.plots import orders_figure
-from validation.checks.registry import Evidence, Measurement, checks_of
-from validation.runs import NEAR, column, event_times, run
-from validation.small_systems import Particle, PinnedBar
+from oblique_impact.validation.checks.plots import orders_figure
+from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
+from oblique_impact.validation.runs import NEAR, column, event_times, run
+from oblique_impact.validation.small_systems import Particle, PinnedBar
 
 check = checks_of("orders", "Order of every integrator")
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.operators import SpinningBeam
 from oblique_impact.history.history import History
-from renders.style import GREY, SERIES
-from validation.report.document import Picture
-from validation.report.figures import HALF, new_figure, to_svg
-from validation.runs import column
+from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.validation.report.document import Picture
+from oblique_impact.validation.report.figures import HALF, new_figure, to_svg
+from oblique_impact.validation.runs import column
 
 Array = NDArray[np.float64]
 _MARKERS = "osD^vPX*"

@@ -20,7 +20,7 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 
-from validation.report.document import Picture
+from oblique_impact.validation.report.document import Picture
 
 ENTRY_POINT_GROUP = "oblique_impact.checks"
 
@@ -154,10 +154,10 @@ def checks_of(group: str, title: str) -> Callable[..., Callable[[Callable[[], Fi
 @cache
 def all_checks() -> dict[str, Check]:
     """Every check by its id, in the order of the report."""
-    package = import_module("validation.checks")
+    package = import_module("oblique_impact.validation.checks")
     found = [m.name for m in pkgutil.iter_modules(package.__path__) if m.name != "registry"]
     for name in sorted(found, key=lambda n: (_ORDER.index(n) if n in _ORDER else len(_ORDER), n)):
-        import_module(f"validation.checks.{name}")
+        import_module(f"oblique_impact.validation.checks.{name}")
     for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda p: p.name):
         point.load()
     return dict(_CHECKS)

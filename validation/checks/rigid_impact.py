@@ -18,10 +18,10 @@ from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.user_defined import discretization
 from oblique_impact.simulation import simulate
-from validation.checks.plots import impulse_law_figure
-from validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
-from validation.reference_values import VALUES, source
-from validation.runs import column, event_times, run
+from oblique_impact.validation.checks.plots import impulse_law_figure
+from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import column, event_times, run
 
 check = checks_of("rigid-impact", "Rigid impact against the exact impulse law")
 

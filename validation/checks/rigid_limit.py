@@ -9,9 +9,9 @@ import numpy as np
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from validation.checks.registry import ROUNDING, Measurement, checks_of
-from validation.reference_values import VALUES, source
-from validation.runs import column, run
+from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import column, run
 
 check = checks_of("rigid-limit", "Rigid limit")
 

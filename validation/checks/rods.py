@@ -14,9 +14,9 @@ from oblique_impact.history.history import History
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.simulation import simulate_system
-from validation.checks.registry import Measurement, checks_of, within
-from validation.reference_values import VALUES, source
-from validation.small_systems import ElasticRod
+from oblique_impact.validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.small_systems import ElasticRod
 
 check = checks_of("rods", "Elastic rods on a rigid wall")
 

@@ -15,9 +15,9 @@ from oblique_impact.contact.transitions import Baumgarte, EventKind
 from oblique_impact.history.history import History
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.simulation import simulate_system
-from validation.checks.registry import ROUNDING, Measurement, checks_of, within
-from validation.reference_values import VALUES, source
-from validation.small_systems import FreeRod, Particle, PinnedBar, events_of, samples_at
+from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.small_systems import FreeRod, Particle, PinnedBar, events_of, samples_at
 
 check = checks_of("small-systems", "Particles, belts and rods with friction")
 

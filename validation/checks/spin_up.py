@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from oblique_impact.history.history import History
-from validation.checks.plots import spin_up_figure
-from validation.checks.registry import Evidence, Measurement, checks_of, within
-from validation.reference_values import VALUES, source
-from validation.runs import column, run
+from oblique_impact.validation.checks.plots import spin_up_figure
+from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import column, run
 
 check = checks_of("spin-up", "Spin-up: zeroth order fails, first order and full agree")
 

@@ -11,10 +11,10 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import SpinningBeam, build_operators
 from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.user_defined import discretization
-from validation.beams import EPS, unit_beam
-from validation.checks.plots import campbell_figure
-from validation.checks.registry import Evidence, Measurement, checks_of
-from validation.reference_values import VALUES, source
+from oblique_impact.validation.beams import EPS, unit_beam
+from oblique_impact.validation.checks.plots import campbell_figure
+from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
+from oblique_impact.validation.reference_values import VALUES, source
 
 check = checks_of("spinning", "Spinning beams")
 

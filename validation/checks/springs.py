@@ -8,11 +8,11 @@ from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate, simulate_system
-from validation.checks.plots import published_impact_figure
-from validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
-from validation.reference_values import VALUES, source
-from validation.runs import column, run
-from validation.small_systems import Particle
+from oblique_impact.validation.checks.plots import published_impact_figure
+from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
+from oblique_impact.validation.runs import column, run
+from oblique_impact.validation.small_systems import Particle
 
 check = checks_of("springs", "Impact on springs")
 published = checks_of("published-impact", "Published impact test")

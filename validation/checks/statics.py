@@ -12,8 +12,8 @@ from oblique_impact.beam.operators import BeamOperators, build_operators
 from oblique_impact.beam.section_forces import Fields, Motion, fields_along
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from validation.checks.registry import Measurement, checks_of, within
-from validation.reference_values import VALUES, source
+from oblique_impact.validation.checks.registry import Measurement, checks_of, within
+from oblique_impact.validation.reference_values import VALUES, source
 
 check = checks_of("statics", "Statics")
 

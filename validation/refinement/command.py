@@ -16,14 +16,21 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from validation.parallel import check_limits
-from validation.quantities import default_quantities
-from validation.refinement.convergence import CONVERGED, CONVERGING
-from validation.refinement.ladders import AXES, Ladder, Study, check_levels, declared_orders, levels_by_axis
-from validation.refinement.report import write_study
-from validation.refinement.shipped import STUDIES, shipped_study
-from validation.refinement.study import LadderResult, StudyResult, judge, measure, plan_ladder
-from validation.report.provenance import UNNAMED, call_text, scenario_text
+from oblique_impact.validation.parallel import check_limits
+from oblique_impact.validation.quantities import default_quantities
+from oblique_impact.validation.refinement.convergence import CONVERGED, CONVERGING
+from oblique_impact.validation.refinement.ladders import (
+    AXES,
+    Ladder,
+    Study,
+    check_levels,
+    declared_orders,
+    levels_by_axis,
+)
+from oblique_impact.validation.refinement.report import write_study
+from oblique_impact.validation.refinement.shipped import STUDIES, shipped_study
+from oblique_impact.validation.refinement.study import LadderResult, StudyResult, judge, measure, plan_ladder
+from oblique_impact.validation.report.provenance import UNNAMED, call_text, scenario_text
 
 ShippedStudy = Literal["elements", "steps", "remedies", "grading", "rigid-stop"]
 
@@ -63,7 +70,8 @@ def refine(
     stiffness : sequence of float, optional
         Of an elastic stop (N/m), ascending: towards the rigid one.
     quantities : sequence of str
-        Names as in :mod:`validation.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the usual ones.
+        Names as in :mod:`~oblique_impact.validation.quantities`, e.g. "impulse", "tip_y@0.5"; empty: the
+        usual ones.
     study : str or Study, optional
         A shipped study by name, or a user-defined one, in place of a scenario and levels.
     changes : mapping or sequence of str

@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from renders.style import GREY, SERIES
-from validation.refinement.study import LadderResult, QuantityResult
-from validation.report.document import Picture, number, with_unit
-from validation.report.figures import new_figure, to_svg
+from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.validation.refinement.study import LadderResult, QuantityResult
+from oblique_impact.validation.report.document import Picture, number, with_unit
+from oblique_impact.validation.report.figures import new_figure, to_svg
 
 #: width of the printed page: what is drawn is what is read
 _PAGE, _ROW = 7.1, 2.9

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import Outcome
 from oblique_impact.scenario.scenario import Scenario
-from validation.measuring import FAILURES, Row
+from oblique_impact.validation.measuring import FAILURES, Row
 
 Array = NDArray[np.float64]
 

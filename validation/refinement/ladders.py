@@ -12,7 +12,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.scenario import Scenario
-from validation.refinement.convergence import TOLERANCE
+from oblique_impact.validation.refinement.convergence import TOLERANCE
 
 #: levels that a verdict needs
 FEWEST, MOST = 3, 16

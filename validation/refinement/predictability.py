@@ -21,11 +21,18 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from validation.measuring import Task
-from validation.parallel import check_limits
-from validation.refinement.growth import MOST_COLLISIONS, MOST_EVENTS, Array, Case, Predictability, judge
-from validation.refinement.study import measure_rows
-from validation.report.provenance import UNNAMED, call_text, scenario_text
+from oblique_impact.validation.measuring import Task
+from oblique_impact.validation.parallel import check_limits
+from oblique_impact.validation.refinement.growth import (
+    MOST_COLLISIONS,
+    MOST_EVENTS,
+    Array,
+    Case,
+    Predictability,
+    judge,
+)
+from oblique_impact.validation.refinement.study import measure_rows
+from oblique_impact.validation.report.provenance import UNNAMED, call_text, scenario_text
 
 #: rad
 PERTURBATIONS = (1e-8, 1e-6)
@@ -51,7 +58,7 @@ def predictability(
     Parameters
     ----------
     scenario : Scenario or sequence of Case
-        What is tried; the shipped cases are `validation.refinement.shipped.predictability_cases()`.
+        What is tried; the shipped cases are `oblique_impact.validation.refinement.shipped.predictability_cases()`.
     perturbations : sequence of float
         Largest changes of the initial angle (rad).
     shadows : int
@@ -59,7 +66,7 @@ def predictability(
     out : path, optional
         Folder for report.html, results.json and results.csv, where an interrupted study goes on.
     scheduler, workers, timeout, on_progress
-        As for :func:`validation.refinement.command.refine`.
+        As for :func:`oblique_impact.validation.refinement.command.refine`.
     name, command : str
         What the scenario is called, and how to repeat the study (default: this call), for the report.
 
@@ -81,7 +88,7 @@ def predictability(
     >>> predictability(soft, shadows=2, workers=1).cases[0].collisions[0].verdict
     'predictable'
     """
-    from validation.refinement.predictability_report import write_predictability
+    from oblique_impact.validation.refinement.predictability_report import write_predictability
 
     check_limits(scheduler, workers, timeout)
     cases = _cases(scenario, name)

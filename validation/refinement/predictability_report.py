@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from oblique_impact.history.provenance import named_in
-from renders.style import GREY, SERIES
-from validation.refinement.growth import (
+from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.validation.refinement.growth import (
     LARGE,
     PREDICTABLE,
     SENSITIVE,
@@ -23,7 +23,7 @@ from validation.refinement.growth import (
     Collision,
     Predictability,
 )
-from validation.report.document import (
+from oblique_impact.validation.report.document import (
     Block,
     Cell,
     Document,
@@ -38,8 +38,8 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.figures import FULL, new_figure, to_svg
-from validation.report.provenance import provenance, provenance_data
+from oblique_impact.validation.report.figures import FULL, new_figure, to_svg
+from oblique_impact.validation.report.provenance import provenance, provenance_data
 
 _KINDS = {PREDICTABLE: "pass", SENSITIVE: "partly", UNPREDICTABLE: "fail", UNKNOWN: "dim"}
 CSV_COLUMNS = (

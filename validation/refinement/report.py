@@ -11,7 +11,7 @@ from oblique_impact.errors import Outcome
 from oblique_impact.history.provenance import named_in
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 from oblique_impact.scenario.toml import flat_keys
-from validation.refinement.convergence import (
+from oblique_impact.validation.refinement.convergence import (
     CONVERGED,
     CONVERGING,
     NO_VERDICT,
@@ -20,9 +20,9 @@ from validation.refinement.convergence import (
     NOT_DETERMINED,
     RULE,
 )
-from validation.refinement.figures import comparison_picture, ladder_picture, relative_errors
-from validation.refinement.study import LadderResult, QuantityResult, StudyResult
-from validation.report.document import (
+from oblique_impact.validation.refinement.figures import comparison_picture, ladder_picture, relative_errors
+from oblique_impact.validation.refinement.study import LadderResult, QuantityResult, StudyResult
+from oblique_impact.validation.report.document import (
     Block,
     Cell,
     Document,
@@ -37,7 +37,7 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.provenance import provenance, provenance_data
+from oblique_impact.validation.report.provenance import provenance, provenance_data
 
 _KINDS = {
     CONVERGED: "pass",

@@ -12,11 +12,11 @@ from oblique_impact.errors import Outcome
 from oblique_impact.history.provenance import named_in
 from oblique_impact.progress import OnProgress, Progress
 from oblique_impact.scenario.scenario import Scenario
-from validation.journal import Journal, fingerprint_of
-from validation.measuring import Row, Task, measure_each, same_warnings
-from validation.quantities import Quantity, default_quantities, natural_scale, quantity
-from validation.refinement.convergence import NO_VERDICT, Analysis, analyse
-from validation.refinement.ladders import AXES, Axis, Ladder, Study, fixed_modes, sizes
+from oblique_impact.validation.journal import Journal, fingerprint_of
+from oblique_impact.validation.measuring import Row, Task, measure_each, same_warnings
+from oblique_impact.validation.quantities import Quantity, default_quantities, natural_scale, quantity
+from oblique_impact.validation.refinement.convergence import NO_VERDICT, Analysis, analyse
+from oblique_impact.validation.refinement.ladders import AXES, Axis, Ladder, Study, fixed_modes, sizes
 
 #: the run that measures the noise takes this part of the tolerance, within what a scenario allows
 _TIGHTER, _TIGHTEST = 0.1, 1e-13

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from renders.style import figure_style
+from oblique_impact.renders.style import figure_style
 
 #: widths (inches): legible at half a page's width, and at the whole width
 HALF, FULL = 5.6, 9.2

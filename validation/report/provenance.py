@@ -61,7 +61,7 @@ def scenario_text(name: str) -> str:
 def call_text(function: str, arguments: Sequence[str] = (), **options: object) -> str:
     """Return a call as Python takes it; options that are None, False or empty are left out."""
     given = [f"{name}={value!r}" for name, value in options.items() if value not in (None, False, (), [])]
-    return f"validation.{function}({', '.join([*arguments, *given])})"
+    return f"oblique_impact.validation.{function}({', '.join([*arguments, *given])})"
 
 
 def machine() -> str:

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from validation.report.document import number
-from validation.reproduction.measures import Trio
-from validation.reproduction.runs import MissingError
+from oblique_impact.validation.report.document import number
+from oblique_impact.validation.reproduction.measures import Trio
+from oblique_impact.validation.reproduction.runs import MissingError
 
 REPRODUCED, PARTLY, NOT = "reproduced", "partly", "not reproduced"
 VERDICTS = (REPRODUCED, PARTLY, NOT)

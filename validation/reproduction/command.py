@@ -11,10 +11,10 @@ from pathlib import Path
 
 from oblique_impact.files import prepare_folder, writing
 from oblique_impact.progress import OnProgress, silent
-from validation.parallel import map_parallel, told
-from validation.report.document import write_csv, write_file, write_json, write_report
-from validation.report.provenance import call_text
-from validation.reproduction.cases import (
+from oblique_impact.validation.parallel import map_parallel, told
+from oblique_impact.validation.report.document import write_csv, write_file, write_json, write_report
+from oblique_impact.validation.report.provenance import call_text
+from oblique_impact.validation.reproduction.cases import (
     MODELS,
     SCHEMES,
     Case,
@@ -26,16 +26,16 @@ from validation.reproduction.cases import (
     threshold_cases,
     variant_cases,
 )
-from validation.reproduction.claims import Judged
-from validation.reproduction.diagrams import choices_diagram, robustness_diagram, sticking_diagram
-from validation.reproduction.material import Material
-from validation.reproduction.measures import Trio
-from validation.reproduction.pages import document
-from validation.reproduction.pictures import PLOTS, draw, summary
-from validation.reproduction.runs import Run, run_case
-from validation.reproduction.stick_pages import STICKING
-from validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
-from validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, judge_combination
+from oblique_impact.validation.reproduction.claims import Judged
+from oblique_impact.validation.reproduction.diagrams import choices_diagram, robustness_diagram, sticking_diagram
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.measures import Trio
+from oblique_impact.validation.reproduction.pages import document
+from oblique_impact.validation.reproduction.pictures import PLOTS, draw, summary
+from oblique_impact.validation.reproduction.runs import Run, run_case
+from oblique_impact.validation.reproduction.stick_pages import STICKING
+from oblique_impact.validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
+from oblique_impact.validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, judge_combination
 
 #: s of one core that the runs and figures take on a fast machine
 SECONDS = 200.0

@@ -13,14 +13,14 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from oblique_impact.contact.state import State
-from renders.style import GREY, SERIES, STATE_COLOURS
-from validation.report.figures import new_figure, to_svg
-from validation.reproduction.claims import PARTLY, VERDICTS
-from validation.reproduction.material import Material
-from validation.reproduction.motions import REVERSAL, STICK
-from validation.reproduction.pictures import HALF, PAPER_LINE, REVERSAL_MARK, STICK_MARK, WHOLE
-from validation.reproduction.runs import Run
-from validation.reproduction.unsaid import Studied
+from oblique_impact.renders.style import GREY, SERIES, STATE_COLOURS
+from oblique_impact.validation.report.figures import new_figure, to_svg
+from oblique_impact.validation.reproduction.claims import PARTLY, VERDICTS
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.motions import REVERSAL, STICK
+from oblique_impact.validation.reproduction.pictures import HALF, PAPER_LINE, REVERSAL_MARK, STICK_MARK, WHOLE
+from oblique_impact.validation.reproduction.runs import Run
+from oblique_impact.validation.reproduction.unsaid import Studied
 
 #: colours of the three verdicts, as in the report
 VERDICT_COLOURS = ("#1b7a3c", "#d8a24a", "#b3261e")

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from validation.report.document import number
-from validation.reproduction.claims import Claims, Finding, graded, verdict
-from validation.reproduction.measures import Trio, between, sampled
-from validation.reproduction.runs import MissingError
+from oblique_impact.validation.report.document import number
+from oblique_impact.validation.reproduction.claims import Claims, Finding, graded, verdict
+from oblique_impact.validation.reproduction.measures import Trio, between, sampled
+from oblique_impact.validation.reproduction.runs import MissingError
 
 CLAIMS = Claims()
 

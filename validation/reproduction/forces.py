@@ -7,10 +7,10 @@ from itertools import combinations
 import numpy as np
 
 from oblique_impact.contact.state import State
-from validation.report.document import number
-from validation.reproduction.claims import Claims, Finding, graded, milliseconds, moment, verdict
-from validation.reproduction.measures import Trio, existing, force_difference, increasing
-from validation.reproduction.runs import MissingError
+from oblique_impact.validation.report.document import number
+from oblique_impact.validation.reproduction.claims import Claims, Finding, graded, milliseconds, moment, verdict
+from oblique_impact.validation.reproduction.measures import Trio, existing, force_difference, increasing
+from oblique_impact.validation.reproduction.runs import MissingError
 
 CLAIMS = Claims()
 

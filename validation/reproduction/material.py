@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from validation.reproduction.claims import REPRODUCED, VERDICTS, Judged
-from validation.reproduction.measures import Trio
-from validation.reproduction.runs import Run
-from validation.reproduction.unsaid import Robustness, Studied
+from oblique_impact.validation.reproduction.claims import REPRODUCED, VERDICTS, Judged
+from oblique_impact.validation.reproduction.measures import Trio
+from oblique_impact.validation.reproduction.runs import Run
+from oblique_impact.validation.reproduction.unsaid import Robustness, Studied
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.history.summary import MacroCollision
-from validation.reproduction.runs import Run, Stay
+from oblique_impact.validation.reproduction.runs import Run, Stay
 
 Array = NDArray[np.float64]
 

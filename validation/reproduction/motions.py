@@ -8,10 +8,17 @@ import numpy as np
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.summary import MacroCollision
-from validation.report.document import number
-from validation.reproduction.claims import Claims, Finding, graded, milliseconds, moment, verdict
-from validation.reproduction.measures import Trio, flight_ranges, largest_difference, longest, sampled, stick_share
-from validation.reproduction.runs import MissingError, Run
+from oblique_impact.validation.report.document import number
+from oblique_impact.validation.reproduction.claims import Claims, Finding, graded, milliseconds, moment, verdict
+from oblique_impact.validation.reproduction.measures import (
+    Trio,
+    flight_ranges,
+    largest_difference,
+    longest,
+    sampled,
+    stick_share,
+)
+from oblique_impact.validation.reproduction.runs import MissingError, Run
 
 CLAIMS = Claims()
 

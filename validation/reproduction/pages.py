@@ -7,7 +7,7 @@ from dataclasses import astuple
 from itertools import chain
 from math import isnan
 
-from validation.report.document import (
+from oblique_impact.validation.report.document import (
     MARKS,
     Block,
     Cell,
@@ -19,14 +19,14 @@ from validation.report.document import (
     number,
     number_cells,
 )
-from validation.report.provenance import provenance
-from validation.reproduction.cases import MODELS, SCHEMES
-from validation.reproduction.claims import NOT, PARTLY, REPRODUCED, moment
-from validation.reproduction.material import Material
-from validation.reproduction.motions import STICK
-from validation.reproduction.pictures import PLOTS
-from validation.reproduction.stick_pages import sticking_blocks
-from validation.reproduction.unsaid import CollisionRow, Studied
+from oblique_impact.validation.report.provenance import provenance
+from oblique_impact.validation.reproduction.cases import MODELS, SCHEMES
+from oblique_impact.validation.reproduction.claims import NOT, PARTLY, REPRODUCED, moment
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.motions import STICK
+from oblique_impact.validation.reproduction.pictures import PLOTS
+from oblique_impact.validation.reproduction.stick_pages import sticking_blocks
+from oblique_impact.validation.reproduction.unsaid import CollisionRow, Studied
 
 KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
 

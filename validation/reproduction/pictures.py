@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from oblique_impact.contact.state import State
-from renders.envelope import drawn
-from renders.style import SERIES, STATE_COLOURS
-from validation.report.figures import new_figure, to_svg
-from validation.reproduction.cases import SCHEMES
-from validation.reproduction.measures import Trio, sampled
-from validation.reproduction.runs import Run
+from oblique_impact.renders.envelope import drawn
+from oblique_impact.renders.style import SERIES, STATE_COLOURS
+from oblique_impact.validation.report.figures import new_figure, to_svg
+from oblique_impact.validation.reproduction.cases import SCHEMES
+from oblique_impact.validation.reproduction.measures import Trio, sampled
+from oblique_impact.validation.reproduction.runs import Run
 
 #: inches; half of an A4 page within its margins, so that the print is as large as drawn
 HALF, WHOLE = 3.55, 7.1

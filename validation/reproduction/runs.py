@@ -16,8 +16,8 @@ from oblique_impact.history.history import History
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from validation.reproduction.cases import Case
-from validation.reproduction.sticking import StickCheck, along_contact, at_events
+from oblique_impact.validation.reproduction.cases import Case
+from oblique_impact.validation.reproduction.sticking import StickCheck, along_contact, at_events
 
 
 class MissingError(Exception):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from validation.report.document import Block, Cell, Paragraph, Picture, Table, number, number_cells
-from validation.reproduction.material import Material
-from validation.reproduction.runs import Run
-from validation.reproduction.sticking import StickCheck
+from oblique_impact.validation.report.document import Block, Cell, Paragraph, Picture, Table, number, number_cells
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.runs import Run
+from oblique_impact.validation.reproduction.sticking import StickCheck
 
 #: what is shown of stick: the run, its title, the caption of its picture
 STICKING = {

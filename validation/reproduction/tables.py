@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from validation.report.provenance import provenance_data
-from validation.reproduction.cases import SCHEMES
-from validation.reproduction.claims import VERDICTS
-from validation.reproduction.material import Material
-from validation.reproduction.runs import Run
-from validation.reproduction.unsaid import Robustness
+from oblique_impact.validation.report.provenance import provenance_data
+from oblique_impact.validation.reproduction.cases import SCHEMES
+from oblique_impact.validation.reproduction.claims import VERDICTS
+from oblique_impact.validation.reproduction.material import Material
+from oblique_impact.validation.reproduction.runs import Run
+from oblique_impact.validation.reproduction.unsaid import Robustness
 
 CLAIM_COLUMNS = (
     "id",

@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from validation.reproduction import energies, forces, motions
-from validation.reproduction.cases import MODELS, Case, Combination, Variant, case_key
-from validation.reproduction.claims import Claim
-from validation.reproduction.measures import Trio, longest
-from validation.reproduction.runs import Run, run_case
+from oblique_impact.validation.reproduction import energies, forces, motions
+from oblique_impact.validation.reproduction.cases import MODELS, Case, Combination, Variant, case_key
+from oblique_impact.validation.reproduction.claims import Claim
+from oblique_impact.validation.reproduction.measures import Trio, longest
+from oblique_impact.validation.reproduction.runs import Run, run_case
 
 NAN = float("nan")
 #: every claim, in the order of the paper's figures

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
-from validation.measuring import measure_each
-from validation.parallel import check_limits
-from validation.report.provenance import call_text
-from validation.sweeps.plan import Plan, SweepFile, load_plan, plan_of
-from validation.sweeps.store import Store, open_store
+from oblique_impact.validation.measuring import measure_each
+from oblique_impact.validation.parallel import check_limits
+from oblique_impact.validation.report.provenance import call_text
+from oblique_impact.validation.sweeps.plan import Plan, SweepFile, load_plan, plan_of
+from oblique_impact.validation.sweeps.store import Store, open_store
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -177,8 +177,8 @@ def _run(
 
 def _finish(plan: Plan, store: Store, command: str) -> pa.Table:
     """Write the table if it is not there, and the report."""
-    from validation.sweeps.report import write_sweep_report
-    from validation.sweeps.table import make_table, read_table, write_table
+    from oblique_impact.validation.sweeps.report import write_sweep_report
+    from oblique_impact.validation.sweeps.table import make_table, read_table, write_table
 
     if store.journal is not None:
         write_table(store.table, make_table(plan, store.journal.rows()))
@@ -190,7 +190,7 @@ def _finish(plan: Plan, store: Store, command: str) -> pa.Table:
 
 def lines(result: SweepResult) -> list[str]:
     """Return how a sweep went in lines, for a terminal."""
-    from validation.sweeps.table import warned
+    from oblique_impact.validation.sweeps.table import warned
 
     plan, earlier, seconds = result.plan, result.earlier, result.seconds
     words = ", ".join(f"{count} {name}" for name, count in result.outcomes.items())

@@ -14,7 +14,7 @@ from pydantic import Field
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.section import Section
-from validation.sweeps.keys import check_key, coerce, kind
+from oblique_impact.validation.sweeps.keys import check_key, coerce, kind
 
 MAX_RUNS = 100_000
 

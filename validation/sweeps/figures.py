@@ -16,14 +16,14 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from oblique_impact.errors import Outcome
-from renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
-from validation.measuring import REGIMES
-from validation.quantities import Quantity
-from validation.report.document import Picture, number, with_unit
-from validation.report.figures import new_figure, to_svg
-from validation.sweeps.design import Dimension
-from validation.sweeps.keys import kind, unit
-from validation.sweeps.plan import Plan
+from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
+from oblique_impact.validation.measuring import REGIMES
+from oblique_impact.validation.quantities import Quantity
+from oblique_impact.validation.report.document import Picture, number, with_unit
+from oblique_impact.validation.report.figures import new_figure, to_svg
+from oblique_impact.validation.sweeps.design import Dimension
+from oblique_impact.validation.sweeps.keys import kind, unit
+from oblique_impact.validation.sweeps.plan import Plan
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -20,10 +20,10 @@ from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.toml import parse_toml, with_line
-from validation.journal import fingerprint_of
-from validation.measuring import Task
-from validation.quantities import Quantity, default_quantities, quantity
-from validation.sweeps.design import (
+from oblique_impact.validation.journal import fingerprint_of
+from oblique_impact.validation.measuring import Task
+from oblique_impact.validation.quantities import Quantity, default_quantities, quantity
+from oblique_impact.validation.sweeps.design import (
     MAX_RUNS,
     AxisSection,
     Block,
@@ -34,7 +34,7 @@ from validation.sweeps.design import (
     sampled_block,
     table_block,
 )
-from validation.sweeps.keys import check_key, coerce
+from oblique_impact.validation.sweeps.keys import check_key, coerce
 
 
 class SweepFile(Section):
@@ -176,7 +176,7 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
 
 
 def _studies() -> Any:
-    return resources.files("validation.sweeps") / "studies"
+    return resources.files("oblique_impact.validation.sweeps") / "studies"
 
 
 def _base(source: str, folder: Path) -> Scenario:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oblique_impact.errors import Outcome
-from validation.report.document import (
+from oblique_impact.validation.report.document import (
     Block,
     Cell,
     Document,
@@ -18,12 +18,12 @@ from validation.report.document import (
     number_cells,
     write_report,
 )
-from validation.report.provenance import provenance
-from validation.sweeps.design import Dimension
-from validation.sweeps.figures import sweep_pictures
-from validation.sweeps.keys import unit
-from validation.sweeps.plan import Plan
-from validation.sweeps.table import warned
+from oblique_impact.validation.report.provenance import provenance
+from oblique_impact.validation.sweeps.design import Dimension
+from oblique_impact.validation.sweeps.figures import sweep_pictures
+from oblique_impact.validation.sweeps.keys import unit
+from oblique_impact.validation.sweeps.plan import Plan
+from oblique_impact.validation.sweeps.table import warned
 
 if TYPE_CHECKING:
     import pyarrow as pa

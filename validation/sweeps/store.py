@@ -11,9 +11,9 @@ from pathlib import Path
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, only_writer, prepare_folder, read_text, write_text
-from validation.journal import Journal
-from validation.measuring import Done, Files
-from validation.sweeps.plan import Plan
+from oblique_impact.validation.journal import Journal
+from oblique_impact.validation.measuring import Done, Files
+from oblique_impact.validation.sweeps.plan import Plan
 
 TABLE, ROWS = "results.parquet", "rows.jsonl"
 _FINGERPRINT, _HISTORIES, _SCRATCH = "fingerprint.json", "histories", ".scratch"

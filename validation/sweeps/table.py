@@ -16,9 +16,9 @@ import pyarrow.parquet as pq
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, write_whole
-from validation.measuring import REGIMES, Row, same_warnings
-from validation.sweeps.keys import kind, unit
-from validation.sweeps.plan import Plan
+from oblique_impact.validation.measuring import REGIMES, Row, same_warnings
+from oblique_impact.validation.sweeps.keys import kind, unit
+from oblique_impact.validation.sweeps.plan import Plan
 
 _TYPES = {float: pa.float64(), int: pa.int64(), bool: pa.bool_(), str: pa.string(), tuple: pa.string()}
 

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.fem_beam.exact.beam import NODE, divided_difference
+from oblique_impact.fem_beam.exact.sections import Array
+from oblique_impact.fem_beam.exact.step import Held, PointForces, Stage
 from oblique_impact.scenario.scenario import Scenario
-from validation.absolute.beam import NODE, divided_difference
-from validation.absolute.sections import Array
-from validation.absolute.step import Held, PointForces, Stage
 
 
 class Place(NamedTuple):

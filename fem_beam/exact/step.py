@@ -5,7 +5,7 @@ A step of the length h from (q0, v0) to (q1, v1) is the mid-point rule for the i
     M (v1 - v0)/h = f        q1 - q0 = h (v1 + v0)/2
 
 with internal forces whose work is the change of the strain energy
-(:meth:`~validation.absolute.beam.ExactBeam.step_forces`), so that
+(:meth:`~oblique_impact.fem_beam.exact.beam.ExactBeam.step_forces`), so that
 
     T(v1) + V(q1) - T(v0) - V(q0) = work of the other forces on q1 - q0
 
@@ -20,8 +20,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from validation.absolute.beam import NODE, ExactBeam, solve
-from validation.absolute.sections import Array
+from oblique_impact.fem_beam.exact.beam import NODE, ExactBeam, solve
+from oblique_impact.fem_beam.exact.sections import Array
 
 #: Newton's iterations of a step; it takes two or three
 MOST_ITERATIONS = 12

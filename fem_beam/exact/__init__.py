@@ -13,12 +13,12 @@ from __future__ import annotations
 from typing import NoReturn
 
 from oblique_impact.errors import InputError
+from oblique_impact.fem_beam.exact.beam import ExactBeam
+from oblique_impact.fem_beam.exact.history import simulate
+from oblique_impact.fem_beam.exact.run import Run
+from oblique_impact.fem_beam.exact.sections import ElasticSections
+from oblique_impact.fem_beam.exact.step import Stage, advance, equilibrium
 from oblique_impact.scenario.scenario import Scenario
-from validation.absolute.beam import ExactBeam
-from validation.absolute.history import simulate
-from validation.absolute.run import Run
-from validation.absolute.sections import ElasticSections
-from validation.absolute.step import Stage, advance, equilibrium
 
 __all__ = ["ElasticSections", "ExactBeam", "Run", "Stage", "advance", "equilibrium", "simulate", "spectrum"]
 

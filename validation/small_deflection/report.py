@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from oblique_impact.beam.small_deflection import NOTICEABLE
-from renders.style import GREY, SERIES
-from validation.absolute.deflection_errors import MODELS, Point, SmallDeflection
-from validation.report.document import (
+from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.validation.report.document import (
     Block,
     Cell,
     Document,
@@ -29,8 +28,9 @@ from validation.report.document import (
     write_json,
     write_report,
 )
-from validation.report.figures import FULL, new_figure, to_svg
-from validation.report.provenance import provenance, provenance_data
+from oblique_impact.validation.report.figures import FULL, new_figure, to_svg
+from oblique_impact.validation.report.provenance import provenance, provenance_data
+from oblique_impact.validation.small_deflection.errors import MODELS, Point, SmallDeflection
 
 TITLES = {
     "held": "Held root, bent by the weight",

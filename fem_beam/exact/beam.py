@@ -24,7 +24,7 @@ from scipy.linalg import LinAlgError, get_lapack_funcs
 from scipy.sparse import csr_array, diags_array, kron
 from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
-from validation.absolute.sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
 
 Complex = NDArray[np.complex128]
 

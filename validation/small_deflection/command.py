@@ -11,8 +11,14 @@ from dataclasses import replace
 from oblique_impact.errors import InputError
 from oblique_impact.files import writing
 from oblique_impact.progress import OnProgress, silent
-from validation.absolute.deflection_errors import DEFLECTIONS, MODELS, SPINS, SmallDeflection, points_of
-from validation.parallel import check_limits, map_parallel, told
+from oblique_impact.validation.parallel import check_limits, map_parallel, told
+from oblique_impact.validation.small_deflection.errors import (
+    DEFLECTIONS,
+    MODELS,
+    SPINS,
+    SmallDeflection,
+    points_of,
+)
 
 
 def small_deflection(
@@ -51,7 +57,7 @@ def small_deflection(
     InputError
         In one line for numbers that are out of range or a folder that cannot be written.
     """
-    from validation.absolute.small_deflection_report import write_small_deflection
+    from oblique_impact.validation.small_deflection.report import write_small_deflection
 
     check_limits(None, workers, None)
     for name, values, low, high in (("deflections", deflections, 0.0, 1.0), ("spins", spins, -1.0, 20.0)):

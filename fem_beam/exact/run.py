@@ -11,23 +11,23 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from fem_beam.mesh import beam_mesh
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import AtEnd, EventKind
 from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.fem_beam.exact.averages import Averages, Forces
+from oblique_impact.fem_beam.exact.beam import ExactBeam
+from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
+from oblique_impact.fem_beam.exact.step import NotConvergedError, Stage, Step, advance
+from oblique_impact.fem_beam.exact.stop import Contact, Place, Slope
+from oblique_impact.fem_beam.mesh import beam_mesh
 from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.marching import records
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.loop import MAX_EVENTS, Status
 from oblique_impact.problem import NEAR
 from oblique_impact.scenario.scenario import Scenario
-from validation.absolute.averages import Averages, Forces
-from validation.absolute.beam import ExactBeam
-from validation.absolute.sections import Array, ElasticSections
-from validation.absolute.step import NotConvergedError, Stage, Step, advance
-from validation.absolute.stop import Contact, Place, Slope
 
 #: a guard that has fallen within this part of a step has fallen at its beginning
 _AT_ONCE = 1e-6

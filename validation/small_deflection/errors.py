@@ -26,13 +26,13 @@ from scipy.optimize import brentq
 
 from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.fem_beam.exact.history import simulate as simulate_exactly
+from oblique_impact.fem_beam.exact.sections import ElasticSections
 from oblique_impact.history.history import History
 from oblique_impact.problem import beam_of
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
-from validation.absolute.history import simulate as simulate_exactly
-from validation.absolute.sections import ElasticSections
-from validation.beams import UNIT
+from oblique_impact.validation.beams import UNIT
 
 #: nominal deflections over the length, and spin rates in units of 1/T
 DEFLECTIONS = (0.003, 0.01, 0.03, 0.1, 0.2, 0.4)

@@ -16,6 +16,9 @@ from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import station_points
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.state import Instant, State
+from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
+from oblique_impact.fem_beam.exact.run import Run
+from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.samples import GAP, Column, Samples
@@ -23,9 +26,6 @@ from oblique_impact.history.summary import energy_warnings, summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.scenario import Scenario
-from validation.absolute.beam import NODE, Complex, ExactBeam
-from validation.absolute.run import Run
-from validation.absolute.sections import Array, ElasticSections
 
 #: samples that are processed at a time
 _BLOCK = 512

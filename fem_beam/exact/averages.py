@@ -12,8 +12,8 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
-from validation.absolute.beam import Complex
-from validation.absolute.sections import Array
+from oblique_impact.fem_beam.exact.beam import Complex
+from oblique_impact.fem_beam.exact.sections import Array
 
 #: steps of a stretch that are kept: one before an instant, three behind it, and one that may be joined
 _KEPT = 5

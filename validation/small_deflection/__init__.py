@@ -1,0 +1,1 @@
+"""Where the model of small deflections ends: measured against the exact beam."""
