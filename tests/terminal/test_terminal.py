@@ -171,6 +171,10 @@ def cube(system):
     return system.number**3
 
 
+def first(system, tables):
+    return system.number
+
+
 class Other(Packed):
     """Another class of packed systems: kernels are told apart by the class."""
 
@@ -192,6 +196,24 @@ def test_a_kernel_is_told_once_for_each_class_of_systems(tmp_path, monkeypatch):
         assert told == ["the cube"] * 2
     kernel("another")(cube)(Packed(1j))
     assert len(told) == 2
+
+
+class Named(Packed):
+    """A class of systems, or of tables, that says what it is."""
+
+    __slots__ = ()
+    described = "what has a name"
+
+
+def test_a_kernel_is_told_with_what_it_is_compiled_for(tmp_path, monkeypatch):
+    """So that compilations with and without tables of leaps are told apart."""
+    monkeypatch.setattr("oblique_impact.kernels.jit.cache_folder", lambda: tmp_path)
+    told = []
+    with compilations(told.append):
+        compiled = kernel("the first")(first)
+        for system, tables in ((Packed(2), None), (Packed(2), Named(1)), (Named(2), Named(1))):
+            assert compiled(system, tables) == 2
+    assert told == ["the first", "the first for what has a name", "the first for what has a name, what has a name"]
 
 
 def test_processes_tell_what_they_compile():

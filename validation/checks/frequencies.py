@@ -150,12 +150,17 @@ def nodal_matrices() -> list[Measurement]:
         o = fem_beam.build_nodal(scenario)
         # the largest eigenvalues of a dense problem lose least to rounding: those of the inverse, 1/(1 + w²)
         inverse = eigh(o.M1.toarray(), (o.K + o.M1).toarray(), eigvals_only=True)[::-1]
-        computed, exact = np.sqrt(1.0 / inverse[1:4] - 1.0) / _ROOTS["hinged"][:3] ** 2 - 1.0, np.array(VALUES[f"1.4-h{elements}"])
+        computed, exact = (
+            np.sqrt(1.0 / inverse[1:4] - 1.0) / _ROOTS["hinged"][:3] ** 2 - 1.0,
+            np.array(VALUES[f"1.4-h{elements}"]),
+        )
         k = int(np.argmax(np.abs(computed - exact)))
         quantity = f"relative frequency error, {elements} elements, mode {k + 1}"
         # rounding, as much again of the entries of K, which are 10⁵ times the square of the frequency
         found.append(
-            Measurement(quantity, computed[k], exact[k], "1", 5.0 * ROUNDING, source(f"1.4-h{elements}"), f"{elements}")
+            Measurement(
+                quantity, computed[k], exact[k], "1", 5.0 * ROUNDING, source(f"1.4-h{elements}"), f"{elements}"
+            )
         )
     return found
 

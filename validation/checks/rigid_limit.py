@@ -17,8 +17,8 @@ check = checks_of("rigid-limit", "Rigid limit")
 
 _NAMES = {"theta": "theta_f", "theta_dot": "omega", "slip": "dist_along_slope", "slip_rate": "v_t"}
 #: 1e-10 m of vibration at the tip turns the frame; velocities vibrate at 3.9e5 rad/s, but for the rate of the
-#: mean-axis frame, and the frames meet the slope in other phases; where along the slope the tip meets it is the same
-#: whatever vibrates, and has 12 digits
+#: mean-axis frame, and the frames meet the slope in other phases; where along the slope the tip meets it is the
+#: same whatever vibrates, and has 12 digits
 _ALLOWED = {
     "mean-axis": {"time": 1.5e-10, "theta": 7e-10, "theta_dot": 3e-9, "slip": 6e-13, "slip_rate": 4e-6},
     "tangent": {"time": 6e-12, "theta": 5e-10, "theta_dot": 2e-5, "slip": 6e-13, "slip_rate": 4e-7},

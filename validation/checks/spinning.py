@@ -93,8 +93,8 @@ def campbell() -> Evidence:
     return Evidence([measured], [campbell_figure({"c": beam, "h": _beam("h", 0.0, "modal")}, points)])
 
 
-#: relative accuracy of three frequencies by eight modes: clamped shapes converge slowly for a pin, hinged ones fast;
-#: in full kinetics, whose forces are cubic, the step of the differences errs
+#: relative accuracy of three frequencies by eight modes: clamped shapes converge slowly for a pin, hinged ones
+#: fast; in full kinetics, whose forces are cubic, the step of the differences errs
 _FREE_ACCURACY = {
     ("tangent", "first-order"): (1.5e-7, 1.5e-5, 3e-5),
     ("tangent", "full"): (1.5e-7, 1.5e-5, 3e-5),

@@ -156,8 +156,8 @@ def _tip(o: BeamOperators, B: Array) -> tuple[float, float]:
 
 
 #: accuracies of offset and slope in the tangent and the mean-axis frame: sixty hinged modes leave out up to
-#: 2/(3 pi b³) of 1/80 and 1/48, b = 60 pi, clamped ones less; elements are exact at their nodes, and the references
-#: have 9 digits
+#: 2/(3 pi b³) of 1/80 and 1/48, b = 60 pi, clamped ones less; elements are exact at their nodes, and the
+#: references have 9 digits
 _CHIMNEYS: dict[str, tuple[dict[str, Any], tuple[float, float], tuple[float, float]]] = {
     "6 elements": ({"method": "fem", "modes": 12, "elements": 6}, (4e-9, 1e-8), (4e-9, 1e-8)),
     "12 elements": ({"method": "fem", "modes": 24, "elements": 12}, (4e-9, 1e-8), (4e-9, 1e-8)),
