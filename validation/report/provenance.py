@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,23 +17,19 @@ PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray",
 UNNAMED = "scenario"
 
 
+def provenance() -> list[tuple[str, str]]:
+    """Return lines (name, value) for the head of every report."""
+    numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
+    return [("made by", described(made())), ("versions", numbers), ("machine", machine())]
+
+
+def provenance_data() -> dict[str, Any]:
+    """Return the same for the JSON of every report."""
+    return {"provenance": dict(made()), "versions": _versions(), "machine": machine()}
+
+
 def _versions() -> dict[str, str]:
     return {"Python": platform.python_version(), **versions(*PACKAGES)}
-
-
-def provenance(named: Iterable[tuple[str, str]] = ()) -> list[tuple[str, str]]:
-    """Lines (name, value) for the head of every report; user-defined parts are those among `named`."""
-    numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
-    return [("made by", described(made(named))), ("versions", numbers), ("machine", machine())]
-
-
-def provenance_data(named: Iterable[tuple[str, str]] = ()) -> dict[str, Any]:
-    """Return the same for the JSON of every report."""
-    return {
-        "provenance": dict(made(named)),
-        "versions": _versions(),
-        "machine": machine(),
-    }
 
 
 def command_line(command: str, *arguments: object, **options: object) -> str:
@@ -65,7 +61,7 @@ def call_text(function: str, arguments: Sequence[str] = (), **options: object) -
 
 
 def machine() -> str:
-    """Processor, number of cores and system; nothing that names the machine itself."""
+    """Return processor, number of cores and system; nothing that names the machine itself."""
     return f"{_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}"
 
 

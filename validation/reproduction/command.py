@@ -12,7 +12,7 @@ from pathlib import Path
 from oblique_impact.files import prepare_folder, writing
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.validation.parallel import map_parallel, told
-from oblique_impact.validation.report.document import write_csv, write_file, write_json, write_report
+from oblique_impact.validation.report.document import write_csv, write_file, write_json
 from oblique_impact.validation.report.provenance import call_text
 from oblique_impact.validation.reproduction.cases import (
     MODELS,
@@ -203,10 +203,10 @@ def write_all(
     """Write the page, the tables and the pictures; each file appears whole or not at all."""
     figures = [row for plot in PLOTS for row in summary(plot, material.trios)]
     sensitivity = [item.flat() for item in material.studied]
-    write_report(folder, document(material, pictures, times))
-    write_json(folder, "results.json", results(material, figures))
-    write_csv(folder, "claims.csv", CLAIM_COLUMNS, claim_rows(material))
-    write_csv(folder, "sensitivity.csv", list(sensitivity[0]), [list(row.values()) for row in sensitivity])
-    write_csv(folder, "figures.csv", list(figures[0]), [list(row.values()) for row in figures])
+    document(material, pictures, times).write(folder)
+    write_json(folder / "results.json", results(material, figures))
+    write_csv(folder / "claims.csv", CLAIM_COLUMNS, claim_rows(material))
+    write_csv(folder / "sensitivity.csv", list(sensitivity[0]), [list(row.values()) for row in sensitivity])
+    write_csv(folder / "figures.csv", list(figures[0]), [list(row.values()) for row in figures])
     for name, svg in pictures.items():
         write_file(folder / "figures" / f"{name}.svg", svg)
