@@ -45,7 +45,8 @@ if TYPE_CHECKING:
     from oblique_impact.validation.refinement.growth import Predictability
     from oblique_impact.validation.refinement.predictability import predictability
     from oblique_impact.validation.refinement.study import StudyResult
-    from oblique_impact.validation.reproduction.command import Reproduction, reproduce
+    from oblique_impact.validation.paper.command import reproduce
+    from oblique_impact.validation.paper.reproduction import Reproduction
     from oblique_impact.validation.small_deflection.command import small_deflection
     from oblique_impact.validation.small_deflection.errors import SmallDeflection
     from oblique_impact.validation.suite import Result, validate
@@ -63,7 +64,8 @@ __getattr__, __dir__ = on_first_use(
         "refinement.growth": "Predictability",
         "refinement.predictability": "predictability",
         "refinement.study": "StudyResult",
-        "reproduction.command": "Reproduction reproduce",
+        "paper.command": "reproduce",
+        "paper.reproduction": "Reproduction",
         "suite": "Result validate",
         "sweeps.command": "SweepResult sweep",
         "sweeps.design": "AxisSection HypercubeSection SampledSection TableSection",

@@ -1,48 +1,24 @@
-"""What is simulated: the paper's case, the choices it leaves open, and scenarios that stick."""
+"""What is simulated: the paper's case, the choices that it leaves open, and scenarios that stick."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 from oblique_impact.scenario.scenario import Scenario
 
 #: contact.friction of the three models, in the order of the paper
 MODELS = ("hybrid", "frictionless", "modified-coulomb")
-#: the two ways through the same equations, and their names in the report
+#: the two schemes that integrate the same equations, and their names in the report
 SCHEMES = {"fixed-step": "fixed-step, as printed", "event": "event-located"}
 
-#: s; contact curves of the figures are not aliased: a period of the second clamped mode is 10 ms, and the
-#: fixed-step scheme takes ten steps in between
-FINE = 1e-5
-COARSE = 1e-4
+#: output intervals (s): in flight a hundred samples a period of the second clamped mode (10 ms), so that vibrations
+#: are not aliased in figures; a tenth of that suffices for numbers
+FINE, COARSE = 1e-5, 1e-4
 
 #: friction coefficient at which the tip sticks on the paper's own slope (stick needs about 10 there)
 ROUGH = 12.0
-
-
-@dataclass(frozen=True)
-class Case:
-    """One simulation: a key that names it, its scenario, and whether the sticking solution is wanted."""
-
-    key: str
-    scenario: Scenario
-    sticking: bool = False
-
-
-class Variant(NamedTuple):
-    """One value of a choice that the paper leaves open; `assumed` marks ours."""
-
-    choice: str
-    label: str
-    assumed: bool
-
-
-def case_key(group: str, scheme: str, model: str) -> str:
-    """Name of a case."""
-    return f"{group}/{scheme}/{model}"
 
 
 def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, **changes: Any) -> Scenario:
@@ -61,16 +37,12 @@ def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, *
     )
 
 
-def main_cases() -> list[Case]:
-    """Cases behind figures 2 to 16: three models, two schemes."""
-    return [
-        Case(case_key("paper", scheme, model), paper(scheme, model, FINE), sticking=model == "hybrid")
-        for scheme, model in product(SCHEMES, MODELS)
-    ]
+def cases() -> dict[str, Scenario]:
+    """Return the scenarios that are drawn and judged, by group/scheme/model.
 
-
-def sticking_cases() -> list[Case]:
-    """Cases that stick: a steep rough slope, the paper's made very rough, the tip's shortening left out."""
+    `paper` is behind figures 2 to 16. `sticking` (a steep rough slope), `rough` (the paper's slope made very rough)
+    and `no-shortening` (the contact point's foreshortening left out) stick, or are judged to.
+    """
     steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE)
     rough = paper(
         "event",
@@ -79,22 +51,27 @@ def sticking_cases() -> list[Case]:
         discretization__frame="mean-axis",
         discretization__modes=3,
     )
-    groups = {"sticking": steep, "rough": rough}
-    cases = [
-        Case(
-            case_key(group, scheme, model),
-            scenario.replace(contact__friction=model, solver__scheme=scheme, solver__stick="force"),
-            sticking=model == "hybrid",
-        )
-        for group, scenario in groups.items()
-        for scheme, model in product(SCHEMES, MODELS)
-        if model != "frictionless"
-    ]
-    without = paper("fixed-step", output_interval=FINE, contact__shortening=False)
-    return [*cases, Case(case_key("no-shortening", "fixed-step", "hybrid"), without, sticking=True)]
+    found = {f"paper/{scheme}/{model}": paper(scheme, model, FINE) for scheme, model in product(SCHEMES, MODELS)}
+    for group, scenario in (("sticking", steep), ("rough", rough)):
+        for scheme, model in product(SCHEMES, ("hybrid", "modified-coulomb")):
+            found[f"{group}/{scheme}/{model}"] = scenario.replace(
+                contact__friction=model, solver__scheme=scheme, solver__stick="force"
+            )
+    found["no-shortening/fixed-step/hybrid"] = paper("fixed-step", "hybrid", FINE, contact__shortening=False)
+    return found
 
 
-#: what the paper leaves open, with the values that it allows, the one we assume elsewhere among them
+@dataclass(frozen=True)
+class Variant:
+    """One value of one choice that the paper leaves open; `assumed` marks the value in all other runs."""
+
+    choice: str
+    label: str
+    scenario: Scenario
+    assumed: bool
+
+
+#: what the paper leaves open, with the values that it allows, the assumed one among them
 _CHOICES: dict[str, dict[str, dict[str, Any]]] = {
     "number of modes": {f"{n} clamped": {"discretization__modes": n} for n in (1, 2, 3, 4)},
     "kind of modes": {
@@ -136,24 +113,23 @@ _INTEGRATORS: dict[str, dict[str, Any]] = {
 }
 
 
-def variant_cases() -> Iterator[tuple[Variant, str, Case]]:
-    """Variant, scheme and case of the study of the choices, one choice changed at a time."""
-
-    def entry(choice: str, label: str, ours: Scenario, scenario: Scenario) -> tuple[Variant, str, Case]:
-        scheme = str(scenario.solver.scheme)
-        return Variant(choice, label, scenario == ours), scheme, Case(f"{choice}/{label}/{scheme}", scenario)
-
+def variants() -> list[Variant]:
+    """Return the paper's case with one choice changed at a time, under both schemes."""
+    found = []
     for choice, values in _CHOICES.items():
         for (label, changes), scheme in product(values.items(), SCHEMES):
-            ours = paper(scheme, changes.get("contact__friction", "hybrid"))
-            yield entry(choice, label, ours, paper(scheme, **changes))
+            scenario = paper(scheme, **changes)
+            ours = paper(scheme, str(scenario.contact.friction))
+            found.append(Variant(choice, label, scenario, scenario == ours))
     for label, changes in _INTEGRATORS.items():
-        yield entry("integrator", label, paper("fixed-step"), paper(**changes))
+        scenario = paper(**changes)
+        found.append(Variant("integrator", label, scenario, scenario == paper("fixed-step")))
+    return found
 
 
 @dataclass(frozen=True)
 class Combination:
-    """One combination of open choices: what is changed, and the scheme."""
+    """One combination of open choices, and the scheme."""
 
     scheme: str
     modes: int
@@ -161,17 +137,8 @@ class Combination:
     shortening: bool
     baumgarte_form: str
 
-    @property
-    def label(self) -> str:
-        """Text for tables."""
-        kept = "with" if self.shortening else "without"
-        return (
-            f"{self.scheme}, {self.modes} modes, g = {self.gravity}, {kept} shortening, "
-            f"Baumgarte {self.baumgarte_form}"
-        )
-
     def scenario(self, model: str) -> Scenario:
-        """Scenario of one of the three models."""
+        """Return the scenario of one of the three models."""
         return paper(
             self.scheme,
             model,
@@ -179,6 +146,14 @@ class Combination:
             discretization__modes=self.modes,
             contact__shortening=self.shortening,
             solver__baumgarte_form=self.baumgarte_form,
+        )
+
+    def __str__(self) -> str:
+        """Return the choices in words."""
+        kept = "with" if self.shortening else "without"
+        return (
+            f"{self.scheme}, {self.modes} modes, g = {self.gravity}, {kept} shortening, "
+            f"Baumgarte {self.baumgarte_form}"
         )
 
 
@@ -189,14 +164,3 @@ def combinations() -> list[Combination]:
     """
     grid = product(SCHEMES, (1, 2, 3, 4), (9.8, 9.81), (True, False), ("squared", "plain"))
     return [Combination(*point) for point in grid if point[0] == "fixed-step" or point[4] == "squared"]
-
-
-def threshold_cases(ratio: float) -> list[Case]:
-    """Return the paper's case with a static coefficient just below and just above `ratio`."""
-    factors = (0.999, 1.001)
-    return [
-        Case(
-            f"threshold/{factor}", paper("event", end_time=0.335, contact__mu_static=factor * ratio), sticking=True
-        )
-        for factor in factors
-    ]
