@@ -17,8 +17,8 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
 from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
-from oblique_impact.validation.parallel import map_parallel, told
-from oblique_impact.validation.report import Block, Cell, Item, Report, Section, Table, Text, call_text, cell
+from oblique_impact.validation.report import Block, Cell, Item, Report, Section, Table, Text, cell
+from oblique_impact.validation.studies.parallel import map_parallel
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def compute(
 ) -> dict[str, Evidence]:
     """Compute checks in parallel, the longest first; evidence by id in the order of `checks`."""
     names = [check.id for check in sorted(checks, key=lambda check: -check.seconds)]
-    found = dict(zip(names, map_parallel(evidence_of, names, workers, told(on_progress, names)), strict=True))
+    found = dict(zip(names, map_parallel(evidence_of, names, workers, on_progress), strict=True))
     return {check.id: found[check.id] for check in checks}
 
 
@@ -112,7 +112,7 @@ def validate(
     quick: bool = False,
     workers: int | None = None,
     on_progress: OnProgress = silent,
-    command: str | None = None,
+    command: str = "",
 ) -> list[Result]:
     """Run the chosen checks, and write report.html, results.json and results.csv.
 
@@ -128,8 +128,8 @@ def validate(
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first check and after each.
-    command : str, optional
-        How to repeat the validation, for the report; default: this call.
+    command : str
+        How to repeat the validation, for the report.
 
     Returns
     -------
@@ -155,11 +155,8 @@ def validate(
     seconds = time.perf_counter() - started
     results = results_of(checks, evidence)
     if folder is not None:
-        repeat = command or call_text(
-            "validate", out=os.fspath(folder), only=list(only), quick=quick, workers=workers
-        )
         rows = [asdict(result) for result in results]
-        _report(checks, evidence, results, repeat, seconds).write(folder, {"checks": rows}, pd.DataFrame(rows))
+        _report(checks, evidence, results, command, seconds).write(folder, {"checks": rows}, pd.DataFrame(rows))
     return results
 
 

@@ -13,8 +13,8 @@ MODELS = ("hybrid", "frictionless", "modified-coulomb")
 #: the two schemes that integrate the same equations, and their names in the report
 SCHEMES = {"fixed-step": "fixed-step, as printed", "event": "event-located"}
 
-#: output intervals (s): in flight a hundred samples a period of the second clamped mode (10 ms), so that vibrations
-#: are not aliased in figures; a tenth of that suffices for numbers
+#: output intervals (s) for figures, whose curves are not to be aliased (a period of the second clamped mode is
+#: 10 ms), and for numbers
 FINE, COARSE = 1e-5, 1e-4
 
 #: friction coefficient at which the tip sticks on the paper's own slope (stick needs about 10 there)
@@ -40,8 +40,8 @@ def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, *
 def cases() -> dict[str, Scenario]:
     """Return the scenarios that are drawn and judged, by group/scheme/model.
 
-    `paper` is behind figures 2 to 16. `sticking` (a steep rough slope), `rough` (the paper's slope made very rough)
-    and `no-shortening` (the contact point's foreshortening left out) stick, or are judged to.
+    `paper` is behind figures 2 to 16.  `sticking` (a steep rough slope), `rough` (the paper's slope with much
+    friction) and `no-shortening` (the contact point's foreshortening left out) stick, or are judged to.
     """
     steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE)
     rough = paper(
@@ -127,40 +127,12 @@ def variants() -> list[Variant]:
     return found
 
 
-@dataclass(frozen=True)
-class Combination:
-    """One combination of open choices, and the scheme."""
-
-    scheme: str
-    modes: int
-    gravity: float
-    shortening: bool
-    baumgarte_form: str
-
-    def scenario(self, model: str) -> Scenario:
-        """Return the scenario of one of the three models."""
-        return paper(
-            self.scheme,
-            model,
-            gravity=self.gravity,
-            discretization__modes=self.modes,
-            contact__shortening=self.shortening,
-            solver__baumgarte_form=self.baumgarte_form,
-        )
-
-    def __str__(self) -> str:
-        """Return the choices in words."""
-        kept = "with" if self.shortening else "without"
-        return (
-            f"{self.scheme}, {self.modes} modes, g = {self.gravity}, {kept} shortening, "
-            f"Baumgarte {self.baumgarte_form}"
-        )
-
-
-def combinations() -> list[Combination]:
-    """Return all combinations of modes, g, shortening and Baumgarte's form.
+def combinations() -> list[dict[str, Any]]:
+    """Return all combinations of modes, g, shortening and Baumgarte's form, each as `paper` takes it.
 
     The form matters to the fixed-step scheme only: located contacts have nothing to stabilize.
     """
+    names = ("scheme", "discretization__modes", "gravity", "contact__shortening", "solver__baumgarte_form")
     grid = product(SCHEMES, (1, 2, 3, 4), (9.8, 9.81), (True, False), ("squared", "plain"))
-    return [Combination(*point) for point in grid if point[0] == "fixed-step" or point[4] == "squared"]
+    found = [dict(zip(names, point, strict=True)) for point in grid]
+    return [c for c in found if c["scheme"] == "fixed-step" or c["solver__baumgarte_form"] == "squared"]

@@ -1,7 +1,7 @@
 """The paper's claims, each with the rule by which it is judged.
 
-A rule is a function of the runs of the three friction models; it is judged twice, on the fixed-step runs (the algorithm
-as printed) and on the event-located ones (the same equations, solved).
+A rule is a function of the runs of the three friction models.  Each claim is judged twice: on the fixed-step runs
+(the algorithm as printed) and on the event-located ones (the same equations, solved).
 """
 
 from __future__ import annotations
@@ -434,8 +434,8 @@ def similar_after(models: Models) -> Finding:
 
 @claim("Sec. 7, Fig. 14")
 def maximum_before(models: Models) -> Finding:
-    """The tangential displacement first increases to its maximum and then decreases during the initial collision-
-    free stage.
+    """The tangential displacement first increases to its maximum and then decreases during the initial
+    collision-free stage.
 
     reproduced: it rises and falls by more than 1 mm before the first touch
     """

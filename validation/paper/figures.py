@@ -39,8 +39,8 @@ LATER, AFTER = (0.64, 0.76), (0.3, 1.0)
 _PIXELS = 450.0, 200.0
 
 _INERTIAL = (
-    "Inertial axes through O: the paper calls (X_F, Y_F) the position of P in the inertial system and gives O₁ in it, "
-    "although its Sec. 2 names the floating axes OXY; those are in Figs. 10f to 13f."
+    "Inertial axes through O: the paper calls (X_F, Y_F) the position of P in the inertial system and gives O₁ in "
+    "it, although its Sec. 2 names the floating axes OXY; those are in Figs. 10f to 13f."
 )
 
 

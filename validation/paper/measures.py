@@ -142,7 +142,7 @@ def reversals(run: History, during: MacroCollision) -> list[float]:
 
 
 def stick_share(run: History, among: Sequence[MacroCollision]) -> float:
-    """Return the part of the time in contact that the tip spends in the state STICK, over some macro-collisions."""
+    """Return the part of the time in contact that is spent in the state STICK, over some macro-collisions."""
     contact = sum(stay.duration for macro in among for stay in stays(run, macro))
     stuck = sum(stay.duration for macro in among for stay in sticks(run, macro))
     return stuck / contact if contact > 0.0 else 0.0
@@ -159,8 +159,8 @@ def flight_ranges(run: History, name: str) -> list[float]:
 def collision_numbers(run: History, number: int) -> dict[str, float]:
     """Return what happens in a macro-collision (SI units); NaN or 0 where the run has no such one.
 
-    `reversal` is the one nearest to 0.325 s (first) or the first one (second), `energy_left` the total energy in the
-    flight that follows.
+    `reversal` is the one nearest to 0.325 s (first) or the first one (second), `energy_left` the total energy in
+    the flight that follows.
     """
     found = macros(run)
     if len(found) < number:
@@ -186,7 +186,7 @@ def collision_numbers(run: History, number: int) -> dict[str, float]:
 
 
 def sampled(runs: Sequence[History], name: str, start: float, end: float) -> Array:
-    """Return values (runs, points) of a variable at many times from `start` to `end` (s), linear between samples."""
+    """Return values (runs, points) of a variable, linear between samples, at many times from `start` to `end`."""
     times = np.linspace(start, end, _POINTS)
     return np.stack([np.interp(times, values(run, "time"), values(run, name)) for run in runs])
 
@@ -216,7 +216,7 @@ def between(models: Models, number: int) -> float | None:
 
 
 def largest_difference(models: Models, names: Sequence[str], end: float) -> float:
-    """Return the largest difference of any two runs up to `end`, relative to the largest value of each variable."""
+    """Return the largest difference of any two runs up to `end`, relative to each variable's largest value."""
     courses = [sampled(models, name, 0.0, end) for name in names]
     return max(float(np.max(np.ptp(v, axis=0))) / (float(np.max(np.abs(v))) or 1.0) for v in courses)
 

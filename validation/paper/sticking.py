@@ -34,7 +34,7 @@ class StickCheck(NamedTuple):
     """The sticking solution at a reversal of slip, or where stick began (SI units).
 
     `normal` and `tangential` are lambda_n and lambda_tau (N) as the run's scheme judges them, fixed steps with
-    Baumgarte's terms; NaN where there is no solution.  `cotangent` is cot|b|, with the angle b between the slope and
+    Baumgarte's terms; NaN where there is no solution.  `cotangent` is cot|b|, b the angle between the slope and
     the line from the pin to the contact point.
     """
 
@@ -47,15 +47,14 @@ class StickCheck(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """|lambda_tau| / lambda_n; infinite where the contact would have to pull, NaN where there is no solution."""
+        """|lambda_tau| / lambda_n; infinite where the contact would pull, NaN where there is no solution."""
         if np.isnan(self.normal):
             return NAN
         return abs(self.tangential) / self.normal if self.normal > 0.0 else float("inf")
 
 
-def stick_checks(run: History) -> list[StickCheck]:
+def stick_checks(scenario: Scenario, run: History) -> list[StickCheck]:
     """Return the sticking solution wherever the direction of slip turned or stick began."""
-    scenario = Scenario.from_toml(run.scenario_toml)
     solver = scenario.solver
     model = Beam(scenario, build_operators(scenario)).model
     work, times = model.new_workspace(), values(run, "time")
@@ -81,16 +80,21 @@ def stick_checks(run: History) -> list[StickCheck]:
     return checks
 
 
-def threshold(checks: Sequence[StickCheck]) -> tuple[float, list[tuple[float, str]]]:
-    """Try static coefficients just below and just above what the first reversal of the paper's case asks for.
+class Threshold(NamedTuple):
+    """Ratio of forces that the first reversal asks for, and what happens there with `mu_static` around it."""
 
-    Returns that ratio, and (coefficient, what happens at that instant) of both.
-    """
+    ratio: float
+    tried: list[dict[str, Any]]
+
+
+def find_threshold(checks: Sequence[StickCheck]) -> Threshold:
+    """Try static coefficients just below and just above what the first reversal of the paper's case asks for."""
     first = next(check for check in checks if check.kind == "reversal")
-    outcomes = []
+    tried: list[dict[str, Any]] = []
     for factor in (0.999, 1.001):
         mu = factor * first.ratio
-        tried = stick_checks(run_light(paper("event", end_time=0.335, contact__mu_static=mu)))
-        check = min(tried, key=lambda c: abs(c.time - first.time))
-        outcomes.append((mu, f"{check.kind} at {check.time:.6f} s"))
-    return first.ratio, outcomes
+        scenario = paper("event", end_time=0.335, contact__mu_static=mu)
+        found = stick_checks(scenario, run_light(scenario))
+        check = min(found, key=lambda c: abs(c.time - first.time))
+        tried.append({"mu_static": mu, "happened": f"{check.kind} at {check.time:.6f} s"})
+    return Threshold(first.ratio, tried)

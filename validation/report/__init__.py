@@ -14,10 +14,10 @@ A report is sections of text, tables and pictures:
     )
     report.write(folder, data={"force": 5.25}, table=frame)
 
-writes report.html, results.json and results.csv into `folder`, each whole or not at all; command, wall time, versions,
-machine and provenance are added to the page and to the JSON.  Cells of a table are texts, numbers (six digits; `cell`
-takes others), None, or a `Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  `number` formats
-numbers for reading.  `write_csv` and `write_file` write further files.
+writes report.html, results.json and results.csv into `folder`, each whole or not at all; versions, machine and
+provenance are added to the page and to the JSON.  Cells of a table are texts, numbers (six digits; `cell` takes
+others), None, or a `Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  `number` formats a
+number for reading.  `write_csv` and `write_file` write further files.
 
 `document`    blocks, report, files
 `figures`     figures as SVG that are the same from run to run
@@ -42,7 +42,7 @@ from oblique_impact.validation.report.document import (
     write_file,
 )
 from oblique_impact.validation.report.figures import FULL, HALF, new_figure, picture, to_svg
-from oblique_impact.validation.report.provenance import call_text, command_line, provenance_data
+from oblique_impact.validation.report.provenance import command_line, provenance_data
 
 __all__ = [
     "FULL",
@@ -57,7 +57,6 @@ __all__ = [
     "Section",
     "Table",
     "Text",
-    "call_text",
     "cell",
     "command_line",
     "new_figure",

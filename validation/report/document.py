@@ -85,7 +85,7 @@ class Table:
     """A table; see `Entry` for its cells."""
 
     columns: Sequence[str]
-    rows: Sequence[Sequence[Entry]]
+    rows: Sequence[Sequence[Any]]  # of entries
     caption: str = ""
     wide: Sequence[int] = ()  # columns of running text, that may wrap
     filtered: bool = False  # rows end with a verdict that the reader may filter by

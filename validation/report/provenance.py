@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,6 @@ from oblique_impact.history.provenance import described, versions
 from oblique_impact.history.provenance import provenance as made
 
 PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
-#: what a scenario of a call without a name is called
-UNNAMED = "scenario"
 
 
 def provenance() -> list[tuple[str, str]]:
@@ -47,17 +44,6 @@ def command_line(command: str, *arguments: object, **options: object) -> str:
         elif value is not None and value is not False:
             words += [option, str(value)]
     return shlex.join(words)
-
-
-def scenario_text(name: str) -> str:
-    """Return what stands for a scenario in `call_text`: what it is called, or how to load it."""
-    return name if name == UNNAMED else f"Scenario.load({name!r})"
-
-
-def call_text(function: str, arguments: Sequence[str] = (), **options: object) -> str:
-    """Return a call as Python takes it; options that are None, False or empty are left out."""
-    given = [f"{name}={value!r}" for name, value in options.items() if value not in (None, False, (), [])]
-    return f"oblique_impact.validation.{function}({', '.join([*arguments, *given])})"
 
 
 def machine() -> str:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from oblique_impact.validation.report.document import number
+from oblique_impact.validation.report import number
 
 #: safety factors of the grid convergence index: three levels or more, two levels
 SAFETY, SAFETY_OF_TWO = 1.25, 3.0
