@@ -112,8 +112,8 @@ def claim(place: str, id: str = "", case: str = "paper") -> Callable[[Rule], Rul
     """
 
     def add(apply: Rule) -> Rule:
-        words = [" ".join(part.split()) for part in str(apply.__doc__).split("\n\n")]
-        CLAIMS.append(Claim(id or apply.__name__.replace("_", "-"), place, *words, apply, case))
+        statement, rule = (" ".join(part.split()) for part in str(apply.__doc__).split("\n\n"))
+        CLAIMS.append(Claim(id or apply.__name__.replace("_", "-"), place, statement, rule, apply, case))
         return apply
 
     return add
@@ -425,7 +425,7 @@ def similar_after(models: Models) -> Finding:
     """
     start = max(macro(run, 1).end for run in models)
     courses = {name: sampled(models, name, start, models.end) for name in _POINT}
-    found = {name: float(np.min(np.corrcoef(course)[0])) for name, course in courses.items()}
+    found = {name: float(np.min(np.asarray(np.corrcoef(course))[0])) for name, course in courses.items()}
     pairs = zip(("x", "x'", "y", "y'"), found.values(), strict=True)
     text = ", ".join(f"{name} {number(value, 3)}" for name, value in pairs)
     numbers = {f"correlation {name}": value for name, value in found.items()}

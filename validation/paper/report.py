@@ -122,11 +122,11 @@ def _claim_data(judged: Judged) -> dict[str, Any]:
 
 def _claim_row(judged: Judged) -> dict[str, Any]:
     row = _claim_data(judged)
-    counts = row.pop("combinations") or {}
+    discriminates, counts = row.pop("discriminates"), row.pop("combinations") or {}
     for scheme, finding in row.pop("schemes").items():
         row |= {f"{name}_{scheme.replace('-', '_')}": finding[name] for name in ("verdict", "ours")}
     row |= {f"combinations_{verdict.replace(' ', '_')}": counts.get(verdict, "") for verdict in VERDICTS}
-    return {**row, "discriminates": row.pop("discriminates")}
+    return {**row, "discriminates": discriminates}
 
 
 def _overview(result: Reproduction) -> list[Block]:
@@ -146,7 +146,7 @@ def _claims(result: Reproduction) -> Table:
     rows = []
     for place, judged in enumerate(result.claims, start=1):
         claim, found = judged.claim, judged.findings
-        counted = "\u00a0/\u00a0".join(map(str, (judged.combinations or {"": "–"}).values()))
+        counted = "\u00a0/\u00a0".join(map(str, (judged.combinations or {}).values())) or "–"
         rows.append(
             [
                 place,
@@ -166,7 +166,7 @@ def _choices(result: Reproduction) -> Table:
     frame = result.variants
     shown = pd.DataFrame(
         {
-            "choice": frame["choice"],
+            "choice": frame["choice"].mask(frame["choice"].duplicated(), ""),
             "value": frame["variant"] + np.where(frame["assumed"], " *", ""),
             "scheme": frame["scheme"],
         }
@@ -177,7 +177,7 @@ def _choices(result: Reproduction) -> Table:
         shown[f"{n}: impulse (N s)"] = frame[f"{which}_normal_impulse"]
         shown[f"{n}: stick (µs)"] = 1e6 * frame[f"{which}_stick_time"]
     caption = "One choice changed at a time; 1, 2: macro-collisions; * marks what is assumed elsewhere"
-    return Table.of_frame(shown, caption, digits=4)
+    return Table.of_frame(shown, caption, digits=4, wide=(0, 1))
 
 
 def _robustness(grid: pd.DataFrame) -> str:

@@ -73,10 +73,10 @@ def stick_checks(scenario: Scenario, run: History) -> list[StickCheck]:
                 slip_acceleration=problem.slip_acceleration + rate * slip_rate,
             )
         force = holding_force(rigid_phase(), problem, 0.0)
-        forces: Any = force[1:] if force.status == OK else (NAN, NAN)
+        normal, tangential = force[1:] if force.status == OK else (NAN, NAN)
         line = np.arctan2(values(run, "tip_y")[sample], values(run, "tip_x")[sample])
         cotangent = float(1.0 / np.tan(abs(line - scenario.slope.angle)))
-        checks.append(StickCheck(event.time, event.kind.value, slip_rate, *forces, cotangent))
+        checks.append(StickCheck(event.time, event.kind.value, slip_rate, normal, tangential, cotangent))
     return checks
 
 
