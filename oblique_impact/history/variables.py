@@ -99,7 +99,7 @@ def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
             attributes["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
             attributes["flag_meanings"] = " ".join(s.name.lower() for s in State)
         if variable.dimensions == (name,):
-            found[name] = xr.IndexVariable(name, pd.Index(values), attributes)
+            found[name] = xr.Variable(variable.dimensions, pd.Index(values), attributes)
         else:
             # the fast path leaves out a check for which xarray imports dask where it finds it, half a second
             found[name] = xr.Variable(variable.dimensions, values, attributes, fastpath=True)
