@@ -1,4 +1,4 @@
-"""How much room a history takes, before there is one."""
+"""Size of a history's file, estimated before the run."""
 
 from __future__ import annotations
 
