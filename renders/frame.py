@@ -200,9 +200,9 @@ class Composer:
         k = geometry.index(time)
         force = float(np.linalg.norm(contact_force(geometry, k)))
         words["force"] = (f"{force:.0f} N", theme.arrow) if force > 0.5 else ("no contact force", theme.dim)
-        gap = 1e3 * geometry.gap(k)
-        text = f"{gap:.3f}" if abs(gap) < 10.0 else f"{gap:.0f}"
-        words["gap"] = (f"gap {text.replace('-0.000', '0.000').replace('-', '−')} mm", theme.dim)
+        gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
+        # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility
+        words["gap"] = (f"gap {gap} mm" + (f", drawn {drawn}" if drawn != gap else ""), theme.dim)
         return words
 
     def close(self) -> None:
@@ -219,3 +219,9 @@ class Composer:
 def _down(box: Box, pixels: int) -> Box:
     """Return a box so many pixels farther down."""
     return box[0], box[1] + pixels, box[2], box[3]
+
+
+def _in_mm(distance: float) -> str:
+    """Return a distance (m) in mm, as a number with few digits."""
+    text = f"{1e3 * distance:.3f}" if abs(distance) < 0.01 else f"{1e3 * distance:.0f}"
+    return text.replace("-0.000", "0.000").replace("-", "−")
