@@ -85,7 +85,7 @@ class Chart:
         if values.size == 0:
             return
         shown = drawn(self._pixels(curve.time[inside]), values, float(np.ptp(values)) / height)
-        width = 1.05 * self._sheet.unit
+        width = 1.4 * self._sheet.thin
         for band in shown.bands:
             area = axes.fill_between(band.x, band.low, band.high, color=curve.colour, linewidth=0.0)
             self._lines.append((area, _BAND))
@@ -99,13 +99,13 @@ class Chart:
             artist.set_alpha(_FAINT * strength)
 
     def _dress(self, axes: Any, curves: Sequence[Curve], label: str, height: float) -> None:
-        sheet, theme, unit = self._sheet, self._sheet.theme, self._sheet.unit
+        sheet, theme = self._sheet, self._sheet.theme
         digit = _DIGIT * sheet.pixels(_LABEL)
         ticks, labels = round_times(self._course, self._width, lambda text: digit * len(text))
         axes.set_xticks(self._pixels(ticks), labels)
         lines = int(np.clip(height / (1.9 * sheet.pixels(_LABEL)), 2, 7))
         axes.yaxis.set_major_locator(MaxNLocator(lines, steps=[1, 2, 2.5, 5, 10]))
-        axes.tick_params(colors=theme.dim, labelsize=sheet.points(_LABEL), length=3.0 * unit)
+        axes.tick_params(colors=theme.dim, labelsize=sheet.points(_LABEL), length=4.0 * sheet.thin)
         for spine in axes.spines.values():
             spine.set_color(theme.dim)
         left = self._left - self._box[0]
@@ -116,7 +116,10 @@ class Chart:
         named = [curve for curve in curves if curve.label]
         if len(named) > 1:
             axes.legend(
-                handles=[Line2D([], [], linestyle=c.dash, color=c.colour, lw=2, label=c.label) for c in named],
+                handles=[
+                    Line2D([], [], linestyle=c.dash, color=c.colour, lw=2.7 * sheet.thin, label=c.label)
+                    for c in named
+                ],
                 loc="lower left",
                 bbox_to_anchor=(0.0, 1.0),
                 ncols=len(named),

@@ -51,21 +51,22 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
     dpi = story.style.dpi or width / SLIDE[0]
     style = replace(story.style, ghosts=False, trace=False, ground=False, dpi=dpi)
     with figure_style(style.colours):
-        unit = dpi / 96.0 * style.letters / 10.0
-        bottom = round(60.0 * unit)
+        row = Sheet((width, height), style)
+        bottom = round(1.3 * row.pixels(LINE) + 1.45 * row.pixels(SMALL) + 32.0 * row.unit)
         sheet = Sheet((width, height * len(times) + bottom), style)
-        head, margin = round(1.2 * sheet.pixels(STATE)), 16.0 * unit
+        unit, margin = sheet.unit, 16.0 * sheet.unit
+        head = round(0.6 * margin + 1.3 * sheet.pixels(STATE))
         panel = Panel((0, head, width, height - head), list(range(len(story.geometries))))
         scene = Scene(story, [panel], (width, height), style, (min(times), max(times)))
         pictures = [scene.draw(time)[head:] for time in times]
         bar, k = scene.views[0].scale_bar(0.15 * width), [int(story.geometries[0].index(time)) for time in times]
         scene.close()
-        for row, time in enumerate(times):
-            top = row * height
-            if row:
+        for number, time in enumerate(times):
+            top = number * height
+            if number:
                 sheet.rule((0.0, top), (width, top))
             clock = sheet.write(margin, top + 0.6 * margin, f"t = {time:.5f} s", STATE, weight="bold")
-            left, name = margin + sheet.width_of(clock) + 20.0 * unit, State(int(state[k[row]]))
+            left, name = margin + sheet.width_of(clock) + 20.0 * unit, State(int(state[k[number]]))
             sheet.write(left, top + 0.6 * margin, name.name, STATE, style.colours.states[name], weight="bold")
         low = sheet.size[1] - 10.0 * unit
         if story.factor != 1.0:
@@ -75,8 +76,8 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
         if not story.overlay:
             sheet.colour_bar(0.32 * width, low, 220.0 * unit, story.colours)
         whole = sheet.drawn()
-    for row, picture in enumerate(pictures):
-        top = row * height + head
+    for number, picture in enumerate(pictures):
+        top = number * height + head
         whole[top : top + len(picture), :, :3] = picture
     return _save(whole[..., :3], out, story, style.resolution)
 

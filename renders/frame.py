@@ -110,12 +110,12 @@ class Composer:
         x = left + sheet.width_of(time) + 24.0 * sheet.unit
         self._keep(f"time {number}", time)
         if story.overlay:
-            handles = [Line2D([], [], color=c, linewidth=4.0 * sheet.unit) for c in colours.series]
+            handles = [Line2D([], [], color=c, linewidth=5.0 * sheet.thin) for c in colours.series]
             sheet.figure.legend(
                 handles[: len(story.labels)],
                 story.labels,
                 loc="upper left",
-                bbox_to_anchor=(x / sheet.size[0], 1.0 - (y - 4.0 * sheet.unit) / sheet.size[1]),
+                bbox_to_anchor=(x / sheet.size[0], 1.0 - (y - 9.0 * sheet.unit) / sheet.size[1]),
                 ncols=len(story.labels),
                 fontsize=sheet.points(NAME),
                 handlelength=1.2,
@@ -162,7 +162,8 @@ class Composer:
         if story.geometries[0].scenario.contact.enabled:
             self._keep("gap", sheet.write(left, y, "", LINE, colours.dim))
         low = box[1] + box[3] - 14.0 * sheet.unit
-        sheet.scale_bar(left + 4.0 * sheet.unit, low, view.scale_bar(0.22 * box[2]))
+        # it lies over the picture
+        sheet.move(*sheet.scale_bar(left + 4.0 * sheet.unit, low, view.scale_bar(0.22 * box[2])))
 
     def _keep(self, name: str, text: Text) -> None:
         """Let a text move."""

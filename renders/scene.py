@@ -249,7 +249,7 @@ class _Beam:
         self._place(0.0)
         self.actor = view.add(self.mesh, culling="back", show_scalar_bar=False, **look, **_BEAM)
         self.actor.prop.interpolation = "Phong"
-        self._shadows = [Shadow(view, geometry, plane) for plane in planes]
+        self._shadows = [Shadow(view, geometry, plane, number) for plane in planes]
         self._ghosts, self._newest = [], -1
         for strength in _GHOSTS if style.ghosts and not view._panel.close else ():
             mesh = pv.PolyData(self.mesh.points, geometry.faces)
@@ -326,7 +326,8 @@ class _Beam:
             return
         place, along = self.geometry.contact_place(k), force / size
         pixel = self._view.pixel * self._view._stroke / SUPERSAMPLING
-        length = max(self._view.longest_arrow * float(np.sqrt(size / peak)), 8.0 * pixel)
+        length = self._view.longest_arrow * float(np.sqrt(size / peak))
+        self._force[0].visibility = length > 6.0 * pixel
         head = min(15.0 * pixel, 0.6 * length)
         self._arrow.copy_from(
             pv.Arrow(

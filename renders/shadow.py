@@ -32,8 +32,9 @@ class Plane(NamedTuple):
 class Shadow:
     """The shadow of a beam on a plane under light from above, at the time to which it is moved."""
 
-    def __init__(self, view: View, geometry: BeamGeometry, plane: Plane) -> None:
+    def __init__(self, view: View, geometry: BeamGeometry, plane: Plane, number: int) -> None:
         self._geometry, self._plane = geometry, plane
+        self._lift = _LIFT * (number + 1) * geometry.touch_radius  # shadows of several beams are not in one plane
         count, wide = geometry.places.size, _PROFILE.size
         point = np.arange(count * wide).reshape(count, wide)
         corners = np.stack([point[:-1, :-1], point[1:, :-1], point[1:, 1:], point[:-1, 1:]], axis=-1).reshape(
@@ -60,7 +61,7 @@ class Shadow:
         from_ends = np.minimum(geometry.places, geometry.places[-1] - geometry.places)
         dark = np.where(axis[:, 1] > y, _STRENGTH * geometry.radii / half, 0.0) * np.minimum(from_ends / half, 1.0)
         points = np.empty((x.size, _PROFILE.size, 3))
-        points[..., 0], points[..., 1] = x[:, None], y[:, None] + _LIFT * geometry.touch_radius
+        points[..., 0], points[..., 1] = x[:, None], y[:, None] + self._lift
         points[..., 2] = np.outer(_REACH * half, np.linspace(-1.0, 1.0, _PROFILE.size))
         self._mesh.points = points.reshape(-1, 3)
         tone = np.zeros((x.size * _PROFILE.size, 4), np.uint8)

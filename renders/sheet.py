@@ -48,6 +48,11 @@ class Sheet:
         """Pixels that are 1 where text of `LINE` is 13.3 pixels high: lengths that go with the letters."""
         return self.pixels(LINE) * 0.075
 
+    @property
+    def thin(self) -> float:
+        """Return the same in points: the width of a thin line."""
+        return self.unit * 72.0 / self.style.resolution
+
     def write(self, left: float, top: float, text: str, size: float, colour: str = "", **how: Any) -> Text:
         """Write a text whose upper left corner, if not told otherwise, is at a place."""
         how = {"va": "top", "color": colour or self.theme.ink, "fontsize": self.points(size)} | how
@@ -75,26 +80,26 @@ class Sheet:
     def rule(self, start: tuple[float, float], end: tuple[float, float], **look: Any) -> Line2D:
         """Draw a line between two places."""
         (x0, y0), (x1, y1) = start, end
-        look = {"color": self.theme.line, "linewidth": 0.75 * self.unit} | look
+        look = {"color": self.theme.line, "linewidth": self.thin} | look
         line = Line2D([x0, x1], [self.size[1] - y0, self.size[1] - y1], transform=None, **look)
         self.figure.add_artist(line)
         return line
 
-    def scale_bar(self, left: float, bottom: float, bar: ScaleBar) -> None:
-        """Draw a bar with its length above it."""
+    def scale_bar(self, left: float, bottom: float, bar: ScaleBar) -> tuple[Line2D, Text]:
+        """Draw a bar with its length above it; returns both."""
         x, y = bar.across
         low = bottom + min(-float(y), 0.0)
-        self.rule(
+        line = self.rule(
             (left, low),
             (left + x, low + y),
             color=self.theme.ink,
-            linewidth=1.5 * self.unit,
+            linewidth=2.0 * self.thin,
             marker="|",
-            markersize=6.0 * self.unit,
-            markeredgewidth=1.5 * self.unit,
+            markersize=8.0 * self.thin,
+            markeredgewidth=2.0 * self.thin,
         )
         top = min(low, low + 0.5 * y) - 0.5 * self.pixels(SMALL)
-        self.write(left + 0.5 * x, top, bar.text, SMALL, va="bottom", ha="center")
+        return line, self.write(left + 0.5 * x, top, bar.text, SMALL, va="bottom", ha="center")
 
     def colour_bar(self, left: float, bottom: float, width: float, scale: ColourScale) -> None:
         """Draw the scale of colours between its title and its labels, which end at `bottom`."""
@@ -109,7 +114,7 @@ class Sheet:
         few = width < 14.0 * self.pixels(SMALL)
         places, labels = zip(*(scale.ticks[::2] if few else scale.ticks), strict=True)
         bar.set_ticks(places, labels=labels)
-        axes.tick_params(length=0.0, pad=3.0 * self.unit, colors=self.theme.dim, labelsize=self.points(SMALL))
+        axes.tick_params(length=0.0, pad=4.0 * self.thin, colors=self.theme.dim, labelsize=self.points(SMALL))
         top = bottom - high - thick - 4.0 * self.unit
         self.write(left + 0.5 * width, top, scale.title, LINE, va="bottom", ha="center")
 
