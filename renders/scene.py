@@ -166,7 +166,8 @@ class View:
         return solids, planes
 
     def _add_block(self, solid: pv.PolyData, colour: str, edge: str) -> None:
-        self.add(solid, color=colour, culling="back", **_SOLID)
+        lit = solid.compute_normals(point_normals=False)  # else the faces are lit by normals with rounding errors
+        self.add(lit, color=colour, culling="back", **_SOLID)
         self.add(solid.extract_feature_edges(20.0), color=edge, lighting=False)
 
     # Camera ---------------------------------------------------------------------------------------------------
@@ -327,7 +328,7 @@ class _Beam:
         place, along = self.geometry.contact_place(k), force / size
         pixel = self._view.pixel * self._view._stroke / SUPERSAMPLING
         length = self._view.longest_arrow * float(np.sqrt(size / peak))
-        self._force[0].visibility = length > 6.0 * pixel
+        self._force[0].visibility = length > 12.0 * pixel
         head = min(15.0 * pixel, 0.6 * length)
         self._arrow.copy_from(
             pv.Arrow(
