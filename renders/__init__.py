@@ -34,7 +34,7 @@ _MODULES = {
     "render": "command",
     "show": "viewer",
 }
-__all__ = [  # noqa: F822
+__all__ = [
     "Exported",
     "Rendered",
     "Style",

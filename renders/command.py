@@ -146,7 +146,7 @@ def render(
             called,
             speed,
             contact_speed,
-            seconds=(seconds or SECONDS) if kind == FILM else None,
+            seconds=(SECONDS if seconds is None else seconds) if kind == FILM else None,
             difference=magnify_difference or 1.0,
         )
         timeline = None
