@@ -129,7 +129,7 @@ def render(
 
     file, kind = Path(out), kind_of(Path(out), strip)
     style = style or (STRIP_STYLE if kind == STRIP else Style())
-    options = {"times": list(times), "event": event, "strip": strip, "fps": fps, "speed": speed}
+    options: dict[str, Any] = {"times": list(times), "event": event, "strip": strip, "fps": fps, "speed": speed}
     options |= {"contact_speed": contact_speed, "seconds": seconds, "between": between, "frames": frames}
     check_options(file, kind, options | {"magnify_difference": magnify_difference})
     if isinstance(histories, History | str | os.PathLike) or not isinstance(histories, Sequence):

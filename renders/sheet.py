@@ -30,7 +30,8 @@ class Sheet:
         self.size, self.style, self.theme = size, style, style.colours
         dpi = style.resolution
         # a little more than the pixels: matplotlib cuts the decimals off
-        self.figure = Figure(figsize=tuple((pixels + 0.1) / dpi for pixels in size), dpi=dpi)
+        width, height = ((pixels + 0.1) / dpi for pixels in size)
+        self.figure = Figure(figsize=(width, height), dpi=dpi)
         self.figure.set_facecolor(self.theme.background)
         self._canvas: Any = FigureCanvasAgg(self.figure)
         self._moving: list[Any] = []
@@ -55,8 +56,12 @@ class Sheet:
 
     def write(self, left: float, top: float, text: str, size: float, colour: str = "", **how: Any) -> Text:
         """Write a text whose upper left corner, if not told otherwise, is at a place."""
-        how = {"va": "top", "color": colour or self.theme.ink, "fontsize": self.points(size)} | how
-        return self.figure.text(left, self.size[1] - top, text, transform=None, **how)
+        look: dict[str, Any] = {
+            "va": "top",
+            "color": colour or self.theme.ink,
+            "fontsize": self.points(size),
+        } | how
+        return self.figure.text(left, self.size[1] - top, text, transform=None, **look)
 
     def move(self, *artists: Any) -> None:
         """Let artists be drawn anew in each frame."""
@@ -77,10 +82,10 @@ class Sheet:
                 return
         text.set_text("")
 
-    def rule(self, start: tuple[float, float], end: tuple[float, float], **look: Any) -> Line2D:
+    def rule(self, start: tuple[float, float], end: tuple[float, float], **how: Any) -> Line2D:
         """Draw a line between two places."""
         (x0, y0), (x1, y1) = start, end
-        look = {"color": self.theme.line, "linewidth": self.thin} | look
+        look: dict[str, Any] = {"color": self.theme.line, "linewidth": self.thin} | how
         line = Line2D([x0, x1], [self.size[1] - y0, self.size[1] - y1], transform=None, **look)
         self.figure.add_artist(line)
         return line

@@ -20,7 +20,7 @@ COLOUR_MAP = "RdBu_r"  # diverging, for results in colour
 SLIDE = (40.0 / 3.0, 7.5)  # inches: width and height of a slide in presentations
 TEXT = 10.0  # points: size of text on a slide
 
-Dash = str | tuple[float, tuple[float, ...]]
+Dash = Any  # a line style of matplotlib: its name, or offset and lengths (points)
 ThemeName = Literal["light", "dark", "print", "auto"]
 CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
