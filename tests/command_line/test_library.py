@@ -20,10 +20,10 @@ import typer
 from oblique_impact import InputError, Progress, Scenario, natural_frequencies, simulate
 from oblique_impact.command_line import application as cli
 from oblique_impact.renders import Style, campbell_diagram, export, render
-from oblique_impact.renders.beam3d import CAMERAS
 from oblique_impact.renders.exports.command import Format
 from oblique_impact.renders.exports.target import SUFFIXES
 from oblique_impact.renders.geometry import QUANTITIES
+from oblique_impact.renders.scene import CAMERAS
 from oblique_impact.renders.style import THEMES, CameraName, Colour, ThemeName
 from oblique_impact.validation import (
     AxisSection,
