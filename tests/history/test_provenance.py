@@ -20,7 +20,7 @@ from oblique_impact.history.provenance import (
     source_digest,
 )
 from oblique_impact.scenario.user_defined import register
-from oblique_impact.validation.sweeps.plan import load_plan, make_plan
+from oblique_impact.validation.studies.design import load_plan, make_plan
 
 TOP = Path(__file__).parents[2]
 SWEEP = """

@@ -14,8 +14,7 @@ import pytest
 
 from oblique_impact import History, InputError, Scenario
 from oblique_impact.history.netcdf import MAX_BYTES
-from oblique_impact.validation.sweeps.plan import load_plan, make_plan
-from oblique_impact.validation.sweeps.store import open_store
+from oblique_impact.validation.studies.design import load_plan, make_plan
 
 
 @pytest.fixture(scope="module")
@@ -353,17 +352,6 @@ def test_no_file_is_named_by_what_a_file_says(tmp_path):
         make_plan(STUDY.replace("contact.mu_static", "../../evil"))
     with pytest.raises(InputError):
         make_plan(STUDY.replace("histories = true", 'quantities = ["../../evil"]'))
-
-
-@pytest.mark.parametrize("name", ["rows.jsonl", "histories", ".scratch", "results.parquet"])
-def test_links_inside_a_sweep_are_not_followed(tmp_path, name):
-    elsewhere, out = tmp_path / "elsewhere", tmp_path / "out"
-    for folder in (elsewhere, out):
-        folder.mkdir()
-    (out / name).symlink_to(elsewhere)
-    with pytest.raises(InputError, match="leads elsewhere"), open_store(out, make_plan(STUDY)):
-        pass
-    assert list(elsewhere.iterdir()) == []
 
 
 def test_links_in_the_folder_of_a_run_are_replaced_not_followed(run, tmp_path):
