@@ -101,8 +101,8 @@ class CaseResult:
         before, verdict, and the largest differences of start and impulse by perturbation.
     unit_time : float
         T (s).
-    run : dict
-        Row of the unperturbed run.
+    frame : DataFrame
+        Rows of the runs that did not fail, that of the unperturbed one first, with their offsets.
     failed : tuple of (float, dict)
         Offsets and rows of the perturbed runs that failed and are left out.
     """
@@ -116,7 +116,7 @@ class CaseResult:
     growth: Array
     collisions: pd.DataFrame
     unit_time: float
-    run: dict[str, Any]
+    frame: pd.DataFrame
     failed: tuple[tuple[float, dict[str, Any]], ...]
 
     @property
@@ -132,7 +132,7 @@ class CaseResult:
     @property
     def remarks(self) -> list[str]:
         """Sentences: why there are no collisions, which perturbed runs are left out, warnings of the run."""
-        run, remarks = self.run, []
+        run, remarks = self.frame.iloc[0], []
         if run["outcome"] in FAILURES:
             remarks.append(f"the unperturbed run failed: {run['outcome']}: {run['message']}")
         elif self.collisions.empty:
@@ -230,7 +230,7 @@ def predictability(
 
 def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> CaseResult:
     """Judge a case by the frame of its runs, that of offset 0 first; quantities "start:1", "event:1", ..."""
-    run, failing = frame.iloc[0].to_dict(), frame["outcome"].isin(FAILURES)
+    failing = frame["outcome"].isin(FAILURES)
     failed = tuple((row["offset"], row) for row in frame.iloc[1:][failing.iloc[1:]].to_dict("records"))
     shadows = frame.iloc[1:][~failing.iloc[1:]]
     frame = pd.concat([frame.iloc[:1], shadows])
@@ -276,7 +276,7 @@ def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> 
         growth=of_events,
         collisions=collisions,
         unit_time=unit,
-        run=run,
+        frame=frame,
         failed=failed,
     )
 

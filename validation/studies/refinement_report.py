@@ -102,59 +102,46 @@ def _ladder_data(result: LadderResult) -> dict[str, Any]:
 
 
 def _quantity_data(item: QuantityResult) -> dict[str, Any]:
-    a = item.analysis
-    triplets = [asdict(t) if t else None for t in a.triplets]
     return {
         "name": item.quantity.name,
         "unit": item.quantity.unit,
         "meaning": item.quantity.meaning,
         "values": list(item.values),
         "gaps": list(item.gaps),
-        "differences": list(a.differences),
-        "observed_orders": [t and t["order"] for t in triplets],
-        "richardson_limits": [t and t["limit"] for t in triplets],
-        "grid_convergence_indices": [t and t["index"] for t in triplets],
-        "two_level_index": a.pair_index,
-        "noise": a.noise,
         "declared_order": item.declared,
-        "verdict": a.verdict,
-        "words": a.words,
-        "order": a.order,
-        "limit": a.limit,
-        "uncertainty": a.uncertainty,
+        "words": item.analysis.words,
         "scale": item.scale,
-        "reason": a.reason,
         "without_limit": item.without_limit,
+        **asdict(item.analysis),
     }
 
 
 def level_frame(result: StudyResult) -> pd.DataFrame:
     """Return a row for each ladder, quantity and level; NaN where there is nothing."""
-    rows = []
-    for part in result.ladders:
-        for item in part.results:
-            for i, level in enumerate(part.ladder.levels):
-                t = item.analysis.triplets[i]
-                rows.append(
-                    {
-                        "ladder": part.ladder.name,
-                        "axis": part.ladder.axis,
-                        "level": level,
-                        "size": part.sizes[i],
-                        "outcome": part.runs["outcome"].iloc[i],
-                        "quantity": item.quantity.name,
-                        "unit": item.quantity.unit,
-                        "value": item.values[i],
-                        "gap": item.gaps[i],
-                        "difference": item.analysis.differences[i],
-                        "observed_order": t.order if t else math.nan,
-                        "richardson_limit": t.limit if t else math.nan,
-                        "grid_convergence_index": t.index if t else math.nan,
-                        "above_noise": ("yes" if t.resolved else "no") if t else "",
-                        "verdict": item.analysis.words,
-                    }
-                )
-    return pd.DataFrame(rows)
+    return pd.concat([_levels(part, item) for part in result.ladders for item in part.results], ignore_index=True)
+
+
+def _levels(part: LadderResult, item: QuantityResult) -> pd.DataFrame:
+    a = item.analysis
+    return pd.DataFrame(
+        {
+            "ladder": part.ladder.name,
+            "axis": part.ladder.axis,
+            "level": part.ladder.levels,
+            "size": part.sizes,
+            "outcome": part.runs["outcome"].tolist(),
+            "quantity": item.quantity.name,
+            "unit": item.quantity.unit,
+            "value": item.values,
+            "gap": item.gaps,
+            "difference": a.differences,
+            "observed_order": a.observed_orders,
+            "richardson_limit": a.richardson_limits,
+            "grid_convergence_index": a.grid_convergence_indices,
+            "above_noise": a.above_noise,
+            "verdict": a.words,
+        }
+    )
 
 
 def report(result: StudyResult, command: str) -> Report:
@@ -244,7 +231,7 @@ def _section(result: LadderResult) -> Section:
             _picture(result),
             Table(columns, runs, "Runs", wide=[6]),
             *(Text(f"{remark[:1].upper()}{remark[1:]}.", note=True) for remark in result.remarks),
-            *(_levels(result, item) for item in result.results),
+            *(_level_table(result, item) for item in result.results),
         ],
     )
 
@@ -260,21 +247,23 @@ def _changes(result: LadderResult) -> str:
     return ", ".join(changed) + against if changed else "no changes"
 
 
-def _levels(result: LadderResult, item: QuantityResult) -> Table:
+def _level_table(result: LadderResult, item: QuantityResult) -> Table:
     a, unit = item.analysis, item.quantity.unit
     rows = []
-    for level, value, gap, difference, t in zip(
-        result.ladder.levels, item.values, item.gaps, a.differences, a.triplets, strict=True
-    ):
-        kind = "number" if t is None or t.resolved else "dim"
-        found = (number(t.order, 3), a.shown(t.limit), number(t.index, 2)) if t else ("–", "–", "–")
-        shown = Cell(gap, "dim") if gap else Cell(a.shown(value), "number")
-        rows.append([level, shown, cell(difference, 3), *(Cell(text, kind) for text in found)])
+    for row in _levels(result, item).itertuples():
+        kind = "number" if row.above_noise else "dim"
+        found = (
+            number(row.observed_order, 3),
+            a.shown(row.richardson_limit),
+            number(row.grid_convergence_index, 2),
+        )
+        value = Cell(row.gap, "dim") if row.gap else Cell(a.shown(row.value), "number")
+        rows.append([row.level, value, cell(row.difference, 3), *(Cell(text, kind) for text in found)])
     declared = f", declared order {item.declared:g}" if item.declared else ""
     caption = (
         f"{item.quantity.name}: {item.quantity.meaning}{declared}. Verdict: {a.words} ({a.reason}); "
         f"uncertainty {number(a.uncertainty, 2)} {unit}, noise {number(a.noise, 2)} {unit}, "
-        f"GCI of the last two levels alone {number(a.pair_index, 2)} {unit}"
+        f"GCI of the last two levels alone {number(a.two_level_index, 2)} {unit}"
     )
     with_units = [with_unit(name, unit) for name in ("value", "difference", "Richardson limit", "GCI")]
     columns = [result.axis.heading, *with_units[:2], "observed order", *with_units[2:]]

@@ -66,10 +66,6 @@ class SweepResult:
         runs = self.frame.to_dict("records")
         return {"outcomes": self.outcomes, "runs": runs, "results": str(self.folder)}
 
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return the table for pandas."""
-        return self.frame
-
     def history(self, run: int) -> History:
         """Read the history of a run by its number; a sweep keeps them if its file says ``histories = true``.
 
