@@ -33,7 +33,6 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
     "cluster": studies.cluster,
     "library": studies.library,
     "own-parts": studies.own_parts,
-    "player": mechanics.player,
 }
 #: pictures in pixels, drawn once for each theme
 SCENES: dict[str, Callable[[str], Image.Image]] = {

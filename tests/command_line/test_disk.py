@@ -45,14 +45,13 @@ def command(name, history, out, study):
         "still": ("render", history, "--out", out / "a.png", "--size", "640x360"),
         "page": ("render", history, "--out", out / "a.html"),
         "pvd": ("export", history, "--out", out / "a.pvd", "--every", 100),
-        "vtkhdf": ("export", history, "--out", out / "a.vtkhdf", "--every", 100),
         "xdmf": ("export", history, "--out", out / "a.xdmf", "--every", 100),
     }[name]
 
 
 NAMES = (
     *("run", "validate", "refine", "reproduce", "sweep", "modes"),
-    *("film", "still", "page", "pvd", "vtkhdf", "xdmf"),
+    *("film", "still", "page", "pvd", "xdmf"),
 )
 
 
@@ -224,7 +223,7 @@ LONG = "x" * 300
     [
         ("run", "paper", "--out", LONG),
         ("modes", "--out", LONG),
-        ("export", "HISTORY", "--out", f"{LONG}.vtkhdf"),
+        ("export", "HISTORY", "--out", f"{LONG}.pvd"),
         ("render", "HISTORY", "--out", f"{LONG}.svg"),
         ("render", LONG, "--out", "a.svg"),
         ("compare", "HISTORY", "HISTORY", "--out", f"{LONG}.html"),

@@ -16,7 +16,6 @@ from docs.pictures.paper import FOLDER
 from oblique_impact import Scenario
 from oblique_impact.contact.state import State
 from oblique_impact.renders.style import DARK
-from oblique_impact.renders.timeline import time_map
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -134,7 +133,7 @@ def test_every_committed_picture_is_drawn_here_and_shown():
     files = {file.stem.removesuffix("-dark") for file in FOLDER.iterdir() if file.suffix in (".svg", ".png")}
     assert files == {*draw.DRAWINGS, *draw.SCENES}
     text = "".join(page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md"))
-    shown = set(re.findall(r"pictures/([\w-]+)\.(?:svg|png)", text)) | {"player"}
+    shown = set(re.findall(r"pictures/([\w-]+)\.(?:svg|png)", text))
     assert shown == files
 
 
@@ -163,7 +162,7 @@ def difference(one: str, other: str) -> float:
     return max(max(distance(a, b), distance(b, a)) for a, b in both)
 
 
-QUICK = ("sketch", "kinematics", "player")
+QUICK = ("sketch", "kinematics")
 
 
 @pytest.mark.parametrize(
@@ -238,42 +237,6 @@ def test_a_picture_in_pixels_has_its_twin(themes, tmp_path):
     alone = tmp_path / "alone.png"
     shutil.copy(FOLDER / "film.png", alone)
     assert themes.make_twin(alone) is None
-
-
-@pytest.fixture
-def poster(monkeypatch, run, tmp_path):
-    """The first picture in the place of the player, as the site has it, and the run in it."""
-    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
-    player, file = import_module("player"), tmp_path / "poster.svg"
-    file.write_text(player.falling(player.POSTER.read_text(encoding="utf-8"), run()), encoding="utf-8")
-    return file, run()
-
-
-ANGLE = """film => {
-    for (const motion of document.getAnimations()) { motion.pause(); motion.currentTime = 1000 * film; }
-    const path = document.querySelector("#beam path"), turn = path.getScreenCTM();
-    const at = length => path.getPointAtLength(length).matrixTransform(turn);
-    const [pin, tip] = [at(0), at(path.getTotalLength())];
-    return [Math.atan2(pin.y - tip.y, tip.x - pin.x), pin.x, pin.y];
-}"""
-
-
-def test_the_beam_falls_before_the_player_has_come(poster, page):
-    file, history = poster
-    page.goto(file.as_uri())
-    _, *pin = page.evaluate(ANGLE, 0.0)
-    struck = history.contacts[0].start
-    for time in (0.0, 0.1, 0.25, struck):
-        angle, *place = page.evaluate(ANGLE, float(time_map(history).film_at(time)))
-        assert angle == pytest.approx(float(history.at(time)["theta"]), abs=2e-3)
-        assert place == pytest.approx(pin, abs=0.01)
-    assert page.evaluate(ANGLE, 60.0)[0] == pytest.approx(float(history.at(struck)["theta"]), abs=2e-3)
-
-
-def test_it_stands_still_for_those_who_want_no_motion(poster, page):
-    page.emulate_media(reduced_motion="reduce")
-    page.goto(poster[0].as_uri())
-    assert page.evaluate("document.getAnimations().length") == 0
 
 
 def imports(code: str) -> set[str]:

@@ -14,18 +14,15 @@ import pytest
 from oblique_impact import Scenario, simulate
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.renders.exports import pvd, vtkhdf, xdmf
-from oblique_impact.renders.exports.scene import Scene
-from oblique_impact.renders.exports.selection import Selection
+from oblique_impact.renders import export
 from oblique_impact.renders.geometry import SIDES, BeamGeometry
 from oblique_impact.renders.ground import ground_of
+from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.scenery import pin
 from oblique_impact.renders.slope import drawn_slope
 from oblique_impact.renders.story import story_of
-from oblique_impact.renders.style import Style
 from tests.history.recomputed import ExactBeam, cross, recomputed
 from tests.renders.export_readers import read
-from tests.renders.page_scripts import NODE, Scripts
 
 LENGTH = 1.1
 TAPER = {
@@ -517,29 +514,25 @@ def test_the_drawn_slope_and_hub_are_those_of_the_scenario(beam):
 
 
 @pytest.mark.parametrize("name", ["hub", "driven, full, Routh", "exact, driven"])
-@pytest.mark.skipif(NODE is None, reason="neither node nor nodejs is on the PATH")
-def test_the_page_draws_the_points_of_the_history(name):
+def test_the_page_has_the_points_of_the_history(name):
     beam = beam_of(name)
-    scripts = Scripts(story_of([beam.history]))
-    samples = scripts.arrays["frame_sample"]
-    frames = [0, int(np.searchsorted(samples, few(beam)[1])), samples.size - 1]
-    for frame in frames:
-        x, y = scripts.at(frame, "[Array.from(moment.x), Array.from(moment.y)]")
-        close(np.array(x) + 1j * np.array(y), beam.z[samples[frame]], 2e-5)  # displacements have 16 bits
-    arc, scale = scripts.at(0, "((view) => [note(() => drawPin(context, view)), view.scale])(sceneView(800, 500))")
-    (circle,) = (fill["arcs"][0] for fill in arc["fills"])
-    assert circle[2] / scale == pytest.approx(beam.radius, rel=1e-6)
+    content = content_of(story_of([beam.history]))
+    times, scale = content.arrays["time"], content.facts["displacement_scale"]
+    assert content.facts["hub_radius"] == pytest.approx(beam.radius)
+    for frame in (0, times.size // 2, times.size - 1):
+        (k,) = np.flatnonzero(beam.time == times[frame])
+        u = scale * (content.arrays["ux"][frame] + 1j * content.arrays["uy"][frame])
+        z = (beam.radius + beam.x + u) * np.exp(1j * content.arrays["theta_time"][frame])
+        close(z, beam.z[k], 2e-5)  # displacements have 16 bits
+        close(plane(content.arrays["contact"][[frame]]), beam.z[k, content.facts["touch"]], 1e-12)
 
 
-@pytest.mark.parametrize("suffix", [".pvd", ".vtkhdf", ".xdmf"])
+@pytest.mark.parametrize("suffix", [".pvd", ".xdmf"])
 def test_exported_points_are_those_of_the_history(suffix, tmp_path):
     beam = beam_of("hub, full, spring inside")
-    writers = {".pvd": pvd.write, ".vtkhdf": vtkhdf.write, ".xdmf": xdmf.write}
-    scene = Scene.of(story_of([beam.history], Style(deformation=1.0)), Selection(400).frames(beam.history))
-    target = tmp_path / f"beam{suffix}"
-    writers[suffix](scene, target, lambda: None)
-    stations = np.searchsorted(scene.geometry.places, beam.x - 1e-12)
-    frames = read(target)
+    exported = export(beam.history, tmp_path / f"beam{suffix}", every=400)
+    stations = np.searchsorted(BeamGeometry(beam.history, 1.0).places, beam.x - 1e-12)
+    frames = read(exported.file)
     assert len(frames) > 3
     for frame in frames:
         (k,) = np.flatnonzero(beam.time == frame.stamp)

@@ -9,10 +9,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from oblique_impact.renders import overview
-from oblique_impact.renders.exports.scene import Scene
-from oblique_impact.renders.exports.selection import Selection
+from oblique_impact.renders.exports.parts import parts_of
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.scene import View
 from oblique_impact.renders.slope import DrawnSlope, drawn_slope
 from oblique_impact.renders.story import story_of
@@ -43,11 +42,11 @@ def corners(story):
     view = View(story, [0], (320, 200))
     solids = [np.asarray(mesh.points) for mesh in view.plotter.meshes if mesh.n_points == 8 and mesh.n_cells == 6]
     view.close()
-    exported = Scene.of(story, Selection(between=(0.0, 2e-4)).frames(story.histories[0])).parts[-1].shape(0).points
+    exported = np.asarray(parts_of(story)[-1].mesh(0).points)
     return {
         "overview": patch.get_xy()[:4],
         "film": front(solids[0]),
-        "page": np.array(payload(story, 20).facts["slope"]["outline"]),
+        "page": np.array(content_of(story, 20).facts["slope"]),
         "export": front(exported),
     }
 
@@ -121,7 +120,7 @@ def test_ends_out_of_reach_are_not_drawn(run):
 def test_without_contact_there_is_none(run):
     history = run("spin-up", "end_time=0.01")
     assert drawn_slope(BeamGeometry(history)) is None
-    assert payload(story_of([history]), 20).facts["slope"]["outline"] is None
+    assert content_of(story_of([history]), 20).facts["slope"] is None
 
 
 @pytest.mark.parametrize("surface", ["axis", "section"])

@@ -13,11 +13,10 @@ from oblique_impact.renders.charts import energy_curves, force_curves
 from oblique_impact.renders.difference import magnify_difference
 from oblique_impact.renders.frame import Composer
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.player.packing import unpacked
-from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
 from oblique_impact.renders.style import Style
-from oblique_impact.renders.timeline import SECONDS, make_timeline
+from oblique_impact.renders.timeline import SECONDS
 from tests.renders.writing import texts, written
 
 QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
@@ -84,10 +83,11 @@ def test_the_stress_of_the_scale_is_that_of_the_bending_moment(history):
 def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(run, tmp_path, monkeypatch):
     """Read from what is written into the pictures, and from what the page embeds."""
     history = run("paper")
-    facts = payload(story_of([history]), 200).facts
-    shown = next(one for one in facts["results"] if one["shown"])
+    page = story_of([history])
+    facts = content_of(page, 200).facts
+    shown = facts["results"][facts["shown"]]
     ends = [text for _, text in shown["ticks"]]
-    factor = f"×{facts['factor']:g}"
+    factor = f"×{page.factor:g}"
     style = Style(size=(640, 360))
     kinds = {
         "still": lambda: render(history, tmp_path / "a.png", style),
@@ -101,15 +101,6 @@ def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(
         assert [w for w in written if w in ends][: len(ends)] == ends, kind
         assert any(factor in w for w in written), kind
         assert shown["title"] in written or shown["title"].split(",")[0] in written, kind
-
-
-def test_film_and_page_show_a_physical_time_at_the_same_film_time(run):
-    history = run("paper")
-    story = story_of([history])
-    arrays = {name: unpacked(entry) for name, entry in payload(story, 400).arrays.items()}
-    course = make_timeline(story.time_map).course
-    np.testing.assert_array_equal(arrays["frame_film"], course.film_at(arrays["frame_time"]))
-    np.testing.assert_array_equal(arrays["frame_rate"], course.rate_at(arrays["frame_time"]))
 
 
 def test_a_film_of_the_usual_length_runs_as_the_page_stretched_evenly(run):

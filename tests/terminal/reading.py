@@ -27,7 +27,7 @@ RESULTS = {
     "reproduce": r"\d+ claims: .*; report: out/reproduce/report\.html",
     "compare": r"report: [\w/]+\.html",
     "render": "(picture|written): ",
-    "export": r"(vtkhdf|pvd|csv): [\w/]+\.(vtkhdf|pvd|csv)\s+read by ",
+    "export": r"(xdmf|pvd|csv): [\w/]+\.(xdmf|pvd|csv)\s+read by ",
     "init": r"next: oblique-impact run [\w/]+\.toml",
     "scenarios": r"with a tip mass strikes a rigid slope",
     "schema": r"schema: oblique-impact\.json",

@@ -136,7 +136,7 @@ def test_the_longest_bars_fit_into_any_width(width):
     text, short = "t = 0.123456 of 0.123456 s, 9999 events", "0.12346/0.33 s 999 events"
     bars = [
         (Bar(console, run_columns, state="STICK", text=text, short=short), 1.0),
-        (Bar(console, counting_columns("export vtkhdf"), last="small-systems.bouncing-ball"), 10_000),
+        (Bar(console, counting_columns("export"), last="small-systems.bouncing-ball"), 10_000),
         (Bar(console, counting_columns("sweep", "runs"), last="run 99999"), 100_000),
     ]
     for bar, total in bars:

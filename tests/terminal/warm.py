@@ -24,8 +24,8 @@ MODULES = """
     oblique_impact.command_line.application oblique_impact.simulation
     oblique_impact.command_line.bars oblique_impact.beam.frequencies validation.suite validation.refinement.command
     validation.reproduction.command validation.sweeps.command validation.sweeps.report renders.command
-    renders.campbell renders.player renders.overview renders.exports.command renders.exports.pvd
-    renders.exports.vtkhdf rich.table validation.sweeps.table renders.scene renders.film
+    renders.campbell renders.player renders.overview renders.exports.command renders.exports.writers
+    rich.table validation.sweeps.table renders.scene renders.film
     renders.commands validation.commands validation.comparison fem_beam.reduction pyvista.plotting
     matplotlib.pyplot matplotlib.backends.backend_svg
 """
