@@ -190,28 +190,10 @@ def test_packages_load_little():
     assert shown == ";True False False\n"
 
 
-def test_runs_load_what_they_use(tmp_path):
-    """Labelled arrays and tables are made when asked for: their libraries load longer than a run takes."""
-    code = (
-        "import sys\n"
-        "from oblique_impact import Scenario, simulate\n"
-        "large, histories = 'xarray pandas scipy.integrate scipy.interpolate'.split(), []\n"
-        "for case in ('paper', 'elastic-stop'):\n"
-        "    histories.append(simulate(Scenario.builtin(case).replace(end_time=0.33)))\n"
-        f"    histories[-1].save({str(tmp_path)!r} + '/' + case)\n"
-        "    print(case, *(name for name in large if name in sys.modules))\n"
-        "for h in histories:\n"
-        "    print(round(float(h['theta'][0]), 12), h.data.sizes['time'] > 300, 'xarray' in sys.modules)"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert shown == "paper\nelastic-stop\n" + 2 * "0.785398163397 True True\n"
-
-
 @pytest.mark.parametrize(
     "module",
     [
         "oblique_impact.beam.frequencies",
-        "oblique_impact.history.concatenation",
         "oblique_impact.validation.comparison",
         "oblique_impact.validation.refinement.command",
     ],

@@ -15,7 +15,6 @@ from pydantic import Field
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.history.provenance import named_in, part_keys
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
@@ -98,15 +97,7 @@ class Plan:
             "quantities": [q.name for q in self.quantities],
             "histories": self.file.histories,
         }
-        return fingerprint_of(decisive, self.named_parts())
-
-    def named_parts(self) -> list[tuple[str, str]]:
-        """Return the keys that may name a user-defined part, with all names that any of the runs gives them."""
-        columns = {key: [value] for key, value in self.changes.items()}
-        for block in self.design.blocks:
-            columns |= dict(zip(block.keys, map(list, zip(*block.rows, strict=True)), strict=True))
-        named = [(key, name) for key in part_keys() for name in columns.get(key, ())]
-        return [*named_in(self.base), *named]
+        return fingerprint_of(decisive)
 
     def to_toml(self) -> str:
         """Return the sweep file of this plan; its scenario lies beside it as scenario.toml."""
@@ -231,7 +222,7 @@ def _check_runs(plan: Plan) -> tuple[Scenario, int, str]:
             scenario = plan.task(run).scenario()
             first = first or scenario
         except InputError as error:
-            impossible, fault = impossible + 1, fault or f"run {run}: {error}"
+            impossible, fault = impossible + 1, fault or f"run {run + 1}: {error}"
     if first is None:
         raise InputError(fault if plan.design.size == 1 else f"{fault} (and no other run is possible)")
     return first, impossible, fault
