@@ -28,7 +28,7 @@ from oblique_impact.renders import export
 from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.story import story_of
 from oblique_impact.scenario.scenario import builtin_names
-from oblique_impact.validation.sweeps.plan import load_plan, make_plan, shipped_names
+from oblique_impact.validation.studies.design import load_plan, make_plan, shipped_names
 
 pytestmark = pytest.mark.slow
 

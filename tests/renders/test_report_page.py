@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from oblique_impact.validation.report.document import Cell, Document, Item, Paragraph, Section, Table, write_report
-from oblique_impact.validation.report.provenance import provenance
+from oblique_impact.validation.report import Cell, Item, Report, Section, Table, Text
 
 COLUMNS = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
 
@@ -22,7 +21,7 @@ def item(check: str, words: str, *verdicts: str) -> Item:
         ]
         for k, verdict in enumerate(verdicts)
     ]
-    return Item([Paragraph(words), Table(COLUMNS, rows, wide=(1,), filtered=True)])
+    return Item([Text(words), Table(COLUMNS, rows, wide=(1,), filtered=True)])
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +31,10 @@ def file(tmp_path_factory):
         Section("Second", [item("second.two", "A bouncing ball.", "pass", "fail")], "fail", "2", True),
         Section("Numbers", [Table([f"column {k}" for k in range(30)], [["1.234567"] * 30])]),
     ]
-    command = ("command", "oblique-impact validate --out " + "a" * 300)
-    document = Document("Title", "Lead.", provenance(), [command], [], sections, filtered=True)
-    return write_report(tmp_path_factory.mktemp("report"), document)
+    report = Report(
+        "Title", "Lead.", "oblique-impact validate --out " + "a" * 300, sections=sections, filtered=True
+    )
+    return report.write(tmp_path_factory.mktemp("report"))
 
 
 @pytest.fixture
@@ -48,8 +48,8 @@ SEEN = """[...document.querySelectorAll('tr[data-verdict]')].filter(row => row.c
     .map(row => row.cells[0].textContent)"""
 OPEN = "[...document.querySelectorAll('section > details')].map(part => part.open)"
 #: verdicts that lie outside of the window
-CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail')].filter(cell => cell.getBoundingClientRect().left < 0
-    || cell.getBoundingClientRect().right > document.documentElement.clientWidth + 0.5).length"""
+CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail')].map(cell => cell.getBoundingClientRect())
+    .filter(box => box.left < 0 || box.right > document.documentElement.clientWidth + 0.5).length"""
 
 
 @pytest.mark.parametrize("width", [360, 1000, 1920])
