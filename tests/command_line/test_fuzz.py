@@ -29,7 +29,7 @@ from oblique_impact.renders.exports.selection import Selection
 from oblique_impact.renders.player.payload import payload
 from oblique_impact.renders.story import story_of
 from oblique_impact.scenario.scenario import builtin_names
-from oblique_impact.validation.sweeps.plan import load_plan, make_plan, shipped_names
+from oblique_impact.validation.studies.design import load_plan, make_plan, shipped_names
 
 pytestmark = pytest.mark.slow
 
