@@ -112,7 +112,7 @@ class _Frame:
         s, record, samples = self.scenario, self.run.record, self._samples()
         variables = {**samples.variables(), **self._at_the_contact(), **self._along()}
         variables["station"] = self.stations.x
-        summary = summarize(record, samples, wall, macro_gap(s), s)
+        summary = summarize(record, samples, wall, macro_gap(s))
         summary["clearance"] = closest(variables, s.beam.length)
         summary["without_limit"] = list(without_limit(s))
         summary["warnings"] = [
@@ -120,7 +120,7 @@ class _Frame:
             *slope_warnings(s, variables, summary["slope_ends"]),
             *energy_warnings(summary["energy"], np.max(samples.kinetic), s.solver.scheme),
         ]
-        return History(dataset(variables), record.events, summary, s.to_toml(), record.contacts)
+        return History(dataset(variables), record.events, summary, s, record.contacts)
 
     def _samples(self) -> Samples:
         run = self.run

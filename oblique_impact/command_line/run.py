@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import signal
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Iterator
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
-from oblique_impact.errors import InputError, Interrupted, Outcome
-from oblique_impact.interrupts import SIGNALS
+from oblique_impact.errors import InputError, Interrupted
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
-    from oblique_impact.marching.loop import Status
 
 
 def run(
@@ -29,7 +23,6 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
-    from oblique_impact.beam.plausibility import doubts
     from oblique_impact.command_line.bars import progress_bar
     from oblique_impact.files import writing
     from oblique_impact.history.size import expected_size
@@ -37,36 +30,20 @@ def run(
     from oblique_impact.simulation import simulate
 
     chosen = Scenario.load(scenario, changes)
-    warnings = doubts(chosen)
-    for warning in warnings:
-        print_note(f"warning: {warning}")
-    interrupted = False
-    with ExitStack() as lock:
-        lock.enter_context(writing(out))
-        replaced = (out / "history.nc").exists()
-        _check_size(expected_size(chosen), out)
+    with writing(out) as folder:
+        replaced = (folder / "history.nc").exists()
+        _check_size(expected_size(chosen), folder)
         try:
-            with ExitStack() as bar, _ending_at_once(bar, lock) as early:
-                show = bar.enter_context(progress_bar())
-
-                def on_progress(status: Status) -> None:
-                    early.close()  # from here on there is something to keep
-                    show(status)
-
+            with progress_bar() as on_progress:
                 history = simulate(chosen, on_progress)
         except Interrupted as stop:
-            history, interrupted = stop.history, True
-    folder = _save(history, out)  # which locks the folder itself
-    print_result(
-        summary_lines(history, folder, replaced, warnings), {**history.summary, "results": folder}, as_json
-    )
+            history = stop.history
+        history.save(folder)
+    print_result(summary_lines(history, folder, replaced), {**history.summary, "results": folder}, as_json)
     outcome = history.outcome
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {history.summary['message']}")
         raise typer.Exit(outcome.exit_code)
-    if interrupted:
-        print_note("interrupted when the run had ended: its results are complete")
-        raise typer.Exit(Outcome.INTERRUPTED.exit_code)
 
 
 def _check_size(size: float, out: Path) -> None:
@@ -83,48 +60,8 @@ def _check_size(size: float, out: Path) -> None:
         print_note(f"warning: the history will take {needs}; {remedy}")
 
 
-def _save(history: History, out: Path) -> Path:
-    """Write the results, elsewhere if the disk is full by now: what is computed is not thrown away."""
-    from tempfile import mkdtemp
-
-    try:
-        return history.save(out)
-    except KeyboardInterrupt:
-        history.save(out)  # Ctrl-C ends runs and keeps what is done; a second one ends this too
-        raise
-    except InputError as error:
-        try:
-            elsewhere = mkdtemp(prefix="oblique-impact-")
-            history.save(elsewhere)
-        except (InputError, OSError):
-            raise error from None
-        raise InputError(f"{error}; the results are in {elsewhere}") from None
-
-
-@contextmanager
-def _ending_at_once(*stacks: ExitStack) -> Iterator[ExitStack]:
-    """Let an interrupt close the stacks and end the process, in the block or until the yielded one is closed.
-
-    The compiler calls back into Python too, and an exception that is raised there is lost.
-    """
-
-    def leave(number: int, frame: FrameType | None) -> None:
-        for stack in stacks:
-            with suppress(RuntimeError):  # a bar that is being drawn
-                stack.close()
-        os.write(2, b"oblique-impact: interrupted\n")  # what is buffered may be in the midst of a line
-        os._exit(Outcome.INTERRUPTED.exit_code)
-
-    with ExitStack() as restore:
-        for number in SIGNALS:
-            # not where they are ignored, nor in a program that handles them itself
-            if signal.getsignal(number) is signal.default_int_handler:
-                restore.callback(signal.signal, number, signal.signal(number, leave))
-        yield restore
-
-
-def summary_lines(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> Iterator[str]:
-    """Yield what a run was like, for a terminal; `known` warnings, which were printed before, are not repeated."""
+def summary_lines(history: History, folder: Path, replaced: bool) -> Iterator[str]:
+    """Yield what a run was like, for a terminal."""
     from oblique_impact.history.summary import LOSSES, balance_in_words
 
     summary, energy = history.summary, history.summary["energy"]
@@ -141,6 +78,6 @@ def summary_lines(history: History, folder: Path, replaced: bool, known: Sequenc
     yield f"  lost: {losses} J"
     unaccounted, steps, seconds = energy["unaccounted"], summary["steps"], summary["wall_time"]
     yield f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s"
-    for warning in (words for words in summary.get("warnings", []) if words not in known):
+    for warning in summary.get("warnings", []):
         yield f"  warning: {warning}"
     yield f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}"

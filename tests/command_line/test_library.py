@@ -20,10 +20,10 @@ import typer
 from oblique_impact import InputError, Progress, Scenario, natural_frequencies, simulate
 from oblique_impact.command_line import application as cli
 from oblique_impact.renders import Style, campbell_diagram, export, render
-from oblique_impact.renders.beam3d import CAMERAS
 from oblique_impact.renders.exports.command import Format
 from oblique_impact.renders.exports.target import SUFFIXES
 from oblique_impact.renders.geometry import QUANTITIES
+from oblique_impact.renders.scene import CAMERAS
 from oblique_impact.renders.style import THEMES, CameraName, Colour, ThemeName
 from oblique_impact.validation import (
     AxisSection,
@@ -188,28 +188,10 @@ def test_packages_load_little():
     assert shown == ";True False False\n"
 
 
-def test_runs_load_what_they_use(tmp_path):
-    """Labelled arrays and tables are made when asked for: their libraries load longer than a run takes."""
-    code = (
-        "import sys\n"
-        "from oblique_impact import Scenario, simulate\n"
-        "large, histories = 'xarray pandas scipy.integrate scipy.interpolate'.split(), []\n"
-        "for case in ('paper', 'elastic-stop'):\n"
-        "    histories.append(simulate(Scenario.builtin(case).replace(end_time=0.33)))\n"
-        f"    histories[-1].save({str(tmp_path)!r} + '/' + case)\n"
-        "    print(case, *(name for name in large if name in sys.modules))\n"
-        "for h in histories:\n"
-        "    print(round(float(h['theta'][0]), 12), h.data.sizes['time'] > 300, 'xarray' in sys.modules)"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert shown == "paper\nelastic-stop\n" + 2 * "0.785398163397 True True\n"
-
-
 @pytest.mark.parametrize(
     "module",
     [
         "oblique_impact.beam.frequencies",
-        "oblique_impact.history.concatenation",
         "oblique_impact.validation.comparison",
         "oblique_impact.validation.studies.refinement",
     ],

@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from oblique_impact import InputError, Scenario, concatenate, natural_frequencies, simulate
+from oblique_impact import InputError, Scenario, natural_frequencies, simulate
 from oblique_impact.renders import export, render
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.scenario.sections import BeamSection, ContactSection, DiscretizationSection, SolverSection
@@ -281,11 +281,10 @@ def test_names_of_builtin_scenarios_are_offered(make):
         (lambda: natural_frequencies("paper", [0.0]), "natural_frequencies: scenario = 'paper': should be"),
         (lambda: refine("paper", modes=[2, 3, 4]), "refine: scenario = 'paper': should be a Scenario"),
         (lambda: compare(Scenario(), Scenario()), "compare: history = Scenario("),
-        (lambda: concatenate("out"), "concatenate: history = 'out': should be a History"),
         (lambda: render(Scenario(), "a.png"), "render: history = Scenario("),
         (lambda: export(Scenario(), "a.pvd"), "export: history = Scenario("),
     ],
-    ids=range(22),
+    ids=range(21),
 )
 def test_a_bad_argument_is_the_same_line_as_on_the_command_line(make, start):
     with pytest.raises(InputError) as error:
