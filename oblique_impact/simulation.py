@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.determinacy import truncated, undetermined, without_limit
 from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
@@ -28,14 +30,23 @@ from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.problem import beam_of, beam_problem, system_scales
+from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.scenario.user_defined import discretization
 
 ProgressCallback = Callable[[Status], None]
 
 
-def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) -> History:
+def simulate(
+    scenario: Scenario,
+    on_progress: ProgressCallback | None = None,
+    *,
+    friction: FrictionLaw | None = None,
+    contact_law: ContactLaw | None = None,
+    impact_law: ImpactLaw | None = None,
+    base_motion: BaseMotion | None = None,
+    scheme: Scheme | None = None,
+    discretization: Discretization | None = None,
+) -> History:
     """Run a scenario and return its history, whatever the named outcome.
 
     Parameters
@@ -44,6 +55,9 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
         What to simulate.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
+    friction, contact_law, impact_law, base_motion, scheme, discretization : optional
+        User-defined parts, each in the place of the built-in one that the scenario names; see
+        :class:`~oblique_impact.problem.Parts`.
 
     Returns
     -------
@@ -53,7 +67,7 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     Raises
     ------
     InputError
-        If this is no scenario, or a user-defined part of it hands over what it should not.
+        If this is no scenario, or a user-defined part does not fit it or hands over what it should not.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
@@ -64,19 +78,28 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
     require_scenario(scenario, "simulate")
-    # a discretization may bring its own mechanics, and marches itself
-    own = getattr(discretization(scenario.discretization.method), "simulate", None)
-    if own is not None:
-        return _finished(own(scenario, on_progress))
-    beam = beam_of(scenario)
-    problem = beam_problem(beam)
+    parts = Parts(friction, contact_law, impact_law, base_motion, scheme, discretization)
+    parts.check(scenario)
+    if scenario.is_absolute:
+        from oblique_impact.fem_beam.exact import simulate as simulate_exact  # which is built on this package
+
+        return _finished(_with_parts(simulate_exact(scenario, on_progress, motion=base_motion), parts))
+    beam = beam_of(scenario, parts)
+    problem = beam_problem(beam, parts)
     record, wall = _march(problem, on_progress)
     try:
-        return _finished(_beam_history(beam, record, wall))
+        return _finished(_with_parts(_beam_history(beam, record, wall), parts))
     except Interrupted:
         raise
     except KeyboardInterrupt:  # of a run that has ended already: what it left is not thrown away
-        raise Interrupted(_beam_history(beam, record, wall)) from None
+        raise Interrupted(_with_parts(_beam_history(beam, record, wall), parts)) from None
+
+
+def _with_parts(history: History, parts: Parts) -> History:
+    """Return a history whose provenance names the user-defined parts of its run."""
+    if given := {name: repr(part) for name, part in parts.given().items()}:
+        history.summary["provenance"]["user_defined"] = given
+    return history
 
 
 def _beam_history(beam: Beam, record: Record, wall: float) -> History:
@@ -84,7 +107,7 @@ def _beam_history(beam: Beam, record: Record, wall: float) -> History:
     scenario = beam.scenario
     samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
     variables = beam_variables(beam, samples)
-    summary = summarize(record, samples, wall, macro_gap(scenario), scenario)
+    summary = summarize(record, samples, wall, macro_gap(scenario))
 
     def judge() -> dict[str, Any]:
         contacts = [collision["contacts"] for collision in summary["macro_collisions"]]

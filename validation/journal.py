@@ -10,7 +10,7 @@ from typing import Any
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, read_text, write_text
-from oblique_impact.history.provenance import part_digests, source_digest
+from oblique_impact.history.provenance import source_digest
 from oblique_impact.validation.measuring import Row, is_row
 from oblique_impact.validation.parallel import SOURCE
 
@@ -18,13 +18,12 @@ from oblique_impact.validation.parallel import SOURCE
 _MAX_SIZE = 1_000_000_000
 
 
-def fingerprint_of(decisive: dict[str, Any], parts: list[tuple[str, str]]) -> str:
+def fingerprint_of(decisive: dict[str, Any]) -> str:
     """Return a hash of all that decides about rows: the same for two studies with the same results.
 
-    Besides `decisive`, which the study knows, that is the source which computes and measures, and the user-defined
-    `parts` (key, name).
+    Besides `decisive`, which the study knows, that is the source which computes and measures.
     """
-    resolved = {**decisive, "source": source_digest(SOURCE), "user_defined": part_digests(parts)}
+    resolved = {**decisive, "source": source_digest(SOURCE)}
     return hashlib.sha256(json.dumps(resolved, sort_keys=True).encode()).hexdigest()[:16]
 
 

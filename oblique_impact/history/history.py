@@ -29,7 +29,6 @@ from oblique_impact.history.variables import (
     stored,
     with_later,
 )
-from oblique_impact.installed import reason
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
@@ -347,7 +346,7 @@ class History:
         except Exception as error:  # damaged files raise whatever the reader's layers raise
             if not is_history(file):
                 raise InputError(_not_a_history(file)) from None
-            raise InputError(f"{file}: not a readable history: {reason(error)}") from None
+            raise InputError(f"{file}: not a readable history: {error}") from None
 
     def events_csv(self) -> str:
         """Return the event log as CSV text."""

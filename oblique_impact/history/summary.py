@@ -19,7 +19,7 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.history.provenance import named_in, provenance, versions
+from oblique_impact.history.provenance import provenance, versions
 from oblique_impact.history.samples import Samples
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import (
@@ -30,7 +30,6 @@ from oblique_impact.marching.equations import (
     SUPPLIED,
 )
 from oblique_impact.marching.records import Contact, Event, Record
-from oblique_impact.scenario.scenario import Scenario
 
 #: s; the gap of histories that do not record one: it was the same for all beams
 EARLIER_MACRO_GAP = 0.03
@@ -168,12 +167,10 @@ def summarize(
     samples: Samples,
     wall: float,
     macro_gap: float,
-    scenario: Scenario | None = None,
 ) -> dict[str, Any]:
     """Return summary.json of a run, without what only a beam has: clearance and warnings.
 
-    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision;
-    the `scenario` names the user-defined parts for the provenance.
+    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision.
     """
     energies = samples.kinetic, samples.elastic, samples.gravity
     kinetic, elastic, gravity = (float(values[-1]) for values in energies)
@@ -193,7 +190,7 @@ def summarize(
         "rejected_steps": record.rejected,
         "wall_time": wall,
         "versions": {"python": platform.python_version(), **versions(*_REPORTED_PACKAGES)},
-        "provenance": dict(provenance(named_in(scenario) if scenario else ())),
+        "provenance": dict(provenance()),
     }
 
 

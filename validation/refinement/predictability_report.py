@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from oblique_impact.history.provenance import named_in
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.validation.refinement.growth import (
     LARGE,
@@ -78,16 +77,12 @@ def write_predictability(folder: Path, result: Predictability, command: str) -> 
     return write_report(folder, _document(result, command))
 
 
-def _named(result: Predictability) -> list[tuple[str, str]]:
-    return [pair for case in result.cases for pair in named_in(case.case.scenario)]
-
-
 def _data(result: Predictability, command: str) -> dict[str, Any]:
     return {
         "study": result.name,
         "command": command,
         "rule": list(_RULE),
-        **provenance_data(_named(result)),
+        **provenance_data(),
         "cases": [_case_data(case) for case in result.cases],
         "times": {"wall_time": result.seconds},
     }
@@ -123,7 +118,7 @@ def _document(result: Predictability, command: str) -> Document:
         "Predictability: shadow runs",
         "Do the times and impulses of an impact mean anything? Shadow runs start at initial angles that differ by "
         "less than anyone can measure; where they part, nothing that follows is a number of the beam.",
-        [("runs", str(count)), *provenance(_named(result))],
+        [("runs", str(count)), *provenance()],
         [("command", command), ("wall time", f"{result.seconds:.1f} s")],
         overview=[
             _verdicts(result),

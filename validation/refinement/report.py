@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from oblique_impact.errors import Outcome
-from oblique_impact.history.provenance import named_in
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.refinement.convergence import (
@@ -84,7 +83,7 @@ def study_data(result: StudyResult, command: str) -> dict[str, Any]:
         "command": command,
         "tolerance": result.tolerance,
         "rule": list(RULE),
-        **provenance_data(_named(result)),
+        **provenance_data(),
         "ladders": [_ladder_data(ladder) for ladder in result.ladders],
         "times": {
             "wall_time": result.seconds,
@@ -167,17 +166,12 @@ def csv_rows(result: StudyResult) -> Iterable[list[Any]]:
                 ]
 
 
-def _named(result: StudyResult) -> list[tuple[str, str]]:
-    """Parts that the first scenario of each ladder names: levels change none."""
-    return [pair for ladder in result.ladders for pair in named_in(ladder.scenarios[0])]
-
-
 def study_document(result: StudyResult, command: str) -> Document:
     """Return the report as a document."""
     study = result.study
     facts = [
         ("tolerance", f"{number(result.tolerance)} (relative)"),
-        *provenance(_named(result)),
+        *provenance(),
     ]
     matrices = [_matrix(group) for group in _groups(result) if len(group) > 1]
     return Document(

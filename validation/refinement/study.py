@@ -9,7 +9,6 @@ from itertools import islice
 from pathlib import Path
 
 from oblique_impact.errors import Outcome
-from oblique_impact.history.provenance import named_in
 from oblique_impact.progress import OnProgress, Progress
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.journal import Journal, fingerprint_of
@@ -213,9 +212,8 @@ def measure_rows(
 def _journal(folder: Path, tasks: Sequence[Task]) -> Journal:
     """Open the rows that an interrupted study of these runs may have left."""
     runs = [[task.number, task.base.model_dump(mode="json"), task.quantities] for task in tasks]
-    parts = list(dict.fromkeys(pair for task in tasks for pair in named_in(task.base)))
     names = {name for task in tasks for name in task.quantities}
-    return Journal(folder / ROWS, fingerprint_of({"runs": runs}, parts), len(tasks), names)
+    return Journal(folder / ROWS, fingerprint_of({"runs": runs}), len(tasks), names)
 
 
 def judge(plan: LadderPlan, rows: Sequence[Row], tolerance: float) -> LadderResult:

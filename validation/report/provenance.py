@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,16 +21,16 @@ def _versions() -> dict[str, str]:
     return {"Python": platform.python_version(), **versions(*PACKAGES)}
 
 
-def provenance(named: Iterable[tuple[str, str]] = ()) -> list[tuple[str, str]]:
-    """Lines (name, value) for the head of every report; user-defined parts are those among `named`."""
+def provenance() -> list[tuple[str, str]]:
+    """Lines (name, value) for the head of every report."""
     numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
-    return [("made by", described(made(named))), ("versions", numbers), ("machine", machine())]
+    return [("made by", described(made())), ("versions", numbers), ("machine", machine())]
 
 
-def provenance_data(named: Iterable[tuple[str, str]] = ()) -> dict[str, Any]:
+def provenance_data() -> dict[str, Any]:
     """Return the same for the JSON of every report."""
     return {
-        "provenance": dict(made(named)),
+        "provenance": dict(made()),
         "versions": _versions(),
         "machine": machine(),
     }

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache
-from operator import attrgetter
 from typing import Any
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import did_you_mean, short
+from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import key_schemas
-from oblique_impact.scenario.sections import ParametersSection, ScenarioKeys
-from oblique_impact.scenario.toml import set_key
 from oblique_impact.scenario.units import Unit
 
 _KINDS = {"number": float, "integer": int, "boolean": bool, "string": str, "array": tuple}
@@ -20,23 +17,12 @@ _KINDS = {"number": float, "integer": int, "boolean": bool, "string": str, "arra
 @cache
 def known_keys() -> tuple[str, ...]:
     """Return all keys of a scenario, "section.key" or "key", in the order of the scenario file."""
-    return tuple(key for key in key_schemas() if not key.startswith("parameters."))
-
-
-def _of_own_part(key: str) -> bool:
-    """Whether this is a number of a user-defined part, parameters.PART.NAME."""
-    home, *rest = key.split(".")
-    return (
-        home == "parameters"
-        and len(rest) == 2
-        and rest[0] in ParametersSection.model_fields
-        and rest[1].isidentifier()
-    )
+    return tuple(key_schemas())
 
 
 def check_key(key: str, where: str) -> None:
     """Raise InputError, in one line that begins with `where`, if a scenario has no such key."""
-    if key in known_keys() or _of_own_part(key):
+    if key in known_keys():
         return
     section, dot, _ = key.rpartition(".")
     inside = [k for k in known_keys() if dot and k.startswith(f"{section}.")]
@@ -54,28 +40,18 @@ def coerce(key: str, value: Any, where: str) -> Any:
     InputError
         If no scenario could have this value, whatever its other keys are.
     """
-    if _of_own_part(key):
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise InputError(f"{where}: {key} = {short(value)}: should be a finite number")
-        return float(value)
-    data: dict[str, Any] = {}
-    set_key(data, key.split("."), value, where)
     try:
-        return attrgetter(key)(ScenarioKeys.model_validate(data))
+        return Scenario.value_of(key, value)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
 
 def kind(key: str) -> type:
     """Return the type of a key's values: float, int, bool or str; tuple if it takes nothing but lists."""
-    if _of_own_part(key):
-        return float
     schema = key_schemas()[key]
     return _KINDS[schema.get("anyOf", [schema])[0]["type"]]
 
 
 def unit(key: str) -> str:
     """Return the SI unit of a key, "1" for numbers without one, "" for words and switches."""
-    if _of_own_part(key):
-        return ""  # the part knows
     return Unit(key_schemas()[key].get("unit", "")).shown

@@ -15,11 +15,10 @@ from pydantic import Field
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.history.provenance import named_in, part_keys
 from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.toml import parse_toml, with_line
+from oblique_impact.scenario.toml import parse_toml
 from oblique_impact.validation.journal import fingerprint_of
 from oblique_impact.validation.measuring import Task
 from oblique_impact.validation.quantities import Quantity, default_quantities, quantity
@@ -98,15 +97,7 @@ class Plan:
             "quantities": [q.name for q in self.quantities],
             "histories": self.file.histories,
         }
-        return fingerprint_of(decisive, self.named_parts())
-
-    def named_parts(self) -> list[tuple[str, str]]:
-        """Return the keys that may name a user-defined part, with all names that any of the runs gives them."""
-        columns = {key: [value] for key, value in self.changes.items()}
-        for block in self.design.blocks:
-            columns |= dict(zip(block.keys, map(list, zip(*block.rows, strict=True)), strict=True))
-        named = [(key, name) for key in part_keys() for name in columns.get(key, ())]
-        return [*named_in(self.base), *named]
+        return fingerprint_of(decisive)
 
     def to_toml(self) -> str:
         """Return the sweep file of this plan; its scenario lies beside it as scenario.toml."""
@@ -151,7 +142,7 @@ def make_plan(text: str, folder: Path = Path(), base: Scenario | None = None, na
     try:
         return plan_of(SweepFile.from_dict(data), folder, base)
     except InputError as error:
-        raise with_line(error, text, name) from None
+        raise InputError(f"{name}: {error}") from None
 
 
 def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None) -> Plan:

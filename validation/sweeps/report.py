@@ -59,7 +59,7 @@ def sweep_document(plan: Plan, table: pa.Table, command: str) -> Document:
             ("scenario", Path(plan.file.scenario).name),
             ("changes", ", ".join(f"{key} = {value}" for key, value in plan.changes.items()) or "none"),
             ("fingerprint", plan.fingerprint),
-            *provenance(plan.named_parts()),
+            *provenance(),
         ],
         [
             ("command", command),
