@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from oblique_impact.command_line.words import JsonOption, print_line, print_text
+from oblique_impact.command_line.console import JsonOption, print_line
 
 
 def schema(
@@ -21,6 +21,6 @@ def schema(
 
     found = scenario_schema(out)
     if out is None or as_json:
-        print_text(json.dumps(found, indent=None if as_json else 2))
+        typer.echo(json.dumps(found, indent=None if as_json else 2))
     else:
         print_line(f"schema: {out}")

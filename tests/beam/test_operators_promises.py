@@ -1,6 +1,5 @@
 """What operators promise: dense or sparse, and a discretization without a nodal model says so."""
 
-
 import numpy as np
 import pytest
 from scipy.sparse import issparse

@@ -49,7 +49,7 @@ PACKAGES = ("oblique_impact", "oblique_impact.validation", "oblique_impact.rende
 ELSEWHERE = {
     ("*", "scenario"): Scenario.load,
     ("*", "changes"): Scenario.load,
-    ("*", "as_json"): "oblique_impact.command_line.words.plain",
+    ("*", "as_json"): "oblique_impact.command_line.console.plain",
     ("init", "recommended"): "oblique_impact.beam.recommended.recommended",
     ("run", "out"): "oblique_impact.history.history.History.save",
     ("refine", "predictability"): "oblique_impact.validation.refinement.predictability.predictability",
