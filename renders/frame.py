@@ -208,9 +208,10 @@ class Composer:
             pen.text((left, y), text, fill=colour, font=letters.font(_HEADING))
             y += 1.4 * letters.size(_HEADING)
         if geometry.scenario.contact.enabled:
-            gap = 1e3 * geometry.gap(k)
-            text = f"{gap:.3f}" if abs(gap) < 10.0 else f"{gap:.0f}"
-            text = f"gap {text.replace('-0.000', '0.000').replace('-', '−')} mm"
+            gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
+            # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility
+            text, longer = f"gap {gap} mm", f"gap {gap} mm, drawn {drawn}"
+            text = (drawn != gap and letters.fitting([longer], width, _LINE)) or text
             pen.text((left, y), text, fill=theme.dim, font=letters.font(_LINE))
 
     def _scale_bar(self, frame: Image.Image, view: View, box: Box, right: float) -> None:
@@ -293,3 +294,9 @@ def rate_words(rate: float) -> str:
     slower = 1.0 / rate
     digits = 10.0 ** max(0.0, np.floor(np.log10(slower)) - 1.0)
     return f"1/{round(slower / digits) * digits:.0f} of real time"
+
+
+def _in_mm(distance: float) -> str:
+    """Return a distance (m) in mm, as a number with few digits."""
+    text = f"{1e3 * distance:.3f}" if abs(distance) < 0.01 else f"{1e3 * distance:.0f}"
+    return text.replace("-0.000", "0.000").replace("-", "−")

@@ -20,7 +20,7 @@ import platform
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
@@ -141,7 +141,7 @@ class Kernel:
         It is kept, because numba takes 0.2 ms to find the types of the arguments.  They are the same at each call;
         what unpacks them still refuses objects of other types.
         """
-        _compilations.names[self._compiled] = _described(self._name, classes[0])
+        _compilations.names[self._compiled] = _described(self._name, classes)
         with preparing():
             kinds = tuple(map(numba.typeof, arguments))
             self._compile(kinds)
@@ -172,10 +172,10 @@ class Kernel:
             return numba.njit(cache=cached, **_OPTIONS)(self._function)
 
 
-def _described(name: str, system: type) -> str:
-    """Return the name of a kernel with the kind of system that it is compiled for, if that has one."""
-    kind = getattr(system, "described", "")
-    return f"{name} for {kind}" if kind else name
+def _described(name: str, classes: Sequence[type]) -> str:
+    """Return the name of a kernel with what the classes of its arguments say that they are."""
+    kinds = [kind for argument in classes if (kind := getattr(argument, "described", ""))]
+    return f"{name} for {', '.join(kinds)}" if kinds else name
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:

@@ -69,6 +69,8 @@ class Leaps(NamedTuple):
         Array  # (4,) of a march that goes on in another leg: level, patience, speed, contraction of rounds (1/s)
     )
 
+    described = "with leaps"
+
 
 def new_leaps(modes: NormalModes, interval: float) -> Leaps:
     """Return the tables of a run with samples every `interval` (s).

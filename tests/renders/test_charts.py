@@ -28,6 +28,17 @@ def story(run):
     return story_of([run("paper")])
 
 
+def test_the_inset_tells_the_compression_of_a_stop_and_the_depth_that_is_drawn(run, monkeypatch):
+    """Few modes leave out a part of the beam's own flexibility; they are drawn deeper than the stop is pressed."""
+    changes = ("contact.normal=spring", "contact.friction=frictionless", "end_time=0.34")
+    history = run("paper", *changes)
+    k = int(np.argmax(history["lambda_n"].values))
+    depth, gap = (1e3 * float(history[name][k]) for name in ("depth", "gap"))
+    time = float(history["time"][k])
+    said = texts(monkeypatch, lambda: Composer(story_of([history])).draw(time))
+    assert f"gap −{depth:.3f} mm, drawn −{-gap:.3f}" in said
+
+
 def test_each_curve_has_its_name_and_colour(story, run):
     history = story.histories[0]
     normal, tangential = force_curves(story)

@@ -250,7 +250,7 @@ def test_a_bad_sweep_file_is_one_line(case):
 def test_values_that_do_not_fit_together_are_counted_and_become_rows():
     plan = make_plan(AXIS + 'key = "contact.mu_static"\nvalues = [0.1, 0.3, 0.5]')
     assert plan.impossible == 1
-    assert plan.fault.startswith("run 0: contact.mu_static = 0.1")
+    assert plan.fault.startswith("run 1: contact.mu_static = 0.1")
     row = measure_run(plan.task(0)).row
     assert row["outcome"] == INVALID
     assert "mu_kinetic" in row["message"]
@@ -446,7 +446,7 @@ def test_progress_counts_runs_with_those_that_were_there(tmp_path, monkeypatch):
     monkeypatch.setattr(command, "measure_each", lambda tasks, *_, **__: map(measure_run, tasks))
     result = command.sweep(plan, out=tmp_path, on_progress=told.append)
     assert [(p.done, p.total) for p in told] == [(1, 4), (2, 4), (3, 4), (4, 4)]
-    assert [p.last for p in told[1:]] == ["run 0", "run 1", "run 3"]
+    assert [p.last for p in told[1:]] == ["run 1", "run 2", "run 4"]
     assert (result.earlier, result.table.num_rows) == (1, 4)
 
 
@@ -528,8 +528,8 @@ def test_histories_are_whole_folders(tmp_path):
     with open_store(tmp_path, make_plan("histories = true\n" + ANGLES)) as store:
         for content in (b"one", b"two"):
             store.add(Done(failed(3, "completed", ""), {"history.nc": content}))
-    assert [p.name for p in (tmp_path / "histories").iterdir()] == ["000003"]
-    assert (tmp_path / "histories" / "000003" / "history.nc").read_bytes() == b"two"
+    assert [p.name for p in (tmp_path / "histories").iterdir()] == ["000004"]
+    assert (tmp_path / "histories" / "000004" / "history.nc").read_bytes() == b"two"
 
 
 # --- the table
@@ -571,7 +571,7 @@ def test_the_table_has_all_runs_in_order_with_units(tmp_path):
     rows = list(fake_rows(plan))
     write_table(tmp_path / "a.parquet", make_table(plan, reversed(rows)))
     table = read_table(tmp_path / "a.parquet", plan)
-    assert table["run"].to_pylist() == [0, 1, 2, 3]
+    assert table["run"].to_pylist() == [1, 2, 3, 4]
     assert table["initial.angle"].to_pylist() == [0.1, 0.2, 0.3, 0.4]
     assert table["theta@end"].to_pylist() == [0.0, 1.0, 2.0, 3.0]
     assert table.column_names[-1] == "wall_time"

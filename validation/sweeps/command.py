@@ -169,7 +169,7 @@ def _run(
     try:
         for done in measure_each(tasks, workers, scheduler, isolated=True):
             store.add(done)
-            on_progress(Progress(len(store.done), runs, f"run {done.row['run']}"))
+            on_progress(Progress(len(store.done), runs, f"run {done.row['run'] + 1}"))
     except KeyboardInterrupt:
         kept = f"{len(store.done)} of {runs} runs are kept"
         raise KeyboardInterrupt(f"{kept}; the same command goes on with the others") from None

@@ -222,7 +222,7 @@ def _check_runs(plan: Plan) -> tuple[Scenario, int, str]:
             scenario = plan.task(run).scenario()
             first = first or scenario
         except InputError as error:
-            impossible, fault = impossible + 1, fault or f"run {run}: {error}"
+            impossible, fault = impossible + 1, fault or f"run {run + 1}: {error}"
     if first is None:
         raise InputError(fault if plan.design.size == 1 else f"{fault} (and no other run is possible)")
     return first, impossible, fault

@@ -88,7 +88,7 @@ class Store:
         write_text(path, json.dumps({"fingerprint": ours, "runs": plan.design.size}) + "\n")
 
     def _keep_history(self, run: int, files: Files) -> None:
-        final = self.folder / _HISTORIES / f"{run:06d}"
+        final = self.folder / _HISTORIES / f"{run + 1:06d}"
         partial = self._scratch / final.name
         for old in (partial, final):
             shutil.rmtree(old, ignore_errors=True)

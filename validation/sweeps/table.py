@@ -44,8 +44,8 @@ def make_table(plan: Plan, rows: Iterable[Row]) -> pa.Table:
     ordered = [by_run[run] for run in range(plan.design.size) if run in by_run]
     if len(ordered) != plan.design.size:
         raise ValueError(f"{plan.design.size - len(ordered)} of {plan.design.size} runs are missing")
-    fields = [pa.field("run", pa.int64(), metadata=_about("1", "number of the run"))]
-    columns: list[list[Any]] = [list(range(len(ordered)))]
+    fields = [pa.field("run", pa.int64(), metadata=_about("1", "number of the run, from 1"))]
+    columns: list[list[Any]] = [list(range(1, len(ordered) + 1))]
     values = [plan.design.values(run) for run in range(plan.design.size)]
     for place, key in enumerate(plan.design.keys):
         column = [row[place] for row in values]
@@ -92,7 +92,7 @@ def read_table(path: Path, plan: Plan) -> pa.Table:
                 raise pa.ArrowInvalid("has other columns than this sweep")
             table = file.read()
         table.validate(full=True)
-        if table["run"].to_pylist() != list(range(plan.design.size)):
+        if table["run"].to_pylist() != list(range(1, plan.design.size + 1)):
             raise pa.ArrowInvalid("runs are missing")
     except (OSError, pa.ArrowException, ValueError) as error:
         reason = " ".join(str(error).split())[:200]
