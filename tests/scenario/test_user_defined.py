@@ -15,6 +15,7 @@ from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, newton_impulse
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.scenario.sections import SolverSection
+from tests.docs.test_commands import DOCS, blocks
 from tests.systems import Block, RungeKutta
 
 
@@ -197,6 +198,19 @@ def test_a_history_names_the_parts_that_made_it(tmp_path):
     assert made["impact_law"] == "Newton(restitution=0.25)"
     assert made.keys() == {"impact_law", "friction"}
     assert "user_defined" not in simulate(PAPER.replace(end_time=0.01)).summary["provenance"]
+
+
+def test_the_parts_of_the_how_to_run():
+    names: dict = {}
+    for block in blocks(DOCS / "howto" / "own-parts.md", "python"):
+        if "MassOnBelt" not in block:  # of the gallery
+            exec(block, names)
+    exact = simulate(PAPER.replace(end_time=0.01))
+    assert float(names["history"]["theta"][-1]) == pytest.approx(float(exact["theta"][-1]), abs=1e-5)
+    law = names["ViscousCoulomb"]()
+    forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
+    assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))
+    assert backwards.intercept - backwards.slope * 0.1 == pytest.approx(0.3 + 0.05 * 0.1)
 
 
 # --- a law with a stick state and kinks beside zero
