@@ -2,8 +2,8 @@
 User-defined laws, a base motion and an integrator
 ==================================================
 
-A Hertzian stop and Stribeck friction, each a few lines, take the places of the built-in laws; then the root swings as
-prescribed, and an integrator of third order marches it all.
+A Hertzian stop and Stribeck friction, each a few lines, take the places of the built-in laws; then the root swings
+as prescribed, and an integrator of third order marches it all.
 """
 
 import math
@@ -116,6 +116,4 @@ driven = Scenario.builtin("paper").replace(
 parts = {"base_motion": Swing(), "friction": stribeck(), "contact_law": Hertz(damping=0.1)}
 exact, kutta = simulate(driven, **parts), simulate(driven, scheme=Kutta(driven.solver), **parts)
 for one, other in zip(exact.events[:6], kutta.events[:6], strict=True):
-    print(
-        f"{one.kind.value:8s} at {one.time:.6f} s, by Kutta's rule {1e9 * (other.time - one.time):+.1f} ns later"
-    )
+    print(f"{one.kind.value:8s} at {one.time:.6f} s, by Kutta's rule {1e9 * (other.time - one.time):+.1f} ns off")

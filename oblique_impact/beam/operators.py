@@ -268,7 +268,8 @@ def build_operators(scenario: Scenario, user_defined: Discretization | None = No
     InputError for arrays that are not real.
     """
     if user_defined is not None:
-        return contiguous(user_defined.build_operators(scenario))
+        operators: BeamOperators = contiguous(user_defined.build_operators(scenario))
+        return operators
     return _kept(Undeformed.of(scenario))
 
 

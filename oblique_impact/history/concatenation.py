@@ -17,8 +17,8 @@ from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import ascending, shifted
 from oblique_impact.history.summary import macro_collisions
 from oblique_impact.marching.records import Contact
-from oblique_impact.scenario.derived import TABLE
 from oblique_impact.scenario.messages import short
+from oblique_impact.scenario.scenario import DERIVED as TABLE
 from oblique_impact.scenario.toml import flat_keys
 
 #: spans are consecutive if they meet within this part of their length

@@ -114,7 +114,9 @@ class Scenario(Section):
     @classmethod
     def _keys_of_other_sections(cls, data: Any) -> Any:
         """Say in which section an unknown key is known."""
-        sections = {name: f.annotation for name, f in cls.model_fields.items() if _is_section(f.annotation)}
+        if not isinstance(data, dict):
+            return data
+        sections = _sections()
         homes = {inner: name for name, section in sections.items() for inner in section.model_fields}
         given = [("", data), *((name, data.get(name)) for name in sections)]
         for name, inside in given:
@@ -259,8 +261,10 @@ class Scenario(Section):
         return [path for path, name, key in split if key not in getattr(self, name).model_fields_set]
 
 
-def _is_section(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, Section)
+def _sections() -> dict[str, type[Section]]:
+    """Return the sections of a scenario by their names."""
+    found = {name: field.annotation for name, field in Scenario.model_fields.items()}
+    return {name: a for name, a in found.items() if isinstance(a, type) and issubclass(a, Section)}
 
 
 def _drop_derived(data: dict[str, Any]) -> None:

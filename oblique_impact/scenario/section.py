@@ -58,7 +58,7 @@ class Section(BaseModel):
 
 def validated(name: str, field: FieldInfo, value: Any) -> Any:
     """Return a value as the key `name` of a section takes it, whatever its other keys are; raises InputError."""
-    annotation = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    annotation: Any = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
     try:
         return TypeAdapter(annotation, config=_STRICT).validate_python(value)
     except ValidationError as error:

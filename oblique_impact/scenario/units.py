@@ -124,9 +124,12 @@ def _with_texts(schema: JsonSchemaValue) -> JsonSchemaValue:
         return {**schema, "anyOf": [part for inner in schema["anyOf"] for part in _alternatives(inner)]}
     if schema.get("type") == "number":
         return {"anyOf": _alternatives(schema)}
-    inner = {name: schema[name] for name in ("items", "prefixItems") if name in schema}
-    texts = {name: [*map(_with_texts, v)] if isinstance(v, list) else _with_texts(v) for name, v in inner.items()}
-    return {**schema, **texts}
+    found = dict(schema)
+    if "items" in schema:
+        found["items"] = _with_texts(schema["items"])
+    if "prefixItems" in schema:  # of a pair
+        found["prefixItems"] = [_with_texts(item) for item in schema["prefixItems"]]
+    return found
 
 
 def _alternatives(schema: JsonSchemaValue) -> list[JsonSchemaValue]:
