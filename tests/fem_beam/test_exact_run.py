@@ -14,7 +14,6 @@ from rich.console import Console
 from oblique_impact import History, InputError, Interrupted, Outcome, Scenario, simulate
 from oblique_impact.command_line.progress_bars import progress_bar
 from oblique_impact.contact.state import State
-from oblique_impact.fem_beam import exact
 from oblique_impact.fem_beam.exact import ElasticSections, Run
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
 from oblique_impact.fem_beam.exact.stop import Place, Slope
@@ -374,37 +373,6 @@ def test_progress_is_told():
     simulate(Scenario.builtin("paper", [*QUICK, "end_time=0.001"]), told.append)
     assert told
     assert told[0].end_time == 0.001
-
-
-def test_no_module_of_it_takes_mechanics_or_kernels_of_the_floating_frame():
-    """It shares the scenario, the slope, records and the history, and nothing that computes a motion."""
-    import ast
-    from pathlib import Path
-
-    allowed = {
-        "clearance",
-        "cross_sections",
-        "determinacy",
-        "frequencies",
-        "operators",
-        "plausibility",
-        "base_motion",
-    }
-    # these hold the floating frame and the estimate of its error to the exact beam, which knows nothing of them
-    comparing = {"deflection_errors", "small_deflection", "small_deflection_report"}
-    for file in Path(exact.__file__).parent.glob("*.py"):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                parts = node.module.split(".")
-                assert parts[:2] != ["oblique_impact", "kernels"], file
-                if file.stem in comparing:
-                    known = allowed | {"small_deflection"}
-                else:
-                    known = allowed
-                    assert parts[-1] not in comparing | {"simulation"}, file
-                assert parts[:2] != ["oblique_impact", "beam"] or parts[2] in known, file
-                assert parts[:2] != ["oblique_impact", "modal"], file
-                assert parts[:2] != ["oblique_impact", "fem_beam"] or parts[2] == "mesh", file
 
 
 def test_bad_sections_are_no_scenario():
