@@ -1,18 +1,17 @@
-"""What made a result: version, commit, digest of the numeric source, and user-defined parts.
+"""What made a result: version, commit, and a digest of the numeric source.
 
-Two results with the same digests were computed by the same formulas, whatever the version says.
+Two results with the same digest were computed by the same formulas, whatever the version says.
 """
 
 from __future__ import annotations
 
 import hashlib
 import subprocess
-from contextlib import suppress
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TypedDict
 
 #: packages whose source decides about the numbers of a run
 NUMERIC_PACKAGES = ("oblique_impact", "oblique_impact.modal", "oblique_impact.fem_beam")
@@ -21,49 +20,35 @@ _APART = ("modal", "fem_beam", "renders", "validation")
 _DIGITS = 16
 
 
-class Provenance(TypedDict, total=False):
-    """What made a result; a part without a commit or without user-defined parts lacks that entry."""
-
-    version: str
-    commit: str
-    numeric_source: str
-    user_defined: dict[str, str]
+def provenance() -> dict[str, str]:
+    """Return what makes the results of this process: `version`, `numeric_source`, in a checkout its `commit`."""
+    made = {"version": package_version(), "numeric_source": source_digest(NUMERIC_PACKAGES)}
+    return {**made, "commit": commit()} if commit() else made
 
 
-def provenance() -> Provenance:
-    """Return what makes the results of this process."""
-    made: Provenance = {"version": package_version(), "numeric_source": source_digest(NUMERIC_PACKAGES)}
-    if known := commit():
-        made["commit"] = known
-    return made
-
-
-def described(made: Provenance) -> str:
+def described(made: Mapping[str, str]) -> str:
     """Return a provenance in one line, for the head of a report and the metadata of a picture."""
     words = [f"oblique-impact {made.get('version', 'of an unknown version')}"]
     words += [f"commit {made['commit']}"] if "commit" in made else []
     words += [f"numeric source {made['numeric_source']}"] if "numeric_source" in made else []
-    words += [f"{name} = {part}" for name, part in made.get("user_defined", {}).items()]
     return ", ".join(words)
 
 
 def package_version() -> str:
-    """Return the version that is installed, "unknown" if it runs from a folder that is not."""
+    """Return the installed version, "unknown" if the program runs from a folder that is not installed."""
     return versions("oblique-impact").get("oblique-impact", "unknown")
 
 
+@cache
 def versions(*packages: str) -> dict[str, str]:
     """Return the versions of those packages that are installed."""
-    found = {name: _version(name) for name in packages}
-    return {name: known for name, known in found.items() if known}
-
-
-@cache
-def _version(package: str) -> str:
-    """Return the version of a package, "" if it is not installed; its metadata take a millisecond to read."""
-    with suppress(PackageNotFoundError):
-        return version(package)
-    return ""
+    found = {}
+    for name in packages:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
 
 
 @cache

@@ -30,7 +30,7 @@ def provenance() -> list[tuple[str, str]]:
 def provenance_data() -> dict[str, Any]:
     """Return the same for the JSON of every report."""
     return {
-        "provenance": dict(made()),
+        "provenance": made(),
         "versions": _versions(),
         "machine": machine(),
     }
