@@ -22,6 +22,7 @@ from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import beam_variables, gather, warnings_of
 from oblique_impact.history.summary import energy_warnings, summarize
+from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
@@ -40,6 +41,7 @@ def simulate(
     scenario: Scenario,
     on_progress: ProgressCallback | None = None,
     *,
+    section_forces: bool = True,
     friction: FrictionLaw | None = None,
     contact_law: ContactLaw | None = None,
     impact_law: ImpactLaw | None = None,
@@ -55,6 +57,10 @@ def simulate(
         What to simulate.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
+    section_forces : bool
+        Whether the history has bending moment, shear force, axial force, bending stress and the rates of
+        displacement along the beam.  They take about 0.1 s for 10,000 samples, more than a short run does: studies
+        of many runs that only look at events and impulses leave them out.
     friction, contact_law, impact_law, base_motion, scheme, discretization : optional
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.problem.Parts`.
@@ -83,47 +89,32 @@ def simulate(
     if scenario.is_absolute:
         from oblique_impact.fem_beam.exact import simulate as simulate_exact  # which is built on this package
 
-        return _finished(_with_parts(simulate_exact(scenario, on_progress, motion=base_motion), parts))
-    beam = beam_of(scenario, parts)
-    problem = beam_problem(beam, parts)
-    record, wall = _march(problem, on_progress)
-    try:
-        return _finished(_with_parts(_beam_history(beam, record, wall), parts))
-    except Interrupted:
-        raise
-    except KeyboardInterrupt:  # of a run that has ended already: what it left is not thrown away
-        raise Interrupted(_with_parts(_beam_history(beam, record, wall), parts)) from None
+        history = simulate_exact(scenario, on_progress, motion=base_motion)
+    else:
+        beam = beam_of(scenario, parts)
+        record, wall = _march(beam_problem(beam, parts), on_progress)
+        history = _beam_history(beam, record, wall, section_forces)
+    if given := parts.given():
+        history.summary["provenance"]["user_defined"] = {name: repr(part) for name, part in given.items()}
+    return _finished(history)
 
 
-def _with_parts(history: History, parts: Parts) -> History:
-    """Return a history whose provenance names the user-defined parts of its run."""
-    if given := {name: repr(part) for name, part in parts.given().items()}:
-        history.summary["provenance"]["user_defined"] = given
-    return history
-
-
-def _beam_history(beam: Beam, record: Record, wall: float) -> History:
-    """Return what a run of a beam left, with the results that follow from it."""
+def _beam_history(beam: Beam, record: Record, wall: float, section_forces: bool) -> History:
+    """Return the history of a beam's run, with all results that follow from its record."""
     scenario = beam.scenario
     samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
-    variables = beam_variables(beam, samples)
+    variables = beam_variables(beam, samples, section_forces)
     summary = summarize(record, samples, wall, macro_gap(scenario))
-
-    def judge() -> dict[str, Any]:
-        contacts = [collision["contacts"] for collision in summary["macro_collisions"]]
-        return {
-            "clearance": closest(variables, scenario.beam.length),
-            "without_limit": list(without_limit(scenario)),
-            "warnings": [
-                *doubts(scenario),
-                *warnings_of(beam, variables, summary["slope_ends"]),
-                *undetermined(beam, contacts),
-                *truncated(beam, variables),
-                *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
-            ],
-        }
-
-    return History.of_columns(variables, record.events, summary, scenario, record.contacts, judge)
+    summary["clearance"] = closest(variables, scenario.beam.length)
+    summary["without_limit"] = list(without_limit(scenario))
+    summary["warnings"] = [
+        *doubts(scenario),
+        *warnings_of(beam, variables, summary["slope_ends"]),
+        *undetermined(beam, [collision["contacts"] for collision in summary["macro_collisions"]]),
+        *truncated(beam, variables),
+        *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
+    ]
+    return History(dataset(variables), record.events, summary, scenario, record.contacts)
 
 
 def simulate_system(
@@ -195,8 +186,7 @@ def simulate_system(
 
     samples = gather(record.segments, system.size, energies)
     summary = summarize(record, samples, wall, macro_gap)
-    history = History.of_columns(samples.variables(), record.events, summary, None, record.contacts)
-    return _finished(history)
+    return _finished(History(dataset(samples.variables()), record.events, summary, None, record.contacts))
 
 
 def _checked(system: Any, q0: Array, qd0: Array) -> Any:
@@ -225,7 +215,7 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
 
 
 def _finished(history: History) -> History:
-    """Return a history; raises Interrupted with one that Ctrl-C has cut short, so that loops over runs end too."""
+    """Return a history; raises Interrupted if Ctrl-C has cut it short, so that a loop over runs ends too."""
     if history.outcome is Outcome.INTERRUPTED:
         raise Interrupted(history)
     return history

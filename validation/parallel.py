@@ -24,7 +24,6 @@ from typing import Any, NamedTuple, TypeVar
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.provenance import NUMERIC_PACKAGES, package_version, source_digest
-from oblique_impact.interrupts import SIGNALS
 from oblique_impact.kernels.compiling import announce, listen
 from oblique_impact.machine import THREADS, collect_rarely, cores
 from oblique_impact.progress import OnProgress, Progress
@@ -263,7 +262,7 @@ def _deaf_to_interrupts() -> Iterator[None]:
         yield
         return
     # a terminal sends Ctrl-C and its own end to all of them, but not SIGTERM
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*SIGNALS} - {signal.SIGTERM})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
     try:
         yield
     finally:

@@ -16,7 +16,7 @@ from oblique_impact.scenario.scenario import Scenario
 # the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
-from oblique_impact.history.at_a_time import RATES, value_at
+from oblique_impact.history.interpolation import RATES, value_at
 
 
 class GapError(Exception):

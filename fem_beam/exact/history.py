@@ -122,7 +122,7 @@ class _Frame:
             *slope_warnings(s, variables, summary["slope_ends"]),
             *energy_warnings(summary["energy"], np.max(samples.kinetic), s.solver.scheme),
         ]
-        return History(dataset(variables), record.events, summary, s.to_toml(), record.contacts)
+        return History(dataset(variables), record.events, summary, s, record.contacts)
 
     def _samples(self) -> Samples:
         run = self.run

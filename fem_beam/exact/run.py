@@ -21,7 +21,6 @@ from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
 from oblique_impact.fem_beam.exact.step import NotConvergedError, Stage, Step, advance
 from oblique_impact.fem_beam.exact.stop import Contact, Place, Slope
 from oblique_impact.fem_beam.mesh import beam_mesh
-from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.marching import records
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.loop import MAX_EVENTS, Status
@@ -140,15 +139,14 @@ class Run:
         breaks = self.motion.breakpoints if self.scenario.root.kind == "driven" else ()
         self._sample()
         try:
-            with hold_interrupts() as let_come:
-                for stop in stops:
-                    for part in sorted({stop, *(b for b in breaks if self.time < b <= stop)}):
-                        self._march_to(part, let_come)
-                        if part in breaks and part < stop:
-                            self._averages.cut()
-                    self._sample()
-                    if stop in breaks:
+            for stop in stops:
+                for part in sorted({stop, *(b for b in breaks if self.time < b <= stop)}):
+                    self._march_to(part)
+                    if part in breaks and part < stop:
                         self._averages.cut()
+                self._sample()
+                if stop in breaks:
+                    self._averages.cut()
         except PhysicsStop as stopped:
             self.record.outcome = stopped.outcome
             self._sample()
@@ -163,10 +161,9 @@ class Run:
 
     # --- steps
 
-    def _march_to(self, stop: float, let_come: Callable[[], None]) -> None:
+    def _march_to(self, stop: float) -> None:
         """March to an instant, in equal steps that are at most as long as the state asks for."""
         while self.time < stop:
-            let_come()
             left = stop - self.time
             length = left / ceil(left / self._longest() - 1e-9)
             last = length >= left * (1.0 - 1e-12)
@@ -273,8 +270,8 @@ class Run:
             gained["friction_loss"] = -tangential * (after.slip - before.slip)
             elastic = -0.5 * self.slope.stiffness * (before.gap + after.gap)
             gained["stop_loss"] = (force - elastic) * (before.gap - after.gap)
-        self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
         mean = self.beam.mean_resultants(self.stage.q, step.stage.q, relaxation)
+        self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
         self._averages.add(self.time, self.time + length, Forces(*mean, step.reaction))
         self.stage, self.time = step.stage, self.time + length
         self.record.steps += 1

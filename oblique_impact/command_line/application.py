@@ -90,12 +90,8 @@ def _call(arguments: list[str]) -> int:
         # typer's own main would swallow interrupts
         with command.make_context("oblique-impact", arguments) as context:
             command.invoke(context)
-        sys.stdout.flush()
     except typer.Exit as stop:
         return stop.exit_code
-    except BrokenPipeError:  # of `| head`: the results are written; nothing more can be, not even at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except InputError as error:
         print_note(str(error))
     except MemoryError as error:

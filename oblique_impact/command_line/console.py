@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
+import sys
 from collections.abc import Iterable
 from typing import Annotated, Any
 
@@ -47,7 +49,7 @@ def print_result(lines: Iterable[str], data: object, as_json: bool) -> None:
     `data` is that object, or a function that returns it.
     """
     if as_json:
-        typer.echo(json.dumps(plain(data() if callable(data) else data), allow_nan=False))
+        print_text(json.dumps(plain(data() if callable(data) else data), allow_nan=False))
     else:
         for line in lines:
             print_line(line)
@@ -70,12 +72,23 @@ def print_line(line: str) -> None:
     if console.file.isatty():
         console.print(line)
     else:
-        typer.echo(line)
+        print_text(line)
+
+
+def print_text(text: str, err: bool = False) -> None:
+    """Print text as it is; a reader that is gone, as of `| head` or a closed terminal, changes nothing."""
+    try:
+        typer.echo(text, err=err)
+    except OSError as error:
+        if error.errno not in (errno.EPIPE, errno.EIO):
+            raise
+        stream = sys.stderr if err else sys.stdout
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # nor can what is buffered be written
 
 
 def print_note(line: str) -> None:
     """Print a warning or an error in one line on standard error."""
-    typer.echo(f"oblique-impact: {line}", err=True)
+    print_text(f"oblique-impact: {line}", err=True)
 
 
 def minutes(what: str, seconds: float, workers: int | None) -> str:

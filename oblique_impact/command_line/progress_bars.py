@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -75,8 +75,13 @@ def _drawn(bar: Progress) -> Iterator[Progress]:
 
     console = bar.console
     bar.disable = not (console.file.isatty() and console.is_interactive)  # FORCE_COLOR makes no terminal of a pipe
-    with bar, compilations(show_name):
-        yield bar
+    bar.start()
+    try:
+        with compilations(show_name):
+            yield bar
+    finally:
+        with suppress(OSError):  # of a terminal that is closed: results are still to be saved
+            bar.stop()
 
 
 def _print(console: Console, line: str) -> None:

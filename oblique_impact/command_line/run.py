@@ -15,7 +15,7 @@ from oblique_impact.command_line.console import (
     print_note,
     print_result,
 )
-from oblique_impact.errors import Interrupted, Outcome
+from oblique_impact.errors import Interrupted
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
@@ -39,24 +39,20 @@ def run(
     warnings = doubts(chosen)
     for warning in [*warnings, *_large(chosen)]:
         print_note(f"warning: {warning}")
-    interrupted = False
-    with writing(out):
-        replaced = (out / "history.nc").exists()
+    with writing(out) as folder:
+        replaced = (folder / "history.nc").exists()
         try:
-            with progress_bar() as show:
-                history = simulate(chosen, show)
+            with progress_bar() as on_progress:
+                history = simulate(chosen, on_progress)
         except Interrupted as stop:
-            history, interrupted = stop.history, True
-    folder = history.save(out)  # which locks the folder itself
+            history = stop.history
+        history.save(folder)
     lines = summary_lines(history, folder, replaced, warnings)
     print_result(lines, {**history.summary, "results": folder}, as_json)
     outcome = history.outcome
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {history.summary['message']}")
         raise typer.Exit(outcome.exit_code)
-    if interrupted:
-        print_note("interrupted when the run had ended: its results are complete")
-        raise typer.Exit(Outcome.INTERRUPTED.exit_code)
 
 
 def _large(scenario: Scenario) -> Iterator[str]:

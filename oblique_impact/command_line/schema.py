@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from oblique_impact.command_line.console import JsonOption, print_line
+from oblique_impact.command_line.console import JsonOption, print_line, print_text
 
 
 def schema(
@@ -21,6 +21,6 @@ def schema(
 
     found = scenario_schema(out)
     if out is None or as_json:
-        typer.echo(json.dumps(found, indent=None if as_json else 2))
+        print_text(json.dumps(found, indent=None if as_json else 2))
     else:
         print_line(f"schema: {out}")

@@ -10,8 +10,8 @@ from oblique_impact.scenario.scenario import Scenario
 
 #: bytes of a file; before a run with a larger one it is said how large
 LARGE = 1e9
-#: memory that a run takes at its end over the size of its file: 1.6 were measured for 1e5 and for 1e6 samples
-MEMORY = 1.6
+#: memory that a run takes at its end over the size of its file, which is made in memory
+MEMORY = 2.6
 _STATIONS = 33
 
 

@@ -15,7 +15,6 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.files import CheckedFile
 from oblique_impact.renders.exports.scene import RESULTS, Scene, Shape
 from oblique_impact.renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
@@ -34,15 +33,9 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
     """
     with (
         whole(target) as (part,),
-        CheckedFile(part) as file,
-        h5py.File(file, "w", libver=HDF5_VERSIONS) as root,
+        h5py.File(part, "w", libver=HDF5_VERSIONS) as root,
     ):
-
-        def count_one() -> None:
-            file.check()
-            advance()
-
-        _Writer(root.create_group("VTKHDF"), scene).write(count_one)
+        _Writer(root.create_group("VTKHDF"), scene).write(advance)
 
 
 class _Writer:

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import CheckedFile
 from oblique_impact.renders.exports.scene import Part, Scene
 from oblique_impact.renders.exports.target import COMPRESSION, HDF5_VERSIONS, whole
 
@@ -36,12 +35,11 @@ def write(scene: Scene, target: Path, advance: Callable[[], None]) -> None:
     if heavy.exists() and not target.exists():
         raise InputError(f"--out: {heavy} is in the way and is not of an export: choose another name")
     with whole(heavy, target) as (heavy_part, light_part):
-        with CheckedFile(heavy_part) as file, h5py.File(file, "w", libver=HDF5_VERSIONS) as root:
+        with h5py.File(heavy_part, "w", libver=HDF5_VERSIONS) as root:
             collections = [_Collection(n, part, root, heavy.name) for n, part in enumerate(scene.parts)]
             for frame, sample in enumerate(frames.sample.tolist()):
                 for collection in collections:
                     collection.store(frame, sample)
-                file.check()
                 advance()
         with light_part.open("w", encoding="utf-8") as light:
             light.write('<?xml version="1.0" encoding="utf-8"?>\n<Xdmf Version="3.0">\n<Domain>\n')
