@@ -63,7 +63,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "pictures.place",
     "image_scrapers": ("pictures.scrape",),
     "capture_repr": (),
-    "reset_modules": ("pictures.draw_both",),
+    "reset_modules": (),
     "notebook_extensions": {".py"},
     "download_all_examples": False,
     "write_computation_times": False,

@@ -15,7 +15,7 @@ from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
-from two_themes import darken
+from two_themes import readable
 
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.renders import Style, render
@@ -24,8 +24,7 @@ from oblique_impact.renders.timeline import time_map
 #: folder of the site that the pages are in, and the first picture of all of them
 FOLDER, POSTER = "player", Path(__file__).parents[1] / "pictures" / "player.svg"
 _FRAME = """<div class="player">
-<img class="only-light" src="{folder}/poster.svg" alt="" width="1280" height="720">
-<img class="only-dark" src="{folder}/poster-dark.svg" alt="" width="1280" height="720">
+<img src="{folder}/poster.svg" alt="" width="1280" height="720">
 <iframe src="{folder}/{case}.html#embed&amp;theme=auto" title="{title}"></iframe>
 </div>
 """
@@ -64,8 +63,7 @@ def write_pages(app: Sphinx, error: Exception | None) -> None:
     history = simulate(Scenario.builtin("paper"))
     render(history, folder / "paper.html", Style(theme="auto"))
     poster = falling(POSTER.read_text(encoding="utf-8"), history)
-    (folder / "poster.svg").write_text(poster, encoding="utf-8")
-    (folder / "poster-dark.svg").write_text(darken(poster), encoding="utf-8")
+    (folder / "poster.svg").write_text(readable(poster), encoding="utf-8")
 
 
 def falling(drawing: str, history: History) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
@@ -72,6 +72,10 @@ class History:
     def __contains__(self, name: object) -> bool:
         """Whether there is a variable of this name."""
         return name in self.data.variables
+
+    def __iter__(self) -> Iterator[str]:
+        """Go over the names of all variables."""
+        return map(str, self.data.variables)
 
     def __repr__(self) -> str:
         """Describe the run in a few lines."""

@@ -6,7 +6,6 @@ from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.sample_times import first_sample, jumps, last_sample
@@ -44,6 +43,8 @@ def value_at(times: Array, values: Array, rates: Array | None, time: float, side
     With `rates` it is Hermite's; without, that through up to two samples on either side.  Raises InputError for a
     time outside of the samples.
     """
+    from scipy.interpolate import KroghInterpolator  # a fifth of a second, for which a run does not wait
+
     k = sample_before(times, time, side)
     if time in times:
         return np.asarray(values[k])

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from oblique_impact.contact.state import State
@@ -88,7 +89,7 @@ VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_A_SLOPE | SECTION_FORCES
 
 def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
     """Return arrays by name as a labelled dataset with units and meanings; the names are those of `VARIABLES`."""
-    found = {}
+    found: dict[str, xr.Variable] = {}
     for name, values in columns.items():
         variable = VARIABLES[name]
         attributes: dict[str, Any] = {"units": variable.units, "long_name": variable.long_name}
@@ -97,5 +98,9 @@ def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
         if name == "state":
             attributes["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
             attributes["flag_meanings"] = " ".join(s.name.lower() for s in State)
-        found[name] = (variable.dimensions, values, attributes)
+        if variable.dimensions == (name,):
+            found[name] = xr.Variable(variable.dimensions, pd.Index(values), attributes)
+        else:
+            # the fast path leaves out a check for which xarray imports dask where it finds it, half a second
+            found[name] = xr.Variable(variable.dimensions, values, attributes, fastpath=True)
     return xr.Dataset(found)

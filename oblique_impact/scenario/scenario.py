@@ -120,8 +120,10 @@ class Scenario(Section):
         homes = {inner: name for name, section in sections.items() for inner in section.model_fields}
         given = [("", data), *((name, data.get(name)) for name in sections)]
         for name, inside in given:
+            if not isinstance(inside, dict):
+                continue
             known = sections[name].model_fields if name else cls.model_fields
-            for inner in inside if isinstance(inside, dict) else ():
+            for inner in inside:
                 if inner not in known and inner in homes and not did_you_mean(inner, known):
                     meant = f"unknown key; did you mean {homes[inner]}.{inner}?"
                     raise refused(f"{name}.{inner}" if name else inner, inside[inner], meant)

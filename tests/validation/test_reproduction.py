@@ -72,7 +72,7 @@ def made(events=(), macros=MACROS, **arrays):
         "energy": {"initial": 3.0, "final": 1.0, "lost_friction": 0.1},
         "macro_collisions": [vars(MacroCollision(*macro, 2, 1.0, 0.1, 100.0)) for macro in macros],
     }
-    return Run("made", History(samples, list(events), summary, Scenario().to_toml()), [])
+    return Run("made", History(samples, list(events), summary, Scenario()), [])
 
 
 def trio(hybrid=None, frictionless=None, modified=None):

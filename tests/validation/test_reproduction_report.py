@@ -79,7 +79,7 @@ EVENTS = [
 def ran(key="made", macros=(FIRST, SECOND), events=EVENTS, checks=(), scenario=PAPER, ledger=LEDGER, **arrays):
     """A run made by hand, with all that its history tells."""
     summary = {"outcome": "completed", "energy": ledger, "macro_collisions": [vars(macro) for macro in macros]}
-    return Run(key, History(made(**arrays).history.data, list(events), summary, scenario.to_toml()), list(checks))
+    return Run(key, History(made(**arrays).history.data, list(events), summary, scenario), list(checks))
 
 
 def check(time, kind="reversal", slip_rate=0.0, judged=False):
