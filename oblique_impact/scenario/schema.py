@@ -70,7 +70,10 @@ def scenario_schema(out: str | os.PathLike[str] | None = None) -> dict[str, Any]
 
 @cache
 def key_schemas() -> dict[str, dict[str, Any]]:
-    """Return the schema of each key by "section.key", in the order of a scenario file."""
+    """Return the schema of each key by "section.key", in the order of a scenario file.
+
+    Numbers without a dimension have the unit "1", words and switches have none.
+    """
     from oblique_impact.scenario.scenario import Scenario
 
     return _of_keys(Scenario, "")
@@ -84,7 +87,8 @@ def _of_keys(model: type[BaseModel], prefix: str) -> dict[str, dict[str, Any]]:
         if isinstance(inner, type) and issubclass(inner, Section):
             found |= _of_keys(inner, f"{prefix}{name}.")
         else:
-            found[f"{prefix}{name}"] = properties[name]
+            plain = {"unit": "1"} if properties[name].get("type") in _NUMBERS else {}
+            found[f"{prefix}{name}"] = {**plain, **properties[name]}
     return found
 
 
@@ -110,7 +114,7 @@ def words_of(schema: dict[str, Any]) -> str:
 def comment_of(schema: dict[str, Any]) -> str:
     """Return the meaning of a key with its unit and what it takes, for a comment in a file."""
     words = words_of(schema)
-    if "unit" in schema:
+    if schema.get("unit", "1") != "1":
         words = re.sub("numbers?", rf"\g<0> in {schema['unit']}", words, count=1)
     return f"{schema['description']} ({words})"
 

@@ -80,7 +80,7 @@ def _one_line(error: ValidationError, fields: Mapping[str, FieldInfo], name: str
         return f"{key}: missing"
     if kind in ("too_short", "too_long"):
         allowed = message.partition(" after validation")[0]
-        return f"{key} = {value}: {allowed.removeprefix('Tuple ')}"
+        return f"{key} = {value}: {allowed.removeprefix('Tuple ').removeprefix('List ')}"
     message = message.removeprefix("Value error, ").removeprefix("Input should be ")
     if kind == "literal_error":
         message += did_you_mean(first["input"], re.findall("'([^']*)'", message), "'")

@@ -36,6 +36,10 @@ UNITS = {
     "s/m": "contact.damping",
     "m/s": "contact.regularization",
 }
+PLAIN = (
+    "beam.modal_damping_ratio contact.restitution contact.mu_static contact.mu_kinetic discretization.modes "
+    "discretization.elements discretization.grading solver.tolerance solver.rho_infinity"
+)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +66,7 @@ def data_of(path: str, value) -> dict:
 def test_every_key_has_its_unit_a_meaning_and_a_default():
     schemas = key_schemas()
     assert schemas.keys() == flat_keys(Scenario().model_dump()).keys()
-    expected = {key: unit for unit, keys in UNITS.items() for key in keys.split()}
+    expected = {key: unit for unit, keys in {**UNITS, "1": PLAIN}.items() for key in keys.split()}
     assert {key: schema["unit"] for key, schema in schemas.items() if "unit" in schema} == expected
     for key, schema in schemas.items():
         assert len(schema["description"]) >= 10, key
