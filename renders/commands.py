@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer import Option
 
-from oblique_impact.command_line.words import JsonOption, print_note, print_result
+from oblique_impact.command_line.console import JsonOption, print_note, print_result
 from oblique_impact.errors import InputError
 
 Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY", help="Run folders or history.nc files.")]

@@ -76,13 +76,14 @@ def scenario() -> Image.Image:
 def paraview() -> Image.Image:
     """What ParaView makes of an export by the program of the page; needs `pvpython` and `xvfb-run`."""
     (program,) = (text for text in blocks("paraview.md", "python") if "paraview" in text)
+    background = [int(LIGHT.background[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     with tempfile.TemporaryDirectory() as folder:
         file, state, picture = (Path(folder) / name for name in ("beam.pvd", "state.py", "beam.png"))
         export(paper(), file, every=50)
         ending = [
             "scene.AnimationTime = 0.3245",
             "view.UseColorPaletteForBackground = 0",
-            "view.Background = [1.0, 1.0, 1.0]",
+            f"view.Background = {background}",
             f"SaveScreenshot({str(picture)!r}, view, ImageResolution=[1280, 720])",
         ]
         state.write_text("\n".join([program.replace("out/beam.pvd", str(file)), *ending]), encoding="utf-8")

@@ -12,7 +12,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from oblique_impact.command_line.bars import counting_bar
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, prepare_folder
 from oblique_impact.history.history import History, require_history

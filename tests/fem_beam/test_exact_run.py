@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from oblique_impact import History, InputError, Interrupted, Outcome, Scenario, simulate
-from oblique_impact.command_line.bars import progress_bar
+from oblique_impact.command_line.progress_bars import progress_bar
 from oblique_impact.contact.state import State
 from oblique_impact.fem_beam.exact import ElasticSections, Run
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute

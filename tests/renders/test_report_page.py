@@ -31,9 +31,8 @@ def file(tmp_path_factory):
         Section("Second", [item("second.two", "A bouncing ball.", "pass", "fail")], "fail", "2", True),
         Section("Numbers", [Table([f"column {k}" for k in range(30)], [["1.234567"] * 30])]),
     ]
-    report = Report(
-        "Title", "Lead.", "oblique-impact validate --out " + "a" * 300, sections=sections, filtered=True
-    )
+    command = ("command", "oblique-impact validate --out " + "a" * 300)
+    report = Report("Title", "Lead.", command=command[1], sections=sections, filtered=True)
     return report.write(tmp_path_factory.mktemp("report"))
 
 
@@ -48,8 +47,9 @@ SEEN = """[...document.querySelectorAll('tr[data-verdict]')].filter(row => row.c
     .map(row => row.cells[0].textContent)"""
 OPEN = "[...document.querySelectorAll('section > details')].map(part => part.open)"
 #: verdicts that lie outside of the window
-CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail')].map(cell => cell.getBoundingClientRect())
-    .filter(box => box.left < 0 || box.right > document.documentElement.clientWidth + 0.5).length"""
+CUT_OFF = """[...document.querySelectorAll('td.pass, td.fail')].filter(cell =>
+    cell.getBoundingClientRect().left < 0
+    || cell.getBoundingClientRect().right > document.documentElement.clientWidth + 0.5).length"""
 
 
 @pytest.mark.parametrize("width", [360, 1000, 1920])

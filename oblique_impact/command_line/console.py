@@ -1,4 +1,4 @@
-"""What several commands share: arguments, options, lines on standard output and standard error."""
+"""What commands share: arguments and options, results on standard output, notes on standard error."""
 
 from __future__ import annotations
 
@@ -6,17 +6,13 @@ import errno
 import json
 import math
 import os
-import shutil
 import sys
-import textwrap
 from collections.abc import Iterable
-from contextlib import suppress
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.console import Console
 
-from oblique_impact.errors import InputError
 from oblique_impact.machine import cores
 
 
@@ -48,7 +44,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as on
 
 
 def print_result(lines: Iterable[str], data: object, as_json: bool) -> None:
-    """Write a result to standard output: in lines, or as one JSON object and nothing else.
+    """Print a result: in lines, or as one JSON object and nothing else.
 
     `data` is that object, or a function that returns it.
     """
@@ -67,31 +63,32 @@ def plain(data: Any) -> Any:
         return [plain(value) for value in data]
     if isinstance(data, float) and not math.isfinite(data):
         return None
-    return str(data) if isinstance(data, Path) else data
+    return str(data) if isinstance(data, os.PathLike) else data
 
 
 def print_line(line: str) -> None:
-    """Write a result to standard output; on a terminal it is broken between words, not within them."""
-    if sys.stdout.isatty():
-        width = shutil.get_terminal_size().columns - 1
-        line = textwrap.fill(
-            line, max(width, 20), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
-        )
-    print_text(line)
+    """Print a line of a result; on a terminal it is broken between words."""
+    console = Console(markup=False, highlight=False)
+    if console.file.isatty():
+        console.print(line)
+    else:
+        print_text(line)
 
 
-def print_text(text: str) -> None:
-    """Write text to standard output; raises InputError if it cannot be written, on a full disk for instance.
-
-    A reader that is gone (`| head -1`, a terminal that is closed) changes nothing: the command goes on.
-    """
+def print_text(text: str, err: bool = False) -> None:
+    """Print text as it is; a reader that is gone, as of `| head` or a closed terminal, changes nothing."""
     try:
-        typer.echo(text)
+        typer.echo(text, err=err)
     except OSError as error:
-        # neither is there a place for what is still buffered
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if error.errno not in (errno.EPIPE, errno.EIO):
-            raise InputError(f"standard output: cannot be written: {error.strerror}") from None
+            raise
+        stream = sys.stderr if err else sys.stdout
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # nor can what is buffered be written
+
+
+def print_note(line: str) -> None:
+    """Print a warning or an error in one line on standard error."""
+    print_text(f"oblique-impact: {line}", err=True)
 
 
 def minutes(what: str, seconds: float, workers: int | None) -> str:
@@ -104,9 +101,3 @@ def minutes(what: str, seconds: float, workers: int | None) -> str:
     if least <= 0.5:
         return ""
     return f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {used} core{'s'[: used > 1]}"
-
-
-def print_note(line: str) -> None:
-    """Write a warning or an error to standard error, in one line."""
-    with suppress(OSError):  # there is nobody who could be told
-        typer.echo(f"oblique-impact: {line}", err=True)
