@@ -24,9 +24,8 @@ from hypothesis import strategies as st
 
 from oblique_impact import History, InputError, Interrupted, Scenario, simulate
 from oblique_impact.command_line.application import main
-from oblique_impact.renders.exports.command import export_command
-from oblique_impact.renders.exports.selection import Selection
-from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders import export
+from oblique_impact.renders.player.content import content_of
 from oblique_impact.renders.story import story_of
 from oblique_impact.scenario.scenario import builtin_names
 from oblique_impact.validation.studies.design import load_plan, make_plan, shipped_names
@@ -128,9 +127,9 @@ def use(file: Path) -> None:
     try:
         history = History.load(file)
         with tempfile.TemporaryDirectory() as folder, np.errstate(over="ignore", invalid="ignore"):
-            for name in ("a.vtkhdf", "a.pvd", "a.xdmf"):
-                export_command(file, Path(folder) / name, None, Selection(50), 1.0, lambda line: None)
-            payload(story_of([history]), 50)
+            for name in ("a.pvd", "a.xdmf"):
+                export(history, Path(folder) / name, every=50)
+            content_of(story_of([history]), 50)
     except InputError as error:
         one_line(error)
 

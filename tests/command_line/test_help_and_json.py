@@ -182,8 +182,8 @@ def test_render_and_export(object_of, paper, tmp_path):
     assert (found["file"], found["size"]) == (str(tmp_path / "a.png"), [320, 180])
     found = object_of("render", paper, "--out", tmp_path / "a.gif", "--size", "320x180", "--bare", "--frames", "2")
     assert (found["frames"], found["fps"]) == (2, 30)
-    found = object_of("export", paper, "--out", tmp_path / "a.vtkhdf", "--every", "20")
-    assert (found["file"], found["format"]) == (str(tmp_path / "a.vtkhdf"), "vtkhdf")
+    found = object_of("export", paper, "--out", tmp_path / "a.pvd", "--every", "20")
+    assert (found["file"], found["format"]) == (str(tmp_path / "a.pvd"), "pvd")
     assert found["samples"] > 2
 
 

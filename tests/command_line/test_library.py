@@ -20,8 +20,7 @@ import typer
 from oblique_impact import InputError, Progress, Scenario, natural_frequencies, simulate
 from oblique_impact.command_line import application as cli
 from oblique_impact.renders import Style, campbell_diagram, export, render
-from oblique_impact.renders.exports.command import Format
-from oblique_impact.renders.exports.target import SUFFIXES
+from oblique_impact.renders.exports.command import READERS, Format
 from oblique_impact.renders.geometry import QUANTITIES
 from oblique_impact.renders.scene import CAMERAS
 from oblique_impact.renders.style import THEMES, CameraName, Colour, ThemeName
@@ -157,7 +156,7 @@ def test_every_option_is_an_argument(command):
 
 
 def test_words_that_calls_take_are_those_that_are_known():
-    assert set(get_args(Format)) == SUFFIXES.keys()
+    assert set(get_args(Format)) == READERS.keys()
     assert set(get_args(CameraName)) == CAMERAS.keys()
     assert set(get_args(ThemeName)) == {*THEMES, "auto"}
     assert set(get_args(Colour)) == QUANTITIES.keys() - {"elastic_displacement", "velocity"}
