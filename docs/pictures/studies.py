@@ -124,7 +124,7 @@ def cluster() -> Figure:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "friction.toml"
         file.write_text(blocks("cluster.md", "toml")[0], encoding="utf-8")
-        table = sweep(file, Path(folder) / "out", workers=1).to_dataframe()
+        table = sweep(file, Path(folder) / "out", workers=1).frame
     with figure_style():
         figure = new_figure(2.8)
         left, right = figure.subplots(1, 2, sharex=True)

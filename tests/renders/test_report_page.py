@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from oblique_impact.validation.report.document import (
+from oblique_impact.validation.report import (
     Cell,
-    Document,
     Fold,
     Item,
-    Paragraph,
     Picture,
+    Report,
     Section,
     Table,
-    write_report,
+    Text,
+    new_figure,
+    to_svg,
 )
-from oblique_impact.validation.report.figures import new_figure, to_svg
-from oblique_impact.validation.report.provenance import provenance
 
 WIDTHS = (360, 768, 1000, 1001, 1024, 1300, 1420, 1920)
 COLUMNS = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
@@ -36,9 +35,7 @@ def item(check: str, words: str, *verdicts: str) -> Item:
         ]
         for k, verdict in enumerate(verdicts)
     ]
-    return Item(
-        [Paragraph(words), Table(COLUMNS, rows, wide=(1,), filtered=True), Paragraph("Reference: x", True)]
-    )
+    return Item([Text(words), Table(COLUMNS, rows, wide=(1,), filtered=True), Text("Reference: x", True)])
 
 
 def picture() -> Picture:
@@ -54,10 +51,10 @@ def file(tmp_path_factory):
         Section("Second", [item("second.two", "A bouncing ball.", "pass", "fail"), picture()], "fail", "2", True),
         Section("Numbers", [Table([f"column {k}" for k in range(30)], [["1.234567"] * 30])]),
     ]
-    command = ("command", "oblique-impact validate --out " + "a" * 300)
-    overview = [Fold("How a verdict is found", [Paragraph("By a rule.")])]
-    document = Document("Title", "Lead.", provenance(), [command], overview, sections, filtered=True)
-    return write_report(tmp_path_factory.mktemp("report"), document)
+    command = "oblique-impact validate --out " + "a" * 300
+    overview = [Fold("How a verdict is found", [Text("By a rule.")])]
+    document = Report("Title", "Lead.", command, overview=overview, sections=sections, filtered=True)
+    return document.write(tmp_path_factory.mktemp("report"))
 
 
 @pytest.fixture

@@ -11,9 +11,7 @@ from pathlib import Path
 
 from oblique_impact.files import prepare_folder, writing
 from oblique_impact.progress import OnProgress, silent
-from oblique_impact.validation.parallel import map_parallel, told
-from oblique_impact.validation.report.document import write_csv, write_file, write_json, write_report
-from oblique_impact.validation.report.provenance import call_text
+from oblique_impact.validation.report.document import write_csv, write_file, write_json
 from oblique_impact.validation.reproduction.cases import (
     MODELS,
     SCHEMES,
@@ -36,6 +34,7 @@ from oblique_impact.validation.reproduction.runs import Run, run_case
 from oblique_impact.validation.reproduction.stick_pages import STICKING
 from oblique_impact.validation.reproduction.tables import CLAIM_COLUMNS, claim_rows, results
 from oblique_impact.validation.reproduction.unsaid import ALL_CLAIMS, Robustness, Studied, judge_combination
+from oblique_impact.validation.studies.parallel import map_parallel
 
 #: s of one core that the runs and figures take on a fast machine
 SECONDS = 200.0
@@ -117,7 +116,7 @@ def reproduce(
             return Reproduction(material, computed)
         pictures = draw_all(material)
         times = [
-            ("command", command or call_text("reproduce", out=os.fspath(folder), workers=workers)),
+            ("command", command or ""),
             ("simulations", f"{computed:.1f} s"),
             ("figures", f"{time.perf_counter() - started - computed:.1f} s"),
         ]
@@ -146,7 +145,7 @@ def collect(workers: int | None, on_progress: OnProgress = silent) -> Material:
     cases = [*main_cases(), *sticking_cases(), *(case for _, _, case in varied)]
     tasks: list[Case | Combination] = [*cases, *grid]
     names = [what.key if isinstance(what, Case) else what.label for what in tasks]
-    found = map_parallel(compute, tasks, workers, told(on_progress, names))
+    found = map_parallel(compute, tasks, workers, on_progress, names)
     every: dict[str, Run] = {run.key: run for run in found if isinstance(run, Run)}
     points = [point for point in found if isinstance(point, Robustness)]
     studied = [Studied(variant, scheme, every[case.key]) for variant, scheme, case in varied]
@@ -203,10 +202,10 @@ def write_all(
     """Write the page, the tables and the pictures; each file appears whole or not at all."""
     figures = [row for plot in PLOTS for row in summary(plot, material.trios)]
     sensitivity = [item.flat() for item in material.studied]
-    write_report(folder, document(material, pictures, times))
-    write_json(folder, "results.json", results(material, figures))
-    write_csv(folder, "claims.csv", CLAIM_COLUMNS, claim_rows(material))
-    write_csv(folder, "sensitivity.csv", list(sensitivity[0]), [list(row.values()) for row in sensitivity])
-    write_csv(folder, "figures.csv", list(figures[0]), [list(row.values()) for row in figures])
+    document(material, pictures, times).write(folder)
+    write_json(folder / "results.json", results(material, figures))
+    write_csv(folder / "claims.csv", CLAIM_COLUMNS, claim_rows(material))
+    write_csv(folder / "sensitivity.csv", list(sensitivity[0]), [list(row.values()) for row in sensitivity])
+    write_csv(folder / "figures.csv", list(figures[0]), [list(row.values()) for row in figures])
     for name, svg in pictures.items():
         write_file(folder / "figures" / f"{name}.svg", svg)

@@ -11,15 +11,14 @@ from oblique_impact.validation.report.document import (
     MARKS,
     Block,
     Cell,
-    Document,
-    Paragraph,
     Picture,
+    Report,
     Section,
     Table,
+    Text,
     number,
     number_cells,
 )
-from oblique_impact.validation.report.provenance import provenance
 from oblique_impact.validation.reproduction.cases import MODELS, SCHEMES
 from oblique_impact.validation.reproduction.claims import NOT, PARTLY, REPRODUCED, moment
 from oblique_impact.validation.reproduction.material import Material
@@ -40,17 +39,17 @@ _CAPTIONS = {
 }
 
 
-def document(material: Material, pictures: Mapping[str, str], times: Sequence[tuple[str, str]]) -> Document:
+def document(material: Material, pictures: Mapping[str, str], times: Sequence[tuple[str, str]]) -> Report:
     """Put the report together."""
-    return Document(
+    return Report(
         "The paper's figures and claims, from our runs",
         "W. Yuan, L. Li, D. G. Zhang, J. Z. Hong: New method for oblique impact dynamics research of a flexible "
         "beam with large overall motion considering impact friction force. Acta Mechanica Sinica 32(4), 2016. "
         "Only the paper's text was available, not its curves: what it says is compared with what we compute.",
-        [*_assumptions(), *provenance()],
-        times,
-        _overview(material),
-        [
+        facts=_assumptions(),
+        times=times,
+        overview=_overview(material),
+        sections=[
             Section("Claims", _claims(material)),
             Section("Figures 2 to 16", _figures(pictures)),
             Section("What the paper leaves unsaid", _choices(material, pictures)),
@@ -81,13 +80,13 @@ def _overview(material: Material) -> list[Block]:
     text = ", ".join(f"{count} {verdict}" for verdict, count in material.verdicts.items())
     missed = " ".join(judged_.claim.statement for judged_ in judged if judged_.verdict == NOT) or "none."
     return [
-        Paragraph(f"{len(judged)} claims: {text}."),
-        Paragraph(
+        Text(f"{len(judged)} claims: {text}."),
+        Text(
             f"{material.undiscriminating} of them, marked =, do not discriminate: they are reproduced by all "
             f"{len(material.grid)} combinations of what the paper leaves open."
         ),
-        Paragraph(f"Not reproduced: {missed}"),
-        Paragraph(
+        Text(f"Not reproduced: {missed}"),
+        Text(
             "Each claim is judged by a rule on numbers, once on the fixed-step runs (the algorithm as printed) "
             "and once on the event-located ones (the same equations, solved accurately). Reproduced means by "
             "both, not reproduced by neither, partly everything between. The last column of the claims counts "
@@ -118,7 +117,7 @@ def _claims(material: Material) -> list[Block]:
 
 def _figures(pictures: Mapping[str, str]) -> list[Block]:
     blocks: list[Block] = [
-        Paragraph(
+        Text(
             "The same scales for both schemes (except friction); a thick line for the hybrid model, so that the "
             "others show on top of it. What vibrates faster than a picture can show is drawn as the range of its "
             "values with their mean in it. Figures with a letter are additions: enlargements (a) and floating "
@@ -134,7 +133,7 @@ def _figures(pictures: Mapping[str, str]) -> list[Block]:
 
 def _choices(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     blocks: list[Block] = [
-        Paragraph(
+        Text(
             "One choice is changed at a time; * marks what we assume elsewhere. Bars are stays in contact (the "
             "upper one fixed-step, the lower one event-located), ticks are rebounds, dots reversals of slip."
         ),
@@ -142,7 +141,7 @@ def _choices(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     ]
     for choice in dict.fromkeys(item.variant.choice for item in material.studied):
         title = f"{choice[:1].upper()}{choice[1:]}"
-        blocks.append(Paragraph(f"{title}. {_effect(material.studied, choice)}"))
+        blocks.append(Text(f"{title}. {_effect(material.studied, choice)}"))
         blocks.append(_choice_table([item for item in material.studied if item.variant.choice == choice], title))
     return blocks
 
@@ -189,7 +188,7 @@ def _robustness(material: Material, pictures: Mapping[str, str]) -> list[Block]:
     if long:
         stick += f", the latest from {moment(max(point.second[2] for point in long))}"
     return [
-        Paragraph(
+        Text(
             f"{len(grid)} combinations: 1 to 4 clamped modes, g = 9.8 and 9.81 m/s², with and without the contact "
             "point's shortening, both forms of Baumgarte's equation (fixed-step only), both schemes; three models "
             f"each. In {inside} of them the second macro-collision is under way at 0.699 s (nearest: "
@@ -229,18 +228,18 @@ _LEDGER = ("initial", "final", "lost_impact", "lost_friction", "lost_scheme", "u
 
 def _limits() -> list[Block]:
     return [
-        Paragraph(
+        Text(
             "The fixed-step algorithm notices a contact up to one free step late, 0.4 mm below the slope; its "
             "Baumgarte terms then push the tip out and do work on the beam. From the second macro-collision on, "
             "the results of the printed step sizes are shaped by that: compare the integrators, and the column "
             "lost scheme."
         ),
-        Paragraph(
+        Text(
             "With a rigid stop nothing after the first macro-collision converges as modes are added: agreement "
             "or disagreement at 0.699 s depends on the number of modes, which the paper does not give. A "
             "statement about the second macro-collision is one about a discretized beam."
         ),
-        Paragraph(
+        Text(
             "No run can decide whether the hybrid model is more consistent with real movement, or whether its "
             "motion switch is: that takes a measurement."
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from oblique_impact.validation.report.document import Block, Cell, Paragraph, Picture, Table, number, number_cells
+from oblique_impact.validation.report.document import Block, Cell, Picture, Table, Text, number, number_cells
 from oblique_impact.validation.reproduction.material import Material
 from oblique_impact.validation.reproduction.runs import Run
 from oblique_impact.validation.reproduction.sticking import StickCheck
@@ -52,12 +52,12 @@ def _explanation(material: Material) -> list[Block]:
     speeds = [max((abs(stick.slip_rate) for stick in run.sticks), default=0.0) for run in (printed, without)]
     longest = [max((stick.duration for stick in run.sticks), default=0.0) for run in (printed, without)]
     return [
-        Paragraph(
+        Text(
             "The tip sticks at an instant of contact if three things hold: its slip velocity is zero; the forces "
             "that would hold it (the sticking solution of both constraints) push, λn > 0; and they lie in the "
             "friction cone, |λτ|/λn ≤ μ_s."
         ),
-        Paragraph(
+        Text(
             "In the paper's example they do not. A beam that does not stretch can move its tip only across the "
             "line from the pin, so a contact that holds the tip acts along that line. With an angle b between "
             f"line and slope that takes |λτ|/λn of about cot|b|, here {number(located.checks[0].cotangent, 3)}; "
@@ -65,11 +65,11 @@ def _explanation(material: Material) -> list[Block]:
             f"{number(max(finite), 3)}, or for a contact that pulls, against μ = "
             f"{located.scenario.contact.mu_static}. The slope is too nearly parallel to the beam."
         ),
-        Paragraph(
+        Text(
             f"Tested: the first reversal of the event-located run asks for {number(ratio, 5)}. With the static "
             f"coefficient just below and just above it (kinetic 0.3), the same instant gives: {tried}."
         ),
-        Paragraph(
+        Text(
             "The fixed-step algorithm as printed judges stick by the forces alone (Sec. 5.3); the slip velocity "
             "is not asked for. It finds stick where the slip velocity passes an extreme, where hardly any "
             "tangential force is needed to keep the acceleration zero. The tip does not rest then: it moves at "

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from oblique_impact.validation.report.document import number
+from oblique_impact.validation.report import number
 
 #: safety factors of the grid convergence index: three levels or more, two levels
 SAFETY, SAFETY_OF_TWO = 1.25, 3.0
@@ -38,69 +38,33 @@ NOT_CONVERGING, NOT_CONFIRMED = "not converging", "not confirmed"
 NOT_DETERMINED, NO_VERDICT = "not determined", "no verdict"
 
 
-def one_line(text: str) -> str:
-    """Return a text without line breaks and indents."""
-    return " ".join(text.split())
-
-
 #: the rule of the verdicts, in paragraphs, for every report
 RULE = (
-    one_line(
-        f"""The rule. Sizes h fall from level to level; differences are those of successive levels. The
-        observed order p of three levels solves (r₃₂ᵖ − 1)/(r₂₁ᵖ − 1) · r₂₁ᵖ = d₃₂/d₂₁, the fixed-point
-        equation of ASME V&V 20 for any ratios r of refinement; it is negative for differences that grow, and
-        does not exist where their signs alternate. The Richardson limit is f₁ + d₂₁/(r₂₁ᵖ − 1), the grid
-        convergence index GCI = {SAFETY} |d₂₁|/(r₂₁ᵖ − 1). Of two levels alone it is {SAFETY_OF_TWO:g}
-        |d₂₁|/(r₂₁ᵖ − 1) with the declared order (1 if none is declared)."""
-    ),
-    one_line(
-        f"""An order is confirmed if it is at least {LOWEST_ORDER} and the orders of the two finest triplets
-        agree within {AGREEMENT:.0%}, or the finest agrees within {AGREEMENT:.0%} with the order declared for
-        this quantity. Only then is the range called asymptotic and the GCI taken as uncertainty (with p no
-        higher than declared). Otherwise the uncertainty is {SAFETY} times the larger of the last two
-        differences. It is never less than the noise: the change of the finest value when that run is repeated
-        with a tenth of solver.tolerance, and {ROUNDING / 1e-13:g} × 10⁻¹³ of the value for rounding. Differences
-        below {ABOVE_NOISE:g} times the noise tell no order."""
-    ),
-    one_line(
-        f"""Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for
-        places, to the larger of initial and final energy for energies, where these are larger), and the last
-        difference is smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within
-        the noise. Converging at order p: the order is confirmed, the uncertainty still larger. Not converging: the
-        last difference is not smaller than the two before it (than the one before, of three levels), or the
-        observed order is below {LOWEST_ORDER}. Not confirmed: the differences fall, but the levels do not confirm
-        an order. The finest level and the two before it must have the quantity; otherwise there is no verdict,
-        and the gap is named."""
-    ),
-    one_line(
-        """Not determined: the quantity has no limit as modes or elements are added, whatever the levels suggest.
-        At a given number of modes it may still converge in the step, the tolerance, the stiffness or the mesh that
-        the modes are computed on; such a verdict says in what, and holds for that number of modes alone. Values
-        are shown to the second digit of their uncertainty."""
-    ),
+    "Sizes h fall from level to level; differences are those of successive levels. The observed order p of "
+    "three levels solves (r₃₂ᵖ − 1)/(r₂₁ᵖ − 1) · r₂₁ᵖ = d₃₂/d₂₁, the fixed-point equation of ASME V&V 20 for "
+    "any ratios r of refinement; it is negative for differences that grow, and does not exist where their "
+    f"signs alternate. The Richardson limit is f₁ + d₂₁/(r₂₁ᵖ − 1), the grid convergence index GCI = {SAFETY} "
+    f"|d₂₁|/(r₂₁ᵖ − 1). Of two levels alone it is {SAFETY_OF_TWO:g} |d₂₁|/(r₂₁ᵖ − 1) with the declared order (1 "
+    "if none is declared).",
+    f"An order is confirmed if it is at least {LOWEST_ORDER} and the orders of the two finest triplets agree "
+    f"within {AGREEMENT:.0%}, or the finest agrees within {AGREEMENT:.0%} with the order declared for this "
+    "quantity. Only then is the GCI the uncertainty (with p no higher than declared). Otherwise the "
+    f"uncertainty is {SAFETY} times the larger of the last two differences. It is never less than the noise: "
+    "the change of the finest value when that run is repeated with a tenth of solver.tolerance, and 10⁻¹³ of "
+    f"the value for rounding. Differences below {ABOVE_NOISE:g} times the noise tell no order.",
+    "Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for "
+    "places, to the larger of initial and final energy for energies, where these are larger), and the last "
+    f"difference is smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within "
+    "the noise. Converging at order p: the order is confirmed, the uncertainty still larger. Not converging: "
+    "the last difference is not smaller than the two before it (than the one before, of three levels), or the "
+    f"observed order is below {LOWEST_ORDER}. Not confirmed: the differences fall, but the levels do not "
+    "confirm an order. The finest level and the two before it must have the quantity; otherwise there is no "
+    "verdict, and the gap is named.",
+    "Not determined: the quantity has no limit as modes or elements are added, whatever the levels suggest. At "
+    "a given number of modes it may still converge in the step, the tolerance, the stiffness or the mesh that "
+    "the modes are computed on; such a verdict says in what, and holds for that number of modes alone. Values "
+    "are shown to the second digit of their uncertainty.",
 )
-
-
-@dataclass(frozen=True)
-class Triplet:
-    """What three successive levels say.
-
-    Attributes
-    ----------
-    order : float
-        Observed order p; NaN if the differences have different signs or one is zero.
-    limit : float
-        Richardson limit; NaN without a positive order.
-    index : float
-        Grid convergence index of the finest of the three, in the unit of the value; NaN without a positive order.
-    resolved : bool
-        Whether both differences are well above the noise.
-    """
-
-    order: float
-    limit: float
-    index: float
-    resolved: bool
 
 
 @dataclass(frozen=True)
@@ -111,9 +75,14 @@ class Analysis:
     ----------
     differences : tuple of float
         Value minus that of the level before; NaN for the first level and where one is missing; shape (levels,).
-    triplets : tuple of Triplet or None
-        Of each level with the two before it; shape (levels,).
-    pair_index : float
+    observed_orders : tuple of float
+        Of each level with the two before it; NaN without these, and where the differences have different signs or
+        one is zero; shape (levels,).
+    richardson_limits, grid_convergence_indices : tuple of float
+        At that order, the index in the unit of the value; NaN without a positive order; shape (levels,).
+    above_noise : tuple of bool
+        Whether the differences of a level and of the one before are well above the noise; shape (levels,).
+    two_level_index : float
         Grid convergence index of the last two levels alone (safety factor 3); NaN without two.
     noise : float
         Changes up to this mean nothing (unit of the value).
@@ -128,8 +97,11 @@ class Analysis:
     """
 
     differences: tuple[float, ...]
-    triplets: tuple[Triplet | None, ...]
-    pair_index: float
+    observed_orders: tuple[float, ...]
+    richardson_limits: tuple[float, ...]
+    grid_convergence_indices: tuple[float, ...]
+    above_noise: tuple[bool, ...]
+    two_level_index: float
     noise: float
     verdict: str
     order: float
@@ -254,93 +226,85 @@ def analyse(
     h, f = np.asarray(sizes, dtype=float), np.asarray(values, dtype=float)
     if h.shape != f.shape or h.ndim != 1 or not np.all(h > 0.0) or not np.all(np.diff(h) < 0.0):
         raise ValueError(f"sizes {sizes} should fall, one for each of {len(values)} values")
-    known = f[np.isfinite(f)]
-    magnitude = float(np.max(np.abs(known), initial=0.0))
-    floor = max(noise, ROUNDING * magnitude)
-    differences = (math.nan, *(float(d) for d in np.diff(f)))
-    triplets = tuple(_triplet(h, f, differences, i, floor) for i in range(h.size))
-    bound = tolerance * max(abs(float(f[-1])), scale) if np.isfinite(f[-1]) else 0.0
-    judged = _Judged(h, f, differences, triplets, floor, bound, declared)
+    floor = max(noise, ROUNDING * float(np.max(np.abs(f[np.isfinite(f)]), initial=0.0)))
+    d = np.concatenate([[math.nan], np.diff(f)])
+    count, known = h.size, np.isfinite(f)
+    orders, limits, indices = (np.full(count, math.nan) for _ in range(3))
+    above = np.zeros(count, dtype=bool)
+    for i in range(2, count):
+        if known[i - 2 : i + 1].all():
+            ratio = float(h[i - 1] / h[i])
+            orders[i] = p = observed_order(d[i - 1], d[i], float(h[i - 2] / h[i - 1]), ratio)
+            above[i] = min(abs(d[i - 1]), abs(d[i])) > ABOVE_NOISE * floor
+            if p > 0.0:
+                limits[i], indices[i] = (
+                    richardson_limit(f[i], d[i], ratio, p),
+                    grid_convergence_index(d[i], ratio, p),
+                )
+    pair = math.nan
+    if count > 1 and known[-2:].all():
+        pair = grid_convergence_index(d[-1], float(h[-2] / h[-1]), declared or 1.0, SAFETY_OF_TWO)
+    bound = tolerance * max(abs(float(f[-1])), scale) if known[-1] else 0.0
     draft = Analysis(
-        differences, triplets, _pair_index(h, differences, declared), floor, "", math.nan, math.nan, math.nan, ""
+        differences=tuple(d.tolist()),
+        observed_orders=tuple(orders.tolist()),
+        richardson_limits=tuple(limits.tolist()),
+        grid_convergence_indices=tuple(indices.tolist()),
+        above_noise=tuple(above.tolist()),
+        two_level_index=pair,
+        noise=floor,
+        verdict="",
+        order=math.nan,
+        limit=math.nan,
+        uncertainty=math.nan,
+        reason="",
     )
-    return _verdict(judged, draft)
+    return _verdict(draft, h, known, bound, declared)
 
 
-@dataclass(frozen=True)
-class _Judged:
-    sizes: np.ndarray
-    values: np.ndarray
-    differences: tuple[float, ...]
-    triplets: tuple[Triplet | None, ...]
-    floor: float
-    bound: float
-    declared: float | None
-
-
-def _triplet(h: np.ndarray, f: np.ndarray, differences: tuple[float, ...], i: int, floor: float) -> Triplet | None:
-    if i < 2 or not np.isfinite(f[i - 2 : i + 1]).all():
-        return None
-    coarse, fine = differences[i - 1], differences[i]
-    ratio = float(h[i - 1] / h[i])
-    order = observed_order(coarse, fine, float(h[i - 2] / h[i - 1]), ratio)
-    usable = order > 0.0
-    return Triplet(
-        order,
-        richardson_limit(float(f[i]), fine, ratio, order) if usable else math.nan,
-        grid_convergence_index(fine, ratio, order) if usable else math.nan,
-        min(abs(coarse), abs(fine)) > ABOVE_NOISE * floor,
-    )
-
-
-def _pair_index(h: np.ndarray, differences: tuple[float, ...], declared: float | None) -> float:
-    if h.size < 2 or math.isnan(differences[-1]):
-        return math.nan
-    return grid_convergence_index(differences[-1], float(h[-2] / h[-1]), declared or 1.0, SAFETY_OF_TWO)
-
-
-def _verdict(case: _Judged, draft: Analysis) -> Analysis:
-    if case.triplets[-1] is None:
-        return replace(draft, verdict=NO_VERDICT, reason=_gap(case))
-    if not math.isfinite(case.floor):
+def _verdict(a: Analysis, h: np.ndarray, known: np.ndarray, bound: float, declared: float | None) -> Analysis:
+    """Return the analysis with its verdict; `bound` is the tolerated uncertainty."""
+    if not known[-3:].all() or h.size < 3:
+        missing = "the finest level does not have it"
+        reason = "fewer than three successive levels up to the finest have it" if known[-1] else missing
+        return replace(a, verdict=NO_VERDICT, reason=reason)
+    if not math.isfinite(a.noise):
         reason = "a tighter tolerance of the scheme loses the quantity altogether"
-        return replace(draft, verdict=NOT_CONFIRMED, reason=reason)
-    before, now = abs(case.differences[-2]), abs(case.differences[-1])
-    level, verdict, reason = _observed(case)
+        return replace(a, verdict=NOT_CONFIRMED, reason=reason)
+    before, now = abs(a.differences[-2]), abs(a.differences[-1])
+    level, verdict, reason = _observed(a, declared)
     order, limit, uncertainty = math.nan, math.nan, SAFETY * max(before, now)
-    triplet = case.triplets[level] if verdict == CONVERGING else None
-    if triplet is not None:
-        order, limit = triplet.order, triplet.limit
-        ratio = float(case.sizes[-2] / case.sizes[-1])
-        used = min(order, case.declared or order)
+    if verdict == CONVERGING:
+        order, limit = a.observed_orders[level], a.richardson_limits[level]
         # below the noise a difference says nothing any more: its place is taken by the noise
-        uncertainty = grid_convergence_index(max(now, case.floor), ratio, used)
-    uncertainty = max(uncertainty, case.floor)
-    calm = now < before or max(before, now) <= max(NEGLIGIBLE * case.bound, ABOVE_NOISE * case.floor)
-    if uncertainty <= case.bound and calm:
+        last, ratio = max(now, a.noise), float(h[-2] / h[-1])
+        uncertainty = grid_convergence_index(last, ratio, min(order, declared or order))
+    uncertainty = max(uncertainty, a.noise)
+    calm = now < before or max(before, now) <= max(NEGLIGIBLE * bound, ABOVE_NOISE * a.noise)
+    if uncertainty <= bound and calm:
         reason = reason if verdict == CONVERGING else f"the last levels agree within the tolerance; {reason}"
         verdict = CONVERGED
-    return replace(draft, verdict=verdict, order=order, limit=limit, uncertainty=uncertainty, reason=reason)
+    return replace(a, verdict=verdict, order=order, limit=limit, uncertainty=uncertainty, reason=reason)
 
 
-def _observed(case: _Judged) -> tuple[int, str, str]:
+def _observed(a: Analysis, declared: float | None) -> tuple[int, str, str]:
     """Return the finest level above the noise, and what the differences up to it say: a verdict with its reason.
 
-    `CONVERGING` is a confirmed order, that of the triplet of that level.
+    `CONVERGING` is a confirmed order, that of this level.
     """
-    level, noise = len(case.triplets) - 1, ABOVE_NOISE * case.floor
-    at_floor = abs(case.differences[-1]) <= noise
-    while level > 1 and abs(case.differences[level]) <= noise:
+    d = [abs(difference) for difference in a.differences]
+    level, noise = len(d) - 1, ABOVE_NOISE * a.noise
+    at_floor = d[-1] <= noise
+    while level > 1 and d[level] <= noise:
         level -= 1
-    triplet = case.triplets[level] if level > 1 else None
     ending = ", until the noise is reached" if at_floor else ""
-    if triplet is None or not triplet.resolved:
+    if level < 2 or not a.above_noise[level]:
         if at_floor:
             return level, NOT_CONFIRMED, f"the last difference is zero or below {ABOVE_NOISE:g} times the noise"
         return level, NOT_CONVERGING, "differences within the noise are followed by a larger one"
-    order = triplet.order
+    order = a.observed_orders[level]
     # NaN where a level lacks the quantity, which compares false
-    larger = [abs(case.differences[level]) >= abs(case.differences[k]) for k in (level - 1, level - 2) if k > 0]
+    larger = [d[level] >= d[k] for k in (level - 1, level - 2) if k > 0]
     if math.isnan(order):
         if larger[0]:
             return level, NOT_CONVERGING, "the differences alternate in sign and do not shrink"
@@ -349,30 +313,16 @@ def _observed(case: _Judged) -> tuple[int, str, str]:
     if order < LOWEST_ORDER:
         fall = "the differences grow" if order <= 0.0 else "the differences hardly fall"
         return level, NOT_CONVERGING, f"{fall}: observed order {order:.2f}"
-    earlier = case.triplets[level - 1] if level > 2 else None
-    if earlier and not (earlier.resolved and math.isfinite(earlier.order)):
-        earlier = None
-    if earlier and abs(order - earlier.order) <= AGREEMENT * max(order, earlier.order):
-        return level, CONVERGING, f"the last two observed orders agree: {earlier.order:.2f}, {order:.2f}{ending}"
-    if case.declared and abs(order - case.declared) <= AGREEMENT * case.declared:
-        return level, CONVERGING, f"observed order {order:.2f}, declared {case.declared:g}{ending}"
+    earlier = a.observed_orders[level - 1] if level > 2 and a.above_noise[level - 1] else math.nan
+    if abs(order - earlier) <= AGREEMENT * max(order, earlier):
+        return level, CONVERGING, f"the last two observed orders agree: {earlier:.2f}, {order:.2f}{ending}"
+    if declared and abs(order - declared) <= AGREEMENT * declared:
+        return level, CONVERGING, f"observed order {order:.2f}, declared {declared:g}{ending}"
     if any(larger):
         return level, NOT_CONVERGING, "the last difference is not smaller than those before it"
-    if earlier:
-        return (
-            level,
-            NOT_CONFIRMED,
-            f"the last two observed orders differ: {earlier.order:.2f}, {order:.2f}{ending}",
-        )
-    declared = f" and {case.declared:g} is declared" if case.declared else ""
-    return (
-        level,
-        NOT_CONFIRMED,
-        (f"there is one observed order, {order:.2f}{declared}; another level has to confirm it{ending}"),
-    )
-
-
-def _gap(case: _Judged) -> str:
-    if not np.isfinite(case.values[-1]):
-        return "the finest level does not have it"
-    return "fewer than three successive levels up to the finest have it"
+    if math.isfinite(earlier):
+        reason = f"the last two observed orders differ: {earlier:.2f}, {order:.2f}{ending}"
+        return level, NOT_CONFIRMED, reason
+    also = f" and {declared:g} is declared" if declared else ""
+    reason = f"there is one observed order, {order:.2f}{also}; another level has to confirm it{ending}"
+    return level, NOT_CONFIRMED, reason

@@ -1,0 +1,183 @@
+"""One function over many items: on processes of this machine, or on a Dask cluster, both through joblib."""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError
+from contextlib import contextmanager
+from typing import Any, NamedTuple, TypeVar
+
+from joblib import Parallel, delayed, parallel_config
+
+from oblique_impact.errors import InputError
+from oblique_impact.history.provenance import NUMERIC_PACKAGES, package_version, source_digest
+from oblique_impact.machine import collect_rarely, cores
+from oblique_impact.progress import OnProgress, Progress, silent
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+#: packages whose source decides about results
+SOURCE = (*NUMERIC_PACKAGES, "oblique_impact.validation")
+#: items handed out for each process
+_AHEAD = 2
+_ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([^\s:/\[\]]+|\[[0-9a-fA-F:]+\]):\d{1,5}")
+#: s to wait for a scheduler, and for its first worker
+_PATIENCE = 10.0
+
+
+class Crash(NamedTuple):
+    """Stands for the result of an item that took its process down."""
+
+    reason: str
+
+
+def compute_each(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> Iterator[tuple[int, Result | Crash]]:
+    """Yield the index and the result of each item as it is finished.
+
+    Parameters
+    ----------
+    function : callable
+        A function of a module (it is sent by name); an exception of it is raised here.
+    items : sequence
+        Sent in this order: put the longest first.
+    workers : int, optional
+        Processes of this machine; default: the cores.  With one everything runs in this process.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+
+    Raises
+    ------
+    InputError
+        In one line if the cluster cannot be used, or is lost.
+    """
+    left = dict(enumerate(items))
+    if scheduler is not None:
+        with _cluster(scheduler) as (client, killed):
+            try:
+                with parallel_config("dask", client=client):
+                    yield from _collect(function, left, _AHEAD * sum(client.ncores().values()), killed)
+            except (OSError, TimeoutError, CancelledError):
+                lost = "the connection is lost; what is done is kept: the same command goes on"
+                raise _fault(scheduler, lost) from None
+        return
+    count = max(1, min(workers or cores(), len(left)))
+    # one thread each; a Ctrl-C in a terminal reaches every process, and it is for this one to decide
+    with parallel_config("loky", n_jobs=count, inner_max_num_threads=1, initializer=_begin):
+        yield from _collect(function, left, _AHEAD * count, BrokenExecutor)
+
+
+def map_parallel(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    workers: int | None = None,
+    on_progress: OnProgress = silent,
+    names: Sequence[str] = (),
+) -> list[Result]:
+    """Return ``[function(item) for item in items]``; `names` of the items are for those who watch.
+
+    Raises InputError if an item takes its process down.
+    """
+    names, results = names or [str(item) for item in items], dict[int, Result]()
+    on_progress(Progress(0, len(items)))
+    for index, result in compute_each(function, items, workers):
+        if isinstance(result, Crash):
+            raise InputError(f"{names[index]}: {result.reason}")
+        results[index] = result
+        on_progress(Progress(len(results), len(items), names[index]))
+    return [results[index] for index in range(len(items))]
+
+
+def check_limits(scheduler: str | None, workers: int | None, timeout: float | None) -> None:
+    """Raise InputError, in one line, for what is no address of a scheduler, no time, or too much of both."""
+    if scheduler is not None and workers is not None:
+        raise InputError(f"--workers {workers} together with --scheduler: a cluster has its own workers; give one")
+    if scheduler is not None and not _ADDRESS.fullmatch(scheduler):
+        raise InputError(
+            f"--scheduler {scheduler}: should be the address of a Dask scheduler, like tcp://host:8786"
+        )
+    if timeout is not None and not timeout > 0.0:
+        raise InputError(f"--timeout {timeout}: should be a time in s, greater than 0")
+
+
+def running_source() -> str:
+    """Return version and digest of what computes the results, where it runs."""
+    return f"{package_version()} (source {source_digest(SOURCE)})"
+
+
+def _collect(
+    function: Callable[[Item], Result], left: dict[int, Item], ahead: int, killed: type[Exception]
+) -> Iterator[tuple[int, Result | Crash]]:
+    """Run what is left; joblib does not say whose process died, so that what it had handed out runs one by one."""
+    while left:
+        try:
+            for index, result in _run(function, left, ahead):
+                del left[index]
+                yield index, result
+        except killed:
+            for index in list(left)[: 2 * ahead]:
+                try:
+                    ((_, found),) = _run(function, {index: left.pop(index)}, 1)
+                except killed as error:
+                    codes = re.search(r"\{(.+)\}", str(error))
+                    yield index, Crash(f"its process ended: {codes[1] if codes else 'killed'}")
+                else:
+                    yield index, found
+
+
+def _run(
+    function: Callable[[Item], Result], items: Mapping[int, Item], ahead: int
+) -> Iterator[tuple[int, Result]]:
+    parallel = Parallel(batch_size=1, pre_dispatch=ahead, return_as="generator_unordered", max_nbytes=None)
+    found: Iterator[tuple[int, Result]] = parallel(
+        delayed(_numbered)(function, n, item) for n, item in list(items.items())
+    )
+    return found
+
+
+def _numbered(function: Callable[[Item], Result], index: int, item: Item) -> tuple[int, Result]:
+    return index, function(item)
+
+
+def _begin() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    collect_rarely()
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[tuple[Any, type[Exception]]]:
+    """Yield a client of a scheduler whose workers have this source, and the error that names a killed worker."""
+    try:
+        from distributed import Client, KilledWorker
+    except ImportError:
+        raise InputError(
+            f"--scheduler {address}: needs Dask, which is not installed: pip install 'oblique-impact[cluster]'"
+        ) from None
+    try:
+        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise _fault(address, f"cannot be reached: {error}") from None
+    try:
+        ours = running_source()
+        client.wait_for_workers(1, timeout=_PATIENCE)
+        for worker, theirs in client.run(running_source).items():
+            if theirs != ours:
+                raise _fault(address, f"worker {worker} needs oblique-impact {ours}; it has {theirs}")
+    except (OSError, TimeoutError, ImportError, AttributeError) as error:
+        client.close(timeout=1.0)
+        raise _fault(address, f"its workers cannot be used: {type(error).__name__}: {error}") from None
+    try:
+        yield client, KilledWorker
+    finally:
+        client.close(timeout=1.0)
+
+
+def _fault(address: str, what: str) -> InputError:
+    return InputError(f"--scheduler {address}: {' '.join(what.split())[:300]}")
