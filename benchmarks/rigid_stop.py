@@ -15,8 +15,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact import Outcome, Scenario, simulate
 from oblique_impact.renders.style import PAGE, figure_style
-from oblique_impact.validation.refinement.growth import Case
-from oblique_impact.validation.refinement.predictability import predictability
+from oblique_impact.validation.studies.predictability import Case, predictability
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE = DOCS / "rigid-stop.json"
@@ -107,8 +106,7 @@ def ensemble(scenario: Scenario) -> list[list[float]]:
     """Return offsets of the angle (rad), starts of the second collision (s), impulses (N s), contacts."""
     case = predictability([Case("", scenario)], shadows=6, perturbations=PERTURBATIONS).cases[0]
     names = ("start:2", "collision_impulse:1", "collision_contacts:1")
-    values = [[row["values"].get(name, float("nan")) for row in case.rows] for name in names]
-    return [[0.0, *case.offsets.tolist()], *values]
+    return [case.frame[name].tolist() for name in ("offset", *names)]
 
 
 def draw_ensembles(data: dict[str, Any]) -> None:

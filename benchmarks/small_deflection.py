@@ -18,15 +18,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.small_deflection import NOTICEABLE, contact_force_error, deflection_error
 from oblique_impact.renders.style import figure_style
-from oblique_impact.validation.parallel import map_parallel
-from oblique_impact.validation.small_deflection.command import small_deflection
-from oblique_impact.validation.small_deflection.errors import Case, Point, error_of, exact, motion_of
-from oblique_impact.validation.small_deflection.report import SIZE, draw_map
+from oblique_impact.validation.studies.parallel import map_parallel
+from oblique_impact.validation.studies.small_deflection import (
+    SIZE,
+    Case,
+    draw_map,
+    error_of,
+    exact,
+    motion_of,
+    small_deflection,
+)
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE, RANDOM = DOCS / "small-deflection.json", DOCS / "small-deflection-random.json"
@@ -100,7 +107,7 @@ def compute_random(cases: int, seed: int) -> None:
     """Run random cases, write their rows, print how often the warning is right."""
     rng = np.random.default_rng(seed)
     drawn = [random_case(rng) for _ in range(cases)]
-    found = map_parallel(rows_of, drawn, None, lambda k, rows: print(k, len(rows), flush=True))
+    found = map_parallel(rows_of, drawn, None, lambda progress: print(progress.done, flush=True))
     rows = [row for of_case in found for row in of_case]
     RANDOM.write_text(json.dumps(rows, indent=1) + "\n")
     clear = [row for row in rows if not by_modes(row)]
@@ -116,10 +123,7 @@ def compute_random(cases: int, seed: int) -> None:
 def compute_map() -> None:
     """Compute the map."""
     result = small_deflection(on_progress=lambda progress: print(progress.done, progress.last, flush=True))
-    rows = [asdict(point) for point in result.points]
-    # NaN is no JSON: a model without a result has none here
-    rows = [row | {"error": row["error"] if row["outcome"] == "completed" else None} for row in rows]
-    STORE.write_text(json.dumps(rows, indent=1) + "\n")
+    result.points.to_json(STORE, orient="records", indent=1, double_precision=15)
 
 
 def main() -> None:
@@ -134,8 +138,7 @@ def main() -> None:
         return
     if not STORE.exists():
         compute_map()
-    rows = json.loads(STORE.read_text())
-    points = [Point(**(row | {"error": float("nan") if row["error"] is None else row["error"]})) for row in rows]
+    points = pd.read_json(STORE, orient="records", dtype=False)
     with figure_style():
         figure = Figure(figsize=SIZE, layout="constrained")
         draw_map(figure, points)

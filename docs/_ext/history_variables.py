@@ -9,7 +9,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.validation.quantities import named_quantities
+from oblique_impact.validation.studies.quantities import named_quantities
 
 
 class HistoryVariables(SphinxDirective):

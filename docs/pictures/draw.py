@@ -27,9 +27,8 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
     "nodal": contacts.nodal,
     "refinement": studies.refinement,
     "results": studies.results,
-    "player": mechanics.player,
 }
-SCENES: dict[str, Callable[[str], Image.Image]] = {
+SCENES: dict[str, Callable[[], Image.Image]] = {
     "film": scenes.film,
     "scenario": scenes.scenario,
     "paraview": scenes.paraview,
@@ -42,7 +41,7 @@ def draw(name: str, folder: Path = FOLDER) -> Path:
     if name in DRAWINGS:
         return save(DRAWINGS[name](), name, folder)
     file = folder / f"{name}.png"
-    SCENES[name]("light").save(file, optimize=True)
+    SCENES[name]().save(file, optimize=True)
     return file
 
 

@@ -18,7 +18,6 @@ from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
-from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
@@ -122,22 +121,30 @@ class Run:
         self._started = perf_counter()
         record = self.record
         try:
-            with hold_interrupts() as let_come:
-                if self.problem.contact:
-                    self._begin()
-                self._initial_inertia = self._inertia()
-                self._enter(None)
-                stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
-                for stop in [*sorted(stops), self.problem.end_time]:
-                    self._march_to(stop, let_come)
+            if self.problem.contact:
+                self._begin()
+            self._initial_inertia = self._inertia()
+            self._enter(None)
+            stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
+            for stop in [*sorted(stops), self.problem.end_time]:
+                self._march_to(stop)
         except PhysicsStop as stopped:
             record.outcome, record.message = stopped.outcome, stopped.message
         except KeyboardInterrupt:
             record.outcome = Outcome.INTERRUPTED
-        self._sample(self._phase)
+        if record.outcome is Outcome.INTERRUPTED and record.segments:
+            self._return_to_last_sample()
+        else:
+            self._sample(self._phase)
         record.stored = self._stored()
         self._close_contact()
         return record
+
+    def _return_to_last_sample(self) -> None:
+        """Go back to the last sample: an interrupt may have come between a leg and its bookkeeping."""
+        last = self.record.segments[-1]
+        self._front = self._front._replace(t=float(last.times[-1]))
+        self._y[: last.states.shape[1]] = last.states[-1]
 
     def _stored(self) -> float:
         """Energy (J) that an elastic stop, and what gives way with it, holds at the front."""
@@ -154,13 +161,16 @@ class Run:
             self._sample(self._phase)
         self._apply(self._phase, transition, probe)
 
-    def _march_to(self, stop: float, let_come: Callable[[], None]) -> None:
+    def _march_to(self, stop: float) -> None:
         problem, size = self.problem, self.problem.q0.size
         while True:
-            let_come()
             counted = problem.scheme.steps_per_leg(size)
             leg = Leg(float(stop), float(problem.output_interval), counted or self._pace.steps)
-            progress = self._march(leg)
+            started = perf_counter()
+            progress = problem.scheme.march(
+                problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
+            )
+            self._pace.learn(progress.steps, perf_counter() - started)
             self._front = progress.front
             self._keep(progress)
             if self._report is not None:
@@ -173,19 +183,6 @@ class Run:
             elif progress.reason < 0:
                 raise PhysicsStop(self._cause(_FAILURES[progress.reason]))
             self._foresee_steps()
-
-    def _march(self, leg: Leg) -> Progress:
-        """March a leg; an interrupt that does come within it takes the state back to where it began."""
-        problem, before, started = self.problem, self._y.copy(), perf_counter()
-        try:
-            progress = problem.scheme.march(
-                problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
-            )
-            self._pace.learn(progress.steps, perf_counter() - started)
-        except KeyboardInterrupt:
-            self._y[:] = before
-            raise
-        return progress
 
     def _cause(self, failure: Outcome) -> Outcome:
         """Name why a march failed: a singular problem shows as a step that shrinks or a motion that grows."""

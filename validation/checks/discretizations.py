@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from oblique_impact.history.history import History
 from oblique_impact.validation.checks.plots import mesh_convergence_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of, within
-from oblique_impact.validation.curves import hausdorff_distance
-from oblique_impact.validation.event_pairs import largest_difference, pair_events
+from oblique_impact.validation.event_pairs import hausdorff_distance, largest_difference, pair_events
 from oblique_impact.validation.runs import NEAR, column, contact_times, run
 
 check = checks_of("discretizations", "Assumed modes against finite elements")
