@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oblique_impact.validation.comparison import Comparison, compare
-    from oblique_impact.validation.reproduction.command import Reproduction, reproduce
+    from oblique_impact.validation.paper.command import Reproduction, reproduce
     from oblique_impact.validation.studies.design import (
         AxisSection,
         HypercubeSection,
@@ -61,7 +61,7 @@ _MODULES = (
     "studies.refinement",
     "studies.small_deflection",
     "studies.sweep",
-    "reproduction.command",
+    "paper.command",
 )
 
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.command_line.words import (
+from oblique_impact.command_line.console import (
     JsonOption,
     ScenarioArgument,
     SetOption,
@@ -17,6 +16,7 @@ from oblique_impact.command_line.words import (
     print_note,
     print_result,
 )
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
@@ -192,14 +192,14 @@ def reproduce(
     as_json: JsonOption = False,
 ) -> None:
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
+    from oblique_impact.validation.paper.command import SECONDS, lines
+    from oblique_impact.validation.paper.command import reproduce as compute
     from oblique_impact.validation.report.provenance import command_line
-    from oblique_impact.validation.reproduction.command import SECONDS, lines
-    from oblique_impact.validation.reproduction.command import reproduce as compute
 
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
         result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
-    print_result(lines(result), lambda: _written(out), as_json)
+    print_result(lines(result, out), lambda: _written(out), as_json)
 
 
 def sweep(

@@ -32,7 +32,6 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
     "cluster": studies.cluster,
     "library": studies.library,
     "own-parts": studies.own_parts,
-    "player": mechanics.player,
 }
 #: pictures in pixels
 SCENES: dict[str, Callable[[], Image.Image]] = {

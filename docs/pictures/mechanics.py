@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import Normal, Stroke
 
 from oblique_impact import History, Scenario, natural_frequencies, simulate
 from oblique_impact.beam.operators import build_operators
@@ -211,21 +210,3 @@ def _draw_point(axes: Axes) -> None:
     frame(axes, 0.19 * tangent + 0.012 * normal, seen.alpha, 0.07, (r"$\tau$", "$n$"))
     axes.set(xlim=(-0.21, 0.32), ylim=(-0.11, 0.3))
     plain(axes)
-
-
-def player() -> Figure:
-    """What is seen before the player has come: the beam as it starts, above its slope; the site lets it fall."""
-    history = simulate(Scenario.builtin("paper", ["end_time=0.01"]))
-    slope = Scenario.from_toml(history.scenario_toml).slope
-    tangent = np.array([np.cos(slope.angle), np.sin(slope.angle)])
-    with figure_style():
-        figure = Figure(figsize=(12.8, 7.2))
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        draw_slope(axes, np.array(slope.origin), tangent, (0.45, 0.85), 0.1)
-        outlined = [Stroke(linewidth=10.5, foreground=LIGHT.ink), Normal()]
-        beam = {"gid": "beam", "clip_on": False, "color": LIGHT.background, "path_effects": outlined}
-        axes.plot(*history.beam_at(0.0).T, lw=8.5, solid_capstyle="round", **beam)
-        draw_pin(axes, 0.05)
-        axes.set(xlim=(-0.454, 1.477), ylim=(-0.343, 0.743))  # about where the page has them
-        plain(axes)
-    return figure

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from oblique_impact import Scenario, simulate
 from oblique_impact.contact.friction import Coulomb, ModifiedCoulomb
 from oblique_impact.contact.state import State
+from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
 from oblique_impact.validation import refine, sweep, validate
 
@@ -145,12 +146,12 @@ def own_parts() -> Figure:
     laws = {
         "Coulomb": Coulomb(0.3, 0.3),
         "modified Coulomb": ModifiedCoulomb(0.3),
-        "viscous-coulomb, 5 s/m": names["ViscousCoulomb"](viscous=5.0),
+        "viscous Coulomb, 5 s/m": names["ViscousCoulomb"](viscous=5.0),
     }
-    base = Scenario.builtin("paper", ["end_time=0.3206", "solver.output_interval=1e-6"])
+    base = Scenario.builtin("paper", ["contact.normal=spring", "end_time=0.3206", "solver.output_interval=1e-6"])
     stops = {
-        "spring, 1e6 N/m": base.replace(contact__normal="spring", contact__damping=0.3),
-        "hertz, 1e8 N/m$^{1.5}$": base.replace(contact__normal="hertz", parameters__normal={"damping": 0.3}),
+        "spring, 1e6 N/m": ElasticStop(1e6, 0.3),
+        "Hertz, 1e8 N/m$^{1.5}$": names["Hertz"](damping=0.3),
     }
     with figure_style():
         figure = new_figure(2.9)
@@ -166,8 +167,8 @@ def own_parts() -> Figure:
             xlabel=r"slip rate $\dot{Z}_\tau$ (m/s)", ylabel=r"$\lambda_\tau / \lambda_n$ (1)", ylim=(-0.5, 0.85)
         )
         left.legend(loc="upper right")
-        for (name, scenario), colour in zip(stops.items(), SERIES, strict=False):
-            history = simulate(scenario)
+        for (name, stop), colour in zip(stops.items(), SERIES, strict=False):
+            history = simulate(base, contact_law=stop)
             normal = history["lambda_n"].values
             pressed = normal > 1e-6
             right.plot(-1e3 * history["gap"].values[pressed], normal[pressed], color=colour, label=name)

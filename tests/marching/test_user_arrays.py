@@ -9,7 +9,6 @@ from oblique_impact import InputError, MechanicalSystem, Scenario, modal, simula
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.kernels.system import ContactRows
-from oblique_impact.scenario.user_defined import register
 from tests.systems import RungeKutta
 
 SHORT = {"end_time": 0.33, "solver__free_step": 5e-4, "solver__contact_step": 1e-4}
@@ -37,8 +36,8 @@ def integrator(returned=np.asarray, asked=np.asarray):
 
 
 def run_with(make):
-    register("integrators", "test-arrays")(make)
-    return simulate(Scenario.builtin("paper").replace(solver__scheme="test-arrays", **SHORT))
+    scenario = Scenario.builtin("paper").replace(**SHORT)
+    return simulate(scenario, scheme=make(scenario.solver))
 
 
 @pytest.mark.parametrize("view", [column, backwards, lambda y: np.asarray(y, dtype=np.longdouble), list])
@@ -159,16 +158,11 @@ def test_operators_of_a_discretization_may_be_in_any_order_and_type(kinetics):
 
     def result(change):
         class Discretization:
-            spectrum = staticmethod(modal.spectrum)
+            def build_operators(self, scenario):
+                return changed(modal.build_operators(scenario), change)
 
-            @staticmethod
-            def build_operators(scenario):
-                as_modal = scenario.replace(discretization__method="modal")
-                return changed(modal.build_operators(as_modal), change)
-
-        register("discretizations", "test-arrays")(Discretization)
-        changes = {"discretization__method": "test-arrays", "discretization__kinetics": kinetics}
-        return simulate(Scenario.builtin("paper").replace(end_time=0.33, **changes))["q"]
+        scenario = Scenario.builtin("paper").replace(end_time=0.33, discretization__kinetics=kinetics)
+        return simulate(scenario, discretization=Discretization())["q"]
 
     plain = result(np.array)
     np.testing.assert_array_equal(result(np.asfortranarray), plain)

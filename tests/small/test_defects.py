@@ -24,7 +24,6 @@ from oblique_impact.kernels.compiling import compilations
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.location import cubic_dip
-from oblique_impact.scenario.user_defined import register
 from oblique_impact.validation.reference_values import VALUES
 from oblique_impact.validation.small_systems import Particle, PinnedBar
 from tests.small.systems import (
@@ -457,16 +456,6 @@ class Even(FrictionLaw):
         return Branch(-one, zero, zero, inf) if sign > 0 else Branch(one, zero, -inf, zero)
 
 
-@register("friction_laws", "test-integers")
-def _with_integers():
-    return Even(int)
-
-
-@register("friction_laws", "test-floats")
-def _with_floats():
-    return Even(float)
-
-
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_friction_law_in_integers_is_the_law_in_floats(scheme):
     """x'' = -g: a block at 1 m/s stops, whatever the type of the numbers of its law."""
@@ -488,12 +477,12 @@ CLOSE = {"initial__angle": 0.2214, "initial__angular_velocity": -3.786, "solver_
 def test_a_friction_law_in_integers_compiles_no_kernel_anew(scheme):
     """A beam in contact: the same motion as with floats, and no machine code for the other type of numbers."""
     scenario = Scenario.builtin("paper").replace(end_time=2e-3, solver__scheme=scheme, **CLOSE)
-    floats = simulate(scenario.replace(contact__friction="test-floats"))
+    floats = simulate(scenario, friction=Even(float))
     assert floats.events
     compiled: list[str] = []
     before = specializations()
     with compilations(compiled.append):
-        integers = simulate(scenario.replace(contact__friction="test-integers"))
+        integers = simulate(scenario, friction=Even(int))
     assert compiled == []
     assert specializations() == before  # nor taken from a cache on disk
     for name in ("time", "q", "qd"):
@@ -581,9 +570,7 @@ from oblique_impact.kernels import rows as row
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact import Scenario
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.scenario.user_defined import register
 
-@register("base_motions", "test-swing")
 @dataclass(frozen=True)
 class Swing(BaseMotion):
     amplitude: float = 0.1
@@ -597,9 +584,9 @@ class Swing(BaseMotion):
 
 def model_of():
     scenario = Scenario.builtin("paper").replace(
-        root__kind="driven", root__profile="test-swing", contact__enabled=False
+        root__kind="driven", contact__enabled=False
     )
-    return Beam(scenario, build_operators(scenario)).model
+    return Beam(scenario, build_operators(scenario), Swing()).model
 
 model = model_of()
 gc.collect()

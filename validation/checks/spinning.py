@@ -8,9 +8,8 @@ from itertools import product
 import numpy as np
 
 from oblique_impact.beam.beam import Beam
-from oblique_impact.beam.operators import SpinningBeam, build_operators
+from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
 from oblique_impact.kernels import rows as row
-from oblique_impact.scenario.user_defined import discretization
 from oblique_impact.validation.beams import EPS, unit_beam
 from oblique_impact.validation.checks.plots import campbell_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
