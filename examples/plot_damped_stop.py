@@ -2,8 +2,8 @@
 A rigid stop that converges
 ===========================
 
-With a little internal damping, 0.2 per cent of critical in the first mode, results on a rigid stop converge. A contact
-point without inertia needs few modes; plastic impacts converge to the same limit, more slowly.
+With a little internal damping, 0.2 per cent of critical in the first mode, results on a rigid stop converge. A
+contact point without inertia needs few modes; plastic impacts converge to the same limit, more slowly.
 """
 
 from matplotlib.figure import Figure

@@ -2,7 +2,8 @@
 A session of an hour
 ====================
 
-From a scenario to a film, step by step. Each step names the page with more on it. It is a notebook as well, ``examples/session.ipynb``; in a terminal the steps are
+From a scenario to a film, step by step. Each step names the page with more on it. It is a notebook as well,
+``examples/session.ipynb``; in a terminal the steps are
 ``oblique-impact scenarios``, ``init``, ``run``, ``render``, ``refine``, ``compare``.
 
 **Choose what to simulate.** The built-in cases:
@@ -41,7 +42,8 @@ strip = Scenario.load(str(work / "mine.toml")).replace(
 print(natural_frequencies(strip, count=4).to_dict()["flapwise_hz"][0], "Hz")
 
 # %%
-# **Run it.** A history prints a summary, holds labelled arrays (xarray), and tables of events and contacts (pandas).
+# **Run it.** A history prints a summary and holds labelled arrays (xarray) and tables of events and contacts
+# (pandas).
 
 history = simulate(strip)
 history.save(work / "modes")
