@@ -115,7 +115,8 @@ def step_table(turns: int) -> Table:
     costs = step_costs(turns)
     for elements in STEPS:
         problem = problem_of(*NODAL, f"discretization.elements={elements}")
-        memory = sum(array.nbytes for array in problem.system.new_workspace()) + problem.system.bands.nbytes
+        work, bands = problem.system.new_workspace(), problem.system.bands
+        memory = sum(array.nbytes for array in (*work[:-1], *work.vectors, bands))
         cells = (f"{1e6 * statistics.median(costs[elements, flight]):.2f}" for flight in (False, True))
         table.add_row(str(elements), *cells, f"{memory / 1e3:.0f}")
     table.caption = ", ".join(f"{name} {ratio:.2f}" for name, ratio in step_ratios(costs).items())
@@ -135,7 +136,7 @@ class RightHandSide:
         self._work = problem.system.new_workspace()
         start = np.concatenate([problem.q0, problem.qd0])
         probe = Probe(problem, problem.machine.free(), 0.0, start, self._work)
-        self._phase = problem.machine.closed(probe.instant)._replace(**probe.residual._asdict())
+        self._phase = problem.machine.closed(probe.instant)._replace(residual=probe.residual)
         self._dy = np.zeros(2 * self.size + QUADRATURES)
 
     def __call__(self, t: float, y: Any) -> Any:  # noqa: D102

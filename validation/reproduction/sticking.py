@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.forces import OK, holding_force
-from oblique_impact.contact.state import Instant, State, rigid_phase
+from oblique_impact.contact.state import Instant, Phase, State
 from oblique_impact.contact.transitions import Baumgarte, EventKind
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
@@ -89,7 +89,7 @@ class _Reader:
 
 def _forces(instant: Instant) -> tuple[float, float]:
     """Return the forces (N) that keep a rigid contact sticking, without stabilization; NaN if there are none."""
-    force = holding_force(rigid_phase(), instant, 0.0)
+    force = holding_force(Phase(), instant, 0.0)
     return force[1:] if force.status == OK else (float("nan"), float("nan"))
 
 
