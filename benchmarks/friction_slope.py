@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from pathlib import Path
 
-import numpy as np
-
-from oblique_impact.validation.measuring import measure_each
-from oblique_impact.validation.sweeps.plan import make_plan
+from oblique_impact.progress import Progress
+from oblique_impact.validation import sweep
+from oblique_impact.validation.studies.design import make_plan
 
 STORE = Path(__file__).parents[1] / "docs" / "friction-slope.json"
 COUNT, STEEPEST, ROUGHEST = 100, math.pi / 4, 1.0  # rad, 1
@@ -35,27 +33,21 @@ count = {COUNT}
 """
 
 
+def show(progress: Progress) -> None:
+    """Print how far it is."""
+    if progress.done % 500 == 0:
+        print(f"{progress.done} of {progress.total} runs", flush=True)
+
+
 def main() -> None:
-    """Run, and keep the numbers."""
-    plan, started = make_plan(SWEEP), time.perf_counter()
-    runs = plan.design.size
-    values = {quantity.name: np.full(runs, np.nan) for quantity in plan.quantities}
-    outcomes: dict[str, int] = {}
-    for count, done in enumerate(measure_each([plan.task(run) for run in range(runs)]), 1):
-        row = done.row
-        outcomes[row["outcome"]] = outcomes.get(row["outcome"], 0) + 1
-        for name, value in row["values"].items():
-            values[name][row["run"]] = value
-        if count % 500 == 0 or count == runs:
-            print(f"{count} runs, {time.perf_counter() - started:.0f} s", flush=True)
-            _keep(values, outcomes)
-    print(outcomes)
-
-
-def _keep(values: dict[str, np.ndarray], outcomes: dict[str, int]) -> None:
-    kept = {name: [float(f"{value:.{DIGITS}g}") for value in column] for name, column in values.items()}
+    """Run, and keep the numbers; what an interrupted run has computed lies in out/friction-slope."""
+    plan = make_plan(SWEEP)
+    result = sweep(plan, "out/friction-slope", on_progress=show)
+    names = [quantity.name for quantity in plan.quantities]
+    kept = {name: [float(f"{value:.{DIGITS}g}") for value in result.frame[name]] for name in names}
     head = {"slope.angle": [0.0, STEEPEST], "contact.mu_kinetic": [0.0, ROUGHEST], "count": COUNT}
-    STORE.write_text(json.dumps({**head, "outcomes": outcomes, **kept}) + "\n", encoding="utf-8")
+    STORE.write_text(json.dumps({**head, "outcomes": result.outcomes, **kept}) + "\n", encoding="utf-8")
+    print(result.outcomes)
 
 
 if __name__ == "__main__":

@@ -86,9 +86,9 @@ class Outcome(Enum):
 
 
 class PhysicsStop(Exception):  # noqa: N818  it is an outcome, not an error
-    """Raised inside the loop when the physics ends a run; carries the named outcome and what a person is told.
+    """Raised inside the loop when the physics ends a run; carries the named outcome and a message.
 
-    That is the outcome's own sentence if no `message` with the numbers of the run is given.
+    The message is the outcome's own sentence if none with the numbers of the run is given.
     """
 
     def __init__(self, outcome: Outcome, message: str = "") -> None:

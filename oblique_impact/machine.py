@@ -1,12 +1,12 @@
-"""What the machine has that this process may use."""
+"""Cores, threads and garbage collection of this process."""
 
 from __future__ import annotations
 
 import gc
 import os
 
-#: variables by which libraries of linear algebra are told how many threads to use: one is enough for matrices as
-#: small as here, more would only wait for each other
+#: environment variables that set the threads of linear algebra: for matrices as small as here more than one thread
+#: only wait for each other
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -16,9 +16,9 @@ def cores() -> int:
 
 
 def collect_rarely() -> None:
-    """Look for garbage in cycles a thousand times as rarely, for the process of a command or of a sweep.
+    """Collect cyclic garbage a thousand times as rarely, in the process of a command or of a study.
 
-    Libraries, kernels and figures make little of it, and to look took a tenth of the time.
+    Libraries, kernels and figures make little of it, and the search took a tenth of the time.
     """
     gc.freeze()
     gc.set_threshold(1_000_000)

@@ -1,4 +1,4 @@
-"""Progress of a long call, as `on_progress` is told it."""
+"""Progress of a call that does many things."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 
 class Progress(NamedTuple):
-    """What a call that does many things tells its `on_progress`: first 0 of the total, then each as it is done."""
+    """Argument of `on_progress`: called first with 0 of the total, then after each part."""
 
     done: int
     total: int
-    last: str = ""  # name of what was done last
+    last: str = ""  # name of the part that was done last
 
 
 OnProgress = Callable[[Progress], None]

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.determinacy import truncated, undetermined, without_limit
 from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
@@ -21,6 +23,7 @@ from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import beam_variables, gather, warnings_of
 from oblique_impact.history.summary import energy_warnings, summarize
+from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
 from oblique_impact.kernels.workspace import Array, own_numbers
@@ -29,14 +32,24 @@ from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.problem import beam_of, beam_problem, system_scales
+from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.scenario.user_defined import discretization
 
 ProgressCallback = Callable[[Status], None]
 
 
-def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) -> History:
+def simulate(
+    scenario: Scenario,
+    on_progress: ProgressCallback | None = None,
+    *,
+    section_forces: bool = True,
+    friction: FrictionLaw | None = None,
+    contact_law: ContactLaw | None = None,
+    impact_law: ImpactLaw | None = None,
+    base_motion: BaseMotion | None = None,
+    scheme: Scheme | None = None,
+    discretization: Discretization | None = None,
+) -> History:
     """Run a scenario and return its history, whatever the named outcome.
 
     Parameters
@@ -45,6 +58,13 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
         What to simulate.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
+    section_forces : bool
+        Whether the history has bending moment, shear force, axial force and bending stress along the beam.  They
+        take about 0.1 s for 10,000 samples, more than the marching of a short run: studies of many runs leave them
+        out unless they look at them.
+    friction, contact_law, impact_law, base_motion, scheme, discretization : optional
+        User-defined parts, each in the place of the built-in one that the scenario names; see
+        :class:`~oblique_impact.problem.Parts`.
 
     Returns
     -------
@@ -54,7 +74,7 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     Raises
     ------
     InputError
-        If this is no scenario, or a user-defined part of it hands over what it should not.
+        If this is no scenario, or a user-defined part does not fit it or hands over what it should not.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
@@ -65,43 +85,37 @@ def simulate(scenario: Scenario, on_progress: ProgressCallback | None = None) ->
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
     require_scenario(scenario, "simulate")
-    # a discretization may bring its own mechanics, and marches itself
-    own = getattr(discretization(scenario.discretization.method), "simulate", None)
-    if own is not None:
-        return _finished(own(scenario, on_progress))
-    beam = beam_of(scenario)
-    problem = beam_problem(beam)
-    record, wall = _march(problem, on_progress)
-    try:
-        return _finished(_beam_history(beam, record, wall))
-    except Interrupted:
-        raise
-    except KeyboardInterrupt:  # of a run that has ended already: what it left is not thrown away
-        raise Interrupted(_beam_history(beam, record, wall)) from None
+    parts = Parts(friction, contact_law, impact_law, base_motion, scheme, discretization)
+    parts.check(scenario)
+    if scenario.is_absolute:
+        from oblique_impact.fem_beam.exact import simulate as simulate_exact  # which is built on this package
+
+        history = simulate_exact(scenario, on_progress, motion=base_motion)
+    else:
+        beam = beam_of(scenario, parts)
+        record, wall = _march(beam_problem(beam, parts), on_progress)
+        history = _beam_history(beam, record, wall, section_forces)
+    if given := parts.given():
+        history.summary["provenance"]["user_defined"] = {name: repr(part) for name, part in given.items()}
+    return _finished(history)
 
 
-def _beam_history(beam: Beam, record: Record, wall: float) -> History:
-    """Return what a run of a beam left, with the results that follow from it."""
+def _beam_history(beam: Beam, record: Record, wall: float, section_forces: bool) -> History:
+    """Return the history of a beam's run, with all results that follow from its record."""
     scenario = beam.scenario
     samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
-    variables = beam_variables(beam, samples)
-    summary = summarize(record, samples, wall, macro_gap(scenario), scenario)
-
-    def judge() -> dict[str, Any]:
-        contacts = [collision["contacts"] for collision in summary["macro_collisions"]]
-        return {
-            "clearance": closest(variables, scenario.beam.length),
-            "without_limit": list(without_limit(scenario)),
-            "warnings": [
-                *doubts(scenario),
-                *warnings_of(beam, variables, summary["slope_ends"]),
-                *undetermined(beam, contacts),
-                *truncated(beam, variables),
-                *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
-            ],
-        }
-
-    return History.of_columns(variables, record.events, summary, scenario, record.contacts, judge)
+    variables = beam_variables(beam, samples, section_forces)
+    summary = summarize(record, samples, wall, macro_gap(scenario))
+    summary["clearance"] = closest(variables, scenario.beam.length)
+    summary["without_limit"] = list(without_limit(scenario))
+    summary["warnings"] = [
+        *doubts(scenario),
+        *warnings_of(beam, variables, summary["slope_ends"]),
+        *undetermined(beam, [collision["contacts"] for collision in summary["macro_collisions"]]),
+        *truncated(beam, variables),
+        *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
+    ]
+    return History(dataset(variables), record.events, summary, scenario, record.contacts)
 
 
 def simulate_system(
@@ -173,8 +187,7 @@ def simulate_system(
 
     samples = gather(record.segments, system.size, energies)
     summary = summarize(record, samples, wall, macro_gap)
-    history = History.of_columns(samples.variables(), record.events, summary, None, record.contacts)
-    return _finished(history)
+    return _finished(History(dataset(samples.variables()), record.events, summary, None, record.contacts))
 
 
 def _checked(system: Any, q0: Array, qd0: Array) -> Any:
@@ -203,7 +216,7 @@ def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Reco
 
 
 def _finished(history: History) -> History:
-    """Return a history; raises Interrupted with one that Ctrl-C has cut short, so that loops over runs end too."""
+    """Return a history; raises Interrupted if Ctrl-C has cut it short, so that a loop over runs ends too."""
     if history.outcome is Outcome.INTERRUPTED:
         raise Interrupted(history)
     return history

@@ -3,19 +3,37 @@
 `render`            a still, a strip, a film or an interactive page: a `Rendered`; `Style` says how it looks
 `show`              an interactive window on a run, in a notebook a view in the page
 `beam_mesh`         the beam at a time as a mesh of PyVista
-`export`            a time series for ParaView, PVD, VTKHDF or XDMF: an `Exported`
+`export`            a time series for ParaView, PVD or XDMF, or a table: an `Exported`
 `campbell_diagram`  frequencies of the spinning beam
 `overview_figure`   a run at a glance, one or several histories side by side
-
-What a call needs is imported when its name is first used.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from oblique_impact.public import on_first_use
+if TYPE_CHECKING:
+    from oblique_impact.renders.campbell import campbell_diagram
+    from oblique_impact.renders.command import Rendered, render
+    from oblique_impact.renders.exports.command import Exported, export
+    from oblique_impact.renders.meshes import beam_mesh
+    from oblique_impact.renders.overview import overview_figure
+    from oblique_impact.renders.style import Style
+    from oblique_impact.renders.viewer import show
 
+# PyVista takes a second to load: a command that draws nothing does not wait for it
+_MODULES = {
+    "Exported": "exports.command",
+    "Rendered": "command",
+    "Style": "style",
+    "beam_mesh": "meshes",
+    "campbell_diagram": "campbell",
+    "export": "exports.command",
+    "overview_figure": "overview",
+    "render": "command",
+    "show": "viewer",
+}
 __all__ = [
     "Exported",
     "Rendered",
@@ -28,24 +46,13 @@ __all__ = [
     "show",
 ]
 
-if TYPE_CHECKING:
-    from oblique_impact.renders.campbell import campbell_diagram
-    from oblique_impact.renders.command import Rendered, render
-    from oblique_impact.renders.exports.command import Exported, export
-    from oblique_impact.renders.meshes import beam_mesh
-    from oblique_impact.renders.overview import overview_figure
-    from oblique_impact.renders.style import Style
-    from oblique_impact.renders.viewer import show
 
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "campbell": "campbell_diagram",
-        "command": "Rendered render",
-        "exports.command": "Exported export",
-        "meshes": "beam_mesh",
-        "overview": "overview_figure",
-        "style": "Style",
-        "viewer": "show",
-    },
-)
+def __getattr__(name: str) -> Any:
+    """Import what is asked for when it is first used (PEP 562)."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

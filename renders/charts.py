@@ -1,8 +1,7 @@
 """Charts of force and energy that move with a film: past solid, future faint, a cursor between.
 
 Their time axis is that of the film, so that contacts, around which time is stretched, have a width; its
-labels are physical times.  What swings faster than pixels can show is drawn as a band.  Both versions are drawn
-once; a frame is cut together from them.
+labels are physical times.  What swings faster than pixels can show is drawn as a band.
 """
 
 from __future__ import annotations
@@ -10,25 +9,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
 
 from oblique_impact.renders.envelope import drawn
-from oblique_impact.renders.letters import Letters
+from oblique_impact.renders.layout import Box
+from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import Story
-from oblique_impact.renders.style import Dash, figure_style
+from oblique_impact.renders.style import Dash
 from oblique_impact.renders.timeline import Timeline, TimeMap
 
 Array = NDArray[np.float64]
 
-_DPI = 100
-_FAINT = 0.22
+_FAINT = 0.22  # strength of the future
+_DIGIT = 0.64  # width of a digit over the size of its font
 _LABEL, _AXIS = 9.5, 10.5  # points, where text has 10
 _BAND, _EDGE = 0.13, 0.45  # strength of a band and of its edges over that of its line
 _PLACES = 7  # decimals of a label at most
@@ -48,120 +46,105 @@ class Curve:
 
 
 class Chart:
-    """A chart as two pictures, one for the past and one for the future, of some size (pixels).
+    """A chart in a box (pixels) of a sheet, whose curves are faint until `brighten` is called.
 
-    Its horizontal axis is the film time of `timeline`, the vertical one has a `label` with its unit.  The `story`
-    has the colours; the contacts of its first run are shaded.  Large numbers have a prefix to their unit.
+    Its horizontal axis is the film time of `timeline`, the vertical one has a `label` with its unit.  The contacts
+    of the first run of the `story` are shaded.  Large numbers have a prefix to their unit.
     """
 
     def __init__(
-        self,
-        curves: Sequence[Curve],
-        label: str,
-        size: tuple[int, int],
-        timeline: Timeline,
-        story: Story,
-        letters: Letters,
+        self, sheet: Sheet, curves: Sequence[Curve], label: str, box: Box, timeline: Timeline, story: Story
     ) -> None:
-        self._theme, self._course, self._letters = story.style.colours, timeline.course, letters
+        self._sheet, self._course, self._box = sheet, timeline.course, box
         curves, label = in_short_numbers(curves, label, timeline.course)
-        self._spans = [(c.start, c.end) for c in story.histories[0].contacts]
-        self._past, self._box = self._draw(curves, label, size, 1.0)
-        self._future, _ = self._draw(curves, label, size, _FAINT)
-
-    def _draw(
-        self, curves: Sequence[Curve], label: str, size: tuple[int, int], strength: float
-    ) -> tuple[Image.Image, tuple[float, float, float, float]]:
-        """Return the picture and where its axes are: left, right, top, bottom (pixels)."""
+        small, large = sheet.pixels(_LABEL), sheet.pixels(_AXIS)
+        x0, x1 = box[0] + 4.3 * small + 1.6 * large, box[0] + box[2] - 2.8 * small
+        y0, y1 = box[1] + 2.0 * small, box[1] + box[3] - 1.65 * (small + large)
+        self._left, self._width = x0, x1 - x0
+        (width, height), self._lines = sheet.size, list[tuple[Any, float]]()
+        axes = sheet.figure.add_axes((x0 / width, 1.0 - y1 / height, (x1 - x0) / width, (y1 - y0) / height))
+        axes.set_xlim(0.0, self._width)
         first, last = self._course.times[[0, -1]]
-        with figure_style():
-            figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor=self._theme.background)
-            canvas = FigureCanvasAgg(figure)
-            axes = figure.add_axes(_frame(size, self._letters))
-            axes.set_facecolor(self._theme.background)
-            box = axes.get_window_extent()
-            axes.set_xlim(0.0, box.width)
-            for start, end in self._spans:
-                if end >= first and start <= last:
-                    ends = self._pixels(np.array([start, end]), box.width)
-                    axes.axvspan(*ends, color=self._theme.line, alpha=0.6, linewidth=0)
-            for curve in curves:
-                self._draw_curve(axes, curve, (box.width, box.height), strength)
-            self._dress(axes, curves, label)
-            cast(Any, canvas).draw()
-        picture = Image.fromarray(np.asarray(cast(Any, canvas).buffer_rgba())[..., :3].copy())
-        return picture, (box.x0, box.x1, size[1] - box.y1, size[1] - box.y0)
+        for contact in story.histories[0].contacts:
+            if contact.end >= first and contact.start <= last:
+                ends = self._pixels(np.array([contact.start, contact.end]))
+                axes.axvspan(*ends, color=sheet.theme.line, alpha=0.6, linewidth=0)
+        for curve in curves:
+            self._draw_curve(axes, curve, y1 - y0)
+        self._dress(axes, curves, label, y1 - y0)
+        self._cursor = sheet.rule((x0, y0), (x0, y1), color=sheet.theme.ink)
+        sheet.move(self._cursor)
 
-    def _pixels(self, time: Array, width: float) -> Array:
+    def _pixels(self, time: Array | float) -> Array:
         """Pixels from the left end of the axis at physical times (s)."""
-        return self._course.film_at(time) * width / self._course.duration
+        return self._course.film_at(time) * self._width / self._course.duration
 
-    def _draw_curve(self, axes: Any, curve: Curve, size: tuple[float, float], strength: float) -> None:
+    def _draw_curve(self, axes: Any, curve: Curve, height: float) -> None:
         inside = (curve.time >= self._course.times[0]) & (curve.time <= self._course.times[-1])
         values = curve.values[inside]
         if values.size == 0:
             return
-        shown = drawn(self._pixels(curve.time[inside], size[0]), values, float(np.ptp(values)) / size[1])
-        width = 1.4 * max(self._letters.scale, 0.7)
+        shown = drawn(self._pixels(curve.time[inside]), values, float(np.ptp(values)) / height)
+        width = 1.4 * self._sheet.thin
         for band in shown.bands:
-            axes.fill_between(
-                band.x, band.low, band.high, color=curve.colour, alpha=_BAND * strength, linewidth=0.0
-            )
+            area = axes.fill_between(band.x, band.low, band.high, color=curve.colour, linewidth=0.0)
+            self._lines.append((area, _BAND))
             # edges, so that bands over each other can be told apart
             for edge in (band.low, band.high):
-                axes.plot(band.x, edge, color=curve.colour, linewidth=0.5 * width, alpha=_EDGE * strength)
-        axes.plot(shown.x, shown.y, linestyle=curve.dash, color=curve.colour, linewidth=width, alpha=strength)
+                lines = axes.plot(band.x, edge, color=curve.colour, linewidth=0.5 * width)
+                self._lines += [(line, _EDGE) for line in lines]
+        lines = axes.plot(shown.x, shown.y, linestyle=curve.dash, color=curve.colour, linewidth=width)
+        self._lines += [(line, 1.0) for line in lines]
+        for artist, strength in self._lines:
+            artist.set_alpha(_FAINT * strength)
 
-    def _dress(self, axes: Any, curves: Sequence[Curve], label: str) -> None:
-        theme, letters = self._theme, self._letters
-        box = axes.get_window_extent()
-        small, large = (letters.size(n) * 72.0 / _DPI for n in (_LABEL, _AXIS))
-        ticks, labels = round_times(self._course, box.width, letters.font(_LABEL).getlength)
-        axes.set_xticks(self._pixels(ticks, box.width), labels)
-        lines = int(np.clip(box.height / (1.9 * letters.size(_LABEL)), 2, 7))
+    def _dress(self, axes: Any, curves: Sequence[Curve], label: str, height: float) -> None:
+        sheet, theme = self._sheet, self._sheet.theme
+        digit = _DIGIT * sheet.pixels(_LABEL)
+        ticks, labels = round_times(self._course, self._width, lambda text: digit * len(text))
+        axes.set_xticks(self._pixels(ticks), labels)
+        lines = int(np.clip(height / (1.9 * sheet.pixels(_LABEL)), 2, 7))
         axes.yaxis.set_major_locator(MaxNLocator(lines, steps=[1, 2, 2.5, 5, 10]))
-        axes.tick_params(colors=theme.dim, labelsize=small, length=3 * letters.scale)
+        axes.tick_params(colors=theme.dim, labelsize=sheet.points(_LABEL), length=4.0 * sheet.thin)
         for spine in axes.spines.values():
             spine.set_color(theme.dim)
-        axes.grid(color=theme.line)
-        axes.set_ylabel(letters.fitting([label], box.height * 1.2, _AXIS), color=theme.ink, fontsize=large)
-        axes.yaxis.set_label_coords((1.35 * letters.size(_AXIS) - box.x0) / box.width, 0.5)
-        stretched = ["time (s), stretched around contacts"] if np.ptp(self._course.rates) > 0.0 else []
-        below = letters.fitting([*stretched, "time (s)"], box.width, _AXIS)
-        axes.set_xlabel(below, color=theme.ink, fontsize=large)
-        self._add_legend(axes, [curve for curve in curves if curve.label])
+        left = self._left - self._box[0]
+        axes.set_ylabel(label, fontsize=sheet.points(_AXIS))
+        axes.yaxis.set_label_coords((1.35 * sheet.pixels(_AXIS) - left) / self._width, 0.5)
+        stretched = ", stretched around contacts" if np.ptp(self._course.rates) > 0.0 else ""
+        axes.set_xlabel(f"time (s){stretched}", fontsize=sheet.points(_AXIS))
+        named = [curve for curve in curves if curve.label]
+        if len(named) > 1:
+            axes.legend(
+                handles=[
+                    Line2D([], [], linestyle=c.dash, color=c.colour, lw=2.7 * sheet.thin, label=c.label)
+                    for c in named
+                ],
+                loc="lower left",
+                bbox_to_anchor=(0.0, 1.0),
+                ncols=len(named),
+                fontsize=sheet.points(_LABEL),
+                handlelength=1.2,
+                handletextpad=0.5,
+                columnspacing=0.9,
+                borderpad=0.1,
+                borderaxespad=0.2,
+            )
 
-    def _add_legend(self, axes: Any, curves: Sequence[Curve]) -> None:
-        """Names of several curves above the axes; to the left of them if there is no room otherwise."""
-        if len(curves) < 2:
-            return
-        size = self._letters.size(_LABEL)
-        # a line 1.2, gaps 0.5 and 0.9 times as long as letters are high
-        length = sum(self._letters.font(_LABEL).getlength(curve.label) + 2.6 * size for curve in curves)
-        box, whole = axes.get_window_extent(), axes.figure.bbox.width
-        start = min(0.0, (whole - box.x0 - length) / box.width)
-        axes.legend(
-            handles=[axes.plot([], [], linestyle=c.dash, color=c.colour, lw=2, label=c.label)[0] for c in curves],
-            loc="lower left",
-            bbox_to_anchor=(start, 1.0),
-            ncols=len(curves),
-            fontsize=size * 72.0 / _DPI,
-            labelcolor=self._theme.ink,
-            handlelength=1.2,
-            handletextpad=0.5,
-            columnspacing=0.9,
-            borderpad=0.1,
-            borderaxespad=0.2,
-        )
+    def brighten(self) -> None:
+        """Show the curves as they are in the past."""
+        for artist, strength in self._lines:
+            artist.set_alpha(strength)
 
-    def at(self, time: float) -> Image.Image:
-        """Return the picture with its cursor at a physical time (s)."""
-        left, right, top, bottom = self._box
-        x = left + float(self._pixels(np.array(time), right - left))
-        picture = self._future.copy()
-        picture.paste(self._past.crop((0, 0, round(x), picture.height)), (0, 0))
-        ImageDraw.Draw(picture).line([(round(x), top), (round(x), bottom)], fill=self._theme.ink, width=1)
-        return picture
+    def past(self, time: float) -> tuple[slice, slice]:
+        """Return rows and columns of the sheet with what is not later than a physical time (s)."""
+        left, top, _, height = self._box
+        return slice(top, top + height), slice(left, round(self._left + float(self._pixels(time))))
+
+    def cursor_to(self, time: float) -> None:
+        """Move the cursor to a physical time (s)."""
+        x = self._left + float(self._pixels(time))
+        self._cursor.set_xdata([x, x])
 
 
 def in_short_numbers(curves: Sequence[Curve], label: str, course: TimeMap) -> tuple[list[Curve], str]:
@@ -173,13 +156,6 @@ def in_short_numbers(curves: Sequence[Curve], label: str, course: TimeMap) -> tu
     if size == 1.0:
         return list(curves), label
     return [replace(curve, values=curve.values / size) for curve in curves], label.replace("(", f"({prefix}", 1)
-
-
-def _frame(size: tuple[int, int], letters: Letters) -> tuple[float, float, float, float]:
-    """Place of the axes in a chart, in parts of it: room for the labels."""
-    small, large = letters.size(_LABEL), letters.size(_AXIS)
-    left, bottom, right, top = 4.3 * small + 1.6 * large, 1.65 * (small + large), 2.8 * small, 2.0 * small
-    return left / size[0], bottom / size[1], 1.0 - (left + right) / size[0], 1.0 - (bottom + top) / size[1]
 
 
 def round_times(course: TimeMap, width: float, length: Callable[[str], float]) -> tuple[Array, list[str]]:

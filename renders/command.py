@@ -5,23 +5,21 @@ from __future__ import annotations
 import os
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from oblique_impact.command_line.bars import counting_bar
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.difference import magnify_difference as magnified
-from oblique_impact.renders.film import write_film, write_still, write_strip
 from oblique_impact.renders.outputs import CHARTS, FILM, PAGE, STILL, STRIP, check_options, kind_of
 from oblique_impact.renders.overview import overview_figure
-from oblique_impact.renders.presets import BARE, PRESETS
-from oblique_impact.renders.story import Story, story_of
+from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
 from oblique_impact.renders.timeline import FPS, SECONDS, Timeline, make_timeline
 from oblique_impact.renders.title import name_of
@@ -32,18 +30,7 @@ Source = History | str | os.PathLike[str]
 #: of one row of a strip
 STRIP_STYLE = Style(size=(1000, 250))
 #: what a notebook shows as it is, and how pages name it
-_PICTURES = {".png": "png", ".gif": "gif", ".webp": "webp", ".svg": "svg+xml"}
-#: what of a style belongs to which option
-_OF_STYLE = {
-    "size": "--size",
-    "quantity": "--colour",
-    "camera": "--camera",
-    "layout": "--layout",
-    "letters": "--letters",
-    "dpi": "--dpi",
-    "deformation": "--deformation",
-    **dict.fromkeys(BARE.keys() - {"title"}, "--bare"),
-}
+_PICTURES = {".png": "png", ".gif": "gif", ".svg": "svg+xml"}
 
 
 @dataclass(frozen=True)
@@ -75,7 +62,6 @@ def render(
     speed: float | None = None,
     contact_speed: float | None = None,
     seconds: float | None = None,
-    title_card: float | None = None,
     between: tuple[float, float] | None = None,
     frames: int | None = None,
     names: Sequence[str] = (),
@@ -89,13 +75,13 @@ def render(
     histories : History, path, or sequence of them
         One to three, of beams; a path is that of a run folder or the history.nc in it.
     out : path
-        The suffix decides: .png a still or a strip; .mp4, .gif or .webp a film; .svg or .pdf charts, as
+        The suffix decides: .png a still or a strip; .mp4 or .gif a film; .svg or .pdf charts, as
         :func:`~oblique_impact.renders.overview.overview` draws them; .html a page (of one history).
     style : Style, optional
         Size, theme, camera, colour, deformation factor, title, what is shown; default: 1280 x 720, a row of a
         strip 1000 x 250.  A page takes its theme, title, deformation factor and result in
         colour, charts their theme and title.
-        ``Style.of("talk")`` is that of a preset, which has settings of films too.
+        ``Style.of("talk")`` is that of a preset.
     times : sequence of float
         Physical times (s) of the rows of a strip (default: before, through and after the first macro-collision),
         or the one of a still (default: that of the largest contact force).
@@ -108,13 +94,11 @@ def render(
     speed, contact_speed : float, optional
         Physical over film time in flight and in contact; chosen if not given.
     seconds : float, optional
-        How long the film of the whole run lasts (s) after its title card, if neither speed is given; default 20.
-    title_card : float, optional
-        Seconds for which a film shows its title and parameters first; default 0.
+        How long the film of the whole run lasts (s), if neither speed is given; default 20.
     between : tuple of float, optional
         First and last physical time (s) of a film, which is that part of the film of the whole run.
     frames : int, optional
-        Exactly so many frames, those of the title card not counted.
+        Exactly so many frames.
     names : sequence of str
         What the histories are called; default: as their folders.
     magnify_difference : float, optional
@@ -130,8 +114,8 @@ def render(
     Raises
     ------
     InputError
-        In one line, for values out of range, an option that does not apply to what is drawn
-        (`renders.outputs.APPLIES`), histories without a beam, a file that cannot be written, or a system without
+        In one line, for values out of range, an argument that does not apply to what is
+        drawn, histories without a beam, a file that cannot be written, or a system without
         libEGL and libOSMesa.
 
     Examples
@@ -141,55 +125,38 @@ def render(
     >>> history = simulate(Scenario.builtin("paper"))
     >>> render(history, "impact.png", Style(size=(960, 540)), event=1).file  # doctest: +SKIP
     """
+    from oblique_impact.renders.film import write_film, write_still, write_strip  # they load PyVista and VTK
+
     file, kind = Path(out), kind_of(Path(out), strip)
-    default = _default_style(kind, style.preset if style else "")
-    if style and kind == STRIP and style.preset and style.size == PRESETS[style.preset].look["size"]:
-        style = replace(style, size=default.size)
-    options = {
-        "--time": list(times),
-        "--event": event,
-        "--strip": strip or None,
-        "--fps": fps,
-        "--speed": speed,
-        "--contact-speed": contact_speed,
-        "--seconds": seconds,
-        "--title-card": title_card,
-        "--between": between,
-        "--frames": frames,
-        "--name": list(names),
-        "--magnify-difference": magnify_difference,
-    }
-    check_options(file, kind, _given(options, style or default, default))
+    style = style or (STRIP_STYLE if kind == STRIP else Style())
+    options: dict[str, Any] = {"times": list(times), "event": event, "strip": strip, "fps": fps, "speed": speed}
+    options |= {"contact_speed": contact_speed, "seconds": seconds, "between": between, "frames": frames}
+    check_options(file, kind, options | {"magnify_difference": magnify_difference})
     if isinstance(histories, History | str | os.PathLike) or not isinstance(histories, Sequence):
         sources: list[Source] = [histories]
     else:
         sources = list(histories)
     called = list(names) or [_name(source, number, sources) for number, source in enumerate(sources, start=1)]
-    preset: dict[str, Any] = PRESETS[default.preset].film if default.preset else {}
-    given = {"fps": fps, "seconds": seconds, "title_card": title_card}
-    film = (
-        {"fps": FPS, "seconds": SECONDS, "title_card": 0.0}
-        | preset
-        | {name: v for name, v in given.items() if v is not None}
-    )
     # runs that blew up hold numbers of any size
     with np.errstate(over="ignore", invalid="ignore"):
         several = _checked(sources, called, kind, magnify_difference)
         story = story_of(
             several,
-            style or default,
+            style,
             called,
             speed,
             contact_speed,
-            seconds=film["seconds"] if kind == FILM else None,
+            seconds=(SECONDS if seconds is None else seconds) if kind == FILM else None,
             difference=magnify_difference or 1.0,
         )
+        timeline = None
         if kind == FILM:
-            timeline = make_timeline(story.time_map, film["fps"], between, frames, film["title_card"])
-            _film(story, timeline, file, on_progress)
-            return Rendered(file, story.factor, story.style.size, timeline)
-        if kind == PAGE:
-            if story.style.theme == "print":
+            if any(pixels % 2 for pixels in style.size):
+                raise InputError("--size {}x{}: films need even numbers".format(*style.size))
+            timeline = make_timeline(story.time_map, FPS if fps is None else fps, between, frames)
+            write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
+        elif kind == PAGE:
+            if style.theme == "print":
                 raise InputError("--theme print: of a page should be one of light, dark, auto")
             from oblique_impact.renders.player import write_player
 
@@ -197,34 +164,10 @@ def render(
         elif kind == STRIP:
             write_strip(story, times, file)
         elif kind == CHARTS:
-            overview_figure(dict(zip(called, several, strict=True)), file, story.style.colours, story.heading)
+            overview_figure(dict(zip(called, several, strict=True)), file, style.colours, story.heading)
         else:
             write_still(story, _instant(several[0], times, event), file)
-    return Rendered(file, story.factor, story.style.size)
-
-
-def _given(options: dict[str, Any], style: Style, default: Style) -> list[str]:
-    """Names of the options that are given, and of those by which a style differs from the default one."""
-    changed = [option for key, option in _OF_STYLE.items() if getattr(style, key) != getattr(default, key)]
-    if style.title is not None:
-        changed.append("--title" if style.title else "--bare")
-    if style.preset:
-        changed.append("--preset")
-    return [*(name for name, value in options.items() if value not in (None, [])), *changed]
-
-
-def _default_style(kind: str, preset: str) -> Style:
-    """Return the style of a kind of picture, that of a preset if it has a name."""
-    if not preset:
-        return STRIP_STYLE if kind == STRIP else Style()
-    style = Style.of(preset)
-    return replace(style, size=_row_of(style)) if kind == STRIP else style
-
-
-def _row_of(style: Style) -> tuple[int, int]:
-    """Return the size of a row of a strip as wide as the picture of a style."""
-    width, (wide, high) = style.size[0], STRIP_STYLE.size
-    return width, 2 * round(0.5 * width * high / wide)
+    return Rendered(file, story.factor, style.size, timeline)
 
 
 def _name(source: Source, number: int, sources: Sequence[Source]) -> str:
@@ -258,13 +201,6 @@ def _checked(sources: list[Source], called: list[str], kind: str, magnify: float
     return histories
 
 
-def _film(story: Story, timeline: Timeline, file: Path, on_progress: OnProgress) -> None:
-    if any(pixels % 2 for pixels in story.style.size):
-        raise InputError("--size {}x{}: films need even numbers".format(*story.style.size))
-    on_progress(Progress(0, timeline.card + timeline.times.size))
-    write_film(story, timeline, file, lambda done, of: on_progress(Progress(done, of)))
-
-
 def render_command(
     paths: Sequence[Path], out: Path, style: Style, **options: Any
 ) -> tuple[list[str], dict[str, Any]]:
@@ -279,13 +215,12 @@ def render_command(
     )
     data: dict[str, Any] = {"file": result.file, "factor": result.factor, "size": result.size}
     if (film := result.timeline) is not None:
+        count = film.times.size
         lines.append(
-            f"{film.card + film.times.size} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at "
+            f"{count} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at "
             f"{film.fps} per second; time runs at {film.rates.max():.3g} to {film.rates.min():.3g} of real time"
         )
-        if film.card:
-            lines[-1] += f"; {film.card / film.fps:.3g} s of them a title card"
-        data |= {"frames": film.card + film.times.size, "fps": film.fps, "duration": film.duration}
+        data |= {"frames": count, "fps": film.fps, "duration": film.duration}
     return [*lines, f"picture: {out}" if kind in (STILL, STRIP) else f"written: {out}"], data
 
 

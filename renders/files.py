@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from oblique_impact.files import cannot_write, write_whole
 from oblique_impact.history.history import History
-from oblique_impact.renders.metadata import comment, figure_metadata
+from oblique_impact.renders.metadata import comment
 
 
 class Drawing(Figure):
@@ -23,7 +23,8 @@ class Drawing(Figure):
         return picture.getvalue()
 
 
-_SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp")
+#: of a file of matplotlib, and the key of a comment in its metadata
+_COMMENT = {".png": "Comment", ".pdf": "Subject", ".svg": "Description"}
 
 
 def save_figure(figure: Figure, out: Path, default_name: str, histories: Iterable[History] = ()) -> Path:
@@ -32,8 +33,8 @@ def save_figure(figure: Figure, out: Path, default_name: str, histories: Iterabl
     Its metadata say what made it and the `histories` that it shows, with their warnings.  Raises InputError if it
     cannot be written.
     """
-    file = out if out.suffix.lower() in _SUFFIXES else out / default_name
-    metadata = figure_metadata(file, comment(histories))
+    file = out if out.suffix.lower() in _COMMENT else out / default_name
+    metadata = {_COMMENT[file.suffix.lower()]: comment(histories)}
     return save_whole(file, lambda part: figure.savefig(part, metadata=metadata))
 
 

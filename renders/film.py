@@ -2,40 +2,30 @@
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import chain, repeat
 from pathlib import Path
+from typing import Any
 
-import imageio_ffmpeg
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
-from oblique_impact.files import only_writer
 from oblique_impact.history.history import History
-from oblique_impact.renders.drawing import frames_of
 from oblique_impact.renders.files import save_whole
 from oblique_impact.renders.frame import Composer
-from oblique_impact.renders.metadata import add_comment, comment, save_picture
-from oblique_impact.renders.outputs import FILMS
+from oblique_impact.renders.metadata import comment
+from oblique_impact.renders.scene import Panel, Scene
+from oblique_impact.renders.sheet import LINE, SMALL, STATE, Sheet
 from oblique_impact.renders.story import Story
-from oblique_impact.renders.style import SLIDE, Style
+from oblique_impact.renders.style import SLIDE, figure_style
 from oblique_impact.renders.timeline import Timeline
-from oblique_impact.renders.title_card import title_card
 
-_ROWS = 5
-_COLOURS = 64  # of a GIF: one palette for the whole film, without dither
-_PALETTE_FRAMES = 12
-_PIPE = 1 << 20  # bytes; as large as it may be, so that drawing and encoding wait for each other less
-CODECS = {
-    ".mp4": "-c:v libx264 -preset veryfast -crf 17 -pix_fmt yuv420p -movflags +faststart",
-    ".webp": "-c:v libwebp_anim -lossless 0 -q:v 80 -compression_level 2 -loop 0",
-    ".gif": "-loop 0",
-}
+_ROWS = 5  # of a strip
+_COLOURS = 64  # of a GIF: a quarter of the size of 256 ones
 
 OnFrame = Callable[[int, int], None]
 
@@ -46,37 +36,50 @@ def write_still(story: Story, time: float, out: Path) -> Path:
     Raises InputError for a time outside of the run or a file that cannot be written.
     """
     _check_times(story, [time])
-    with _composer(story) as composer:
+    with Composer(story) as composer:
         return _save(composer.draw(time), out, story, story.style.resolution)
 
 
 def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
-    """Write a strip: one row for each physical time (s), by default `strip_times`, a colour bar below the last.
+    """Write a strip: a row for each physical time (s), by default `strip_times`, with the scales below the last.
 
-    Raises InputError as `write_still` does.
+    The size of the style is that of a row.  Raises InputError as `write_still` does.
     """
     times = list(times) or strip_times(story.histories[0])
     _check_times(story, times)
-    width, span = story.style.size[0], (min(times), max(times))
-    plain = replace(
-        story.style,
-        charts=False,
-        inset=False,
-        ghosts=False,
-        trace=False,
-        ground=False,
-        title="",
-        dpi=story.style.dpi or width / SLIDE[0],
-    )
-    rows: list[Image.Image] = []
-    # the last row tells what the colours mean and how much the deflection is magnified
-    for some, caption in ((times[:-1], False), (times[-1:], True)):
-        with _composer(story, None, replace(plain, caption=caption), span) as composer:
-            rows += [composer.draw(time) for time in some]
-    picture = Image.new("RGB", (width, len(rows) * (rows[0].height + 1) - 1), story.style.colours.line)
-    for n, row in enumerate(rows):
-        picture.paste(row, (0, n * (row.height + 1)))
-    return _save(picture, out, story, plain.resolution)
+    (width, height), state = story.style.size, story.geometries[0].history["state"].values
+    dpi = story.style.dpi or width / SLIDE[0]
+    style = replace(story.style, ghosts=False, trace=False, ground=False, dpi=dpi)
+    with figure_style(style.colours):
+        row = Sheet((width, height), style)
+        bottom = round(1.3 * row.pixels(LINE) + 1.45 * row.pixels(SMALL) + 32.0 * row.unit)
+        sheet = Sheet((width, height * len(times) + bottom), style)
+        unit, margin = sheet.unit, 16.0 * sheet.unit
+        head = round(0.6 * margin + 1.3 * sheet.pixels(STATE))
+        panel = Panel((0, head, width, height - head), list(range(len(story.geometries))))
+        scene = Scene(story, [panel], (width, height), style, (min(times), max(times)))
+        pictures = [scene.draw(time)[head:] for time in times]
+        bar, k = scene.views[0].scale_bar(0.15 * width), [int(story.geometries[0].index(time)) for time in times]
+        scene.close()
+        for number, time in enumerate(times):
+            top = number * height
+            if number:
+                sheet.rule((0.0, top), (width, top))
+            clock = sheet.write(margin, top + 0.6 * margin, f"t = {time:.5f} s", STATE, weight="bold")
+            left, name = margin + sheet.width_of(clock) + 20.0 * unit, State(int(state[k[number]]))
+            sheet.write(left, top + 0.6 * margin, name.name, STATE, style.colours.states[name], weight="bold")
+        low = sheet.size[1] - 10.0 * unit
+        if story.factor != 1.0:
+            note = f"deflection drawn ×{story.factor:g} about the line from pin to contact point"
+            sheet.write(width - margin, low - 1.45 * sheet.pixels(SMALL), note, LINE, va="bottom", ha="right")
+        sheet.scale_bar(margin, low, bar)
+        if not story.overlay:
+            sheet.colour_bar(0.32 * width, low, 220.0 * unit, story.colours)
+        whole = sheet.drawn()
+    for number, picture in enumerate(pictures):
+        top = number * height + head
+        whole[top : top + len(picture), :, :3] = picture
+    return _save(whole[..., :3], out, story, style.resolution)
 
 
 def strip_times(history: History) -> list[float]:
@@ -93,99 +96,30 @@ def strip_times(history: History) -> list[float]:
 
 
 def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | None = None) -> Path:
-    """Write a film as .mp4, .gif or .webp, as the suffix of `out` says.
+    """Write a film as .mp4 or .gif, as the suffix of `out` says, with PyVista's movie writer.
 
-    `on_frame` is called with the number of frames done and their total.  Raises InputError for an unknown suffix
-    or a file that cannot be written.
+    `on_frame` is called with the number of frames done and their total.  Raises InputError for a file that cannot
+    be written.
     """
-    if out.suffix.lower() not in FILMS:
-        raise InputError(f"--out {out}: films end with {', '.join(FILMS)}")
 
     def write(part: Path) -> None:
-        with only_writer(out), _composer(story, timeline) as composer:
-            _encode(composer, timeline, part, comment(story.histories, story.factor), on_frame)
+        with Composer(story, timeline) as composer:
+            open_film(composer.scene.plotter, part, timeline.fps, comment(story.histories, story.factor))
+            for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
+                composer.scene.plotter.mwriter.append_data(composer.draw(float(time), float(rate)))
+                if on_frame:
+                    on_frame(n, timeline.times.size)
 
     return save_whole(out, write)
 
 
-@contextmanager
-def _composer(
-    story: Story,
-    timeline: Timeline | None = None,
-    style: Style | None = None,
-    span: tuple[float, float] | None = None,
-) -> Iterator[Composer]:
-    """Make a composer; frees its windows at the end of the block."""
-    composer = Composer(story, timeline, style, span)
-    try:
-        yield composer
-    finally:
-        composer.close()
-
-
-def _encode(composer: Composer, timeline: Timeline, part: Path, text: str, on_frame: OnFrame | None) -> None:
-    """Send raw frames to ffmpeg, which are never all in memory; `text` is the comment in the file."""
-    suffix, (width, height) = part.suffix.lower(), composer.style.size
-    card = title_card(composer.story, timeline).tobytes() if timeline.card else b""
-    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as log:
-        command = [
-            *(_encoder(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
-            *("-s", f"{width}x{height}", "-r", str(timeline.fps), "-i", "-"),
-            *(_palette_options(composer, timeline, Path(folder)) if suffix == ".gif" else []),
-            *(*CODECS[suffix].split(), "-metadata", f"comment={text}", str(part)),
-        ]
-        # in a session of its own: Ctrl-C is for this process, which ends the encoder
-        with (
-            subprocess.Popen(
-                command, stdin=subprocess.PIPE, stderr=log, start_new_session=True, pipesize=_PIPE
-            ) as encoder,
-            closing(frames_of(composer, timeline)) as frames,
-        ):
-            assert encoder.stdin is not None
-            try:
-                for n, frame in enumerate(chain(repeat(card, timeline.card), frames), start=1):
-                    encoder.stdin.write(frame)
-                    if on_frame:
-                        on_frame(n, timeline.card + timeline.times.size)
-            except BrokenPipeError:
-                pass  # it says why in its log
-            except BaseException:
-                encoder.kill()
-                raise
-            finally:
-                encoder.stdin.close()
-        if encoder.returncode != 0:
-            log.seek(0)
-            why = " ".join(log.read().decode(errors="replace").split())[:200]
-            raise OSError(0, f"the encoder stopped: {why}")
-    add_comment(part, text)
-
-
-def _encoder() -> str:
-    """Return the path of ffmpeg, which is tried out when it is first asked for."""
-    try:
-        return str(imageio_ffmpeg.get_ffmpeg_exe())
-    except RuntimeError:
-        raise InputError(
-            "films need ffmpeg: install the one of the package imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE"
-        ) from None
-
-
-def _palette_options(composer: Composer, timeline: Timeline, folder: Path) -> list[str]:
-    """One palette for the whole film, from frames spread over it."""
-    picks = np.unique(np.linspace(0, timeline.times.size - 1, _PALETTE_FRAMES).astype(int))
-    samples = [composer.draw(float(timeline.times[k]), float(timeline.rates[k])) for k in picks]
-    if timeline.card:
-        samples.append(title_card(composer.story, timeline))
-    wide = Image.new("RGB", (samples[0].width, sum(s.height for s in samples)))
-    for n, sample in enumerate(samples):
-        wide.paste(sample, (0, n * sample.height))
-    few = wide.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    table = np.array(few.getpalette(), dtype=np.uint8).reshape(-1, 3)[:_COLOURS]
-    square = np.resize(table, (256, 3)).reshape(16, 16, 3)
-    file = folder / "palette.png"
-    Image.fromarray(square).save(file)
-    return ["-i", str(file), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle"]
+def open_film(plotter: Any, file: Path, fps: int, text: str) -> None:
+    """Open the movie writer of a plotter; `text` is the comment of an MP4 file."""
+    if file.suffix.lower() == ".gif":
+        plotter.open_gif(str(file), fps=fps, loop=0, palettesize=_COLOURS, subrectangles=True)
+        return
+    options = ["-preset", "veryfast", "-crf", "17", "-movflags", "+faststart", "-metadata", f"comment={text}"]
+    plotter.open_movie(str(file), fps, quality=None, macro_block_size=2, output_params=options)
 
 
 def _check_times(story: Story, times: Sequence[float]) -> None:
@@ -195,6 +129,8 @@ def _check_times(story: Story, times: Sequence[float]) -> None:
             raise InputError(f"--time {time:g}: should be from {first:g} to {last:g} s")
 
 
-def _save(picture: Image.Image, out: Path, story: Story, dpi: float) -> Path:
-    text = comment(story.histories, story.factor)
-    return save_whole(out, lambda part: save_picture(picture, part, dpi, text))
+def _save(picture: NDArray[np.uint8], out: Path, story: Story, dpi: float) -> Path:
+    info = PngInfo()
+    info.add_itxt("Comment", comment(story.histories, story.factor))
+    image = Image.fromarray(np.ascontiguousarray(picture))
+    return save_whole(out, lambda part: image.save(part, dpi=(dpi, dpi), pnginfo=info))

@@ -1,32 +1,24 @@
-"""Which options of `render` apply to which kind of picture; the others are refused."""
+"""Kinds of pictures, by the suffix of their file, and the options that are for some of them only."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from oblique_impact.errors import InputError
 
 STILL, STRIP, FILM, PAGE, CHARTS = "a still", "a strip", "a film", "a page", "charts"
-FILMS = (".mp4", ".gif", ".webp")
+FILMS = (".mp4", ".gif")
 VECTORS = (".svg", ".pdf")
 SUFFIXES = (".png", *VECTORS, *FILMS, ".html")
-
 _PICTURES = (STILL, STRIP, FILM)
-#: an option that is given with any other kind is refused
-APPLIES: dict[str, tuple[str, ...]] = {
-    "--time": (STILL, STRIP),
-    "--event": (STILL,),
-    "--strip": (STRIP,),
-    **dict.fromkeys(
-        ("--fps", "--speed", "--contact-speed", "--between", "--frames", "--seconds", "--title-card"), (FILM,)
-    ),
-    **dict.fromkeys(("--size", "--camera", "--layout", "--bare", "--letters", "--dpi"), _PICTURES),
-    **dict.fromkeys(("--deformation", "--colour"), (*_PICTURES, PAGE)),
-    **dict.fromkeys(("--theme", "--name"), (*_PICTURES, PAGE, CHARTS)),
-    "--title": (STILL, FILM, PAGE, CHARTS),
-    "--preset": (*_PICTURES, CHARTS),
-    "--magnify-difference": _PICTURES,
+#: arguments of `renders.render` that are refused with any other kind
+_APPLIES: dict[str, tuple[str, ...]] = {
+    "times": (STILL, STRIP),
+    "event": (STILL,),
+    "strip": (STRIP,),
+    **dict.fromkeys(("fps", "speed", "contact_speed", "between", "frames", "seconds"), (FILM,)),
+    "magnify_difference": _PICTURES,
 }
 
 
@@ -40,10 +32,9 @@ def kind_of(out: Path, strip: bool) -> str:
     return CHARTS if suffix in VECTORS else PAGE if suffix == ".html" else FILM
 
 
-def check_options(out: Path, kind: str, given: Iterable[str]) -> None:
-    """Raise InputError for the first of some options that does not apply to a kind of picture."""
-    for option in given:
-        if kind not in APPLIES[option]:
-            *some, last = APPLIES[option]
-            fitting = f"{', '.join(some)} or {last}" if some else last
-            raise InputError(f"{option}: is for {fitting}, and {out} {'are' if kind == CHARTS else 'is'} {kind}")
+def check_options(out: Path, kind: str, options: dict[str, Any]) -> None:
+    """Raise InputError for the first argument that is given and does not apply to a kind of picture."""
+    for name, value in options.items():
+        if value not in (None, False, [], ()) and kind not in _APPLIES[name]:
+            option = "--time" if name == "times" else "--" + name.replace("_", "-")
+            raise InputError(f"{option}: is for {' or '.join(_APPLIES[name])}, and {out} would be {kind}")

@@ -1,164 +1,69 @@
-"""Soft shadows of beams on plane surfaces, in the pixels of a picture.
+"""Soft shadows of a beam: strips of mesh on the ground and on the slope, darkest below the axis.
 
-The light comes from above, and from some way around: a shadow grows wider with the height of the beam over the
-surface, and paler as it does.  It is drawn where a surface of one colour is seen, so that nothing that stands or
-moves in front of it is darkened.
+VTK's own shadow maps have hard edges and take longer than all the rest of a frame in software OpenGL.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+import pyvista as pv
 
-Array = NDArray[np.float64]
-Levels = NDArray[np.uint8]
-Pixels = NDArray[np.uint32]
-Box = tuple[int, int, int, int]  # left, top, right, bottom
-Footprint = tuple[float, float, float]  # from left to right, and so far to both sides (m)
-Project = Callable[[Array], Array]  # points (n, 3) to pixels (n, 2) of a picture, from its left and top
+from oblique_impact.renders.geometry import BeamGeometry
+
+if TYPE_CHECKING:
+    from oblique_impact.renders.scene import View
 
 _STRENGTH = 0.36  # part of the light that a beam in contact takes away
-_SPREAD = 0.12  # growth of a shadow's half width over the height of the beam
-_REACH = 1.8  # where a shadow ends, over its half width
-_FLAT = 1e-3  # a surface that is seen so flat, over its size, has no shadow
-_STEEP = 0.1  # the level part of a unit length along a surface on which there is one
-_TABLE = 1024
-_AROUND = 1.6  # width of the shadow around what stands on the ground, over the radius of a beam
+_SPREAD = 0.12  # growth of the half width of a shadow over the height of the beam
+_PROFILE = np.array([0.0, 0.12, 0.5, 0.88, 1.0, 0.88, 0.5, 0.12, 0.0])  # of the darkness across the strip
+_REACH = 1.8  # half width of the strip, over that of the shadow
+_LIFT = 0.05  # over the radius: how far the strip lies above its plane, so that it is not hidden by it
 
 
-class Surface(NamedTuple):
-    """A plane face across the plane of motion, from `start` to `end` (2,) (m), which is seen in one colour."""
+class Plane(NamedTuple):
+    """A plane across the plane of motion between two places (m)."""
 
-    start: Array
-    end: Array
-    half_depth: float
-    tones: Pixels  # (256,): its pixel with ever less light
+    start: tuple[float, float]
+    end: tuple[float, float]
 
-    @classmethod
-    def of(cls, ends: Array, half_depth: float, colour: NDArray[np.uint8]) -> Surface:
-        """Return the surface between two ends (2, 2) (m), of a colour (3,)."""
-        tones = np.full((256, 4), 255, np.uint8)
-        tones[:, :3] = np.round(np.outer(1.0 - np.arange(256) / 255.0, colour))
-        return cls(ends[0], ends[1], half_depth, tones.view(np.uint32)[:, 0])
 
-    def height(self, x: Array) -> Array:
-        """Height (m) of the surface at places x (m)."""
-        return np.asarray(
-            self.start[1] + (x - self.start[0]) * (self.end[1] - self.start[1]) / (self.end[0] - self.start[0])
+class Shadow:
+    """The shadow of a beam on a plane under light from above, at the time to which it is moved."""
+
+    def __init__(self, view: View, geometry: BeamGeometry, plane: Plane, number: int) -> None:
+        self._geometry, self._plane = geometry, plane
+        self._lift = _LIFT * (number + 1) * geometry.touch_radius  # shadows of several beams are not in one plane
+        count, wide = geometry.places.size, _PROFILE.size
+        point = np.arange(count * wide).reshape(count, wide)
+        corners: Any = np.stack([point[:-1, :-1], point[1:, :-1], point[1:, 1:], point[:-1, 1:]], axis=-1).reshape(
+            -1, 4
         )
+        self._mesh = pv.PolyData.from_regular_faces(np.zeros((count * wide, 3)), corners)
+        self._mesh.point_data["tone"] = np.zeros((count * wide, 4), np.uint8)
+        self._actor = view.add(self._mesh, scalars="tone", rgba=True, lighting=False)
+        # it is blended all the same; VTK's pass for translucent things would take half of the time of a frame
+        self._actor.ForceOpaqueOn()
 
-    def points(self, x: Array, z: Array) -> Array:
-        """Points (n, 3) of the surface."""
-        return np.stack([x, self.height(x), z], axis=1)
-
-
-class Caster(NamedTuple):
-    """What throws a shadow: an axis (n, 2) and the radii (n,) around it, in m."""
-
-    axis: Array
-    radii: Array
-
-
-class Shadow(NamedTuple):
-    """A shadow in a picture: the box (pixels) in which it is, and the part of the light it takes, of 255."""
-
-    box: Box
-    levels: Levels  # (rows, columns) of the box
-
-
-class Part(NamedTuple):
-    """What a picture shows of a surface: the places (m) at the pixels of a box, and which are on the surface."""
-
-    box: Box
-    x: NDArray[np.float32]  # (rows, columns)
-    z: NDArray[np.float32]
-    inside: NDArray[np.bool_]
-
-
-See = Callable[[tuple[float, float], float], Part | None]
-
-
-def shadow_on(surface: Surface, casters: Sequence[Caster], see: See) -> Shadow | None:
-    """Return the shadow of beams on a surface; None where none is seen.
-
-    `see` returns the part of the surface that a picture shows between two places (m) and so far to both sides, or
-    more of it.
-    """
-    along = surface.end - surface.start
-    if along[0] < _STEEP * np.linalg.norm(along):
-        return None
-    heights = [np.maximum(c.axis[:, 1] - c.radii - surface.height(c.axis[:, 0]), 0.0) for c in casters]
-    widths = [c.radii + _SPREAD * h for c, h in zip(casters, heights, strict=True)]
-    reach = _REACH * max(float(w.max()) for w in widths)
-    first = min(float(c.axis[:, 0].min()) for c in casters) - reach
-    last = max(float(c.axis[:, 0].max()) for c in casters) + reach
-    if last < surface.start[0] or first > surface.end[0]:
-        return None
-    seen = see((first, last), reach)
-    if seen is None:
-        return None
-    taken = np.max([_taken(c, w, seen) for c, w in zip(casters, widths, strict=True)], axis=0)
-    return Shadow(seen.box, np.round(255.0 * taken * seen.inside).astype(np.uint8))
-
-
-def shadow_around(footprints: Sequence[Footprint], radius: float, seen: Part) -> Shadow:
-    """Return the shadow around what stands on the ground, as wide as a beam of some radius (m) has it."""
-    taken = np.zeros(seen.inside.shape)
-    for left, right, half in footprints:
-        aside = np.maximum(np.maximum(left - seen.x, seen.x - right), 0.0)
-        away = np.hypot(aside, np.maximum(np.abs(seen.z) - half, 0.0)) / (_AROUND * radius)
-        taken = np.maximum(taken, _STRENGTH * np.maximum(1.0 - away**2, 0.0) ** 2)
-    return Shadow(seen.box, np.round(255.0 * taken * seen.inside).astype(np.uint8))
-
-
-def _taken(caster: Caster, width: Array, seen: Part) -> Array:
-    """Part of the light that one beam takes at the places of a surface, with its half widths (m)."""
-    order = np.argsort(caster.axis[:, 0])
-    across = caster.axis[order, 0]
-    first, last = across[0], across[-1]
-    # tables over x: to look up is much faster than to interpolate for every pixel
-    places = np.linspace(first, last, _TABLE)
-    reach = (_REACH * np.interp(places, across, width[order])) ** -2.0
-    strength = _STRENGTH * np.interp(places, across, (caster.radii / width)[order])
-    number = ((seen.x - first) * ((_TABLE - 1) / max(last - first, 1e-12)) + 0.5).astype(np.int32)
-    number = np.clip(number, 0, _TABLE - 1)
-    beyond = seen.x - np.clip(seen.x, first, last)
-    away = (seen.z**2 + beyond**2) * reach.astype(np.float32)[number]
-    return np.asarray(strength.astype(np.float32)[number] * np.maximum(1.0 - away, 0.0) ** 2)
-
-
-def part_of(
-    surface: Surface,
-    project: Project,
-    size: tuple[int, int],
-    ends: tuple[float, float] = (-np.inf, np.inf),
-    reach: float = np.inf,
-) -> Part | None:
-    """Return what a picture of some size (pixels) shows of a surface: all of it, or as far as it reaches (m).
-
-    None where nothing is seen, or the surface edge on.
-    """
-    x0, x1 = surface.start[0], surface.end[0]
-    first, last = max(ends[0], x0), min(ends[1], x1)
-    origin, end, deep = project(surface.points(np.array([x0, x1, x0]), np.array([0.0, 0.0, 1.0])))
-    seen = np.stack([(end - origin) / (x1 - x0), deep - origin], axis=1)
-    if not first < last or abs(np.linalg.det(seen)) <= _FLAT * np.sum(seen[:, 0] ** 2):
-        return None
-    deep = min(reach, surface.half_depth)
-    corners = project(
-        surface.points(np.array([first, first, last, last]), deep * np.array([-1.0, 1.0, -1.0, 1.0]))
-    )
-    low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0))
-    (left, top), (right, bottom) = (np.clip(edge, 0, size).astype(int).tolist() for edge in (low, high))
-    if not (left < right and top < bottom):
-        return None
-    across, down = (
-        np.arange(left, right)[None] + 0.5 - origin[0],
-        np.arange(top, bottom)[:, None] + 0.5 - origin[1],
-    )
-    back = np.linalg.inv(seen)
-    x, z = x0 + back[0, 0] * across + back[0, 1] * down, back[1, 0] * across + back[1, 1] * down
-    return Part((left, top, right, bottom), x, z, (np.abs(z) <= surface.half_depth) & (x >= x0) & (x <= x1))
+    def move(self, k: float) -> None:
+        """Fall from the beam at the fractional sample k."""
+        (x0, y0), (x1, y1) = self._plane
+        geometry, slope = self._geometry, (y1 - y0) / (x1 - x0) if x1 != x0 else np.inf
+        axis = geometry.centreline(k)[:, :2]
+        self._actor.visibility = bool(np.all(np.isfinite(axis)) and abs(slope) < 10.0)
+        if not self._actor.visibility:
+            return
+        x = np.clip(axis[:, 0], min(x0, x1), max(x0, x1))  # what lies beyond the plane is a strip of no area
+        y = y0 + (x - x0) * slope
+        height = np.maximum(axis[:, 1] - y, 0.0)
+        half = geometry.radii + _SPREAD * height
+        from_ends = np.minimum(geometry.places, geometry.places[-1] - geometry.places)
+        dark = np.where(axis[:, 1] > y, _STRENGTH * geometry.radii / half, 0.0) * np.minimum(from_ends / half, 1.0)
+        points = np.empty((x.size, _PROFILE.size, 3))
+        points[..., 0], points[..., 1] = x[:, None], y[:, None] + self._lift
+        points[..., 2] = np.outer(_REACH * half, np.linspace(-1.0, 1.0, _PROFILE.size))
+        self._mesh.points = points.reshape(-1, 3)
+        tone = np.zeros((x.size * _PROFILE.size, 4), np.uint8)
+        tone[:, 3] = np.round(255.0 * np.outer(dark, _PROFILE)).ravel()
+        self._mesh.point_data["tone"] = tone

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import matplotlib as mpl
 
 from oblique_impact.errors import InputError
-from oblique_impact.renders.presets import PRESETS
 from oblique_impact.scenario.messages import one_of
 
 FREE_COLOUR, SLIP_COLOUR, STICK_COLOUR = "#1f4fd1", "#d9580d", "#1b8a3c"
@@ -21,7 +20,7 @@ COLOUR_MAP = "RdBu_r"  # diverging, for results in colour
 SLIDE = (40.0 / 3.0, 7.5)  # inches: width and height of a slide in presentations
 TEXT = 10.0  # points: size of text on a slide
 
-Dash = str | tuple[float, tuple[float, ...]]
+Dash = Any  # a line style of matplotlib: its name, or offset and lengths (points)
 ThemeName = Literal["light", "dark", "print", "auto"]
 CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
@@ -106,6 +105,17 @@ DARK = Theme(
     energies=("#c08fd2", "#4fc0c5", "#87929d"),
     ground="#27303a",
 )
+#: of drawings without paper, on pages that are light or dark: a contrast of 3.3 to 5.6 to white and to #131416
+PAGE = replace(
+    LIGHT,
+    background="none",
+    ink="#74808c",
+    dim="#7d8996",
+    line="#80808033",
+    slope="#8a94a03d",
+    states=("#4f7be0", "#d9580d", "#2b9a4c"),
+    series=("#3b82c4", "#df6a1a", "#4c9a3f", "#a86bc0", "#d9515f", "#7d8996"),
+)
 #: greys and dashes in place of hues; the colour map grows lighter from its lowest value to its highest one
 PRINT = Theme(
     background="#ffffff",
@@ -133,6 +143,18 @@ PRINT = Theme(
     ),
 )
 THEMES = {"light": LIGHT, "dark": DARK, "print": PRINT}
+#: fields of a `Style` for a purpose
+PRESETS: dict[str, dict[str, Any]] = {
+    "talk": {"size": (1920, 1080), "letters": 12.0},  # a slide in full HD, read from the last row
+    # two columns of a journal, 180 mm wide at 300 pixels per inch, in letters of 8 points
+    "paper": {"size": (2126, 1196), "dpi": 300.0, "letters": 8.0, "theme": "print"},
+    "social": {"size": (1080, 1080), "letters": 20.0},  # a square on a phone
+}
+#: fields of a `Style` that shows nothing but beam, slope and pin
+BARE: dict[str, Any] = {
+    "title": "",
+    **dict.fromkeys(("charts", "inset", "ghosts", "trace", "arrow", "ground", "text"), False),
+}
 
 
 @contextmanager
@@ -173,20 +195,13 @@ class Style:
         Of several histories.
     title : str or None
         At the top of a still or a film and on its title card; None: the name of the run, empty: no line there.
-    scale_bar : bool
-        Whether a bar of a round length is drawn.
     letters : float
         Size of text (points) where the picture is shown at its resolution; titles and labels follow it.
     dpi : float or None
         Resolution (pixels per inch), by which a picture of some size (pixels) has its size on paper; None: that at
         which it covers a slide of 13.33 x 7.5 inches.
-    caption : bool
-        Whether the factor is told and the colour bar drawn.
     text : bool
-        Whether time, state and rate are written above the beam, and a caption.
-    preset : str
-        The name of one of `renders.presets.PRESETS`, whose settings of films hold where a call gives none;
-        `Style.of` takes how it looks from there too.
+        Whether time, state and rate are written above the beam, and scales of colours and of length below it.
 
     Raises InputError for a name that is unknown or a size out of range.
     """
@@ -205,11 +220,8 @@ class Style:
     layout: Layout = "side-by-side"
     letters: float = TEXT
     dpi: float | None = None
-    caption: bool = True
     text: bool = True
     title: str | None = None
-    scale_bar: bool = True
-    preset: str = ""
 
     def __post_init__(self) -> None:
         for option, name, names in (
@@ -220,8 +232,6 @@ class Style:
         ):
             if name not in get_args(names):
                 raise InputError(f"{option} {name}: {one_of(name, get_args(names))}")
-        if self.preset and self.preset not in PRESETS:
-            raise InputError(f"--preset {self.preset}: {one_of(self.preset, PRESETS)}")
         if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
         for option, value, least, most in (
@@ -233,9 +243,10 @@ class Style:
 
     @classmethod
     def of(cls, preset: str, **changes: Any) -> Style:
-        """Return the style of a preset with some changes; raises InputError for one that there is not."""
-        look = PRESETS[preset].look if preset in PRESETS else {}
-        return cls(**(look | changes | {"preset": preset}))
+        """Return the style of one of `PRESETS` with some changes; raises InputError for one that there is not."""
+        if preset not in PRESETS:
+            raise InputError(f"--preset {preset}: {one_of(preset, PRESETS)}")
+        return cls(**(PRESETS[preset] | changes))
 
     @property
     def resolution(self) -> float:

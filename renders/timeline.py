@@ -68,7 +68,6 @@ class Timeline:
     fps: int
     times: Array
     course: TimeMap
-    card: int = 0  # frames of a title card before them
 
     @property
     def rates(self) -> Array:
@@ -77,8 +76,8 @@ class Timeline:
 
     @property
     def duration(self) -> float:
-        """Length of the film (s), with its title card."""
-        return (self.card + self.times.size) / self.fps
+        """Length of the film (s)."""
+        return self.times.size / self.fps
 
 
 def time_map(
@@ -129,7 +128,6 @@ def make_timeline(
     fps: int = FPS,
     between: tuple[float, float] | None = None,
     frames: int | None = None,
-    card: float = 0.0,
 ) -> Timeline:
     """Lay out the frames of a film.
 
@@ -143,8 +141,6 @@ def make_timeline(
         Part of the run (s); its rates are those of the film of the whole run.
     frames : int, optional
         Exactly so many frames: all rates are scaled.
-    card : float
-        Duration (s) of a title card, which is not counted in `frames`.
 
     Raises InputError for values out of range.
     """
@@ -152,8 +148,6 @@ def make_timeline(
         raise InputError(f"--fps {fps}: should be from 1 to 240")
     if frames is not None and not 2 <= frames <= 100_000:
         raise InputError(f"--frames {frames}: should be from 2 to 100000")
-    if not 0.0 <= card <= 60.0:
-        raise InputError(f"--title-card {card:g}: should be from 0 to 60 s")
     begin, end = course.times[[0, -1]].tolist()
     first, last = between or (begin, end)
     if not begin <= first < last <= end:
@@ -167,7 +161,7 @@ def make_timeline(
         course = course.slowed((frames - 1) / (course.duration * fps))
     times = course.time_at(np.arange(frames) / fps)
     times[-1] = last
-    return Timeline(fps, times, course, round(card * fps))
+    return Timeline(fps, times, course)
 
 
 def _round(rate: float) -> float:
@@ -208,3 +202,14 @@ def distance_from(spans: Array, times: Array) -> Array:
     return np.where(
         inside, 0.0, np.minimum(times - ends[after - 1], ends[np.minimum(after, ends.size - 1)] - times)
     )
+
+
+def rate_text(rate: float) -> str:
+    """Return a rate, physical over film time, in words."""
+    if abs(rate - 1.0) < 0.02:
+        return "real time"
+    if rate > 1.0:
+        return f"{rate:.3g} times real time"
+    slower = 1.0 / rate
+    digits = 10.0 ** max(0.0, np.floor(np.log10(slower)) - 1.0)
+    return f"1/{round(slower / digits) * digits:.0f} of real time"

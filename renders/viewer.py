@@ -8,71 +8,42 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-import pyvista as pv
 
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
-from oblique_impact.renders.offscreen import prepare
-from oblique_impact.renders.scenery import pin, slope_wedge
+from oblique_impact.renders.scene import Panel, Scene, contact_force
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import CameraName, Colour, Style, ThemeName
 from oblique_impact.renders.timeline import make_timeline
 
 _FPS = 30
-#: length of the arrow of the largest force, over that of the beam
-_ARROW = 0.16
-#: units of depth by which the arrow, which comes out of the slope, is drawn in front of it
-_IN_FRONT = -1e6
-_EYES = {"oblique": (0.22, 0.30, 1.0), "front": (0.0, 0.0, 1.0), "above": (0.15, 0.9, 1.0)}
 
 
 class Viewer:
-    """A window with the beam at a time; `go_to` moves it, `step` plays a frame."""
+    """A window with the scene of a still at a time; `go_to` moves it, `step` plays a frame."""
 
     def __init__(self, history: History, style: Style, **window: Any) -> None:
-        story = story_of([history], style)
-        self.geometry, self._quantity = story.geometries[0], style.quantity
+        story, theme = story_of([history], style), style.colours
+        self.geometry = story.geometries[0]
         self.times = make_timeline(story.time_map, _FPS).times
         self.playing, self._frame = False, 0
-        self.plotter = cast(Any, pv.Plotter(window_size=list(style.size), lighting="light kit", **window))
-        theme = style.colours
-        self.plotter.set_background(theme.background)
-        self.mesh = pv.PolyData(self.geometry.surface(0).points, self.geometry.faces)
-        self.shown, (self._size, _) = story.colours.title, story.colours.unit
-        self.mesh.point_data[self.shown] = np.zeros(self.mesh.n_points)
-        limit = story.colours.limit / self._size
-        bar = {
-            "title": f"{self.shown}\n",  # else the ticks touch it
-            "color": theme.ink,
-            "n_labels": 5,
-            "fmt": "%.4g",
-            "title_font_size": 16,
-            "label_font_size": 14,
-            "unconstrained_font_size": True,
-            "position_x": 0.5,
-            "position_y": 0.03,
-            "width": 0.45,
-            "height": 0.1,
-        }
-        self.mesh_actor = self.plotter.add_mesh(
-            self.mesh,
-            scalars=self.shown,
-            cmap=style.colours.colour_map,
-            clim=(-limit, limit),
-            scalar_bar_args=bar,
-            smooth_shading=False,
+        self.scene = Scene(story, [Panel((0, 0, *style.size), [0])], style.size, **window)
+        self.plotter = self.scene.plotter
+        self.plotter.add_scalar_bar(
+            f"{story.colours.title}\n",  # else the ticks touch it
+            mapper=self.scene.views[0].beams[0].actor.mapper,
+            color=theme.ink,
+            n_labels=5,
+            fmt="%.4g",
+            position_x=0.5,
+            position_y=0.03,
+            width=0.45,
+            height=0.1,
         )
-        self.plotter.add_mesh(pin(self.geometry), color=theme.pin)
-        if story.slope:
-            self.plotter.add_mesh(slope_wedge(self.geometry, story.slope), color=theme.slope)
-        self.arrow = pv.PolyData()
-        self._force = self.plotter.add_mesh(pv.Arrow(), color=theme.arrow)
-        self._force.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        self._force.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, _IN_FRONT)
         self._text = self.plotter.add_text("", position="lower_left", font_size=12, color=theme.ink)
         self._slider = self.plotter.add_slider_widget(
             self.go_to,
@@ -88,30 +59,15 @@ class Viewer:
             fmt="%.4f",
         )
         self.plotter.add_key_event("space", self._toggle)
-        self.plotter.camera_position = [_EYES[style.camera], (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
-        self.plotter.enable_parallel_projection()
         self.go_to(float(self.times[0]))
-        self.plotter.reset_camera()
 
     def go_to(self, time: float) -> None:
         """Show the beam at a time (s), with the contact force that acts on it."""
-        geometry = self.geometry
-        k = geometry.index(time)
-        surface = geometry.surface(k)
-        self.mesh.points = surface.points
-        self.mesh.point_data[self.shown] = np.nan_to_num(surface.arrays[self._quantity]) / self._size
-        force = np.nan_to_num(sum(geometry.contact_forces(k)))
-        size = float(np.linalg.norm(force))
-        shown = size > 1e-3 * geometry.peak_force
-        self._force.visibility = bool(shown)
-        if shown:
-            length = _ARROW * geometry.scenario.beam.length * float(np.sqrt(size / geometry.peak_force))
-            along = np.append(force / size, 0.0)
-            start = geometry.contact_place(k) - length * along
-            self.arrow = pv.Arrow(start=start, direction=along, scale=length)
-            self._force.mapper.dataset = self.arrow
-        state = State(int(geometry.value("state", int(k)))).name
-        self._text.set_text("lower_left", f"t = {time:.5f} s  {state}" + (f"  {size:.4g} N" if shown else ""))
+        self.scene.views[0].move(time)
+        k = self.geometry.index(time)
+        force = float(np.linalg.norm(contact_force(self.geometry, k)))
+        state = State(int(self.geometry.value("state", int(k)))).name
+        self._text.set_text("lower_left", f"t = {time:.5f} s  {state}" + (f"  {force:.4g} N" if force else ""))
         self._frame = int(np.searchsorted(self.times, time))
 
     def step(self, _: int = 0) -> None:
@@ -181,7 +137,6 @@ def show(
         # trame's part of PyVista: trame alone would be a still picture and a warning
         if importlib.util.find_spec("trame_pyvista") is None:
             raise InputError('show: a view in a notebook needs trame: pip install "oblique-impact[notebook]"')
-        prepare()
         viewer = Viewer(history, style, notebook=True)
         # only what is drawn here has a slider; the page gives the width
         page = {"width": "100%", "height": f"{size[1]}px", "collapse_menu": True}

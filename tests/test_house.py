@@ -6,14 +6,12 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from oblique_impact.kernels.jit import _NUMERIC_SOURCE
-
 ROOT = Path(__file__).parents[1]
 #: folders beside the core that are its sub-packages when installed
 BESIDE = ("modal", "fem_beam", "renders", "validation")
-#: rooms from the bottom to the top: a module imports, when it is loaded, from the floors below its own only
-FLOORS = (
-    {"errors", "interrupts", "public"},
+#: from the bottom to the top: a module imports, when it is loaded, only from lower layers and from its own package
+LAYERS = (
+    {"errors"},
     {"files", "installed", "machine", "progress", "kernels"},
     {"scenario"},
     {"contact"},
@@ -21,7 +19,7 @@ FLOORS = (
     {"marching"},
     {"history", "problem"},
     {"modal", "fem_beam", "simulation"},
-    {"renders"},
+    {"renders", "api"},
     {"validation"},
     {"command_line"},
 )
@@ -55,16 +53,16 @@ def loaded(file: Path) -> Iterator[str]:
 
 
 def test_imports_run_downwards():
-    floor = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+    layer = {package: number for number, packages in enumerate(LAYERS) for package in packages}
     wrong = []
     for module, file in modules().items():
-        room = module.split(".")[1] if "." in module else ""
-        if room in floor and not module.endswith((".command", ".commands")):
+        own = module.split(".")[1] if "." in module else ""
+        if own in layer and not module.endswith((".command", ".commands")):
             for name in loaded(file):
                 package, _, rest = name.partition(".")
                 other = rest.partition(".")[0]
-                if package == "oblique_impact" and other in floor and other != room:
-                    wrong += [f"{module} imports {name}"] * (floor[other] >= floor[room])
+                if package == "oblique_impact" and other in layer and other != own:
+                    wrong += [f"{module} imports {name}"] * (layer[other] >= layer[own])
     assert wrong == []
 
 
@@ -77,17 +75,3 @@ def test_no_circle_of_modules():
     while free := {module for module, targets in left.items() if not targets & left.keys()}:
         left = {module: targets for module, targets in left.items() if module not in free}
     assert sorted(left) == []
-
-
-def test_the_numeric_source_has_no_whole_powers():
-    """numba compiles x**2 once a process, with the options of whoever comes first: other bits elsewhere."""
-    powers = [
-        f"{file}:{node.lineno}"
-        for name in _NUMERIC_SOURCE
-        for file in [ROOT / "oblique_impact" / name, *(ROOT / "oblique_impact" / name).rglob("*.py")]
-        if file.is_file()
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant)
-        if isinstance(node.right.value, int)
-    ]
-    assert powers == []

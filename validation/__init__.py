@@ -1,21 +1,34 @@
-"""Holding results against each other and against references, and studies of many runs.
+"""Checks against independent references, comparisons of runs, and studies of many runs.
 
 `validate`   every check against something outside the program: a list of `Result`
 `compare`    two histories, events aligned: a `Comparison`
-`refine`     elements, modes, steps or tolerances, and what converges: a `StudyResult`
-`predictability`  shadow runs, and which macro-collisions mean anything: a `Predictability`
+`refine`     elements, modes, steps, stiffness or tolerances, and what converges: a `StudyResult`
+`predictability`  which macro-collisions depend on the initial angle beyond measurement: a `Predictability`
 `small_deflection`  the floating frame against the exact beam: a `SmallDeflection`
 `reproduce`  the paper's figures and claims: a `Reproduction`
 `sweep`      a scenario over axes of its keys (`SweepFile`): a `SweepResult`
-
-What a call needs is imported when its name is first used.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from oblique_impact.public import on_first_use
+if TYPE_CHECKING:
+    from oblique_impact.validation.comparison import Comparison, compare
+    from oblique_impact.validation.paper.command import Reproduction, reproduce
+    from oblique_impact.validation.studies.design import (
+        AxisSection,
+        HypercubeSection,
+        SampledSection,
+        SweepFile,
+        TableSection,
+    )
+    from oblique_impact.validation.studies.predictability import Predictability, predictability
+    from oblique_impact.validation.studies.refinement import StudyResult, refine
+    from oblique_impact.validation.studies.small_deflection import SmallDeflection, small_deflection
+    from oblique_impact.validation.studies.sweep import SweepResult, sweep
+    from oblique_impact.validation.suite import Result, validate
 
 __all__ = [
     "AxisSection",
@@ -39,34 +52,23 @@ __all__ = [
     "validate",
 ]
 
-if TYPE_CHECKING:
-    from oblique_impact.validation.comparison import Comparison, compare
-    from oblique_impact.validation.refinement.command import refine
-    from oblique_impact.validation.refinement.growth import Predictability
-    from oblique_impact.validation.refinement.predictability import predictability
-    from oblique_impact.validation.refinement.study import StudyResult
-    from oblique_impact.validation.reproduction.command import Reproduction, reproduce
-    from oblique_impact.validation.small_deflection.command import small_deflection
-    from oblique_impact.validation.small_deflection.errors import SmallDeflection
-    from oblique_impact.validation.suite import Result, validate
-    from oblique_impact.validation.sweeps.command import SweepResult, sweep
-    from oblique_impact.validation.sweeps.design import AxisSection, HypercubeSection, SampledSection, TableSection
-    from oblique_impact.validation.sweeps.plan import SweepFile
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "absolute.deflection_errors": "SmallDeflection",
-        "absolute.small_deflection": "small_deflection",
-        "comparison": "Comparison compare",
-        "refinement.command": "refine",
-        "refinement.growth": "Predictability",
-        "refinement.predictability": "predictability",
-        "refinement.study": "StudyResult",
-        "reproduction.command": "Reproduction reproduce",
-        "suite": "Result validate",
-        "sweeps.command": "SweepResult sweep",
-        "sweeps.design": "AxisSection HypercubeSection SampledSection TableSection",
-        "sweeps.plan": "SweepFile",
-    },
+#: modules with these names, imported on first use: `run` on the command line should not wait for pandas and joblib
+_MODULES = (
+    "comparison",
+    "suite",
+    "studies.design",
+    "studies.predictability",
+    "studies.refinement",
+    "studies.small_deflection",
+    "studies.sweep",
+    "paper.command",
 )
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        for module in _MODULES:
+            found = vars(import_module(f"{__name__}.{module}")).get(name)
+            if found is not None:
+                return found
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,15 +1,14 @@
-"""The commands `validate`, `refine`, `reproduce`, `sweep` and `compare`: words in, one typed call, lines out."""
+"""The commands `validate`, `refine`, `reproduce`, `sweep` and `compare`."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.command_line.words import (
+from oblique_impact.command_line.console import (
     JsonOption,
     ScenarioArgument,
     SetOption,
@@ -17,6 +16,7 @@ from oblique_impact.command_line.words import (
     print_note,
     print_result,
 )
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def refine(
         ),
     ] = None,
     predictability: Annotated[
-        bool, typer.Option("--predictability", help="Ask by shadow runs whether event times mean anything.")
+        bool, typer.Option("--predictability", help="Judge by perturbed runs whether event times mean anything.")
     ] = False,
     study: Annotated[
         str | None,
@@ -94,17 +94,23 @@ def refine(
     as_json: JsonOption = False,
 ) -> None:
     """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
-    from oblique_impact.validation.refinement.command import ShippedStudy, lines
-    from oblique_impact.validation.refinement.command import refine as compute
-    from oblique_impact.validation.refinement.ladders import levels_by_axis, parse_levels
     from oblique_impact.validation.report.provenance import command_line
+    from oblique_impact.validation.studies.refinement import lines, parse_levels
+    from oblique_impact.validation.studies.refinement import refine as compute
 
-    texts = levels_by_axis(elements, modes, steps, stiffness, tolerances)
+    every = {
+        "elements": elements,
+        "modes": modes,
+        "steps": steps,
+        "stiffness": stiffness,
+        "tolerances": tolerances,
+    }
+    texts = {axis: text for axis, text in every.items() if text is not None}
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
     given: dict[str, Any] = {"study": study, **texts, "quantity": quantities, "within": within, "set": changes}
     if study == "small-deflection":
-        told = _map_small_deflection(scenario, {**given, "predictability": predictability}, how)
-        print_result(told, lambda: _written(out), as_json)
+        found = _map_small_deflection(scenario, {**given, "predictability": predictability}, how)
+        print_result(found, lambda: _written(out), as_json)
         return
     if predictability or study == "predictability":
         print_result(_predict(scenario, predictability, given, how), lambda: _written(out), as_json)
@@ -115,7 +121,7 @@ def refine(
         result = compute(
             base,
             quantities=quantities or (),
-            study=cast(ShippedStudy | None, study),
+            study=study,
             changes=changes or () if study else (),
             within=within,
             name=Path(scenario).name,
@@ -139,10 +145,10 @@ def _refined(scenario: str, study: str | None, changes: list[str] | None) -> Sce
 
 
 def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Ask by shadow runs what of a scenario (`own`), or of the shipped cases, is predictable; returns lines."""
-    from oblique_impact.validation.refinement.predictability import lines, predictability
-    from oblique_impact.validation.refinement.shipped import predictability_cases
+    """Judge what of a scenario (`own`), or of the shipped cases, is predictable; returns lines."""
     from oblique_impact.validation.report.provenance import command_line
+    from oblique_impact.validation.studies.predictability import lines, predictability
+    from oblique_impact.validation.studies.shipped import predictability_cases
 
     study, changes = given["study"], given["set"]
     asked = "--predictability" if own else "--study predictability"
@@ -159,9 +165,9 @@ def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any
 
 
 def _map_small_deflection(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Hold the floating frame against the exact beam; returns lines."""
+    """Compare the floating frame with the exact beam; returns lines."""
     from oblique_impact.validation.report.provenance import command_line
-    from oblique_impact.validation.small_deflection.command import lines, small_deflection
+    from oblique_impact.validation.studies.small_deflection import lines, small_deflection
 
     _refined(scenario, given.pop("study"), None)
     out, workers = how.pop("out"), how.pop("workers")
@@ -186,14 +192,14 @@ def reproduce(
     as_json: JsonOption = False,
 ) -> None:
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
+    from oblique_impact.validation.paper.command import SECONDS, lines
+    from oblique_impact.validation.paper.command import reproduce as compute
     from oblique_impact.validation.report.provenance import command_line
-    from oblique_impact.validation.reproduction.command import SECONDS, lines
-    from oblique_impact.validation.reproduction.command import reproduce as compute
 
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
         result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
-    print_result(lines(result), lambda: _written(out), as_json)
+    print_result(lines(result, out), lambda: _written(out), as_json)
 
 
 def sweep(
@@ -207,16 +213,18 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Run a scenario over axes of its keys; writes results.parquet and report.html."""
-    from oblique_impact.validation.parallel import check_limits
     from oblique_impact.validation.report.provenance import command_line
-    from oblique_impact.validation.sweeps.command import lines
-    from oblique_impact.validation.sweeps.command import sweep as compute
-    from oblique_impact.validation.sweeps.plan import load_plan
+    from oblique_impact.validation.studies.design import load_plan
+    from oblique_impact.validation.studies.parallel import check_limits
+    from oblique_impact.validation.studies.sweep import lines
+    from oblique_impact.validation.studies.sweep import sweep as compute
 
     check_limits(scheduler, workers, timeout)
     plan = load_plan(source)
     if plan.impossible:
-        print_note(f"{plan.impossible} of {plan.design.size} runs are not possible; the first is {plan.fault}")
+        first = plan.impossible[0]
+        words = f"the first is run {first.labels['run']}: {first.fault}"
+        print_note(f"{len(plan.impossible)} of {len(plan.runs)} runs are not possible; {words}")
     how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
     repeat = command_line("sweep", source, out=out, **how)
     with counting_bar("sweep", rate="runs") as show:
@@ -234,8 +242,8 @@ def compare(
 ) -> None:
     """Compare two runs, events aligned; writes a page, or the numbers as JSON."""
     from oblique_impact.history.history import History
+    from oblique_impact.validation.comparison import check_target, comparison_data, save_comparison
     from oblique_impact.validation.comparison import compare as compute
-    from oblique_impact.validation.comparison_report import check_target, comparison_data, save_comparison
     from oblique_impact.validation.report.provenance import command_line
 
     check_target(out)

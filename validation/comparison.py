@@ -1,22 +1,27 @@
-"""Two histories compared: their events aligned, everything they sampled, their collisions."""
+"""Two histories compared: their events aligned, everything they sampled, their collisions; with a report."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
+from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
 from oblique_impact.scenario.toml import flat_keys, parse_toml
-from oblique_impact.validation.curves import Array, Courses, Deviation, interpolated
 from oblique_impact.validation.event_pairs import EventPair, align, largest_difference, pair_events
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from oblique_impact.validation.report import Picture, Report
+
+Array = NDArray[np.float64]
 
 #: events further apart than this part of the common span are not the same event
 MAX_SHIFT = 0.1
@@ -24,6 +29,8 @@ MAX_SHIFT = 0.1
 SAME = 1e-12
 #: events without a partner that a text lists at most
 LISTED = 10
+#: suffixes of reports
+SUFFIXES = (".html", ".json")
 _COORDINATES = ("q", "qd")
 _COLLISION = {
     "start": "s",
@@ -33,51 +40,24 @@ _COLLISION = {
     "tangential_impulse": "N s",
     "peak_force": "N",
 }
+_COLUMNS = (
+    "unit",
+    "scale",
+    "plain_rms",
+    "plain_largest",
+    "plain_at",
+    "aligned_rms",
+    "aligned_largest",
+    "aligned_at",
+)
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
-
-
-@dataclass(frozen=True)
-class VariableDifference:
-    """How far one variable of two histories is apart.
-
-    Attributes
-    ----------
-    name, unit : str
-        Of the variable.
-    scale : float
-        Range of the values of both histories in the common span; what relative differences refer to.
-    plain : Deviation
-        At equal times.
-    aligned : Deviation
-        At corresponding times: each shared event at the mean of its two times, linear in between.
-    hausdorff : float or None
-        Distance of the two graphs, time relative to the common span, values to the scale; for variables that jump.
-    """
-
-    name: str
-    unit: str
-    scale: float
-    plain: Deviation
-    aligned: Deviation
-    hausdorff: float | None
-
-    def relative(self, value: float) -> float:
-        """Return a difference over the scale; 0 where there is none."""
-        return value / self.scale if value else 0.0
-
-
-class Measure(NamedTuple):
-    """One number of either history; None where a history does not have it."""
-
-    name: str
-    unit: str
-    left: float | None
-    right: float | None
-
-    @property
-    def difference(self) -> float | None:
-        """Right minus left."""
-        return None if self.left is None or self.right is None else self.right - self.left
+#: what the picture shows, if both histories have it: label and unit of the axis
+_DRAWN = {
+    "gap": "gap (m)",
+    "theta_dot": "angular velocity (rad/s)",
+    "lambda_n": "normal force (N)",
+    "slip_rate": "slip velocity (m/s)",
+}
 
 
 @dataclass(frozen=True)
@@ -96,10 +76,12 @@ class Comparison:
         Events further apart (s) are not paired.
     events : tuple of EventPair
         In the order of time.
-    variables : mapping
-        A `VariableDifference` by name of the variable.
-    measures : tuple of Measure
-        Collisions and energies.
+    variables : DataFrame
+        A row for each variable: unit; scale, the range of both in the common span; and the root of the mean square
+        over time (and along the beam), the largest difference with its sign and its time (s), each at equal times
+        (`plain`) and on a clock in which each shared event is at the mean of its two times (`aligned`).
+    measures : DataFrame
+        A row for each number of collisions and energies: unit, left, right, difference; NaN where one lacks it.
     state_disagreement : float
         Part of the common time, events aligned, in which the contact states differ.
     skipped : mapping
@@ -111,14 +93,14 @@ class Comparison:
     span: tuple[float, float]
     max_shift: float
     events: tuple[EventPair, ...]
-    variables: Mapping[str, VariableDifference]
-    measures: tuple[Measure, ...]
+    variables: pd.DataFrame
+    measures: pd.DataFrame
     state_disagreement: float
     skipped: Mapping[str, str]
 
-    def __getitem__(self, name: str) -> VariableDifference:
-        """Return the difference of one variable, e.g. ``comparison["theta"]``; raises KeyError."""
-        return self.variables[name]
+    def __getitem__(self, name: str) -> pd.Series[Any]:
+        """Return the differences of one variable, e.g. ``comparison["theta"].aligned_rms``; raises KeyError."""
+        return self.variables.loc[name]
 
     @property
     def outcomes(self) -> tuple[str, str]:
@@ -143,7 +125,7 @@ class Comparison:
     @property
     def largest_shift(self) -> float:
         """Largest time difference (s) of shared events."""
-        return largest_difference(list(self.shared))
+        return largest_difference(self.shared)
 
     @property
     def changed_keys(self) -> dict[str, tuple[Any, Any]]:
@@ -161,35 +143,6 @@ class Comparison:
             for text in history.summary.get("warnings", ()):
                 found.setdefault(text, []).append(name)
         return [(" and ".join(names), text) for text, names in found.items()]
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return a pandas table with a row per variable, in its unit."""
-        import pandas as pd
-
-        rows = [
-            {
-                "variable": v.name,
-                "unit": v.unit,
-                "scale": v.scale,
-                **{f"plain_{key}": value for key, value in v.plain._asdict().items()},
-                **{f"aligned_{key}": value for key, value in v.aligned._asdict().items()},
-                "hausdorff": np.nan if v.hausdorff is None else v.hausdorff,
-            }
-            for v in self.variables.values()
-        ]
-        return pd.DataFrame(rows).set_index("variable") if rows else pd.DataFrame()
-
-    def summary(self) -> list[str]:
-        """Return what differs, in sentences, keys of the scenarios that do, and the warnings of both runs."""
-        left, right = self.names
-        changed = self.changed_keys
-        count = f"{len(changed)} keys differ" if len(changed) != 1 else "1 key differs"
-        return [
-            *self.findings(),
-            f"scenarios: {count}",
-            *(f"  {key}: {shown(a)} in {left}, {shown(b)} in {right}" for key, (a, b) in changed.items()),
-            *(f"warning ({names}): {text}" for names, text in self.warnings),
-        ]
 
     def findings(self) -> list[str]:
         """Return how outcomes, events and contact states differ, in sentences."""
@@ -209,26 +162,21 @@ class Comparison:
         found += [f"  and {len(alone) - LISTED} more"] if len(alone) > LISTED else []
         return [*found, f"contact states differ in {100.0 * self.state_disagreement:.2g} % of the time"]
 
+    def summary(self) -> list[str]:
+        """Return the findings, the keys of the scenarios that differ, and the warnings of both runs."""
+        left, right = self.names
+        changed = self.changed_keys
+        count = f"{len(changed)} keys differ" if len(changed) != 1 else "1 key differs"
+        return [
+            *self.findings(),
+            f"scenarios: {count}",
+            *(f"  {key}: {_shown(a)} in {left}, {_shown(b)} in {right}" for key, (a, b) in changed.items()),
+            *(f"warning ({names}): {text}" for names, text in self.warnings),
+        ]
+
     def __str__(self) -> str:
-        head = f"{'relative to the scale':20}  {'scale':>14}  rms, same time  largest  rms, aligned  largest"
-        lines = [*self.summary(), "", head]
-        for v in self.variables.values():
-            scale = f"{v.scale:.4g} {v.unit.removeprefix('1')}".strip()
-            found = [
-                f"{v.relative(d):8.1e}" for d in (v.plain.rms, v.plain.largest, v.aligned.rms, v.aligned.largest)
-            ]
-            lines.append(f"{v.name:20}  {scale:>14}  {found[0]:>14} {found[1]} {found[2]:>13} {found[3]}")
-        return "\n".join(lines)
-
-
-def shown(value: Any) -> str:
-    """Return a value of a scenario as text."""
-    return "not given" if value is None else str(value)
-
-
-def _scenario(history: History, name: str) -> dict[str, Any]:
-    """Return the sections of the scenario of a history, none of a user-defined system."""
-    return parse_toml(history.scenario_toml, f"scenario of the {name} history")
+        table = self.variables.to_string(float_format=lambda value: f"{value:.3g}")
+        return "\n".join([*self.summary(), "", table])
 
 
 def compare(
@@ -270,33 +218,35 @@ def compare(
     Examples
     --------
     >>> from oblique_impact import Scenario, simulate
-    >>> from validation import compare
+    >>> from oblique_impact.validation import compare
     >>> paper = Scenario.builtin("paper").replace(end_time=0.33)
     >>> found = compare(simulate(paper), simulate(paper.replace(discretization__method="fem")))
-    >>> len(found.only_left), found.largest_shift < 1e-6, found["theta"].aligned.rms < 1e-6
+    >>> len(found.only_left), found.largest_shift < 1e-6, bool(found["theta"].aligned_rms < 1e-6)
     (0, True, True)
     """
     for history in (left, right):
         require_history(history, "compare")
-    span = _common_span(left, right)
-    length = span[1] - span[0]
-    limit = MAX_SHIFT * length if max_shift is None else float(max_shift)
+    times = _times(left), _times(right)
+    start, end = max(float(t[0]) for t in times), min(float(t[-1]) for t in times)
+    if min(t.size for t in times) < 2 or not start < end:
+        covered = " and ".join(f"{t[0]:g} to {t[-1]:g} s" for t in times)
+        raise InputError(f"compare: the histories have no time in common: {covered}")
+    limit = MAX_SHIFT * (end - start) if max_shift is None else float(max_shift)
     if not limit >= 0.0:
         raise InputError(f"max_shift = {limit}: should be a time in s, 0 or more")
-    logs = [[event for event in h.events if span[0] <= event.time <= span[1]] for h in (left, right)]
+    logs = [[event for event in h.events if start <= event.time <= end] for h in (left, right)]
     pairs = pair_events(logs[0], logs[1], limit)
     wanted, skipped = _chosen(left, right, variables)
-    times = _times(left), _times(right)
-    plain, aligned = Courses(times), Courses(_on_common_clock(times, pairs, length))
+    clocks = times, _on_common_clock(times, pairs, end - start)
     return Comparison(
         names,
         (left, right),
-        span,
+        (start, end),
         limit,
         tuple(pairs),
-        {name: _difference(name, (left, right), plain, aligned) for name in wanted},
-        tuple(_measures(left, right, span, limit)),
-        aligned.disagreement([history["state"].values for history in (left, right)]),
+        pd.DataFrame({name: _difference(name, (left, right), *clocks) for name in wanted}, _COLUMNS).T,
+        _measures(left, right, (start, end), limit),
+        _disagreement(clocks[1], [history["state"].values for history in (left, right)]),
         skipped,
     )
 
@@ -305,19 +255,70 @@ def compare(
 
 
 def _difference(
-    name: str, histories: tuple[History, History], plain: Courses, aligned: Courses
-) -> VariableDifference:
+    name: str, histories: tuple[History, History], times: tuple[Array, Array], aligned: tuple[Array, Array]
+) -> list[Any]:
+    """Return the entries of `_COLUMNS` of a variable."""
     values, weights = _at_common_stations(histories, name)
-    inside = [v[(t >= plain.grid[0]) & (t <= plain.grid[-1])] for t, v in zip(plain.times, values, strict=True)]
+    grid = _union(times)
+    inside = [v[(t >= grid[0]) & (t <= grid[-1])] for t, v in zip(times, values, strict=True)]
     finite = np.concatenate([v[np.isfinite(v)] for v in inside])
     scale = (float(np.ptp(finite)) or float(np.max(np.abs(finite)))) if finite.size else 0.0
     unit = str(histories[0][name].attrs.get("units", "1"))
-    deviations = plain.deviation(values, weights), aligned.deviation(values, weights)
-    return VariableDifference(name, unit, scale, *deviations, plain.hausdorff(values, scale))
+    return [unit, scale, *_deviation(times, values, weights), *_deviation(aligned, values, weights)]
+
+
+def _union(times: tuple[Array, Array]) -> Array:
+    """Return the instants of both in the span that both cover."""
+    start, end = max(t[0] for t in times), min(t[-1] for t in times)
+    union = np.union1d(*times)
+    return np.unique(np.concatenate([[start], union[(union > start) & (union < end)], [end]]))
+
+
+def _deviation(
+    times: tuple[Array, Array], values: Sequence[Array], weights: Array | None
+) -> tuple[float, float, float]:
+    """Return root mean square, largest difference and its time of values (samples,) or (samples, points).
+
+    They are linear between samples, of which integrals are exact; the mean along the beam has `weights` of sum 1.
+    """
+    grid = _union(times)
+    left, right = (_interpolated(t, v, grid) for t, v in zip(times, values, strict=True))
+    wild = ~np.isfinite(left), ~np.isfinite(right)
+    with np.errstate(invalid="ignore"):
+        apart = np.where(wild[0] & wild[1], 0.0, right - left)
+    apart = np.where(wild[0] ^ wild[1], np.inf, apart).reshape(grid.size, -1)
+    if grid.size < 2:
+        return 0.0, 0.0, float(grid[0])
+    share = np.full(apart.shape[1], 1.0 / apart.shape[1]) if weights is None else weights
+    with np.errstate(invalid="ignore"):
+        squares = apart[:-1] ** 2 + apart[:-1] * apart[1:] + apart[1:] ** 2
+    mean = np.where(np.isnan(squares), np.inf, squares) @ share / 3.0
+    rms = float(np.sqrt(np.diff(grid) @ mean / (grid[-1] - grid[0])))
+    row, column = np.unravel_index(int(np.argmax(np.abs(apart))), apart.shape)
+    return rms, float(apart[row, column]), float(grid[row])
+
+
+def _disagreement(times: tuple[Array, Array], values: Sequence[NDArray[Any]]) -> float:
+    """Return the part of the time in which values differ that hold from their sample on to the next."""
+    grid = _union(times)
+    if grid.size < 2:
+        return 0.0
+    places = [np.searchsorted(t, grid[:-1], side="right") - 1 for t in times]
+    left, right = (v[k] for v, k in zip(values, places, strict=True))
+    return float(np.diff(grid) @ (left != right) / (grid[-1] - grid[0]))
+
+
+def _interpolated(x: Array, values: Array, at: Array) -> Array:
+    """Return values (points, ...) at other points, linear in between; a sample that is hit is taken as it is."""
+    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
+    part = np.clip((at - x[k]) / (x[k + 1] - x[k]), 0.0, 1.0).reshape(-1, *(1,) * (values.ndim - 1))
+    with np.errstate(invalid="ignore"):
+        between = values[k] + part * (values[k + 1] - values[k])
+    return np.asarray(np.where(part == 0.0, values[k], np.where(part == 1.0, values[k + 1], between)))
 
 
 def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[list[Array], Array | None]:
-    """Values of both on common stations, and the weights of these in a mean along the beam."""
+    """Return values of both on common stations, and the weights of these in a mean along the beam."""
     values = [np.asarray(history[name].values, dtype=float) for history in histories]
     if "station" not in histories[0][name].dims:
         return values, None
@@ -328,20 +329,13 @@ def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[
     common = common[np.concatenate([[True], np.diff(common) > SAME * (common[-1] or 1.0)])]
     widths = np.concatenate([[0.0], np.diff(common), [0.0]])
     weights = 0.5 * (widths[1:] + widths[:-1])
-    return [interpolated(s, v.T, common).T for s, v in zip(stations, values, strict=True)], weights / weights.sum()
+    return [
+        _interpolated(s, v.T, common).T for s, v in zip(stations, values, strict=True)
+    ], weights / weights.sum()
 
 
 def _times(history: History) -> Array:
     return np.asarray(history["time"].values, dtype=float)
-
-
-def _common_span(left: History, right: History) -> tuple[float, float]:
-    times = _times(left), _times(right)
-    start, end = max(float(t[0]) for t in times), min(float(t[-1]) for t in times)
-    if min(t.size for t in times) < 2 or not start < end:
-        covered = " and ".join(f"{t[0]:g} to {t[-1]:g} s" for t in times)
-        raise InputError(f"compare: the histories have no time in common: {covered}")
-    return start, end
 
 
 def _on_common_clock(times: tuple[Array, Array], pairs: Sequence[EventPair], length: float) -> tuple[Array, Array]:
@@ -374,7 +368,7 @@ def _on_common_clock(times: tuple[Array, Array], pairs: Sequence[EventPair], len
 
 
 def _chosen(left: History, right: History, wanted: Sequence[str] | None) -> tuple[list[str], dict[str, str]]:
-    """Names of the variables to compare, and why others are not; what is asked for has to be possible."""
+    """Return names of the variables to compare, and why others are not; what is asked for has to be possible."""
     every = dict.fromkeys([*map(str, left.data.data_vars), *map(str, right.data.data_vars)])
     # what decides the meaning of the coordinates
     both = zip((left, right), ("left", "right"), strict=True)
@@ -390,7 +384,7 @@ def _chosen(left: History, right: History, wanted: Sequence[str] | None) -> tupl
 
 
 def _obstacle(left: History, right: History, name: str, same_shapes: bool) -> str:
-    """Why a variable cannot be compared, "" if it can."""
+    """Return why a variable cannot be compared, "" if it can."""
     if name == "state":
         return "contact states are compared as state_disagreement"
     for history, side in ((left, "left"), (right, "right")):
@@ -404,22 +398,167 @@ def _obstacle(left: History, right: History, name: str, same_shapes: bool) -> st
     return "" if sizes[0] == sizes[1] else "other numbers of coordinates"
 
 
-def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> list[Measure]:
+def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> pd.DataFrame:
+    """Return the table of collisions and energies."""
     rows = [history.summary.get("macro_collisions", []) for history in (left, right)]
     begins = [[float(m["start"]) for m in found] for found in rows]
     places = align(begins[0], begins[1], [""] * len(begins[0]), [""] * len(begins[1]), limit)
-    both = [(None if i is None else rows[0][i], None if j is None else rows[1][j]) for i, j in places]
+    both = [({} if i is None else rows[0][i], {} if j is None else rows[1][j]) for i, j in places]
     # one that goes on after the shorter history is cut there
-    whole = [m for m in both if all(one is None or span[0] <= one["start"] <= one["end"] <= span[1] for one in m)]
-    measures = []
-    for number, collisions in enumerate(whole, start=1):
-        for key, unit in _COLLISION.items():
-            a, b = (None if one is None else float(one[key]) for one in collisions)
-            measures.append(Measure(f"collision {number}: {key.replace('_', ' ')}", unit, a, b))
+    whole = [m for m in both if all(not one or span[0] <= one["start"] <= one["end"] <= span[1] for one in m)]
+    measures = {
+        f"collision {number}: {key.replace('_', ' ')}": [unit, *(one.get(key, np.nan) for one in collisions)]
+        for number, collisions in enumerate(whole, start=1)
+        for key, unit in _COLLISION.items()
+    }
     ends = [float(_times(history)[-1]) for history in (left, right)]
     if abs(ends[1] - ends[0]) <= SAME * (span[1] - span[0]):
         energies = [history.summary.get("energy", {}) for history in (left, right)]
         for key in _ENERGIES:
-            a, b = (float(energy[key]) if key in energy else None for energy in energies)
-            measures.append(Measure(f"energy: {key.replace('_', ' ')}", "J", a, b))
-    return measures
+            measures[f"energy: {key.replace('_', ' ')}"] = ["J", *(found.get(key, np.nan) for found in energies)]
+    frame = pd.DataFrame.from_dict(measures, orient="index", columns=["unit", "left", "right"])
+    frame["difference"] = frame["right"].astype(float) - frame["left"].astype(float)
+    return frame
+
+
+def _shown(value: Any) -> str:
+    return "not given" if value is None else str(value)
+
+
+def _scenario(history: History, name: str) -> dict[str, Any]:
+    """Return the sections of the scenario of a history, none of a user-defined system."""
+    return parse_toml(history.scenario_toml, f"scenario of the {name} history")
+
+
+# --- report
+
+
+def check_target(out: Path) -> None:
+    """Raise InputError for a file of another kind."""
+    if out.suffix not in SUFFIXES:
+        raise InputError(f"--out {out}: should end in {' or '.join(SUFFIXES)}")
+
+
+def save_comparison(found: Comparison, out: Path, command: str) -> Path:
+    """Write a page (.html) or the numbers (.json), whole or not at all; `command` repeats it.
+
+    Raises InputError for another suffix, or if the file cannot be written.
+    """
+    from oblique_impact.validation.report.document import write_json
+
+    check_target(out)
+    folder = prepare_folder(out.parent)
+    if out.suffix == ".json":
+        return write_json(out, comparison_data(found, command))
+    return report(found, command).write(folder, name=out.name)
+
+
+def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
+    """Return everything that was found as plain data in SI units; differences are right minus left."""
+    from oblique_impact.validation.report import provenance_data
+
+    return {
+        "command": command,
+        "names": found.names,
+        "outcomes": found.outcomes,
+        "changed_keys": found.changed_keys,
+        "warnings": [{"runs": names, "warning": text} for names, text in found.warnings],
+        "span": found.span,
+        "max_shift": found.max_shift,
+        "largest_shift": found.largest_shift,
+        "state_disagreement": found.state_disagreement,
+        "events": [
+            {
+                "kind": pair.event.kind.value,
+                "state": pair.event.state.name.lower(),
+                "left_time": pair.left and pair.left.time,
+                "right_time": pair.right and pair.right.time,
+                "time_difference": pair.time_difference,
+                "impulse_difference": pair.impulse_difference,
+            }
+            for pair in found.events
+        ],
+        "variables": found.variables.rename_axis("name").reset_index().to_dict("records"),
+        "measures": found.measures.rename_axis("name").reset_index().to_dict("records"),
+        "skipped": dict(found.skipped),
+        **provenance_data(),
+    }
+
+
+def report(found: Comparison, command: str) -> Report:
+    """Return the report; `command` repeats it."""
+    from oblique_impact.validation.report import Cell, Report, Section, Table, Text, cell
+
+    left, right = found.names
+    _, *sentences = found.findings()
+    sentences += [f"Warning ({names}): {text}" for names, text in found.warnings]
+    keys = [[Cell(key, "code"), _shown(a), _shown(b)] for key, (a, b) in found.changed_keys.items()]
+    scenarios = Table(["key", left, right], keys, "Keys of the scenarios that differ", wide=(1, 2))
+    relative = found.variables.copy()
+    for name in ("plain_rms", "plain_largest", "aligned_rms", "aligned_largest"):
+        relative[name] = (relative[name] / relative["scale"].where(relative["scale"] > 0.0, 1.0)).astype(float)
+    variables = [
+        [Cell(name, "code"), unit.removeprefix("1"), cell(scale, 4)]
+        + [cell(value, 6 if place % 3 == 2 else 2) for place, value in enumerate(rest)]
+        for name, unit, scale, *rest in relative.itertuples()
+    ]
+    columns = ["variable", "unit", "scale", "rms, same time", "largest", "at (s)"]
+    columns += ["rms, aligned", "largest", "at (s)"]
+    caption = (
+        "Differences relative to the scale, the range of the values: at the same time; and aligned, on a clock in "
+        "which shared events coincide."
+    )
+    events = []
+    for number, pair in enumerate(found.events, 1):
+        times = [cell(event and event.time, 9) for event in pair]
+        impulses = [cell(event and (event.normal_impulse or None), 9) for event in pair]
+        events.append([number, pair.kind, *times, cell(pair.time_difference, 2), *impulses])
+    heads = ["", "event", f"{left}: t (s)", f"{right}: t (s)", "difference (s)"]
+    heads += [f"{name}: impulse (N s)" for name in found.names]
+    measures = [
+        [name, unit, *(cell(value, 9) for value in values)] for name, unit, *values in found.measures.itertuples()
+    ]
+    measured = Table(["", "unit", left, right, "difference"], measures)
+    skipped = "; ".join(f"{name}: {why}" for name, why in found.skipped.items())
+    return Report(
+        f"{left} and {right}",
+        f"Two runs side by side, from {found.span[0]:g} to {found.span[1]:g} s. Differences are those of {right} "
+        f"from {left}.",
+        command,
+        overview=[
+            *(Text(sentence) for sentence in sentences),
+            scenarios if keys else Text("The scenarios are the same."),
+            _picture(found),
+        ],
+        sections=[
+            Section(
+                "Variables", [Table(columns, variables, caption), Text(f"Not compared: {skipped}.", note=True)]
+            ),
+            Section("Events", [Table(heads, events)]),
+            *([Section("Collisions and energies", [measured])] if measures else []),
+        ],
+    )
+
+
+def _picture(found: Comparison) -> Picture:
+    """Draw both runs on top of each other, fields at their last station."""
+    from oblique_impact.renders.style import GREY, SERIES
+    from oblique_impact.validation.report import picture, with_unit
+
+    names = [name for name in _DRAWN if name in found.variables.index] or list(found.variables.index)[:1]
+    caption = "Both runs over time; dotted lines are events that only one of them has."
+    alternative = f"{', '.join(names)} of {' and '.join(found.names)} over time."
+    with picture(caption, height=2.2 * len(names) + 0.5, alternative=alternative) as drawn:
+        panels = drawn.figure.subplots(len(names), 1, sharex=True, squeeze=False).ravel()
+        for axes, name in zip(panels, names, strict=True):
+            for k, (history, label) in enumerate(zip(found.histories, found.names, strict=True)):
+                values = history[name].values
+                last = values.reshape(len(values), -1)[:, -1]
+                axes.plot(history["time"].values, last, label=label, color=SERIES[k], linewidth=2.0 - k)
+            for pair in found.events:
+                if pair.time_difference is None:
+                    axes.axvline(pair.event.time, color=GREY, linewidth=0.8, linestyle=":")
+            axes.set(ylabel=_DRAWN.get(name, with_unit(name, found[name].unit)), xlim=found.span)
+        panels[-1].set_xlabel("time (s)")
+        drawn.figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return drawn

@@ -5,35 +5,20 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
-from contextlib import nullcontext
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from oblique_impact.errors import InputError
-from oblique_impact.files import writing
+from oblique_impact.files import prepare_folder
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
 from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
-from oblique_impact.validation.parallel import map_parallel, told
-from oblique_impact.validation.report.document import (
-    Block,
-    Cell,
-    Document,
-    Item,
-    Paragraph,
-    Section,
-    Table,
-    number,
-    number_cells,
-    write_csv,
-    write_json,
-    write_report,
-)
-from oblique_impact.validation.report.provenance import call_text, provenance, provenance_data
+from oblique_impact.validation.report import Block, Cell, Item, Report, Section, Table, Text, cell
+from oblique_impact.validation.studies.parallel import map_parallel
 
 
 @dataclass(frozen=True)
@@ -96,7 +81,7 @@ def compute(
 ) -> dict[str, Evidence]:
     """Compute checks in parallel, the longest first; evidence by id in the order of `checks`."""
     names = [check.id for check in sorted(checks, key=lambda check: -check.seconds)]
-    found = dict(zip(names, map_parallel(evidence_of, names, workers, told(on_progress, names)), strict=True))
+    found = dict(zip(names, map_parallel(evidence_of, names, workers, on_progress), strict=True))
     return {check.id: found[check.id] for check in checks}
 
 
@@ -127,7 +112,7 @@ def validate(
     quick: bool = False,
     workers: int | None = None,
     on_progress: OnProgress = silent,
-    command: str | None = None,
+    command: str = "",
 ) -> list[Result]:
     """Run the chosen checks, and write report.html, results.json and results.csv.
 
@@ -143,8 +128,8 @@ def validate(
         Parallel processes; default: the cores.  With one, everything runs in this process.
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.progress.Progress` before the first check and after each.
-    command : str, optional
-        How to repeat the validation, for the report; default: this call.
+    command : str
+        How to repeat the validation, for the report.
 
     Returns
     -------
@@ -164,48 +149,29 @@ def validate(
     []
     """
     checks = select(only, quick)
-    with nullcontext() if out is None else writing(out) as folder:
-        started = time.perf_counter()
-        evidence = compute(checks, workers, on_progress)
-        wall = time.perf_counter() - started
-        results = results_of(checks, evidence)
-        if folder is not None:
-            repeat = command or call_text(
-                "validate", out=os.fspath(folder), only=list(only), quick=quick, workers=workers
-            )
-            _write(folder, results, _document(checks, evidence, results, [("command", repeat), _time(wall)]))
+    folder = None if out is None else prepare_folder(out)
+    started = time.perf_counter()
+    evidence = compute(checks, workers, on_progress)
+    seconds = time.perf_counter() - started
+    results = results_of(checks, evidence)
+    if folder is not None:
+        rows = [asdict(result) for result in results]
+        _report(checks, evidence, results, command, seconds).write(folder, {"checks": rows}, pd.DataFrame(rows))
     return results
 
 
-def _time(wall: float) -> tuple[str, str]:
-    return "wall time", f"{wall:.1f} s"
-
-
-def _write(folder: Path, results: Sequence[Result], document: Document) -> None:
-    rows = [asdict(result) for result in results]
-    write_json(folder, "results.json", {"checks": rows, **provenance_data()})
-    columns = list(Result.__dataclass_fields__)
-    write_csv(folder, "results.csv", columns, [[row[name] for name in columns] for row in rows])
-    write_report(folder, document)
-
-
-def _document(
-    checks: Sequence[Check],
-    evidence: dict[str, Evidence],
-    results: Sequence[Result],
-    times: Sequence[tuple[str, str]],
-) -> Document:
+def _report(
+    checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], command: str, seconds: float
+) -> Report:
     groups = list(dict.fromkeys(check.group for check in checks))
     by_group = {group: [r for r in results if r.group == group.id] for group in groups}
-    return Document(
-        title="Validation of oblique-impact",
-        lead=(
-            f"{counts(results)}. The program is held against closed forms, published tests, balances and other "
-            "programs. A measurement passes when the absolute difference of computed and reference value is at "
-            "most its tolerance."
-        ),
-        facts=provenance(),
-        times=times,
+    return Report(
+        "Validation of oblique-impact",
+        f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
+        "programs. A measurement passes when the absolute difference of computed and reference value is at "
+        "most its tolerance.",
+        command,
+        seconds,
         overview=_overview(by_group),
         sections=[
             Section(
@@ -234,14 +200,14 @@ def _ratios(results: Sequence[Result]) -> np.ndarray[Any, Any]:
 
 
 def _overview(by_group: dict[Group, list[Result]]) -> list[Block]:
-    rows: list[list[str | Cell]] = []
+    rows = []
     for group, results in by_group.items():
         passed = sum(result.verdict == "pass" for result in results)
         worst = float(np.max(np.nan_to_num(_ratios(results), nan=np.inf), initial=0.0))
         verdict = _verdict(results)
         checks = len({result.check for result in results})
-        cells = number_cells(checks, len(results), passed, number(worst, 2))
-        rows.append([group.title, Cell(group.id, "code"), *cells, Cell(verdict, verdict)])
+        numbers = [checks, len(results), passed, cell(worst, 2)]
+        rows.append([group.title, Cell(group.id, "code"), *numbers, Cell(verdict, verdict)])
     columns = ("group", "--only", "checks", "measurements", "passed", "largest error/tolerance", "verdict")
     picture = tolerance_figure([(group.title, _ratios(results)) for group, results in by_group.items()])
     return [Table(columns, rows, "Groups"), picture]
@@ -249,22 +215,24 @@ def _overview(by_group: dict[Group, list[Result]]) -> list[Block]:
 
 def _blocks(checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result]) -> list[Block]:
     blocks: list[Block] = []
+    columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
     for check in checks:
         mine = [r for r in results if r.check == check.id]
         sources = list(dict.fromkeys(r.source for r in mine if r.source))
-        columns = ("id", "quantity", "computed", "reference", "unit", "error", "tolerance", "verdict")
         table = Table(columns, [_row(result) for result in mine], wide=(1,), filtered=True)
-        reference = Paragraph(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
-        blocks.append(Item([Paragraph(check.problem), table, reference, *evidence[check.id].pictures]))
+        reference = Text(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
+        blocks.append(Item([Text(check.problem), table, reference, *evidence[check.id].pictures]))
     return blocks
 
 
-def _row(result: Result) -> list[Cell]:
+def _row(result: Result) -> list[Cell | str]:
     return [
         Cell(result.id, "code"),
-        Cell(result.quantity),
-        *number_cells(result.computed, result.reference, digits=9),
-        Cell("–" if result.unit == "1" else result.unit),
-        *number_cells(result.error, result.tolerance, digits=2),
+        result.quantity,
+        cell(result.computed, 9),
+        cell(result.reference, 9),
+        "–" if result.unit == "1" else result.unit,
+        cell(result.error, 2),
+        cell(result.tolerance, 2),
         Cell(result.verdict, result.verdict),
     ]

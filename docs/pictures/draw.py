@@ -1,7 +1,6 @@
 """Draw the pictures of the pages: ``python -m docs.pictures.draw [NAME ...]``, in the folder of the sources.
 
-Drawings are SVG, one for both themes (`docs/_ext/two_themes.py` makes the dark one while the site is built);
-pictures of the beam are PNG, one for each theme. A test draws each drawing anew and holds the kept one against it.
+Drawings are SVG without paper, in colours that read on light and dark pages; pictures of the beam are PNG.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from PIL import Image
 from . import contacts, mechanics, scenes, sketch, studies
 from .paper import FOLDER, save
 
-#: a drawing for each page, by its name
 DRAWINGS: dict[str, Callable[[], Figure]] = {
     "sketch": sketch.sketch,
     "kinematics": mechanics.kinematics,
@@ -29,14 +27,8 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
     "nodal": contacts.nodal,
     "refinement": studies.refinement,
     "results": studies.results,
-    "check": studies.check,
-    "cluster": studies.cluster,
-    "library": studies.library,
-    "own-parts": studies.own_parts,
-    "player": mechanics.player,
 }
-#: pictures in pixels, drawn once for each theme
-SCENES: dict[str, Callable[[str], Image.Image]] = {
+SCENES: dict[str, Callable[[], Image.Image]] = {
     "film": scenes.film,
     "scenario": scenes.scenario,
     "paraview": scenes.paraview,
@@ -44,18 +36,15 @@ SCENES: dict[str, Callable[[str], Image.Image]] = {
 }
 
 
-def draw(name: str, folder: Path = FOLDER) -> list[Path]:
-    """Draw a picture into a folder; returns its files."""
+def draw(name: str, folder: Path = FOLDER) -> Path:
+    """Draw a picture into a folder; returns its file."""
     if name in DRAWINGS:
-        return [save(DRAWINGS[name](), name, folder)]
-    files = []
-    for theme, suffix in (("light", ""), ("dark", "-dark")):
-        file = folder / f"{name}{suffix}.png"
-        SCENES[name](theme).save(file, optimize=True)
-        files.append(file)
-    return files
+        return save(DRAWINGS[name](), name, folder)
+    file = folder / f"{name}.png"
+    SCENES[name]().save(file, optimize=True)
+    return file
 
 
 if __name__ == "__main__":
     for wanted in sys.argv[1:] or [*DRAWINGS, *SCENES]:
-        print(*draw(wanted), flush=True)
+        print(draw(wanted), flush=True)

@@ -1,9 +1,8 @@
-"""Pictures of the beam in pixels, light and dark."""
+"""Pictures of the beam in pixels."""
 
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import tempfile
 from functools import cache
@@ -13,8 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.renders import Style, export, render
-from oblique_impact.renders.presets import BARE
-from oblique_impact.renders.style import THEMES
+from oblique_impact.renders.style import BARE, LIGHT
 
 from .mechanics import paper
 from .studies import blocks
@@ -23,19 +21,18 @@ SIZE = (640, 360)
 _GAP, _CAPTION = 14, 30  # pixels
 
 
-def film(theme: str) -> Image.Image:
+def film() -> Image.Image:
     """Six stills, each with the option that makes it."""
     smooth = paper("contact.friction=frictionless")
-    other = "light" if theme == "dark" else "dark"
     tiles = [
-        ("a still of a run", [paper()], Style(SIZE, theme)),
-        (f"--theme {other}", [paper()], Style(SIZE, other)),
-        ("--bare", [paper()], Style(SIZE, theme, **BARE)),
-        ("--colour bending_moment", [paper()], Style(SIZE, theme, quantity="bending_moment")),
-        ("two runs", [paper(), smooth], Style(SIZE, theme)),
-        ("--layout overlay", [paper(), smooth], Style(SIZE, theme, layout="overlay")),
+        ("a still of a run", [paper()], Style(SIZE)),
+        ("--theme dark", [paper()], Style(SIZE, "dark")),
+        ("--bare", [paper()], Style(SIZE, **BARE)),
+        ("--colour bending_moment", [paper()], Style(SIZE, quantity="bending_moment")),
+        ("two runs", [paper(), smooth], Style(SIZE)),
+        ("--layout overlay", [paper(), smooth], Style(SIZE, layout="overlay")),
     ]
-    return sheet([(name, still(runs, style)) for name, runs, style in tiles], theme)
+    return sheet([(name, still(runs, style)) for name, runs, style in tiles])
 
 
 def still(histories: list[History], style: Style, **options: object) -> Image.Image:
@@ -48,9 +45,9 @@ def still(histories: list[History], style: Style, **options: object) -> Image.Im
             return picture.convert("RGB")
 
 
-def sheet(tiles: list[tuple[str, Image.Image]], theme: str) -> Image.Image:
+def sheet(tiles: list[tuple[str, Image.Image]]) -> Image.Image:
     """Put pictures of one size in two columns, a line of text below each."""
-    colours, (width, height) = THEMES[theme], tiles[0][1].size
+    colours, (width, height) = LIGHT, tiles[0][1].size
     rows = (len(tiles) + 1) // 2
     whole = Image.new("RGB", (2 * width + _GAP, rows * (height + _CAPTION + _GAP) - _GAP), colours.background)
     draw = ImageDraw.Draw(whole)
@@ -70,41 +67,38 @@ def _mono() -> str:
     return font_manager.findfont("DejaVu Sans Mono")
 
 
-def scenario(theme: str) -> Image.Image:
+def scenario() -> Image.Image:
     """The beam of the page at its largest force."""
     history = simulate(Scenario.from_toml(blocks("scenario.md", "toml")[0]))
-    return still([history], Style((1280, 560), theme), times=[float(history["lambda_n"].idxmax())])
+    return still([history], Style((1280, 560)), times=[float(history["lambda_n"].idxmax())])
 
 
-def paraview(theme: str) -> Image.Image:
-    """What ParaView's own Python makes of an export and the state beside it; needs `pvpython` and `xvfb-run`."""
-    colours = THEMES[theme]
+def paraview() -> Image.Image:
+    """What ParaView makes of an export by the program of the page; needs `pvpython` and `xvfb-run`."""
+    (program,) = (text for text in blocks("paraview.md", "python") if "paraview" in text)
+    background = [int(LIGHT.background[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     with tempfile.TemporaryDirectory() as folder:
-        state = export(paper(), Path(folder) / "beam.pvd", every=50).state
-        text = state.read_text(encoding="utf-8")
-        # ParaView's background and letters in the colours of the page
-        for colour, words in (
-            (colours.background, "view.Background = "),
-            (colours.ink, "legend.TitleColor = legend.LabelColor = "),
-            (colours.ink, "time.Color, time.FontSize = "),
-        ):
-            parts = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
-            text, found = re.subn(rf"(?m)^({re.escape(words)})\[[^]]*\]", rf"\g<1>{parts}", text)
-            assert found == 1, words
-        state.write_text(text, encoding="utf-8")
-        picture = Path(folder) / "beam.png"
+        file, state, picture = (Path(folder) / name for name in ("beam.pvd", "state.py", "beam.png"))
+        export(paper(), file, every=50)
+        ending = [
+            "scene.AnimationTime = 0.3245",
+            "view.UseColorPaletteForBackground = 0",
+            f"view.Background = {background}",
+            f"SaveScreenshot({str(picture)!r}, view, ImageResolution=[1280, 720])",
+        ]
+        state.write_text("\n".join([program.replace("out/beam.pvd", str(file)), *ending]), encoding="utf-8")
         plain = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
         server = ["xvfb-run", "-a", "-s", "-screen 0 1400x900x24"]
-        command = [*server, "pvpython", "--force-offscreen-rendering", str(state), str(picture), "0.3245"]
+        command = [*server, "pvpython", "--force-offscreen-rendering", str(state)]
         subprocess.run(command, check=True, env=plain, capture_output=True, timeout=300)
         with Image.open(picture) as drawn:
-            return drawn.convert("RGB").crop((200, 330, 1200, 720))  # the upper half is empty
+            return drawn.convert("RGB")
 
 
-def absolute_difference(theme: str) -> Image.Image:
+def absolute_difference() -> Image.Image:
     """The two mechanics in the fifth contact, from the commands of the page."""
     floating, exact = absolute_runs()
-    style = Style((1280, 560), theme)
+    style = Style((1280, 560))
     return still([floating, exact], style, times=[0.3287], names=["floating", "exact"], magnify_difference=20.0)
 
 

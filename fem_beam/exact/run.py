@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import cached_property
 from math import ceil, copysign
 from typing import NamedTuple
 
@@ -22,7 +21,6 @@ from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
 from oblique_impact.fem_beam.exact.step import NotConvergedError, Stage, Step, advance
 from oblique_impact.fem_beam.exact.stop import Contact, Place, Slope
 from oblique_impact.fem_beam.mesh import beam_mesh
-from oblique_impact.interrupts import hold_interrupts
 from oblique_impact.marching import records
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.loop import MAX_EVENTS, Status
@@ -97,6 +95,8 @@ class Run:
         Called with a :class:`~oblique_impact.marching.loop.Status` several times a second.
     sections : ElasticSections, optional
         In place of those of the scenario.
+    motion : BaseMotion, optional
+        How a driven root turns; by default as the scenario says.
     """
 
     def __init__(
@@ -104,8 +104,10 @@ class Run:
         scenario: Scenario,
         on_progress: Callable[[Status], None] | None = None,
         sections: ElasticSections | None = None,
+        motion: BaseMotion | None = None,
     ) -> None:
         self.scenario, self.beam = scenario, beam_of(scenario, sections)
+        self.motion = motion or base_motion_of(scenario.root)
         self.record, self.samples = records.Record(), list[Sample]()
         self.totals = Quadratures(*[0.0] * 7)
         self._report, self._reported = on_progress or (lambda status: None), -np.inf
@@ -116,7 +118,9 @@ class Run:
         if scenario.root.kind == "hub":
             self.load[2] += scenario.root.torque
         q = self.beam.straight(scenario.initial.angle)
-        self.stage = Stage(q, self.beam.turning(q, scenario.initial_angular_velocity))
+        driven = scenario.root.kind == "driven"
+        speed = self.motion.at(0.0).speed if driven else scenario.initial.angular_velocity
+        self.stage = Stage(q, self.beam.turning(q, speed))
         self.time, self.phase = 0.0, Phase(State.FREE)
         place = self.slope.place(self.stage)
         self._side = -1.0 if place.gap < 0.0 and self.slope.is_beyond(place) else 1.0
@@ -127,12 +131,6 @@ class Run:
         self._kinetic = scenario.contact.mu_kinetic if rough else 0.0
         self._static = scenario.contact.mu_static if rough else 0.0
 
-    @cached_property
-    def motion(self) -> BaseMotion:
-        """How a driven root turns."""
-        motion: BaseMotion = self.scenario.part("profile") or base_motion_of(self.scenario.root)
-        return motion
-
     def execute(self) -> records.Record:
         """March to the end, to a named outcome, or to an interrupt."""
         solver, end = self.scenario.solver, self.scenario.end_time
@@ -141,15 +139,14 @@ class Run:
         breaks = self.motion.breakpoints if self.scenario.root.kind == "driven" else ()
         self._sample()
         try:
-            with hold_interrupts() as let_come:
-                for stop in stops:
-                    for part in sorted({stop, *(b for b in breaks if self.time < b <= stop)}):
-                        self._march_to(part, let_come)
-                        if part in breaks and part < stop:
-                            self._averages.cut()
-                    self._sample()
-                    if stop in breaks:
+            for stop in stops:
+                for part in sorted({stop, *(b for b in breaks if self.time < b <= stop)}):
+                    self._march_to(part)
+                    if part in breaks and part < stop:
                         self._averages.cut()
+                self._sample()
+                if stop in breaks:
+                    self._averages.cut()
         except PhysicsStop as stopped:
             self.record.outcome = stopped.outcome
             self._sample()
@@ -164,10 +161,9 @@ class Run:
 
     # --- steps
 
-    def _march_to(self, stop: float, let_come: Callable[[], None]) -> None:
+    def _march_to(self, stop: float) -> None:
         """March to an instant, in equal steps that are at most as long as the state asks for."""
         while self.time < stop:
-            let_come()
             left = stop - self.time
             length = left / ceil(left / self._longest() - 1e-9)
             last = length >= left * (1.0 - 1e-12)
@@ -274,8 +270,8 @@ class Run:
             gained["friction_loss"] = -tangential * (after.slip - before.slip)
             elastic = -0.5 * self.slope.stiffness * (before.gap + after.gap)
             gained["stop_loss"] = (force - elastic) * (before.gap - after.gap)
-        self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
         mean = self.beam.mean_resultants(self.stage.q, step.stage.q, relaxation)
+        self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
         self._averages.add(self.time, self.time + length, Forces(*mean, step.reaction))
         self.stage, self.time = step.stage, self.time + length
         self.record.steps += 1

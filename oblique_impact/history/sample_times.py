@@ -34,14 +34,6 @@ def pieces(times: Array) -> list[NDArray[np.intp]]:
     return list(np.split(np.arange(times.size), np.flatnonzero(jumps(times)) + 1))
 
 
-def shifted(times: Array, offset: float) -> Array:
-    """Return the times (samples,) moved by `offset` (s); both sides of a jump stay next to each other."""
-    moved = times + offset
-    for k in np.flatnonzero(jumps(times)):
-        moved[k + 1] = np.nextafter(moved[k], np.inf)
-    return np.asarray(moved)
-
-
 def last_sample(times: Array, at: ArrayLike) -> NDArray[np.intp]:
     """Return the number of the last sample at or before instants `at` (s), the right-hand one at a jump.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,55 +83,19 @@ def gather(
     return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found, depth)
 
 
-class BeamVariables(Mapping[str, Column]):
-    """The variables of a beam's history by name; those along the beam are computed when one of them is asked for.
-
-    A study that asks for times and impulses has no use for them; those of `LATER` take longer than all the others.
-    """
-
-    LATER = ("ux_dot", "uy_dot", "moment", "shear", "axial_force", "bending_stress")
-
-    def __init__(self, beam: Beam, samples: Samples) -> None:
-        self._beam, self._samples = beam, samples
-        self._known = {**samples.variables(), **_at_the_contact(beam, samples)}
-        self._known["station"] = beam.operators.stations.points
-        near = ("clearance", "clearance_at") if beam.scenario.contact.enabled else ()
-        self._names = (*self._known, "ux", "uy", *near, *self.LATER)
-
-    def __getitem__(self, name: str) -> Column:
-        """Return a variable; raises KeyError."""
-        if name not in self._known and name in self._names:
-            self._known |= self._computed(name)
-        return self._known[name]
-
-    def _computed(self, name: str) -> dict[str, Column]:
-        """Return a variable along the beam, and those that are computed along with it."""
-        beam, s = self._beam, self._samples
-        if name in self.LATER:
-            forces = s.scalars[:, LAMBDA_N], s.scalars[:, LAMBDA_T]
-            fields = fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, *forces))
-            return {later: getattr(fields, later) for later in self.LATER}
-        if name in ("ux", "uy"):
-            return dict(zip(("ux", "uy"), displacements_along(beam, s.q), strict=True))
-        distances = beam_clearance(beam, s.q, self["ux"], self["uy"])
-        return dict(zip(("clearance", "clearance_at"), distances, strict=True))
-
-    def __iter__(self) -> Iterator[str]:
-        """Go over all names."""
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        """Return the number of all variables."""
-        return len(self._names)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Send and store them computed: what they are computed from stays here."""
-        return dict, (dict(self),)
-
-
-def beam_variables(beam: Beam, samples: Samples) -> Mapping[str, Column]:
-    """Return all variables of a beam's history."""
-    return BeamVariables(beam, samples)
+def beam_variables(beam: Beam, samples: Samples, section_forces: bool = True) -> dict[str, Column]:
+    """Return the variables of a beam's history; without `section_forces` only displacements along the beam."""
+    s = samples
+    found = {**s.variables(), **_at_the_contact(beam, s), "station": beam.operators.stations.points}
+    if section_forces:
+        forces = s.scalars[:, LAMBDA_N], s.scalars[:, LAMBDA_T]
+        found |= fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, *forces))._asdict()
+    else:
+        along = displacements_along(beam, s.q, s.qd)
+        found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
+    if beam.scenario.contact.enabled:
+        found["clearance"], found["clearance_at"] = beam_clearance(beam, s.q, found["ux"], found["uy"])
+    return found
 
 
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
@@ -161,7 +125,7 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
 
 
 def warnings_of(beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Say where the model leaves its range of validity; `passages` are those of the summary's `slope_ends`."""
+    """Return warnings about ranges of validity; `passages` are those of the summary's `slope_ends`."""
     deflection, spin = largest_motion(beam, variables)
     touched = bool(np.any(variables["state"] > 0))
     return [

@@ -10,16 +10,12 @@ impacts; energies are evaluated from the states.  `unaccounted` is therefore a c
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
-
-from oblique_impact.errors import InputError, Outcome
-from oblique_impact.history.provenance import named_in, provenance, versions
+from oblique_impact.history.provenance import provenance, versions
 from oblique_impact.history.samples import Samples
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import (
@@ -30,17 +26,13 @@ from oblique_impact.marching.equations import (
     SUPPLIED,
 )
 from oblique_impact.marching.records import Contact, Event, Record
-from oblique_impact.scenario.scenario import Scenario
 
-#: s; the gap of histories that do not record one: it was the same for all beams
-EARLIER_MACRO_GAP = 0.03
 #: where energy is lost, as the entries `lost_impact` and so on of a ledger say
 LOSSES = ("impact", "friction", "damping", "scheme")
 #: energy that a scheme takes is worth a warning above this part of all losses, and above this part of the largest
-#: kinetic energy of the run: what is less changes speeds by less than 0.05 %, also where nothing else is lost
+#: kinetic energy of the run: less than that changes speeds by less than 0.05 %, also where nothing else is lost
 NOTICEABLE_SHARE, NEGLIGIBLE_ENERGY = 0.03, 1e-3
 _REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
-_OUTCOMES = tuple(outcome.label for outcome in Outcome)
 
 
 @dataclass(frozen=True)
@@ -77,12 +69,25 @@ def balance(
     events : list of Event
         The event log.
     """
+    kinetic, elastic, gravity, contact = parts
     supplied, friction, scheme = (float(quadratures[k]) for k in (SUPPLIED, FRICTION_LOSS, STABILIZATION_LOSS))
     damping = float(quadratures[DAMPING_LOSS] + quadratures[STOP_LOSS])
     impact = sum(event.energy_loss for event in events if event.kind.impulsive)
-    final, lost = sum(parts), (impact, friction, damping, scheme)
-    unaccounted = initial + supplied - impact - friction - damping - scheme - final
-    return Ledger(initial, final, *parts, supplied, *lost, unaccounted)
+    final = sum(parts)
+    return Ledger(
+        initial=initial,
+        final=final,
+        kinetic=kinetic,
+        elastic=elastic,
+        gravity=gravity,
+        contact=contact,
+        supplied=supplied,
+        lost_impact=impact,
+        lost_friction=friction,
+        lost_damping=damping,
+        lost_scheme=scheme,
+        unaccounted=initial + supplied - impact - friction - damping - scheme - final,
+    )
 
 
 def balance_in_words(energy: Mapping[str, float]) -> str:
@@ -163,23 +168,15 @@ def macro_collisions(contacts: Sequence[Contact], macro_gap: float) -> list[Macr
     ]
 
 
-def summarize(
-    record: Record,
-    samples: Samples,
-    wall: float,
-    macro_gap: float,
-    scenario: Scenario | None = None,
-) -> dict[str, Any]:
-    """Return summary.json of a run, without what only a beam has: clearance and warnings.
+def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -> dict[str, Any]:
+    """Return summary.json of a run, without what only a beam has: `clearance`, `without_limit` and `warnings`.
 
-    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision;
-    the `scenario` names the user-defined parts for the provenance.
+    `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision.
     """
     energies = samples.kinetic, samples.elastic, samples.gravity
     kinetic, elastic, gravity = (float(values[-1]) for values in energies)
     initial = sum(float(values[0]) for values in energies)
     parts = kinetic, elastic, gravity, record.stored
-    ledger = balance(initial, parts, samples.quadratures[-1], record.events)
     return {
         "outcome": record.outcome.label,
         "message": record.message or record.outcome.sentence,
@@ -188,67 +185,10 @@ def summarize(
         "macro_collisions": [asdict(m) for m in macro_collisions(record.contacts, macro_gap)],
         "slope_ends": [p._asdict() | {"how": p.how.value} for p in record.passages],
         "events": len(record.events),
-        "energy": asdict(ledger),
+        "energy": asdict(balance(initial, parts, samples.quadratures[-1], record.events)),
         "steps": record.steps,
         "rejected_steps": record.rejected,
         "wall_time": wall,
         "versions": {"python": platform.python_version(), **versions(*_REPORTED_PACKAGES)},
-        "provenance": dict(provenance(named_in(scenario) if scenario else ())),
+        "provenance": provenance(),
     }
-
-
-class Clearance(BaseModel):
-    """Where and when the beam comes closest to the slope, or passes deepest below it."""
-
-    distance: float  # m
-    x: float  # m
-    time: float  # s
-
-
-class SlopeEnd(BaseModel):
-    """How the contact point leaves a slope with ends, or comes back."""
-
-    time: float  # s
-    how: str  # slides off, falls past, comes back
-    place: float  # m along the slope from its origin
-    end: float  # m, the nearer end
-
-
-class Summary(BaseModel):
-    """What summary.json holds at least; numbers of a run that diverged may be NaN."""
-
-    outcome: str
-    end_time: float
-    events: int
-    steps: int
-    wall_time: float
-    energy: Ledger
-    macro_collisions: list[MacroCollision]
-    macro_gap: float = EARLIER_MACRO_GAP
-    clearance: Clearance | None = None
-    slope_ends: list[SlopeEnd] = []
-    warnings: list[str] = []
-    without_limit: list[str] = []
-    message: str = ""
-    versions: dict[str, str] = {}
-
-
-def read_summary(text: str, first: float, last: float) -> dict[str, Any]:
-    """Return the summary of a run from `first` to `last` (s); raises InputError for a text that holds none."""
-    summary = parsed(text, "summary", Summary)
-    if summary.outcome not in _OUTCOMES:
-        raise InputError(f"attribute summary: outcome should be one of {', '.join(_OUTCOMES)}")
-    if not all(first <= m.start <= m.end <= last for m in summary.macro_collisions):
-        raise InputError(f"attribute summary: macro_collisions should lie between {first:g} and {last:g} s")
-    found: dict[str, Any] = json.loads(text)
-    return found
-
-
-def parsed(text: str, name: str, kind: Any) -> Any:
-    """Return an attribute that holds JSON of a kind; raises InputError, in a few words."""
-    try:
-        return TypeAdapter(kind).validate_json(text, strict=True)
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = "".join(f"{part}: " for part in first["loc"])
-        raise InputError(f"attribute {name}: {place}{first['msg']}") from None

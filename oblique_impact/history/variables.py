@@ -1,23 +1,21 @@
-"""The variables of a history: names, dimensions, units, meanings; files from elsewhere are held against them."""
+"""The variables of a history: names, dimensions, units, meanings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
+import xarray as xr
 
 from oblique_impact.contact.state import State
-from oblique_impact.errors import InputError
-
-if TYPE_CHECKING:
-    from xarray import Dataset
 
 Array = np.ndarray[Any, Any]
 
 
 class Variable(NamedTuple):
-    """What a variable is: its dimensions, unit and meaning, and what to know before it is used."""
+    """Dimensions, unit and meaning of a variable, and what to know before it is used."""
 
     dimensions: tuple[str, ...]
     units: str
@@ -25,133 +23,84 @@ class Variable(NamedTuple):
     comment: str = ""
 
 
-class Stored(NamedTuple):
-    """A variable as it is stored."""
-
-    name: str
-    dimensions: tuple[str, ...]
-    values: Array
-    attributes: dict[str, Any]
-
-
-_EACH, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
+_TIME, _COORDINATES, _STATIONS = ("time",), ("time", "coordinate"), ("time", "station")
 _POINT = "the point of the axis at contact.point: the beam's tip only where that is beam.length"
 _FINITE = (
     "the finite force: its integral over time leaves out the impulses of impacts, which events and contacts hold"
 )
 #: variables of every history
-NEEDED = {
-    "time": Variable(_EACH, "s", "time"),
+OF_A_SYSTEM = {
+    "time": Variable(_TIME, "s", "time"),
     "q": Variable(_COORDINATES, "m or rad", "generalized coordinates"),
     "qd": Variable(_COORDINATES, "m/s or rad/s", "generalized velocities"),
     "gap": Variable(
-        _EACH,
+        _TIME,
         "m",
         "normal gap",
         "that of the coordinates q: what they leave out of the contact point (contact.residual_flexibility) is "
         "not in it, so that -gap is more than the compression of the stop, depth",
     ),
-    "slip": Variable(_EACH, "m", "tangential position on the slope"),
-    "gap_rate": Variable(_EACH, "m/s", "gap rate"),
-    "slip_rate": Variable(_EACH, "m/s", "slip velocity"),
-    "lambda_n": Variable(_EACH, "N", "normal contact force", _FINITE),
-    "lambda_tau": Variable(_EACH, "N", "tangential contact force", _FINITE),
-    "state": Variable(_EACH, "1", "contact state"),
-    "energy_kinetic": Variable(_EACH, "J", "kinetic energy"),
-    "energy_elastic": Variable(_EACH, "J", "elastic energy"),
-    "energy_gravity": Variable(_EACH, "J", "gravity energy"),
-}
-#: variables that not every history has
-OPTIONAL = {
+    "slip": Variable(_TIME, "m", "tangential position on the slope"),
+    "gap_rate": Variable(_TIME, "m/s", "gap rate"),
+    "slip_rate": Variable(_TIME, "m/s", "slip velocity"),
     "depth": Variable(
-        _EACH,
+        _TIME,
         "m",
         "compression of the stop itself",
         "0 in flight and of a rigid stop; the force of a spring without damping is contact.stiffness times depth",
     ),
+    "lambda_n": Variable(_TIME, "N", "normal contact force", _FINITE),
+    "lambda_tau": Variable(_TIME, "N", "tangential contact force", _FINITE),
+    "state": Variable(_TIME, "1", "contact state"),
+    "energy_kinetic": Variable(_TIME, "J", "kinetic energy"),
+    "energy_elastic": Variable(_TIME, "J", "elastic energy"),
+    "energy_gravity": Variable(_TIME, "J", "gravity energy"),
 }
 #: variables that only a beam has
 OF_A_BEAM = {
     "station": Variable(("station",), "m", "arc length from the root"),
-    "theta": Variable(_EACH, "rad", "angle of the floating frame"),
-    "theta_dot": Variable(_EACH, "rad/s", "angular velocity of the floating frame"),
-    "tip_x": Variable(_EACH, "m", "contact point, inertial x", _POINT),
-    "tip_y": Variable(_EACH, "m", "contact point, inertial y", _POINT),
-    "tip_vx": Variable(_EACH, "m/s", "contact point velocity, x"),
-    "tip_vy": Variable(_EACH, "m/s", "contact point velocity, y"),
-    "deflection": Variable(_EACH, "m", "transverse deflection of the axis at the contact point"),
-    "shortening": Variable(_EACH, "m", "axial displacement of the axis at the contact point (foreshortening)"),
-    "clearance": Variable(_EACH, "m", "smallest distance of the beam from the slope, negative below"),
-    "clearance_at": Variable(_EACH, "m", "arc length where the beam is closest to the slope"),
+    "theta": Variable(_TIME, "rad", "angle of the floating frame"),
+    "theta_dot": Variable(_TIME, "rad/s", "angular velocity of the floating frame"),
+    "tip_x": Variable(_TIME, "m", "contact point, inertial x", _POINT),
+    "tip_y": Variable(_TIME, "m", "contact point, inertial y", _POINT),
+    "tip_vx": Variable(_TIME, "m/s", "contact point velocity, x"),
+    "tip_vy": Variable(_TIME, "m/s", "contact point velocity, y"),
+    "deflection": Variable(_TIME, "m", "transverse deflection of the axis at the contact point"),
+    "shortening": Variable(_TIME, "m", "axial displacement of the axis at the contact point (foreshortening)"),
     "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
     "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
     "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
     "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
+}
+#: variables that only a beam over a slope has
+OF_A_SLOPE = {
+    "clearance": Variable(_TIME, "m", "smallest distance of the beam from the slope, negative below"),
+    "clearance_at": Variable(_TIME, "m", "arc length where the beam is closest to the slope"),
+}
+#: variables that `simulate(..., section_forces=False)` leaves out
+SECTION_FORCES = {
     "moment": Variable(_STATIONS, "N m", "bending moment"),
     "shear": Variable(_STATIONS, "N", "shear force, slope of the bending moment"),
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
-#: of these, what a beam without a slope lacks
-OF_A_SLOPE = ("clearance", "clearance_at")
-#: all variables that are known
-VARIABLES = NEEDED | OPTIONAL | OF_A_BEAM
+VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_A_SLOPE | SECTION_FORCES
 
 
-def stored(columns: Mapping[str, Array]) -> Iterator[Stored]:
-    """Yield the variables of a history with their units and meanings; `columns` are known ones, by name."""
+def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
+    """Return arrays by name as a labelled dataset with units and meanings; the names are those of `VARIABLES`."""
+    found: dict[str, xr.Variable] = {}
     for name, values in columns.items():
-        dimensions, units, long_name, comment = VARIABLES[name]
-        attributes: dict[str, Any] = {"units": units, "long_name": long_name}
-        if comment:
-            attributes["comment"] = comment
+        variable = VARIABLES[name]
+        attributes: dict[str, Any] = {"units": variable.units, "long_name": variable.long_name}
+        if variable.comment:
+            attributes["comment"] = variable.comment
         if name == "state":
             attributes["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
             attributes["flag_meanings"] = " ".join(s.name.lower() for s in State)
-        yield Stored(name, dimensions, values, attributes)
-
-
-def dataset(columns: Mapping[str, Array]) -> Dataset:
-    """Return them as labelled arrays."""
-    from xarray import Dataset
-
-    found = Dataset({name: (dimensions, *rest) for name, dimensions, *rest in stored(columns)})
-    return found.set_coords([name for name, variable in found.variables.items() if variable.dims == (name,)])
-
-
-def names_at_once(columns: Mapping[str, Array]) -> list[str]:
-    """Return the names of the columns that are there without computing anything."""
-    later = getattr(columns, "LATER", ())
-    return [name for name in columns if name not in later]
-
-
-def with_later(data: Dataset, columns: Mapping[str, Array]) -> Dataset:
-    """Return all variables, where `data` are those of :func:`names_at_once`."""
-    later = {name: tuple(rest) for name, *rest in stored(columns) if name not in data.variables}
-    return data.assign(later)
-
-
-def check_variables(data: Dataset) -> None:
-    """Raise InputError, in a few words, for data that are not those of a history."""
-    beam = [name for name in OF_A_BEAM if name not in OF_A_SLOPE] if "theta" in data.variables else []
-    for name in (*NEEDED, *beam):
-        if name not in data.variables:
-            raise InputError(f"has no variable {name!r}")
-    for name, variable in VARIABLES.items():
-        if name in data.variables and data[name].dims != variable.dimensions:
-            raise InputError(f"{name}: should have the dimensions ({', '.join(variable.dimensions)})")
-    for label, array in data.variables.items():
-        if not set(array.dims) <= {"time", "coordinate", "station"} or not array.size:
-            raise InputError(f"{label}: should have values along time, coordinate or station")
-    _check_ascending(data["time"].values, "time")
-    if not np.isin(data["state"].values, [int(state) for state in State]).all():
-        raise InputError(f"state: should be one of {', '.join(str(int(state)) for state in State)}")
-    if "station" in data.dims:
-        if "station" not in data.variables or data.sizes["station"] < 2:
-            raise InputError("station: at least two places are needed")
-        _check_ascending(data["station"].values, "station")
-
-
-def _check_ascending(values: Array, name: str) -> None:
-    if not np.isfinite(values).all() or not (np.diff(values) > 0.0).all():
-        raise InputError(f"{name}: should be finite and ascending")
+        if variable.dimensions == (name,):
+            found[name] = xr.Variable(variable.dimensions, pd.Index(values), attributes)
+        else:
+            # the fast path leaves out a check for which xarray imports dask where it finds it, half a second
+            found[name] = xr.Variable(variable.dimensions, values, attributes, fastpath=True)
+    return xr.Dataset(found)

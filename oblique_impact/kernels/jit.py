@@ -20,7 +20,7 @@ import hashlib
 import inspect
 import logging
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar
@@ -129,7 +129,7 @@ class _Compilations(event.Listener):
     def on_start(self, event: Any) -> None:
         found = self.names.get(event.data["dispatcher"])
         if found is not None:
-            announce(_described(found.name, event.data["args"][0]))
+            announce(_described(found.name, event.data["args"]))
 
     def on_end(self, event: Any) -> None:
         pass
@@ -197,10 +197,11 @@ class Kernel:
         return compiled
 
 
-def _described(name: str, system: Any) -> str:
-    """Return the name of a kernel with the kind of system that it is compiled for, if that has one."""
-    kind = getattr(system.instance_class, "described", "")
-    return f"{name} for {kind}" if kind else name
+def _described(name: str, arguments: Sequence[Any]) -> str:
+    """Return the name of a kernel with what the classes of its arguments, named tuples, say that they are."""
+    kinds = (getattr(getattr(kind, "instance_class", None), "described", "") for kind in arguments)
+    found = ", ".join(filter(None, kinds))
+    return f"{name} for {found}" if found else name
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:

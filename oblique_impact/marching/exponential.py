@@ -69,6 +69,8 @@ class Exponential(NamedTuple):
     ends: Array  # (2, d) z and z' somewhere, or their errors
     memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)
 
+    described = "with exponential steps"
+
 
 def new_exponential(modes: NormalModes, interval: float) -> Exponential:
     """Return the tables of a run with samples every `interval` (s).

@@ -39,21 +39,22 @@ def measured():
 def test_the_warning_is_right_within_a_band(measured):
     """An error half as large again as the threshold is told, one of two thirds of it is not.
 
-    The exception is a hub in the tangent frame in first-order kinetics, which leave a light hub hardly any
-    inertia: there the estimate is one of magnitude.
+    The exception is a light hub in the tangent frame in first-order kinetics that falls: see the page.
     """
     rows, estimates, errors = measured
-    assert len(rows) > 100
-    assert (errors > NOTICEABLE).sum() > 30
+    assert len(rows) > 200
+    assert (errors > NOTICEABLE).sum() > 40
     wrong = (estimates > NOTICEABLE) != (errors > NOTICEABLE)
     clear = (errors > 1.5 * NOTICEABLE) | (errors < NOTICEABLE / 1.5)
-    light = np.array([(row["root"], row["kinetics"]) == ("hub", "first-order") for row in rows])
-    assert not (wrong & clear & ~light).any()
-    assert wrong[~light].mean() < 0.05
-    assert (wrong & clear)[light].mean() < 0.25
-    assert {"pin", "hub", "driven"} == {
-        row["root"] for row, told in zip(rows, estimates > NOTICEABLE, strict=True) if told
-    }
+    excepted = np.array([_falls(row) for row in rows])
+    assert not (wrong & clear & ~excepted).any()
+    assert wrong.mean() < 0.05
+    assert (wrong & clear)[excepted].mean() < 0.2
+
+
+def _falls(row) -> bool:
+    known = row["root"], row["load"], row["frame"], row["kinetics"]
+    return known == ("hub", "gravity", "tangent", "first-order") and row["hub"] < 1.0
 
 
 def test_the_estimate_is_of_the_size_of_the_error(measured):
@@ -70,7 +71,7 @@ def rooted(kind: str, *words: str) -> Scenario:
 
 @pytest.mark.parametrize("words", [(), (FULL,)])
 def test_the_hub_leads_from_the_pin_to_the_held_root(words):
-    """Without inertia it is a pin, with very much a held root; a twentieth of the beam's leaves half."""
+    """Without inertia it is a pin, with very much a held root; a tenth of the beam's leaves a quarter."""
     pin, driven = (deflection_error(rooted(kind, *words), 0.1, 20.0) for kind in ("pin", "driven"))
     hubs = [
         deflection_error(rooted("hub", f"root.inertia={ratio * BEAM}", *words), 0.1, 20.0)
@@ -79,7 +80,34 @@ def test_the_hub_leads_from_the_pin_to_the_held_root(words):
     assert hubs[0] == pin
     assert hubs[-1] == pytest.approx(driven, rel=1e-4)
     assert sorted(hubs, reverse=True) == hubs
-    assert root_freedom(rooted("hub", f"root.inertia={0.05 * BEAM}")) == pytest.approx(0.5)
+    assert root_freedom(rooted("hub", f"root.inertia={0.1 * BEAM}")) == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("words", [(), (MEAN,)])
+def test_a_torque_shows_what_first_order_kinetics_leave_a_light_hub(words):
+    """The lighter the hub, the more; full kinetics leave it all."""
+
+    def risen(ratio: float, *more: str) -> float:
+        hub = ("hub", f"root.inertia={ratio * BEAM}", *words, *more)
+        return deflection_error(rooted(*hub, "root.torque=1.0"), 0.1) - deflection_error(rooted(*hub), 0.1)
+
+    light, middle, heavy = (risen(ratio) for ratio in (0.01, 0.1, 10.0))
+    assert light > 5.0 * middle
+    assert middle > 50.0 * heavy > 0.0
+    assert risen(0.01, FULL) == 0.0
+
+
+def test_a_load_that_the_beam_turns_under_does_less_harm():
+    """First-order kinetics at a held root; what bends a turning beam makes up for what they drop."""
+    assert deflection_error(rooted("driven"), 0.1, 300.0) < 0.5 * deflection_error(rooted("driven"), 0.1)
+
+
+@pytest.mark.parametrize(("ratio", "factor"), [(0.0, 3.7), (0.9, 1.83), (9.6, 1.09)])
+def test_forces_take_the_deflection_from_the_tangent_in_both_frames(ratio, factor):
+    """From the mean axis it is 1/factor of that, in the first mode: hinged, or clamped on a heavy hub."""
+    hub = ("hub", f"root.inertia={ratio * BEAM}")
+    mean, tangent = contact_force_error(rooted(*hub, MEAN), 0.1), contact_force_error(rooted(*hub), 0.1 * factor)
+    assert mean == pytest.approx(tangent, rel=0.05)
 
 
 def test_errors_grow_with_the_square_and_with_a_spin_where_the_root_is_free():

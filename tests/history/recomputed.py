@@ -13,7 +13,6 @@ from numpy.polynomial import legendre
 from scipy.interpolate import make_interp_spline
 from scipy.linalg import eigh
 
-from oblique_impact import Scenario
 from tests.beam.test_discretizations import textbook
 
 POINTS, WEIGHTS = legendre.leggauss(10)
@@ -63,7 +62,7 @@ class _Beam:
 
     def __init__(self, history):
         self.history = history
-        self.scenario = s = Scenario.from_toml(history.scenario_toml)
+        self.scenario = s = history.scenario
         self.time, self.q, self.qd = (np.asarray(history[name].values) for name in ("time", "q", "qd"))
         self.x = history["station"].values
         self.radius = s.root.hub_radius
@@ -372,5 +371,5 @@ class ExactBeam(_Beam):
 
 def recomputed(history):
     """Return the beam of a history."""
-    absolute = Scenario.from_toml(history.scenario_toml).discretization.method == "absolute"
+    absolute = history.scenario.discretization.method == "absolute"
     return (ExactBeam if absolute else FloatingBeam)(history)

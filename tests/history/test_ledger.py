@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate, simulate_system
-from oblique_impact.command_line.run import summary_lines
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.history.summary import Ledger, MacroCollision, balance, macro_collisions
+from oblique_impact.history.summary import Ledger, MacroCollision, balance, balance_in_words, macro_collisions
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.records import Contact, Event, OpenContact
 from oblique_impact.scenario.scenario import builtin_names
@@ -60,27 +59,16 @@ def test_energy_that_the_scheme_takes_is_warned_of(run):
     assert f"took {energy['lost_scheme']:.3g} J" in line
 
 
-@pytest.mark.parametrize(
-    ("name", "changes"), [("spin-up", ("end_time=2",)), ("paper", ()), ("elastic-stop", ()), ("tapered", ())]
-)
-def test_the_printed_balance_of_energy_adds_up(run, tmp_path, name, changes):
-    """What it starts with, plus what is supplied, less what is lost: to the digits that are printed."""
-    history = run(name, *changes)
-    energy = history.summary["energy"]
-    lines = [line.strip() for line in summary_lines(history, tmp_path, False)]
-    (line,) = (line.removeprefix("energy: ") for line in lines if line.startswith("energy: "))
-    sum_, final = line.removesuffix(" J").split(" = ")
-    parts = [float(part) for part in re.findall(r"-?\d\S*", sum_.replace(" - ", " -"))]
-    assert sum(parts) == pytest.approx(float(final), abs=2e-5 * max(map(abs, parts)))
-    assert float(final) == pytest.approx(energy["final"], rel=1e-5)
-    (line,) = (line for line in lines if line.startswith("lost: "))
-    assert sum(map(float, re.findall(r" (-?[0-9.e-]+)", line))) == pytest.approx(
-        energy["initial"] + energy["supplied"] - energy["final"], abs=2e-4 * max(map(abs, parts))
-    )
+def test_the_balance_in_words_adds_up(run):
+    """What it starts with, plus what is supplied, less what is lost."""
+    for name, changes in (("spin-up", ("end_time=2",)), ("paper", ())):
+        sum_, final = balance_in_words(run(name, *changes).balance).removesuffix(" J").split(" = ")
+        parts = [float(part) for part in re.findall(r"-?\d\S*", sum_.replace(" - ", " -"))]
+        assert sum(parts) == pytest.approx(float(final), abs=2e-5 * max(map(abs, parts)))
+        assert ("supplied" in sum_, "lost" in sum_) == (name == "spin-up", name == "paper")
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.8])
-@pytest.mark.parametrize("rho", [0.0, 0.25, 0.8])
+@pytest.mark.parametrize(("restitution", "rho"), [(0.0, 0.25), (0.8, 0.8)])
 def test_stiff_damping_neither_feeds_nor_hides_energy_at_rebounds(restitution, rho):
     """Kelvin-Voigt damping that no step resolves: a careless ledger finds 40 J of damping work in 8 J of energy.
 

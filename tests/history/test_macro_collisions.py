@@ -8,18 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from oblique_impact import (
-    History,
-    InputError,
-    Scenario,
-    concatenate,
-    natural_frequencies,
-    simulate,
-    simulate_system,
-)
+from oblique_impact import History, Scenario, natural_frequencies, simulate, simulate_system
 from oblique_impact.beam.frequencies import lowest_elastic_frequency, macro_gap
 from oblique_impact.contact.impacts import NewtonImpact
-from oblique_impact.history.summary import EARLIER_MACRO_GAP, macro_collisions
+from oblique_impact.history.summary import macro_collisions
 from tests.systems import Block
 
 #: macro-collisions of built-in cases, as when the gap was 0.03 s for all of them
@@ -57,7 +49,7 @@ def test_a_similar_beam_of_a_centimetre_has_as_many(run, time):
 def test_built_in_cases_keep_theirs(run, name):
     history = run(name)
     assert len(history.summary["macro_collisions"]) == COUNTS[name]
-    earlier = [dataclasses.asdict(m) for m in macro_collisions(history.contacts, EARLIER_MACRO_GAP)]
+    earlier = [dataclasses.asdict(m) for m in macro_collisions(history.contacts, 0.03)]
     assert history.summary["macro_collisions"] == earlier
 
 
@@ -112,19 +104,6 @@ def test_contacts_of_a_small_system_are_their_own_collisions_unless_a_gap_is_giv
     assert len(grouped.summary["macro_collisions"]) == 2  # flights of 0.45 s, 0.23 s, ...
 
 
-def test_files_without_the_gap_are_read_and_joined(run, tmp_path):
-    history = run("paper", "end_time=0.35")
-    summary = {key: value for key, value in history.summary.items() if key != "macro_gap"}
-    earlier = History.load(dataclasses.replace(history, summary=summary).save(tmp_path))
-    assert "macro_gap" not in earlier.summary
-    assert earlier.macro_gap == EARLIER_MACRO_GAP
-    assert concatenate(earlier, history, shift=True).macro_gap == EARLIER_MACRO_GAP
-    assert concatenate(history, earlier, shift=True).macro_gap == history.macro_gap
-
-
-def test_the_summary_says_the_gap(run, tmp_path):
+def test_the_summary_holds_the_gap(run, tmp_path):
     history = run("paper", "end_time=0.35")
     assert History.load(history.save(tmp_path)).summary["macro_gap"] == macro_gap(Scenario.builtin("paper"))
-    damaged = dataclasses.replace(history, summary={**history.summary, "macro_gap": None}).save(tmp_path)
-    with pytest.raises(InputError, match="macro_gap: Input should be a valid number"):
-        History.load(damaged)

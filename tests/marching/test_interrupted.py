@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
-import xarray as xr
 
-from oblique_impact import History, Interrupted, Outcome, Scenario, simulate, simulate_system, simulation
+from oblique_impact import History, Interrupted, Outcome, Scenario, simulate, simulate_system
+from oblique_impact.marching.event import EventScheme
 from tests.systems import Block
 
 NODAL = (
@@ -28,6 +30,21 @@ def after(calls):
     return proceed
 
 
+def assert_begins_as(history, whole):
+    """An interrupted run is the beginning of the whole one, and its ledger closes."""
+    assert history.outcome is Outcome.INTERRUPTED
+    assert history.outcome.exit_code == 130
+    count = history["time"].size
+    assert 0 < count < whole["time"].size
+    for label, variable in history.data.data_vars.items():
+        expected = whole[label].values[:count]
+        scale = np.nanmax(np.abs(expected), initial=0.0)
+        np.testing.assert_allclose(variable, expected, rtol=1e-12, atol=1e-12 * scale, err_msg=str(label))
+    energy = history.summary["energy"]
+    assert abs(energy["unaccounted"]) < 1e-5 * energy["initial"]
+    assert history.summary["end_time"] == float(history["time"][-1])
+
+
 @pytest.mark.parametrize("changes", [(), NODAL], ids=["modes", "nodes"])
 @pytest.mark.parametrize("calls", [1, 3, 5])
 def test_an_interrupted_run_keeps_what_is_computed(tmp_path, changes, calls):
@@ -35,53 +52,39 @@ def test_an_interrupted_run_keeps_what_is_computed(tmp_path, changes, calls):
     with pytest.raises(KeyboardInterrupt) as stopped:
         simulate(scenario, after(calls))
     assert isinstance(stopped.value, Interrupted)
-    history, whole = stopped.value.history, simulate(scenario)
-    assert history.summary["outcome"] == "interrupted"
-    assert history.outcome.exit_code == 130
-    count = history["time"].size
-    assert 0 < count < whole["time"].size
-    # the last sample is taken where the interrupt has come, the right-hand one of a jump perhaps
-    for label, variable in history.data.data_vars.items():
-        expected, found = whole[label].values[: count - 1], variable.values[: count - 1]
-        scale = np.nanmax(np.abs(expected), initial=0.0)
-        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * scale, err_msg=str(label))
-    loaded = History.load(history.save(tmp_path))
-    xr.testing.assert_identical(loaded.data.drop_attrs(deep=False), history.data.drop_attrs(deep=False))
-    assert loaded.summary["outcome"] == "interrupted"
+    assert_begins_as(stopped.value.history, simulate(scenario))
+    assert History.load(stopped.value.history.save(tmp_path)).outcome is Outcome.INTERRUPTED
 
 
-def test_an_interrupt_ends_the_loop_over_runs():
-    started = []
+def test_an_interrupt_between_a_leg_and_its_bookkeeping(run, monkeypatch):
+    """The state is that of the end of the leg by then, the time still that of its beginning."""
+    march, legs = EventScheme.march, []
 
-    def runs():
-        for angle in (0.7, 0.8):
-            started.append(angle)
-            simulate(Scenario.builtin("paper", [f"initial.angle={angle}", "end_time=0.1"]), after(1))
+    def interrupted(self, *arguments):
+        progress = march(self, *arguments)
+        legs.append(progress.front.t)
+        if len(legs) == 4:
+            signal.raise_signal(signal.SIGINT)
+        return progress
 
-    with pytest.raises(KeyboardInterrupt):
-        runs()
-    assert started == [0.7]
+    whole = run("paper", "end_time=0.4")
+    monkeypatch.setattr(EventScheme, "march", interrupted)
+    with pytest.raises(Interrupted) as stopped:
+        simulate(Scenario.builtin("paper", ["end_time=0.4"]))
+    assert_begins_as(stopped.value.history, whole)
+
+
+def test_the_exact_beam_is_interrupted_alike():
+    exact = ["discretization.method=absolute", "discretization.elements=4", "contact.normal=spring"]
+    with pytest.raises(Interrupted) as stopped:
+        simulate(Scenario.builtin("paper", [*exact, "end_time=0.02"]), after(1))
+    summary = stopped.value.history.summary
+    assert summary["steps"] > 0
+    assert 0.0 < summary["end_time"] < 0.02
 
 
 def test_a_small_system_is_interrupted_alike():
-    ball, start, options = Block(lambda t, q, qd: (0.0, -9.8)), np.array([0.0, 1.0]), {"output_interval": 1e-3}
+    ball, start = Block(lambda t, q, qd: (0.0, -9.8)), np.array([0.0, 1.0])
     with pytest.raises(Interrupted) as stopped:
-        simulate_system(ball, start, np.zeros(2), 5.0, on_progress=after(2), **options)
+        simulate_system(ball, start, np.zeros(2), 5.0, on_progress=after(2), output_interval=1e-3)
     assert 0.0 <= stopped.value.history.summary["end_time"] < 5.0
-
-
-def test_an_interrupt_after_the_last_step_loses_nothing(monkeypatch):
-    """While the results along the beam are computed, which takes seconds for 1e5 samples."""
-    calls, compute = [], simulation.beam_variables
-
-    def interrupted_once(*arguments):
-        calls.append(arguments)
-        if len(calls) == 1:
-            raise KeyboardInterrupt
-        return compute(*arguments)
-
-    monkeypatch.setattr(simulation, "beam_variables", interrupted_once)
-    with pytest.raises(Interrupted) as stopped:
-        simulate(Scenario.builtin("paper").replace(end_time=0.01))
-    assert stopped.value.history.outcome is Outcome.COMPLETED
-    assert float(stopped.value.history["time"][-1]) == 0.01

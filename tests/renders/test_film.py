@@ -6,15 +6,15 @@ import os
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 from itertools import pairwise
 
-import imageio_ffmpeg
 import numpy as np
 import pytest
 from PIL import Image
 
-from oblique_impact import InputError
-from oblique_impact.renders.film import strip_times, write_film, write_strip
+from oblique_impact.renders.film import strip_times, write_film, write_still, write_strip
+from oblique_impact.renders.overview import overview_figure
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
 from oblique_impact.renders.timeline import make_timeline
@@ -48,41 +48,41 @@ def test_a_film_has_its_frames_size_and_duration(run, tmp_path, name):
     assert all(frame.std() > 5.0 for frame in frames)
 
 
-def test_a_webp_is_animated(run, tmp_path):
-    with Image.open(film(run, tmp_path, "a.webp")) as picture:
-        assert picture.n_frames == 12
-        assert picture.size == SIZE
-
-
-def test_a_strip_has_a_row_for_each_time(run, tmp_path):
+def test_a_strip_has_a_row_for_each_time_in_their_order(run, tmp_path):
+    """Rows of one time are alike; by default five around the first macro-collision, one at the largest force."""
     story = story_of([run("paper")], Style(size=(600, 160)))
-    times = strip_times(story.histories[0])
-    assert len(times) == 5
-    assert times == sorted(times)
-    file = write_strip(story, [], tmp_path / "strip.png")
-    with Image.open(file) as picture:
-        assert picture.size == (600, 5 * 160 + 4)
-        rows = np.asarray(picture).astype(int)
-    parts = [rows[n * 161 : n * 161 + 160] for n in range(5)]
-    assert all(np.abs(a - b).max() > 50 for a, b in pairwise(parts))
-    write_strip(story, [0.1, 0.2], tmp_path / "two.png")
-    with Image.open(tmp_path / "two.png") as picture:
-        assert picture.size == (600, 321)
-
-
-def test_the_rows_of_a_strip_are_in_the_order_of_their_times(run, tmp_path):
-    """Two rows of one time are alike, above the one with the colour bar; one shows the largest force."""
-    story = story_of([run("paper")], Style(size=(600, 160)))
+    history = story.histories[0]
     write_strip(story, [0.1, 0.1, 0.3], tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size[0] == 600
+        assert 3 * 160 < picture.size[1] < 4 * 160
         rows = np.asarray(picture).astype(int)
-    first, second, third = (rows[n * 161 : n * 161 + 160] for n in range(3))
+    first, second, third = (rows[n * 160 + 4 : n * 160 + 156] for n in range(3))
     assert np.array_equal(first, second)
-    assert not np.array_equal(second, third)
-    history = story.histories[0]
+    assert np.abs(second - third).max() > 50
+    times = strip_times(history)
+    assert len(times) == 5
+    assert times == sorted(times)
     first = history.summary["macro_collisions"][0]
     force = history.data["lambda_n"].sel(time=slice(first["start"], first["end"]))
-    assert float(force["time"][int(np.argmax(force.values))]) in strip_times(history)
+    assert float(force["time"][int(np.argmax(force.values))]) in times
+
+
+def test_pictures_and_films_say_what_made_them_and_what_their_run_warns_of(run, tmp_path):
+    history = run("paper")
+    warned = replace(history, summary=history.summary | {"warnings": ["a rigid stop"]})
+    story = story_of([warned], Style(size=SIZE))
+    with Image.open(write_still(story, 0.1, tmp_path / "a.png")) as picture:
+        said = [picture.text["Comment"]]
+        assert picture.info["dpi"][0] == pytest.approx(story.style.resolution, rel=1e-3)
+    mp4 = write_film(story, make_timeline(story.time_map, frames=2), tmp_path / "a.mp4")
+    said.append(mp4.read_bytes().decode("utf-8", "replace"))
+    svg = overview_figure({"run": warned}, tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert "warning: a rigid stop" in svg
+    for text in said:
+        assert "oblique-impact" in text
+        assert f"deflection drawn ×{story.factor:g}" in text
+        assert "warning: a rigid stop" in text
 
 
 def test_an_interrupted_film_leaves_nothing(run, tmp_path):
@@ -96,38 +96,6 @@ def test_an_interrupted_film_leaves_nothing(run, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         write_film(story, timeline, tmp_path / "a.mp4", stop)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("place", ["trial", "encoder"])
-@pytest.mark.parametrize("interrupted", [False, True])
-def test_a_failing_encoder_is_an_error_and_an_interrupt_is_not(run, tmp_path, monkeypatch, place, interrupted):
-    """In both cases nothing is left of the film."""
-    failing = tmp_path / "failing"
-    failing.write_text("#!/bin/sh\ncat > /dev/null\nexit 1\n")
-    failing.chmod(0o755)
-
-    def ffmpeg():
-        if place == "encoder":
-            return str(failing)
-        raise KeyboardInterrupt if interrupted else RuntimeError("No ffmpeg exe could be found.")
-
-    def on_frame(done, total):
-        if interrupted and done == total:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", ffmpeg)
-    story = small(run)
-    words = "films need ffmpeg" if place == "trial" else "the encoder stopped"
-    with pytest.raises(KeyboardInterrupt if interrupted else InputError, match=None if interrupted else words):
-        write_film(story, make_timeline(story.time_map, frames=2), tmp_path / "a.mp4", on_frame)
-    assert list(tmp_path.iterdir()) == [failing]
-
-
-def test_unknown_kinds_are_one_line(run, tmp_path):
-    story = small(run)
-    timeline = make_timeline(story.time_map, frames=2)
-    with pytest.raises(InputError, match=r"films end with \.mp4"):
-        write_film(story, timeline, tmp_path / "a.avi")
 
 
 def without_libraries(tmp_path, code):

@@ -10,10 +10,8 @@ import pytest
 from PIL import Image
 
 from oblique_impact import InputError
-from oblique_impact.command_line.application import application
-from oblique_impact.renders import Style, render
+from oblique_impact.renders import render
 from oblique_impact.renders.command import _instant
-from oblique_impact.renders.outputs import APPLIES, CHARTS, FILM, PAGE, STILL, STRIP
 
 
 @pytest.fixture(scope="module")
@@ -65,14 +63,6 @@ def test_odd_sizes_are_rounded_and_said(folder, tmp_path, cli):
     assert fastest > 10.0 * slowest  # the frames stand before, in and after contacts
 
 
-def test_a_title_card_counts_in_what_is_said_of_a_film(folder, tmp_path, cli):
-    """Half a second at ten frames per second, and three frames of the run."""
-    words = ("--size", "320x180", "--frames", "3", "--fps", "10", "--title-card", "0.5", "--bare")
-    _, out, _ = cli("render", folder, "--out", tmp_path / "a.gif", *words)
-    assert "8 frames of 320x180, 0.8 s at 10 per second; " in out
-    assert "; 0.5 s of them a title card\n" in out
-
-
 def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp_path, cli):
     fem = run("paper", "discretization.method=fem").save(tmp_path / "fem")
     code, _, err = cli(
@@ -93,32 +83,18 @@ def test_two_histories_overlaid_with_their_difference_magnified(folder, run, tmp
         (("--out", "a.png", "--theme", "x"), "--theme x: should be one of light, dark, print"),
         (("--out", "a.html", "--theme", "print"), "--theme print: of a page should be one of light, dark, auto"),
         (("--out", "a.mp4", "--preset", "x"), "--preset x: should be one of talk, paper, social"),
-        (
-            ("--out", "a.html", "--preset", "talk"),
-            "--preset: is for a still, a strip, a film or charts, and a.html",
-        ),
         (("--out", "a.png", "--letters", "2"), "--letters 2: should be from 4 to 60"),
         (("--out", "a.png", "--dpi", "5"), "--dpi 5: should be from 20 to 2400"),
-        (("--out", "a.mp4", "--title-card", "90"), "--title-card 90: should be from 0 to 60 s"),
         (("--out", "a.mp4", "--seconds", "0"), "--seconds 0: should be from 1 to 3600"),
-        (
-            ("--out", "a.svg", "--size", "480x320"),
-            "--size: is for a still, a strip or a film, and a.svg are charts",
-        ),
-        (
-            ("--out", "a.png", "--strip", "--title", "x"),
-            "--title: is for a still, a film, a page or charts, and a.png is",
-        ),
         (("--out", "a.png", "--camera", "x"), "--camera x: should be one of"),
         (("--out", "a.png", "--colour", "x"), "--colour x: should be one of"),
         (("--out", "a.png", "--deformation", "-1"), "--deformation -1.0: should be a positive number"),
         (("--out", "a.png", "--magnify-difference", "2"), "--magnify-difference: needs two histories, 1 given"),
         (("--out", "a.png", "--name", "a", "--name", "b"), "--name: 2 given for 1 histories"),
-        (("--out", "a.mp4", "--time", "0.3"), "--time: is for a still or a strip, and a.mp4 is a film"),
-        (("--out", "a.html", "--time", "0.3"), "--time: is for a still or a strip, and a.html is a page"),
-        (("--out", "a.png", "--fps", "30"), "--fps: is for a film, and a.png is a still"),
-        (("--out", "a.html", "--camera", "front"), "--camera: is for a still, a strip or a film, and a.html is"),
-        (("--out", "a.png", "--strip", "--event", "2"), "--event: is for a still, and a.png is a strip"),
+        (("--out", "a.mp4", "--time", "0.3"), "--time: is for a still or a strip, and a.mp4 would be a film"),
+        (("--out", "a.html", "--time", "0.3"), "--time: is for a still or a strip, and a.html would be a page"),
+        (("--out", "a.png", "--fps", "30"), "--fps: is for a film, and a.png would be a still"),
+        (("--out", "a.png", "--strip", "--event", "2"), "--event: is for a still, and a.png would be a strip"),
     ],
 )
 def test_bad_input_is_one_line(folder, tmp_path, cli, monkeypatch, arguments, words):
@@ -141,61 +117,6 @@ def test_a_file_that_is_no_history_is_one_line(tmp_path, cli):
     assert err.count("\n") == 1
 
 
-VALUES = {
-    "--time": "0.3",
-    "--event": "1",
-    "--size": "480x320",
-    "--fps": "30",
-    "--speed": "0.1",
-    "--contact-speed": "0.01",
-    "--between": "0.3,0.4",
-    "--frames": "3",
-    "--deformation": "2",
-    "--colour": "shear_force",
-    "--camera": "front",
-    "--theme": "light",
-    "--layout": "overlay",
-    "--name": "a",
-    "--magnify-difference": "2",
-    "--preset": "talk",
-    "--title": "a title",
-    "--title-card": "2",
-    "--seconds": "8",
-    "--letters": "12",
-    "--dpi": "300",
-}
-KINDS = {STILL: ("a.png",), STRIP: ("a.png", "--strip"), FILM: ("a.gif",), PAGE: ("a.html",), CHARTS: ("a.svg",)}
-
-
-def options_of_the_command():
-    import typer
-
-    command = typer.main.get_command(application()).commands["render"]
-    return {o.opts[0]: o for o in command.params if o.name not in ("histories", "out", "help")}
-
-
-def test_the_table_knows_every_option_and_the_help_says_what_it_is_for():
-    said = {(STILL, STRIP): "Stills, strips: ", (STILL,): "Stills: ", (STRIP,): "Strips: ", (FILM,): "Films: "}
-    options = options_of_the_command()
-    assert set(options) - {"--json"} == set(APPLIES)
-    for name, kinds in APPLIES.items():
-        begins = next((word for word in said.values() if options[name].help.startswith(word)), None)
-        assert begins == said.get(kinds), name
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_an_option_that_does_not_apply_is_refused_before_anything_is_read(tmp_path, cli, kind):
-    """And one that applies is not: then it is the missing history that is named."""
-    for name, kinds in APPLIES.items():
-        typed = [name, VALUES[name]] if name in VALUES else [name]
-        if kind in (STILL, STRIP) and name == "--strip":
-            continue  # it chooses between them
-        code, _, err = cli("render", tmp_path / "none", "--out", *KINDS[kind], *typed)
-        assert (code, err.count("\n")) == (2, 1)
-        assert ("no such history" in err) == (kind in kinds), err
-        assert (f"{name}: is for " in err) == (kind not in kinds), err
-
-
 def test_the_call_refuses_as_the_command_does(run, tmp_path):
     history = run("paper")
     for arguments, word in (
@@ -205,6 +126,4 @@ def test_the_call_refuses_as_the_command_does(run, tmp_path):
     ):
         with pytest.raises(InputError, match=f"{word}: is for"):
             render(history, tmp_path / "a.mp4", **arguments)
-    with pytest.raises(InputError, match="--camera: is for"):
-        render(history, tmp_path / "a.html", Style(camera="front"))
     assert list(tmp_path.iterdir()) == []

@@ -1,22 +1,14 @@
-"""One drawn slope: the same corners in overview, film, page and export, where the beam touches it."""
+"""The drawn slope: where the beam touches it, as far as the beam comes near it."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
-from oblique_impact.renders import overview
-from oblique_impact.renders.exports.scene import Scene
-from oblique_impact.renders.exports.selection import Selection
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.player.payload import payload
-from oblique_impact.renders.scene import View
-from oblique_impact.renders.slope import DrawnSlope, drawn_slope
-from oblique_impact.renders.story import story_of
-from oblique_impact.renders.style import LIGHT, Style
+from oblique_impact.renders.overview import overview
+from oblique_impact.renders.scenery import slope_wedge
+from oblique_impact.renders.slope import drawn_slope
 
 #: the slope is that of all samples, however many
 FEW = "solver.output_interval=1e-3"
@@ -35,50 +27,16 @@ def history(run, request):
     return run(*CASES[request.param])
 
 
-def corners(story):
-    """Corners (4, 2) of the slope as each kind of picture draws it."""
-    axes = Figure().subplots()
-    overview._draw_motion(axes, story, LIGHT, 0.1)
-    (patch,) = (p for p in axes.patches if p.get_gid() == "slope")
-    view = View(story, [0], (320, 200))
-    solids = [np.asarray(mesh.points) for mesh in view.plotter.meshes if mesh.n_points == 8 and mesh.n_cells == 6]
-    view.close()
-    exported = Scene.of(story, Selection(between=(0.0, 2e-4)).frames(story.histories[0])).parts[-1].shape(0).points
-    return {
-        "overview": patch.get_xy()[:4],
-        "film": front(solids[0]),
-        "page": np.array(payload(story, 20).facts["slope"]["outline"]),
-        "export": front(exported),
-    }
-
-
-def front(points):
-    """Corners (4, 2) of a prism's front."""
-    return points[points[:, 2] == points[:, 2].max()][:, :2]
-
-
-def same(found, expected):
-    """Whether corners are equal, in whatever order a solid has them, to the rounding of float32."""
-    apart = np.linalg.norm(found[:, None] - expected, axis=-1)
-    return found.shape == expected.shape and apart.min(axis=0).max() < 1e-6 > apart.min(axis=1).max()
-
-
-def test_all_pictures_draw_the_same_slope(history):
-    expected = drawn_slope(BeamGeometry(history)).outline
-    for factor in (1.0, 50.0):
-        story = story_of(
-            [history], Style(deformation=factor, ghosts=False, trace=False, arrow=False, ground=False)
-        )
-        for name, found in corners(story).items():
-            assert same(found, expected), (name, factor)
-
-
-def test_all_pictures_take_the_slope_of_the_story(run, monkeypatch):
-    story = story_of([run(*CASES["paper"])], Style(ghosts=False, trace=False, arrow=False, ground=False))
-    shifted = DrawnSlope(story.slope.ends, story.slope.outline + np.array([0.0, 1e-3]))
-    moved = replace(story)
-    moved.__dict__["slope"] = shifted
-    assert all(same(found, shifted.outline) for found in corners(moved).values())
+def test_the_overview_draws_the_slope_of_the_film(run):
+    """The same corners, whatever the deformation factor; the edge of a prism in the scene."""
+    history = run(*CASES["ledge"])
+    outline = drawn_slope(BeamGeometry(history)).outline
+    np.testing.assert_array_equal(drawn_slope(BeamGeometry(history, 50.0)).outline, outline)
+    patches = overview({"run": history}).axes[0].patches
+    assert any(len(p.get_xy()) == 5 and np.allclose(p.get_xy()[:4], outline) for p in patches)
+    solid = np.asarray(slope_wedge(BeamGeometry(history), drawn_slope(BeamGeometry(history))).points)
+    front = solid[solid[:, 2] > 0.0][:, :2]
+    assert np.linalg.norm(front[:, None] - outline, axis=-1).min(axis=0).max() < 1e-6
 
 
 def test_the_surface_lies_one_radius_below_the_axis(history):
@@ -121,7 +79,6 @@ def test_ends_out_of_reach_are_not_drawn(run):
 def test_without_contact_there_is_none(run):
     history = run("spin-up", "end_time=0.01")
     assert drawn_slope(BeamGeometry(history)) is None
-    assert payload(story_of([history]), 20).facts["slope"]["outline"] is None
 
 
 @pytest.mark.parametrize("surface", ["axis", "section"])

@@ -6,19 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from oblique_impact.renders import render
-from oblique_impact.renders.charts import energy_curves, force_curves
-from oblique_impact.renders.difference import magnify_difference
-from oblique_impact.renders.frame import Composer
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.player.packing import unpacked
-from oblique_impact.renders.player.payload import payload
 from oblique_impact.renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
-from oblique_impact.renders.style import Style
-from oblique_impact.renders.timeline import SECONDS, make_timeline
-from tests.renders.writing import texts, written
+from oblique_impact.renders.timeline import SECONDS
 
 QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
 TAPERED = ("tapered", "end_time=0.34")
@@ -27,24 +18,6 @@ TAPERED = ("tapered", "end_time=0.34")
 @pytest.fixture(params=[("paper",), TAPERED, ("mid-span",)], ids=lambda names: names[0])
 def history(run, request):
     return run(*request.param)
-
-
-def test_a_magnified_difference_is_told_where_it_is_drawn_and_nowhere_else(run, monkeypatch):
-    """Curves of charts are not magnified; a contact point whose beam is moved away is not at true scale."""
-    runs = [run("paper"), run("paper", "discretization.method=fem")]
-    style = Style((640, 360), layout="overlay")
-    names, inset = {}, {}
-    for factor in (1.0, 1e6):
-        histories = [runs[0], runs[1] if factor == 1.0 else magnify_difference(*runs, factor)]
-        story = story_of(histories, style, ["modal", "fem"], difference=factor)
-        names[factor] = [curve.label for curve in (*force_curves(story), *energy_curves(story))]
-        composer = Composer(story)
-        inset[factor] = texts(monkeypatch, lambda composer=composer: composer.draw(0.3))
-        composer.close()
-    assert names[1e6] == names[1.0]
-    assert any("true scale" in text for text in inset[1.0])
-    assert not any("true scale" in text for text in inset[1e6])
-    assert any("10⁶" in text for text in inset[1e6])
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -81,57 +54,11 @@ def test_the_stress_of_the_scale_is_that_of_the_bending_moment(history):
     assert 0.7 * limit < stress.max() <= limit
 
 
-def test_still_film_part_of_a_film_strip_and_page_have_one_scale_and_one_factor(run, tmp_path, monkeypatch):
-    """Read from what is written into the pictures, and from what the page embeds."""
-    history = run("paper")
-    facts = payload(story_of([history]), 200).facts
-    shown = next(one for one in facts["results"] if one["shown"])
-    ends = [text for _, text in shown["ticks"]]
-    factor = f"×{facts['factor']:g}"
-    style = Style(size=(640, 360))
-    kinds = {
-        "still": lambda: render(history, tmp_path / "a.png", style),
-        "other still": lambda: render(history, tmp_path / "a.png", style, times=[0.1]),
-        "film": lambda: render(history, tmp_path / "a.gif", style, frames=2),
-        "part": lambda: render(history, tmp_path / "a.gif", style, frames=2, between=(0.0, 0.1)),
-        "strip": lambda: render(history, tmp_path / "a.png", strip=True, times=[0.1, 0.3]),
-    }
-    for kind, draw in kinds.items():
-        written = texts(monkeypatch, draw, charts=False)
-        assert [w for w in written if w in ends][: len(ends)] == ends, kind
-        assert any(factor in w for w in written), kind
-        assert shown["title"] in written or shown["title"].split(",")[0] in written, kind
-
-
-def test_film_and_page_show_a_physical_time_at_the_same_film_time(run):
-    history = run("paper")
-    story = story_of([history])
-    arrays = {name: unpacked(entry) for name, entry in payload(story, 400).arrays.items()}
-    course = make_timeline(story.time_map).course
-    np.testing.assert_array_equal(arrays["frame_film"], course.film_at(arrays["frame_time"]))
-    np.testing.assert_array_equal(arrays["frame_rate"], course.rate_at(arrays["frame_time"]))
-
-
 def test_a_film_of_the_usual_length_runs_as_the_page_stretched_evenly(run):
     page, film = (story_of([run("paper")], seconds=seconds).time_map for seconds in (None, SECONDS))
     assert film.duration == pytest.approx(SECONDS)
     times = np.linspace(0.0, 1.0, 501)
     np.testing.assert_allclose(film.film_at(times) / SECONDS, page.film_at(times) / page.duration, atol=1e-9)
-
-
-def test_two_histories_have_one_scale_and_one_factor(run, monkeypatch):
-    """The larger stress of both, the smaller magnification of both, written into both halves."""
-    soft, hard = run("paper"), run("sticking")
-    alone = [story_of([history]) for history in (soft, hard)]
-    both = story_of([soft, hard], Style(size=(960, 540)), ["a", "b"])
-    assert both.colours.limit == max(s.colours.limit for s in alone)
-    assert [g.factor for g in both.geometries] == [min(s.factor for s in alone)] * 2
-    composer = Composer(both)
-    written = texts(monkeypatch, lambda: composer.draw(0.1), charts=False)
-    composer.close()
-    ticks = [text for _, text in both.colours.ticks]
-    assert [w for w in written if w in ticks] == 2 * ticks
-    assert sum(f"×{both.factor:g}" in w for w in written) == 2
 
 
 def test_a_run_that_blew_up_is_exceeded_and_says_so(run):
@@ -167,36 +94,3 @@ def test_the_ends_of_a_scale_are_round_and_not_below():
     for value in np.geomspace(1e-7, 1e9, 400):
         assert value * (1.0 - 1e-9) <= round_up(value) <= 1.34 * value
     assert [round_up(v) for v in (0.0, 1.0, 86.0, 100.0, 100.1)] == [1.0, 1.0, 100.0, 100.0, 120.0]
-
-
-def test_the_colour_at_the_end_of_the_bar_is_that_of_the_limit(run, monkeypatch):
-    """What a reader takes from bar and beam: the pixel under a label has the colour of that value."""
-    import matplotlib as mpl
-
-    story = story_of([run("paper")], Style(inset=False))
-    composer, pictures = Composer(story), []
-    places = {item.text: item.place for item in written(monkeypatch, lambda: pictures.append(composer.draw(0.1)))}
-    composer.close()
-    picture: Image.Image = pictures[0]
-    for part, text in story.colours.ticks:
-        x, y = places[text]
-        found = np.array(picture.getpixel((round(x - 2 * part), round(y - 10))))
-        wanted = 255 * np.array(mpl.colormaps["RdBu_r"](0.5 * (part + 1.0))[:3])
-        np.testing.assert_allclose(found, wanted, atol=12)
-
-
-def test_the_beams_are_coloured_by_the_scale_that_the_bar_shows(run):
-    """In every view, inset and side by side alike."""
-    for histories in ([run("paper")], [run("paper"), run("sticking")]):
-        story = story_of(histories, Style(size=(960, 540)), ["a", "b"])
-        composer = Composer(story)
-        views = [view for view, _, _ in composer._views]
-        assert len(views) == 2
-        for view in views:
-            limits = [
-                actor.mapper.scalar_range
-                for actor in view.plotter.actors.values()
-                if actor.mapper.scalar_visibility and actor.mapper.color_mode == "map"
-            ]
-            assert limits == [(-story.colours.limit, story.colours.limit)]
-        composer.close()

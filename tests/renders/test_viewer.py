@@ -76,56 +76,25 @@ def test_what_cannot_be_a_mesh_is_one_line(history):
 
 
 def test_the_window_shows_the_beam_at_the_time_of_the_slider(viewer, history, pressed):
+    """With its force, and the scale of its colours; the largest stress of the run is within the scale."""
     viewer.go_to(pressed)
     geometry = viewer.geometry
     k = geometry.index(pressed)
-    surface = geometry.surface(k)
-    np.testing.assert_allclose(viewer.mesh.points, surface.points, rtol=0, atol=1e-6)
-    stress = viewer.mesh["bending stress (MPa), tension positive"]
-    np.testing.assert_allclose(stress, surface.arrays["bending_stress"] / 1e6)
     force = sum(geometry.contact_forces(k))
-    assert f"t = {pressed:.5f} s  SLIP  {np.linalg.norm(force):.4g} N" == said(viewer)
-    # the arrow ends where the beam touches, points along the force, and is longest for the largest one
-    points = viewer.arrow.points
-    along = np.append(force / np.linalg.norm(force), 0.0)
-    reach = (points - geometry.contact_place(k)) @ along
-    assert reach.max() == pytest.approx(0.0, abs=1e-6)
-    assert -reach.min() == pytest.approx(0.16, rel=1e-2)
-    viewer.go_to(geometry.history.events[0].time)
-    assert "SLIP" in said(viewer)  # the state after the event
-    viewer.go_to(0.1)
-    assert not viewer._force.visibility
-    assert said(viewer) == "t = 0.10000 s  FREE"
-
-
-def test_colours_keep_their_scale_and_something_is_drawn(viewer, pressed):
-    viewer.go_to(pressed)
+    assert said(viewer) == f"t = {pressed:.5f} s  SLIP  {np.linalg.norm(force):.4g} N"
+    beam = viewer.scene.views[0].beams[0]
+    np.testing.assert_allclose(beam.mesh.points, geometry.surface(k).points, rtol=0, atol=1e-6)
     (bar,) = viewer.plotter.scalar_bars.keys()
     assert bar.strip() == "bending stress (MPa), tension positive"
+    low, high = beam.actor.mapper.scalar_range
+    assert high == -low
+    assert 0.5 * high < np.abs(geometry.surface(k).arrays["bending_stress"]).max() / 1e6 <= high
+    viewer.plotter.render()
     picture = np.asarray(viewer.plotter.screenshot(return_img=True))[..., :3].astype(int)
-    red, blue = picture[..., 0], picture[..., 2]
-    assert np.sum(red > blue + 40) > 50
-    assert np.sum(blue > red + 40) > 50
-    table = viewer.mesh_actor.mapper.lookup_table
-    stretched, pressed_together = (table.map_value(sign * 1e9) for sign in (1.0, -1.0))
-    assert stretched[0] > stretched[2] + 0.2
-    assert pressed_together[2] > pressed_together[0] + 0.2
-    low, high = viewer.mesh_actor.mapper.scalar_range
-    assert 2.0 * np.abs(viewer.mesh[bar.strip()]).max() > high == -low >= np.abs(viewer.mesh[bar.strip()]).max()
-
-
-def test_the_arrow_is_seen_in_front_of_the_slope(viewer, pressed):
-    """It lies inside of the slope, out of which the force comes."""
-
-    def orange() -> int:
-        viewer.plotter.render()
-        picture = np.asarray(viewer.plotter.screenshot(return_img=True))[..., :3].astype(int)
-        return int(np.sum(picture[..., 0] > picture[..., 2] + 90))
-
+    assert np.sum(picture[..., 0] > picture[..., 2] + 40) > 50
+    assert np.sum(picture[..., 2] > picture[..., 0] + 40) > 50
     viewer.go_to(0.1)
-    before = orange()
-    viewer.go_to(pressed)
-    assert orange() > before + 80
+    assert said(viewer) == "t = 0.10000 s  FREE"
 
 
 def test_the_slider_starts_where_the_beam_does(viewer):

@@ -7,46 +7,30 @@ import math
 import re
 from datetime import UTC, date, datetime, timedelta
 
+import pandas as pd
 import pytest
 
 from oblique_impact import InputError
-from oblique_impact.validation.report.document import (
-    Cell,
-    Document,
-    Paragraph,
-    Picture,
-    Section,
-    Table,
-    number,
-    render_html,
-    write_csv,
-    write_json,
-    write_report,
-)
-from oblique_impact.validation.report.figures import new_figure, to_svg
+from oblique_impact.validation.report import Cell, Report, Section, Table, Text, number, picture
 
 
 def test_a_report_says_when_it_was_made():
-    (found,) = re.findall(r"<dt>date</dt><dd[^>]*>(\d{4}-\d\d-\d\d) ", render_html(document()))
+    (found,) = re.findall(r"<dt>date</dt><dd[^>]*>(\d{4}-\d\d-\d\d) ", document().html())
     assert abs(datetime.now(UTC).date() - date.fromisoformat(found)) <= timedelta(days=1)
 
 
-def picture() -> Picture:
-    with new_figure() as figure:
-        axes = figure.add_subplot()
+def document() -> Report:
+    with picture("a line") as drawn:
+        axes = drawn.figure.add_subplot()
         axes.plot([0.0, 1.0], [2.0, 3.0])
         axes.set_xlabel("t (s)")
-        return Picture(to_svg(figure), "a line")
-
-
-def document() -> Document:
-    table = Table(["name", "verdict"], [["<b>", Cell("0.3 against 0.3", "pass")]], "a table")
-    section = Section("Part one", [Paragraph("words & signs"), table, picture()], "pass")
-    return Document("Title", "Lead.", [("numpy", "2")], [("wall time", "1 s")], sections=[section])
+    table = Table(["name", "count", "value", "verdict"], [["<b>", 12345678, 1.0 / 3.0, Cell("0.3", "pass")]])
+    section = Section("Part one", [Text("words & signs"), table, drawn], "pass")
+    return Report("Title", "Lead.", "repeat", 1.0, facts=[("numpy", "2")], sections=[section])
 
 
 def test_a_page_needs_nothing_besides_itself():
-    page = render_html(document())
+    page = document().html()
     assert re.findall(r"<(?:script|link|img|iframe) ", page) == []
     # names of XML namespaces are no addresses to load from
     links = re.findall(r'(?:src|href)="(?!#)([^"]*)"|url\((?!#)([^)]*)\)', page)
@@ -56,29 +40,35 @@ def test_a_page_needs_nothing_besides_itself():
     assert page.count("<svg") == 1
 
 
-def test_half_pictures_are_marked_as_such():
-    blocks = [Picture("<svg></svg>", half=half) for half in (True, True, False)]
-    page = render_html(Document("Title", "Lead.", [], sections=[Section("Part", blocks)]))
-    assert page.count('<figure class="half" role="img"') == 2
-    assert page.count("<figure role=") == 1
+def test_numbers_of_a_table_have_six_digits_and_whole_ones_all():
+    page = document().html()
+    assert '<td class="number" data-column="count">12345678</td>' in page
+    assert '<td class="number" data-column="value">0.333333</td>' in page
+    assert ">✓ 0.3</td>" in page
+
+
+def test_a_frame_is_a_table_with_units():
+    frame = pd.DataFrame({"t": [0.5], "name": ["a"]})
+    frame.attrs["units"] = {"t": "s"}
+    table = Table.of_frame(frame)
+    assert table.columns == ["t (s)", "name"]
+    assert [cell.text for cell in table.cells()[0]] == ["0.5", "a"]
 
 
 def test_pages_and_pictures_are_the_same_from_run_to_run():
-    assert render_html(document()) == render_html(document())
+    assert document().html() == document().html()
 
 
 def test_files_appear_with_full_numbers(tmp_path):
-    write_report(tmp_path, document())
-    write_json(tmp_path, "a.json", {"x": 0.1, "y": [math.nan, math.inf]})
-    write_csv(tmp_path, "a.csv", ["x"], [[1.0 / 3.0], ["text"]])
-    assert json.loads((tmp_path / "a.json").read_text()) == {"x": 0.1, "y": [None, None]}
-    assert float((tmp_path / "a.csv").read_text().split()[1]) == 1.0 / 3.0
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "a.json", "report.html"]
-
-
-def test_a_folder_that_is_not_there_is_one_line(tmp_path):
+    document().write(tmp_path, {"x": 0.1, "y": [math.nan, math.inf]}, pd.DataFrame({"x": [1.0 / 3.0, math.nan]}))
+    data = json.loads((tmp_path / "results.json").read_text())
+    assert (data["x"], data["y"]) == (0.1, [None, None])
+    assert {"provenance", "versions", "machine"} < data.keys()
+    lines = (tmp_path / "results.csv").read_text().splitlines()
+    assert (float(lines[1]), lines[2]) == (1.0 / 3.0, '""')
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["report.html", "results.csv", "results.json"]
     with pytest.raises(InputError, match="cannot be written"):
-        write_report(tmp_path / "none", document())
+        document().write(tmp_path / "none")
 
 
 @pytest.mark.parametrize(

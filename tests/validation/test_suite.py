@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 from oblique_impact import InputError
@@ -17,7 +16,6 @@ from oblique_impact.validation.checks.registry import (
     checks_of,
     within,
 )
-from oblique_impact.validation.curves import hausdorff_distance
 from oblique_impact.validation.suite import counts, results_of, select
 
 HOME = Group("a", "A")
@@ -97,13 +95,3 @@ def test_evidence_may_be_one_measurement_many_or_with_pictures():
     one = Measurement("x", 0.0, 0.0, "1", 0.0, "none")
     for found in (one, [one], Evidence([one])):
         assert Check("a.b", HOME, "a problem", 0.1, lambda found=found: found).evidence().measurements == [one]
-
-
-def test_hausdorff_distance_of_curves_with_jumps():
-    """A step that comes a little later is as far as it is late, though the values differ by one."""
-    early = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
-    late = early + np.array([[0.0, 0.0], [0.01, 0.0], [0.01, 0.0], [0.0, 0.0]])
-    assert hausdorff_distance(early, late) == pytest.approx(0.01, abs=1e-15)
-    assert hausdorff_distance(early, early + np.array([0.0, 0.3])) == pytest.approx(0.3)
-    spike = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 5.0], [1.0, 0.0], [2.0, 0.0]])
-    assert hausdorff_distance(np.array([[0.0, 0.0], [2.0, 0.0]]), spike) == pytest.approx(5.0)

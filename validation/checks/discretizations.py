@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from oblique_impact.history.history import History
 from oblique_impact.validation.checks.plots import mesh_convergence_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of, within
-from oblique_impact.validation.curves import hausdorff_distance
-from oblique_impact.validation.event_pairs import largest_difference, pair_events
+from oblique_impact.validation.event_pairs import hausdorff_distance, largest_difference, pair_events
 from oblique_impact.validation.runs import NEAR, column, contact_times, run
 
 check = checks_of("discretizations", "Assumed modes against finite elements")
@@ -148,7 +147,8 @@ def nodal_and_modes() -> list[Measurement]:
     runs = {name: run("paper", *common, *keys) for name, keys in models.items()}
     exact = runs["nodal"].summary["macro_collisions"][0]
     found = []
-    for name in ("reduced", "modal"):
+    # modes of the same mesh are closer to it than analytic ones
+    for name, of_impulse, of_peak, of_release in (("reduced", 8e-6, 3e-5, 4.5e-8), ("modal", 1.5e-5, 2e-3, 9e-8)):
         c = runs[name].summary["macro_collisions"][0]
         release = runs[name].events[1].time, runs["nodal"].events[1].time
         text = "the full mesh; 24 modes leave out a compliance of order 1/N³"
@@ -158,11 +158,13 @@ def nodal_and_modes() -> list[Measurement]:
                 c["normal_impulse"],
                 exact["normal_impulse"],
                 "N s",
-                1.5e-5,
+                of_impulse,
                 text,
                 f"impulse-{name}",
             ),
-            within(f"peak force, {name}", c["peak_force"], exact["peak_force"], "N", 2e-3, text, f"peak-{name}"),
-            Measurement(f"first release, {name}", release[0], release[1], "s", 9e-8, text, f"release-{name}"),
+            within(
+                f"peak force, {name}", c["peak_force"], exact["peak_force"], "N", of_peak, text, f"peak-{name}"
+            ),
+            Measurement(f"first release, {name}", *release, "s", of_release, text, f"release-{name}"),
         ]
     return found

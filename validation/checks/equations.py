@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam, FullBeam
-from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative
+from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative, discretization
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.user_defined import discretization
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 
 check = checks_of("equations", "Equations of motion against Lagrange's")

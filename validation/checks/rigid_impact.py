@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import FullBeam
+from oblique_impact.beam.operators import discretization
 from oblique_impact.contact.friction import Frictionless
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Tolerances
@@ -16,7 +17,6 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.marching.loop import Run
 from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.user_defined import discretization
 from oblique_impact.simulation import simulate
 from oblique_impact.validation.checks.plots import impulse_law_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
@@ -90,16 +90,18 @@ def exact_impulse(t: float) -> float:
 def impulse_law() -> Evidence:
     """Steps of 0.4 h²/c; the mesh is a low-pass filter of the exact force, which is a distribution."""
     found, curves = [], {}
-    for elements, rhos in ((32, (0.0, 0.5)), (64, (0.0, 0.5)), (128, (0.0, 0.5, 0.8))):
-        for rho in rhos:
-            step = 0.4 * (LENGTH / elements) ** 2 / WAVE
-            times, impulse, _ = held_tip(elements, step, rho, 2.05e-3)
-            curves[f"{elements} elements, ρ∞ = {rho:g}"] = times, impulse
-            for t, exact in VALUES["5b"].items():
-                quantity = f"impulse at {1e3 * t:g} ms, {elements} elements, rho {rho:g}"
-                computed = float(np.interp(t, times, impulse))
-                name = f"{elements}-rho{rho:g}-{1e3 * t:g}ms"
-                found.append(within(quantity, computed, exact, "N s", 0.02, source("5b"), name))
+    for elements, rho, allowed in (
+        *((32, 0.0, 0.02), (32, 0.5, 0.02), (64, 0.0, 0.02), (64, 0.5, 0.02)),
+        *((128, 0.0, 0.005), (128, 0.5, 0.01), (128, 0.8, 0.02)),
+    ):
+        step = 0.4 * (LENGTH / elements) ** 2 / WAVE
+        times, impulse, _ = held_tip(elements, step, rho, 2.05e-3)
+        curves[f"{elements} elements, ρ∞ = {rho:g}"] = times, impulse
+        for t, exact in VALUES["5b"].items():
+            quantity = f"impulse at {1e3 * t:g} ms, {elements} elements, rho {rho:g}"
+            computed = float(np.interp(t, times, impulse))
+            name = f"{elements}-rho{rho:g}-{1e3 * t:g}ms"
+            found.append(within(quantity, computed, exact, "N s", allowed, source("5b"), name))
     series = np.linspace(1e-5, 2.05e-3, 120)
     exact_curve = series, np.array([exact_impulse(float(t)) for t in series])
     return Evidence(found, [impulse_law_figure({k: curves[k] for k in list(curves)[::2]}, exact_curve)])
@@ -162,6 +164,9 @@ def tip_mass() -> list[Measurement]:
 
 _END = "end_time=0.331"  # of the first macro-collision
 _METHODS = {"modal": (), "fem": ("discretization.method=fem", "discretization.elements=64")}
+#: of event times (s) and of an impulse (relative): the references have 12 and 10 decimals and are of the same two
+#: modes, 64 elements differ by h⁴
+_ALLOWED = {"modal": (5e-12, 7e-10), "fem": (2e-9, 1e-7)}
 
 
 @check("The paper's case with two clamped modes: event times of the first macro-collision.", seconds=1.0)
@@ -179,7 +184,7 @@ def scipy_events() -> list[Measurement]:
                     times[k],
                     exact[k],
                     "s",
-                    2e-9,
+                    _ALLOWED[name][0],
                     source(f"two-modes-{friction}"),
                     f"{friction}-{name}",
                 )
@@ -189,7 +194,7 @@ def scipy_events() -> list[Measurement]:
 
 @check("The same case: the first impulse.", seconds=0.5)
 def scipy_impulse() -> list[Measurement]:
-    """Both discretizations; 64 elements differ by h⁴."""
+    """Both discretizations."""
     exact, text = VALUES["two-modes-impulse"], source("two-modes-impulse")
     return [
         within(
@@ -197,7 +202,7 @@ def scipy_impulse() -> list[Measurement]:
             run("paper", "contact.friction=frictionless", *keys, _END).events[0].normal_impulse,
             exact,
             "N s",
-            1e-7,
+            _ALLOWED[name][1],
             text,
             name,
         )

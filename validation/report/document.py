@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from oblique_impact.files import cannot_write, write_text
+from oblique_impact.validation.report.provenance import provenance, provenance_data
 
-#: kinds of cells that are set off by colour and a mark: (kind, mark)
+#: kinds of cells that are set off by colour and a mark, so that a verdict does not depend on colour
 MARKS = {"pass": "✓", "fail": "✗", "partly": "◐"}
+
+
+def number(value: float | None, digits: int = 6) -> str:
+    """Format a number for reading: significant digits, a proper minus and powers of ten; "–" for none."""
+    if value is None or math.isnan(value):
+        return "–"
+    text = f"{value:.{digits}g}"
+    mantissa, _, exponent = text.partition("e")
+    if exponent:
+        power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        text = f"{mantissa} × 10{power}"
+    return text.replace("-", "−")
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return the label of an axis or a column; what has no dimension, unit "1", has none."""
+    return name if unit in ("", "1") else f"{name} ({unit})"
 
 
 @dataclass(frozen=True)
@@ -31,35 +48,56 @@ class Cell:
 
     @property
     def mark(self) -> str:
-        """Sign in front of a verdict, so that it does not depend on colour."""
+        """Sign in front of a verdict."""
         return MARKS.get(self.kind, "")
 
 
+#: what may stand in a table
+Entry = Cell | str | float | None
+
+
+def cell(value: Entry, digits: int = 6) -> Cell:
+    """Return the cell of a value: numbers in so many digits, whole numbers in all."""
+    if isinstance(value, Cell):
+        return value
+    if isinstance(value, str):
+        return Cell(value)
+    whole = value is not None and float(value).is_integer() and abs(value) < 1e9
+    return Cell(number(value, max(digits, 9) if whole else digits), "number")
+
+
 def number_cells(*values: str | float | None, digits: int = 6) -> list[Cell]:
-    """Return cells that stand under the right end of their heading; texts and integers are shown as they are."""
-    texts = [str(v) if isinstance(v, (str, int)) else number(v, digits) for v in values]
-    return [Cell(text, "number") for text in texts]
+    """Return cells that stand under the right end of their heading."""
+    return [Cell(value, "number") if isinstance(value, str) else cell(value, digits) for value in values]
 
 
 @dataclass(frozen=True)
-class Paragraph:
+class Text:
     """A paragraph of plain text; `note` sets it smaller."""
 
     text: str
     note: bool = False
-    block: str = "paragraph"
+    block: str = "text"
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table; cells are texts or `Cell`."""
+    """A table; see `Entry` for its cells."""
 
     columns: Sequence[str]
-    rows: Sequence[Sequence[str | Cell]]
+    rows: Sequence[Sequence[Any]]  # of entries
     caption: str = ""
     wide: Sequence[int] = ()  # columns of running text, that may wrap
     filtered: bool = False  # rows end with a verdict that the reader may filter by
     block: str = "table"
+
+    @classmethod
+    def of_frame(cls, frame: pd.DataFrame, caption: str = "", digits: int = 6, wide: Sequence[int] = ()) -> Table:
+        """Return the table of a pandas frame; `frame.attrs["units"]` holds units by column."""
+        units = frame.attrs.get("units", {})
+        columns = [with_unit(str(name), units.get(name, "1")) for name in frame.columns]
+        rows = [[cell(value, digits) for value in row] for row in frame.itertuples(index=False)]
+        return cls(columns, rows, caption, wide)
 
     @property
     def verdicts(self) -> bool:
@@ -67,16 +105,15 @@ class Table:
         return any(cell.mark for row in self.cells() for cell in row)
 
     def cells(self) -> list[list[Cell]]:
-        """Rows of `Cell`."""
-        return [[cell if isinstance(cell, Cell) else Cell(cell) for cell in row] for row in self.rows]
+        """Return the rows as cells."""
+        return [[cell(entry) for entry in row] for row in self.rows]
 
     def heading(self, column: int) -> str:
-        """Kind of a heading: numbers stand under the right end of theirs."""
-        first = self.rows[0][column] if self.rows else ""
-        return "number" if isinstance(first, Cell) and first.kind == "number" else ""
+        """Return the kind of a heading: numbers stand under the right end of theirs."""
+        return "number" if self.rows and cell(self.rows[0][column]).kind == "number" else ""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Picture:
     """A picture as SVG text, with the alternative text for those who cannot see it.
 
@@ -112,7 +149,7 @@ class Item:
     block: str = "item"
 
 
-Block = Paragraph | Table | Picture | Fold | Item
+Block = Text | Table | Picture | Fold | Item
 
 
 @dataclass(frozen=True)
@@ -135,56 +172,80 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Document:
-    """A report: facts (name, value), `times` (those that differ from run to run), overview, sections.
+class Report:
+    """A report.
 
-    With `filtered` the page has a field and a list to filter the rows of filtered tables.
+    Attributes
+    ----------
+    title, lead : str
+        Head and first paragraph.
+    command : str
+        What repeats it, as a shell or Python takes it.
+    seconds : float, optional
+        Wall time (s).
+    facts : sequence of (str, str)
+        Names and values for the head; provenance, versions and machine are added.
+    times : sequence of (str, str)
+        Facts that differ from run to run.
+    overview, sections
+        What it consists of.
+    filtered : bool
+        Whether the page has a field and a list to filter the rows of filtered tables.
     """
 
     title: str
     lead: str
-    facts: Sequence[tuple[str, str]]
+    command: str = ""
+    seconds: float | None = None
+    facts: Sequence[tuple[str, str]] = ()
     times: Sequence[tuple[str, str]] = ()
     overview: Sequence[Block] = ()
-    sections: Sequence[Section] = field(default_factory=list)
+    sections: Sequence[Section] = ()
     filtered: bool = False
 
+    def html(self) -> str:
+        """Return the report as one page: styles, script and pictures inside, no address."""
+        environment = Environment(
+            loader=PackageLoader("oblique_impact.validation", "report"),
+            autoescape=True,
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+        )
+        times = [("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")), ("command", self.command)]
+        times += [("wall time", f"{self.seconds:.1f} s")] if self.seconds is not None else []
+        return environment.get_template("report.html.j2").render(
+            document=self, facts=[*self.facts, *provenance()], times=[*times, *self.times]
+        )
 
-def render_html(document: Document) -> str:
-    """Return the report as one HTML page: styles, script and pictures inside, no address."""
-    environment = Environment(
-        loader=PackageLoader("validation", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-    return environment.get_template("report.html.j2").render(document=document, date=date)
+    def write(
+        self,
+        folder: Path,
+        data: Mapping[str, Any] | None = None,
+        table: pd.DataFrame | None = None,
+        name: str = "report.html",
+    ) -> Path:
+        """Write the page, `data` as results.json and `table` as results.csv; returns the page.
+
+        The JSON holds numbers in full precision, null for NaN and infinity, and the provenance besides.
+        Raises InputError if a file cannot be written.
+        """
+        if data is not None:
+            write_json(folder / "results.json", {**data, **provenance_data()})
+        if table is not None:
+            write_file(folder / "results.csv", table.to_csv(index=False, lineterminator="\n"))
+        return write_file(folder / name, self.html())
 
 
-def write_report(folder: Path, document: Document, name: str = "report.html") -> Path:
-    """Write the page into an existing folder, whole or not at all; returns the file.
-
-    Raises InputError if it cannot be written.
-    """
-    return write_file(folder / name, render_html(document))
-
-
-def write_json(folder: Path, name: str, data: Any) -> Path:
+def write_json(path: Path, data: Any) -> Path:
     """Write `data` as JSON, numbers in full precision; NaN and infinity become null."""
-    return write_file(
-        folder / name, json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    )
+    return write_file(path, json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
-def write_csv(folder: Path, name: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
-    """Write a table as CSV, numbers in full precision."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([repr(float(v)) if isinstance(v, float) else v for v in row] for row in rows)
-    return write_file(folder / name, buffer.getvalue())
+def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
+    """Write a table as CSV, numbers in full precision; NaN becomes an empty cell."""
+    frame = pd.DataFrame(rows, columns=list(columns), dtype=object)
+    return write_file(path, frame.to_csv(index=False, lineterminator="\n"))
 
 
 def write_file(path: Path, text: str) -> Path:
@@ -197,27 +258,10 @@ def write_file(path: Path, text: str) -> Path:
 
 
 def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
+    if isinstance(value, Mapping):
         return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, list | tuple):
         return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
-def with_unit(name: str, unit: str) -> str:
-    """Return the label of an axis or a column; what has no dimension, unit "1", has none."""
-    return name if unit in ("", "1") else f"{name} ({unit})"
-
-
-def number(value: float | None, digits: int = 6) -> str:
-    """Return a number for reading: significant digits, a proper minus and powers of ten."""
-    if value is None or math.isnan(value):
-        return "–"
-    text = f"{value:.{digits}g}"
-    mantissa, _, exponent = text.partition("e")
-    if exponent:
-        power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-        text = f"{mantissa} × 10{power}"
-    return text.replace("-", "−")
+    if hasattr(value, "item"):  # a number of NumPy
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -6,11 +6,13 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
 
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from oblique_impact.renders.style import figure_style
+from oblique_impact.validation.report.document import Picture
 
 #: widths (inches): legible at half a page's width, and at the whole width
 HALF, FULL = 5.6, 9.2
@@ -25,9 +27,26 @@ def new_figure(width: float = FULL, height: float = 3.4) -> Iterator[Figure]:
         yield Figure(figsize=(width, height), layout="constrained")
 
 
+@dataclass
+class Drawn(Picture):
+    """A picture and its figure, for those who draw into it."""
+
+    figure: Any = None
+
+
+@contextmanager
+def picture(
+    caption: str, width: float = FULL, height: float = 3.4, alternative: str = "", half: bool = False
+) -> Iterator[Drawn]:
+    """Make a picture: draw on its `figure` in the block; behind the block it is a block of a report."""
+    with new_figure(width, height) as figure:
+        drawn = Drawn("", caption, alternative or caption, half, figure=figure)
+        yield drawn
+        drawn.svg = to_svg(figure)
+
+
 def to_svg(figure: Figure) -> str:
     """Return the figure as an <svg> element that scales with the page."""
-    _lay_out(figure)
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
@@ -36,14 +55,3 @@ def to_svg(figure: Figure) -> str:
     opening = re.sub(r' (?:width|height)="[^"]*"', "", text[: text.index(">")])
     limit = round(_PIXELS_PER_INCH * figure.get_size_inches()[0])
     return f'{opening} style="max-width: {limit}px"{text[text.index(">") :]}'
-
-
-def _lay_out(figure: Figure) -> None:
-    """Place everything, once and for all: savefig would draw all of the figure for that, to draw it again."""
-    engine, dpi = figure.get_layout_engine(), figure.dpi
-    if engine is not None:
-        FigureCanvasSVG(figure)
-        figure.dpi = 72.0  # of SVG, in which letters are measured
-        engine.execute(figure)
-        figure.dpi = dpi
-        figure.set_layout_engine(None)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 import shlex
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,27 +12,21 @@ from oblique_impact.history.provenance import described, versions
 from oblique_impact.history.provenance import provenance as made
 
 PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
-#: what a scenario of a call without a name is called
-UNNAMED = "scenario"
+
+
+def provenance() -> list[tuple[str, str]]:
+    """Return lines (name, value) for the head of every report."""
+    numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
+    return [("made by", described(made())), ("versions", numbers), ("machine", machine())]
+
+
+def provenance_data() -> dict[str, Any]:
+    """Return the same for the JSON of every report."""
+    return {"provenance": dict(made()), "versions": _versions(), "machine": machine()}
 
 
 def _versions() -> dict[str, str]:
     return {"Python": platform.python_version(), **versions(*PACKAGES)}
-
-
-def provenance(named: Iterable[tuple[str, str]] = ()) -> list[tuple[str, str]]:
-    """Lines (name, value) for the head of every report; user-defined parts are those among `named`."""
-    numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
-    return [("made by", described(made(named))), ("versions", numbers), ("machine", machine())]
-
-
-def provenance_data(named: Iterable[tuple[str, str]] = ()) -> dict[str, Any]:
-    """Return the same for the JSON of every report."""
-    return {
-        "provenance": dict(made(named)),
-        "versions": _versions(),
-        "machine": machine(),
-    }
 
 
 def command_line(command: str, *arguments: object, **options: object) -> str:
@@ -53,19 +46,8 @@ def command_line(command: str, *arguments: object, **options: object) -> str:
     return shlex.join(words)
 
 
-def scenario_text(name: str) -> str:
-    """Return what stands for a scenario in `call_text`: what it is called, or how to load it."""
-    return name if name == UNNAMED else f"Scenario.load({name!r})"
-
-
-def call_text(function: str, arguments: Sequence[str] = (), **options: object) -> str:
-    """Return a call as Python takes it; options that are None, False or empty are left out."""
-    given = [f"{name}={value!r}" for name, value in options.items() if value not in (None, False, (), [])]
-    return f"oblique_impact.validation.{function}({', '.join([*arguments, *given])})"
-
-
 def machine() -> str:
-    """Processor, number of cores and system; nothing that names the machine itself."""
+    """Return processor, number of cores and system; nothing that names the machine itself."""
     return f"{_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}"
 
 

@@ -1,0 +1,31 @@
+"""The public names of the package, which ``from oblique_impact import ...`` gives."""
+
+from __future__ import annotations
+
+from oblique_impact.beam.frequencies import Frequencies, natural_frequencies
+from oblique_impact.errors import InputError, Interrupted, Outcome
+from oblique_impact.history.history import History
+from oblique_impact.kernels.system import MechanicalSystem
+from oblique_impact.progress import Progress
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.schema import scenario_schema
+from oblique_impact.scenario.starting import BuiltinCase, builtin_cases, start_scenario
+from oblique_impact.simulation import simulate, simulate_system
+
+__all__ = [
+    "BuiltinCase",
+    "Frequencies",
+    "History",
+    "InputError",
+    "Interrupted",
+    "MechanicalSystem",
+    "Outcome",
+    "Progress",
+    "Scenario",
+    "builtin_cases",
+    "natural_frequencies",
+    "scenario_schema",
+    "simulate",
+    "simulate_system",
+    "start_scenario",
+]

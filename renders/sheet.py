@@ -1,0 +1,139 @@
+"""A matplotlib figure of a size in pixels: the texts, rules and scales around the pictures of a PyVista scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from numpy.typing import NDArray
+
+from oblique_impact.renders.scale_bar import ScaleBar
+from oblique_impact.renders.story import ColourScale
+from oblique_impact.renders.style import TEXT, Style
+
+#: sizes of text (points) where `Style.letters` is `renders.style.TEXT`
+STATE, NAME, HEADING, LINE, SMALL = 15.0, 11.0, 10.5, 10.0, 9.0
+_LEAST = 12.0  # pixels: smaller text cannot be read
+
+
+class Sheet:
+    """A figure whose places are pixels from its left and top; letters go with the resolution of a style."""
+
+    def __init__(self, size: tuple[int, int], style: Style) -> None:
+        self.size, self.style, self.theme = size, style, style.colours
+        dpi = style.resolution
+        # a little more than the pixels: matplotlib cuts the decimals off
+        width, height = ((pixels + 0.1) / dpi for pixels in size)
+        self.figure = Figure(figsize=(width, height), dpi=dpi)
+        self.figure.set_facecolor(self.theme.background)
+        self._canvas: Any = FigureCanvasAgg(self.figure)
+        self._moving: list[Any] = []
+
+    def points(self, size: float) -> float:
+        """Size (points) of text on this sheet."""
+        return max(size * self.style.letters / TEXT, _LEAST * 72.0 / self.style.resolution)
+
+    def pixels(self, size: float) -> float:
+        """Return the same in pixels."""
+        return self.points(size) * self.style.resolution / 72.0
+
+    @property
+    def unit(self) -> float:
+        """Pixels that are 1 where text of `LINE` is 13.3 pixels high: lengths that go with the letters."""
+        return self.pixels(LINE) * 0.075
+
+    @property
+    def thin(self) -> float:
+        """Return the same in points: the width of a thin line."""
+        return self.unit * 72.0 / self.style.resolution
+
+    def write(self, left: float, top: float, text: str, size: float, colour: str = "", **how: Any) -> Text:
+        """Write a text whose upper left corner, if not told otherwise, is at a place."""
+        look: dict[str, Any] = {
+            "va": "top",
+            "color": colour or self.theme.ink,
+            "fontsize": self.points(size),
+        } | how
+        return self.figure.text(left, self.size[1] - top, text, transform=None, **look)
+
+    def move(self, *artists: Any) -> None:
+        """Let artists be drawn anew in each frame."""
+        for artist in artists:
+            artist.set_animated(True)
+        self._moving += artists
+
+    def width_of(self, text: Text) -> float:
+        """Width (pixels) of what is written."""
+        return float(text.get_window_extent(self._canvas.get_renderer()).width)
+
+    def fit(self, text: Text, choices: Sequence[str], width: float) -> None:
+        """Write the first of some texts, ever shorter, that is not wider (pixels); the last one is cut."""
+        shortened = [f"{choices[-1][:n]}…" for n in range(len(choices[-1]) - 1, 0, -1)] if choices else []
+        for choice in (*choices, *shortened):
+            text.set_text(choice)
+            if self.width_of(text) <= width:
+                return
+        text.set_text("")
+
+    def rule(self, start: tuple[float, float], end: tuple[float, float], **how: Any) -> Line2D:
+        """Draw a line between two places."""
+        (x0, y0), (x1, y1) = start, end
+        look: dict[str, Any] = {"color": self.theme.line, "linewidth": self.thin} | how
+        line = Line2D([x0, x1], [self.size[1] - y0, self.size[1] - y1], transform=None, **look)
+        self.figure.add_artist(line)
+        return line
+
+    def scale_bar(self, left: float, bottom: float, bar: ScaleBar) -> tuple[Line2D, Text]:
+        """Draw a bar with its length above it; returns both."""
+        x, y = bar.across
+        low = bottom + min(-float(y), 0.0)
+        line = self.rule(
+            (left, low),
+            (left + x, low + y),
+            color=self.theme.ink,
+            linewidth=2.0 * self.thin,
+            marker="|",
+            markersize=8.0 * self.thin,
+            markeredgewidth=2.0 * self.thin,
+        )
+        top = min(low, low + 0.5 * y) - 0.5 * self.pixels(SMALL)
+        return line, self.write(left + 0.5 * x, top, bar.text, SMALL, va="bottom", ha="center")
+
+    def colour_bar(self, left: float, bottom: float, width: float, scale: ColourScale) -> None:
+        """Draw the scale of colours between its title and its labels, which end at `bottom`."""
+        thick, high = 12.0 * self.unit, 1.45 * self.pixels(SMALL)
+        low = self.size[1] - bottom + high
+        axes = self.figure.add_axes(
+            (left / self.size[0], low / self.size[1], width / self.size[0], thick / self.size[1])
+        )
+        mappable = ScalarMappable(Normalize(-1.0, 1.0), self.theme.colour_map)
+        bar: Any = self.figure.colorbar(mappable, cax=axes, orientation="horizontal")
+        bar.outline.set_visible(False)
+        few = width < 14.0 * self.pixels(SMALL)
+        places, labels = zip(*(scale.ticks[::2] if few else scale.ticks), strict=True)
+        bar.set_ticks(places, labels=labels)
+        axes.tick_params(length=0.0, pad=4.0 * self.thin, colors=self.theme.dim, labelsize=self.points(SMALL))
+        top = bottom - high - thick - 4.0 * self.unit
+        self.write(left + 0.5 * width, top, scale.title, LINE, va="bottom", ha="center")
+
+    def drawn(self) -> NDArray[np.uint8]:
+        """Draw everything that does not move; returns the pixels (rows, columns, 4)."""
+        self._canvas.draw()
+        return self.canvas.copy()
+
+    @property
+    def canvas(self) -> NDArray[np.uint8]:
+        """The pixels (rows, columns, 4) that are drawn into, and may be written to."""
+        return np.asarray(self._canvas.buffer_rgba())
+
+    def draw_moving(self) -> None:
+        """Draw what moves over the pixels of the canvas."""
+        for artist in self._moving:
+            self.figure.draw_artist(artist)

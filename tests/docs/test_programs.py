@@ -1,0 +1,85 @@
+"""Programs of the documentation run: examples, the tutorial, the how-tos' code; the sketch shows its run."""
+
+from __future__ import annotations
+
+import json
+import runpy
+
+import numpy as np
+import pytest
+
+from docs.notebook import NOTEBOOK, notebook
+from docs.pictures import sketch
+from oblique_impact import Scenario
+from oblique_impact.validation.checks import registry
+from tests.docs.test_commands import DOCS, ROOT, blocks
+
+EXAMPLES = sorted((ROOT / "examples").glob("plot_*.py"))
+
+
+@pytest.mark.slow  # the build of the documentation runs them too
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_example_runs_and_leaves_pictures(file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(file), run_name="__main__")
+    assert {path.suffix for path in tmp_path.iterdir()} & {".png", ".svg"}
+
+
+def test_the_tutorial_runs_cell_by_cell(tmp_path, monkeypatch):
+    kept = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    assert kept == notebook(), "python -m docs.notebook writes it anew"
+    monkeypatch.chdir(tmp_path)
+    names: dict = {"__name__": "__main__"}
+    for cell in kept["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    assert names["history"].outcome.label == "completed"
+    assert names["study"].quantity("impulse").analysis.verdict == "converged"
+
+
+@pytest.mark.slow
+def test_the_code_of_the_how_to_for_python_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    for block in blocks(DOCS / "howto" / "library.md", "python"):
+        exec(block, names)
+    assert all(result.verdict == "pass" for result in names["results"])
+
+
+def test_the_check_of_the_how_to_passes(monkeypatch):
+    monkeypatch.setattr(registry, "_CHECKS", {})
+    names: dict = {}
+    exec(blocks(DOCS / "howto" / "check.md", "python")[0], names)
+    assert names["hinged_frequency"]().verdict == "pass"
+
+
+def turned(vector: np.ndarray, angle: float) -> np.ndarray:
+    """Components of a vector along axes that are turned by an angle (rad)."""
+    x = np.array([np.cos(angle), np.sin(angle)])
+    return np.array([vector @ x, vector @ np.array([-x[1], x[0]])])
+
+
+def arrows(axes) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Beginning and end (m) of the arrows that have a name."""
+    return {
+        patch.get_label(): tuple(map(np.asarray, patch._posA_posB))
+        for patch in axes.patches
+        if patch.get_label() and hasattr(patch, "_posA_posB")
+    }
+
+
+def test_the_sketch_of_the_theory_shows_signs_and_lengths_of_its_run():
+    """Deflection, gap, slip and forces as the run says: a wrong sign there misleads every reader."""
+    figure, history = sketch.sketch(), sketch.run()
+    scenario = Scenario.from_toml(history.scenario_toml)
+    alpha = scenario.slope.angle
+    flight, contact = [history.at(time) for time in sketch.moments(history)]
+    drawn = {name: end - start for name, (start, end) in arrows(figure.axes[0]).items()}
+    assert turned(drawn["deflection"], float(flight["theta"])) == pytest.approx([0.0, float(flight["deflection"])])
+    assert turned(drawn["gap"], alpha) == pytest.approx([0.0, float(flight["gap"])])
+    assert turned(drawn["slip"], alpha) == pytest.approx([float(flight["slip"]), 0.0])
+    drawn = {name: turned(end - start, alpha) for name, (start, end) in arrows(figure.axes[1]).items()}
+    normal, tangential = drawn[r"$\lambda_n \geq 0$"], drawn[r"$\lambda_\tau$"]
+    assert normal[1] > 0.0
+    assert tangential[0] / normal[1] == pytest.approx(float(contact["lambda_tau"]) / float(contact["lambda_n"]))
+    assert drawn["slip rate"][0] * float(contact["slip_rate"]) > 0.0

@@ -1,0 +1,413 @@
+"""The beam in absolute coordinates as a discretization: contact states, history, balance, outcomes, refusals."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from oblique_impact import History, InputError, Interrupted, Outcome, Scenario, simulate
+from oblique_impact.command_line.progress_bars import progress_bar
+from oblique_impact.contact.state import State
+from oblique_impact.fem_beam.exact import ElasticSections, Run
+from oblique_impact.fem_beam.exact import simulate as simulate_absolute
+from oblique_impact.fem_beam.exact.stop import Place, Slope
+from oblique_impact.history.sample_times import jumps
+from oblique_impact.marching.loop import Status
+from oblique_impact.validation.runs import NEAR
+
+ABSOLUTE = ("discretization.method=absolute", "contact.normal=spring")
+#: just above the slope, in steps that a test can afford
+QUICK = (
+    *ABSOLUTE,
+    *NEAR,
+    "discretization.elements=12",
+    "solver.contact_step=1e-5",
+    "solver.output_interval=1e-4",
+    "end_time=0.006",
+)
+
+
+@pytest.fixture(scope="module")
+def smooth() -> History:
+    return simulate(Scenario.builtin("paper", [*QUICK, "contact.friction=frictionless"]))
+
+
+@pytest.fixture(scope="module")
+def rough() -> History:
+    return simulate(Scenario.builtin("paper", [*QUICK, "solver.contact_step=2e-6"]))
+
+
+def test_touch_and_release_lie_on_the_slope(smooth):
+    kinds = [event.kind.value for event in smooth.events]
+    assert kinds[:4] == ["impact", "release", "impact", "release"]
+    for event in smooth.events:
+        assert abs(float(smooth.at(event.time)["gap"])) < 1e-12
+    assert smooth.outcome is Outcome.COMPLETED
+    first = smooth.contacts[0]
+    inside = (smooth["time"] >= first.start) & (smooth["time"] <= first.end)
+    impulse = np.trapezoid(smooth["lambda_n"].values[inside], smooth["time"].values[inside])
+    assert first.normal_impulse == pytest.approx(impulse, rel=1e-2)  # of samples 1e-4 s apart
+    assert smooth.events[1].normal_impulse == first.normal_impulse
+
+
+def test_energy_is_kept_to_rounding(smooth):
+    energy = smooth.summary["energy"]
+    assert abs(energy["unaccounted"]) < 1e-11 * energy["initial"]
+    assert energy["lost_friction"] == energy["lost_damping"] == energy["lost_scheme"] == 0.0
+    flying = smooth["state"].values == int(State.FREE)
+    total = smooth.total_energy.values[flying]
+    assert np.ptp(total) < 1e-11 * total[0]
+
+
+def test_friction_takes_what_the_energy_loses(rough):
+    energy = rough.summary["energy"]
+    assert abs(energy["unaccounted"]) < 1e-11 * energy["initial"]
+    assert energy["lost_friction"] > 1e-3
+    assert energy["lost_friction"] == pytest.approx(sum(c.energy_loss for c in rough.contacts), rel=1e-9)
+
+
+def test_coulombs_law_holds_at_every_sample(rough):
+    """Slip: mu_k lambda_n against the slip velocity; stick: no slip velocity, and inside of the cone."""
+    state, normal, tangential, slip = (
+        rough[name].values for name in ("state", "lambda_n", "lambda_tau", "slip_rate")
+    )
+    sliding, sticking = state == int(State.SLIP), state == int(State.STICK)
+    assert sliding.sum() > 10
+    assert sticking.sum() > 2
+    assert np.allclose(np.abs(tangential[sliding]), 0.3 * normal[sliding], atol=1e-9)
+    assert np.max(tangential[sliding] * slip[sliding]) < 1e-6
+    assert np.abs(slip[sticking]).max() < 1e-6
+    assert np.all(np.abs(tangential[sticking]) <= 0.3 * normal[sticking] + 2.0)
+    assert np.all(normal >= 0.0)
+    assert np.all(normal[state == int(State.FREE)] == 0.0)
+
+
+def test_the_stop_does_not_pull_where_the_gap_is_open_by_rounding():
+    slope = Slope.of(Scenario.builtin("paper", QUICK), 0)
+    for damping in (0.0, 0.1):
+        stop = replace(slope, damping=damping)
+        assert stop.force(Place(1e-17, 0.0, 1.0, 0.0)) == 0.0
+        assert stop.force(Place(-1e-3, 0.0, 0.0, 0.0)) == 1e-3 * slope.stiffness
+    assert stop.force(Place(-1e-3, 0.0, 11.0, 0.0)) == 0.0
+
+
+def test_a_transition_of_slip_is_located_where_the_slip_velocity_vanishes(rough):
+    for event in rough.events:
+        if event.kind.value in ("stick", "slip", "reversal"):
+            assert abs(event.tangential_velocity) < 1e-9
+
+
+def test_rebound_of_a_stiff_bar_with_friction_is_the_closed_form():
+    """A rigid bar that pivots loads the spring against friction and is unloaded with it.
+
+    With the angle phi of slope and bar the arm of the contact force is cos(phi) + mu sin(phi) while slip goes one
+    way
+    and cos(phi) - mu sin(phi) the other; the spring gives back what it took, so
+    w1/w0 = sqrt((cos phi - mu sin phi)/(cos phi + mu sin phi)) (reference 6i). Reversal is at the deepest point.
+    """
+    words = ["contact.normal=spring", "contact.stiffness=1e4", "contact.friction=hybrid", "contact.mu_kinetic=0.2"]
+    words += ["contact.mu_static=0.2", "gravity=0", "discretization.method=absolute", "discretization.elements=2"]
+    words += ["solver.contact_step=2e-5", "solver.output_interval=1e-4", "end_time=0.05"]
+    words += ["slope.origin=[0.2, 0.0]", "slope.angle=0.8", "initial.angular_velocity=-1.0", "initial.angle=0.8"]
+    scenario = Scenario.builtin("rigid-limit", words)
+    phi = float(np.arcsin(scenario.slope.offsets[0] / scenario.beam.length))
+    history = simulate(scenario.replace(initial__angle=scenario.slope.angle + phi + 0.002))
+    assert len(history.contacts) == 1
+    expected = np.sqrt((np.cos(phi) - 0.2 * abs(np.sin(phi))) / (np.cos(phi) + 0.2 * abs(np.sin(phi))))
+    assert float(history["theta_dot"][-1]) == pytest.approx(expected, rel=2e-3)
+    turned = [event for event in history.events if event.kind.value in ("stick", "reversal")]
+    deepest = float(history["time"][int(np.argmin(history["gap"].values))])
+    assert turned[0].time == pytest.approx(deepest, abs=2e-4)
+
+
+@pytest.mark.parametrize("root", [(), ("root.kind=hub", "root.inertia=0.1", "root.torque=1")], ids=["pin", "hub"])
+def test_variables_are_those_of_the_nodal_model_with_another_mechanics(root):
+    """A falling beam, smooth enough to compare: the same names, dimensions, frames and signs."""
+    words = ["contact.enabled=false", "end_time=0.2", "discretization.frame=mean-axis", "initial.angle=0.3"]
+    nodal = ["discretization.method=fem", "discretization.modes=0", "solver.free_step=2e-5"]
+    words += ["beam.kelvin_voigt=1e-3", "discretization.elements=12", "solver.output_interval=1e-2"]
+    words += root
+    scenario = Scenario.builtin("paper", [*words, "discretization.method=absolute"])
+    found = simulate_absolute(scenario, sections=replace(ElasticSections.of(scenario), rotary=lambda x: 0.0 * x))
+    known = simulate(Scenario.builtin("paper", [*words, *nodal]))
+    assert set(found) == set(known)
+    for name in known:
+        assert found[name].dims == known[name].dims, name
+        assert str(found[name].attrs) == str(known[name].attrs), name
+    now, then = found.at(0.2), known.at(0.2)
+    for name, share in (
+        *(("theta", 1e-5), ("theta_dot", 1e-5), ("tip_x", 1e-5), ("tip_vy", 1e-4), ("deflection", 2e-3)),
+        *(("energy_kinetic", 1e-5), ("energy_elastic", 5e-3), ("energy_gravity", 1e-5)),
+        *(("uy", 2e-3), ("moment", 2e-3), ("shear", 5e-3), ("axial_force", 5e-3), ("bending_stress", 2e-3)),
+    ):
+        scale = float(np.abs(then[name]).max())
+        assert float(np.abs(now[name] - then[name]).max()) < share * scale, name
+
+
+def test_driven_root_follows_its_motion_and_supplies_the_energy():
+    words = ["discretization.method=absolute", "discretization.elements=4", "end_time=8", "root.spin_up_time=6"]
+    history = simulate(
+        Scenario.builtin("spin-up", [*words, "solver.free_step=0.02", "solver.output_interval=0.1"])
+    )
+    energy = history.summary["energy"]
+    assert abs(energy["unaccounted"]) < 1e-9 * energy["final"]
+    assert energy["supplied"] == pytest.approx(energy["final"] - energy["initial"], rel=1e-9)
+    assert float(history["theta_dot"][-1]) == pytest.approx(6.0, abs=1e-2)
+    assert float(history["theta"][-1]) == pytest.approx(6.0 * (8.0 - 3.0), abs=1e-9)
+
+
+def test_hub_gains_the_work_of_its_torque():
+    words = [*ABSOLUTE, "contact.enabled=false", "gravity=0", "root.kind=hub", "root.inertia=0.5", "root.torque=3"]
+    scenario = Scenario.builtin(
+        "paper", [*words, "end_time=0.1", "discretization.elements=4", "solver.free_step=1e-3"]
+    )
+    history = simulate(scenario)
+    energy, turned = history.summary["energy"], float(history["theta"][-1]) - scenario.initial.angle
+    assert energy["supplied"] == pytest.approx(3.0 * turned, rel=1e-9)
+    assert abs(energy["unaccounted"]) < 1e-11
+    # nearly rigid: torque over the inertia of hub and beam, m L^3/3
+    inertia = 0.5 + 3.14e-4 * 2766.7 / 3.0
+    assert turned == pytest.approx(0.5 * 3.0 / inertia * 0.1**2, rel=2e-2)
+
+
+def test_a_place_in_the_section_moves_as_its_rows_say():
+    """However far the section turns within a step: mean rows times q1 - q0, and the derivatives at its end."""
+    slope = Slope(0, 0.3, (0.02, 0.1), 1e6, 0.0, fibre=-0.04)
+    q0, q1 = np.array([0.3, 0.2, 0.5]), np.array([0.35, 0.1, 1.9])
+    for u in (slope.normal, slope.tangent):
+        moved = u @ (slope.point(q1) - slope.point(q0))
+        mean, turning = slope.mean_rows(u, q0, q1)
+        assert mean @ (q1 - q0) == pytest.approx(moved, rel=1e-13)
+        h = 1e-4 * np.eye(3)
+        by = [u @ (slope.point(q1 + d) - slope.point(q1 - d)) / 2e-4 for d in h]
+        np.testing.assert_allclose(slope.rows(u, q1), by, atol=1e-9)
+        ahead, behind = (slope.mean_rows(u, q0, q1 + sign * h[2])[0][2] for sign in (1.0, -1.0))
+        assert turning == pytest.approx((ahead - behind) / 2e-4, abs=1e-9)
+
+
+def test_contact_on_the_face_keeps_the_balance_and_is_that_of_the_floating_frame():
+    """With friction, slip and stick: the force turns the section, and its work is that of the rows."""
+    face = [
+        *QUICK,
+        "contact.surface=section",
+        "contact.mu_static=2",
+        "contact.mu_kinetic=2",
+        "initial.angle=0.2318",
+    ]
+    rough = simulate(Scenario.builtin("paper", face))
+    kinds = {event.kind.value for event in rough.events}
+    assert {"impact", "stick", "slip"} <= kinds
+    energy = rough.summary["energy"]
+    assert energy["lost_friction"] > 1e-3
+    assert abs(energy["unaccounted"]) < 1e-10 * energy["initial"]
+    for event in rough.events:
+        if event.kind.value in ("impact", "release"):
+            assert abs(float(rough.at(event.time)["gap"])) < 1e-12
+    frictionless = [line for line in face if "mu_" not in line] + ["contact.friction=frictionless"]
+    exact = simulate(Scenario.builtin("paper", frictionless)).contacts[0]
+    floating = [line for line in frictionless if "absolute" not in line and "contact_step" not in line]
+    floating += ["discretization.modes=12", "discretization.frame=mean-axis"]
+    reduced = simulate(Scenario.builtin("paper", floating)).contacts[0]
+    assert exact.start == pytest.approx(reduced.start, abs=2e-6)
+    assert exact.normal_impulse == pytest.approx(reduced.normal_impulse, rel=0.02)  # shear and extension
+
+
+def test_user_defined_damping_of_the_stop_takes_energy():
+    history = simulate(Scenario.builtin("paper", [*QUICK, "contact.friction=frictionless", "contact.damping=0.1"]))
+    energy = history.summary["energy"]
+    assert energy["lost_damping"] > 0.01
+    assert abs(energy["unaccounted"]) < 1e-11
+    assert energy["lost_damping"] == pytest.approx(sum(c.energy_loss for c in history.contacts), rel=1e-9)
+
+
+# --- forces along the beam
+
+
+HELD = ("discretization.method=absolute", "contact.enabled=false", "beam.kelvin_voigt=1e-4", "initial.angle=-0.5")
+
+
+@pytest.mark.parametrize("step", [2e-3, 2e-4])
+def test_the_axial_force_at_rest_is_the_weight_in_every_sample(step):
+    """A held beam that hangs down by 0.5 rad carries what is outside of each section; its swaying adds 1e-3."""
+    words = [*HELD, "root.kind=driven", "discretization.elements=8", f"solver.free_step={step}", "end_time=0.06"]
+    history = simulate(Scenario.builtin("paper", [*words, "solver.output_interval=2e-3"]))
+    beam, x = Scenario.from_toml(history.scenario_toml).beam, history["station"].values
+    weight = 9.8 * beam.density * beam.area * (beam.length - x) * np.sin(0.5)
+    settled = history["axial_force"].values[15:]  # after the axial vibration of the release
+    assert np.abs(settled - weight).max() < 5e-3 * weight[0]
+
+
+def test_forces_of_a_swinging_beam_converge_at_the_second_order_to_those_of_the_floating_frame():
+    words = ["contact.enabled=false", "initial.angle=0.3", "initial.angular_velocity=-2", "end_time=0.12"]
+    words += ["beam.kelvin_voigt=1e-3", "solver.output_interval=4e-3", "discretization.elements=16"]
+    shapes = ["method=fem", "kinetics=full", "modes=6"]
+    floating = simulate(Scenario.builtin("paper", [*words, *(f"discretization.{key}" for key in shapes)]))
+    errors = []
+    for step in (4e-3, 2e-3, 1e-3):
+        scenario = Scenario.builtin(
+            "paper", [*words, "discretization.method=absolute", f"solver.free_step={step}"]
+        )
+        found = simulate_absolute(scenario, sections=ElasticSections.bernoulli_euler(scenario))
+        late = slice(20, None)  # when the vibration of the release has died away
+        np.testing.assert_allclose(found["time"], floating["time"], atol=1e-12)
+        errors.append(
+            [
+                float(np.abs(found[name] - floating[name])[late].max() / np.abs(floating[name]).max())
+                for name in ("axial_force", "moment", "shear")
+            ]
+        )
+    axial = np.array(errors)[:, 0]
+    order = np.log2(axial[:-1] / axial[1:])
+    assert np.all((order > 1.7) & (order < 2.4)), order
+    assert np.all(np.array(errors[-1]) < (1e-4, 5e-3, 5e-3)), errors
+
+
+def test_a_long_run_says_beforehand_how_long_it_takes():
+    """Once, after the first steps, and not where it is short: time of a step times steps."""
+    told = []
+
+    def stop(status):
+        if status.notice:
+            told.append(status.notice)
+            raise KeyboardInterrupt
+
+    words = [*HELD, "discretization.elements=4", "solver.free_step=1e-5"]
+    with pytest.raises(Interrupted) as stopped:
+        simulate(Scenario.builtin("paper", [*words, "end_time=1"]), stop)
+    assert stopped.value.history.summary["steps"] < 100
+    steps = float(re.search(r"at ([\d.]+) ms a step", told[0])[1])
+    number, unit = re.match(r"about (\d+) (s|min)", told[0]).groups()
+    assert float(number) * {"s": 1, "min": 60}[unit] == pytest.approx(100.0 * steps, rel=0.35)
+    simulate(Scenario.builtin("paper", [*words, "end_time=1e-3"]), stop)
+    assert len(told) == 1
+
+
+def test_a_notice_is_printed_where_no_bar_is_drawn():
+    written = StringIO()
+    with progress_bar(Console(file=written)) as show:
+        show(Status(0.1, 1.0, State.FREE, 0, "this takes an hour"))
+        show(Status(0.2, 1.0, State.FREE, 0))
+    (line,) = written.getvalue().splitlines()
+    assert "this takes an hour" in line
+
+
+def test_the_same_run_gives_the_same_bytes(smooth):
+    again = simulate(Scenario.builtin("paper", [*QUICK, "contact.friction=frictionless"]))
+    assert again.data.equals(smooth.data)
+    assert not jumps(np.array([0.0, 1.0])).any()
+
+
+def test_a_tapered_beam_with_a_tip_mass_has_its_mass_and_static_moment():
+    words = ["contact.enabled=false", "discretization.method=absolute", "solver.scheme=energy-consistent"]
+    run = Run(Scenario.builtin("tapered", [*words, "discretization.modes=3"]))
+    from oblique_impact.beam.cross_sections import Sections
+
+    known, beam = Sections.from_scenario(run.scenario), run.beam
+    along = np.zeros(beam.size)
+    along[0::3] = 1.0
+    assert along @ (beam.M @ along) == pytest.approx(known.mass, rel=1e-12)
+    assert along @ (beam.M @ beam.straight(0.0)) == pytest.approx(known.static_moment, rel=1e-12)
+
+
+# --- what a person meets
+
+
+def test_command_run_writes_a_history_that_can_be_loaded(cli, tmp_path):
+    changes = [word for change in (*QUICK, "end_time=0.001") for word in ("--set", change)]
+    code, out, err = cli("run", "paper", *changes, "--out", tmp_path / "run")
+    assert (code, err) == (0, "")
+    assert "completed: t = 0.001 s" in out
+    history = History.load(tmp_path / "run")
+    assert history["q"].shape[1] == 3 * (2 * 12 + 1)
+    assert Scenario.load(str(tmp_path / "run" / "scenario.toml")).solver.scheme == "energy-consistent"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            ["discretization.method=absolute"],
+            "contact.normal = 'rigid': the beam in absolute coordinates meets an",
+        ),
+    ],
+)
+def test_what_it_does_not_have_is_refused_in_one_line(refused, changes, words, tmp_path):
+    line = refused("run", "paper", *(w for c in changes for w in ("--set", c)), "--out", tmp_path / "run")
+    assert words in line
+    assert not (tmp_path / "run").exists()
+
+
+def test_frequencies_are_refused_in_one_line(refused):
+    assert 'use "fem" or "modal"' in refused("modes", "paper", *(w for c in ABSOLUTE for w in ("--set", c)))
+
+
+def test_a_step_that_does_not_converge_ends_the_run_by_name():
+    """A beam as soft as a thread, hurled at the stop, in steps of a tenth of a second."""
+    words = [*QUICK, "beam.youngs_modulus=1e7", "solver.free_step=0.1", "solver.contact_step=0.1", "end_time=1"]
+    history = simulate(Scenario.builtin("paper", [*words, "solver.output_interval=0.1", "initial.angle=1.2"]))
+    assert history.outcome is Outcome.NOT_CONVERGED
+    assert "free_step" in history.summary["message"]
+    assert np.isfinite(history["theta"].values).all()
+
+
+def test_an_interrupt_keeps_what_is_done():
+    def stop(status):
+        if status.time > 0.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stopped:
+        simulate(Scenario.builtin("paper", list(QUICK)), stop)
+    history = stopped.value.history
+    assert history.outcome is Outcome.INTERRUPTED
+    assert 0.0 < history.summary["end_time"] < 0.006
+
+
+def test_progress_is_told():
+    told = []
+    simulate(Scenario.builtin("paper", [*QUICK, "end_time=0.001"]), told.append)
+    assert told
+    assert told[0].end_time == 0.001
+
+
+def test_bad_sections_are_no_scenario():
+    with pytest.raises(InputError):
+        simulate("paper")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "extreme",
+    ["beam.youngs_modulus=1e-300", "beam.density=1e30", "initial.angular_velocity=1e30", "gravity=1e6"],
+)
+def test_extreme_numbers_end_by_a_name(extreme):
+    """No warning, no traceback, no endless loop; whatever can be computed is finite or said to have diverged."""
+    words = [*ABSOLUTE, extreme, "discretization.elements=2", "end_time=0.01", "solver.contact_step=1e-4"]
+    history = simulate(Scenario.builtin("paper", [*words, "solver.output_interval=1e-3"]))
+    assert history.outcome in set(Outcome)
+    assert len(history["time"]) > 0
+
+
+def test_its_history_is_compared_exported_and_shown_like_any_other(cli, smooth, tmp_path):
+    smooth.save(tmp_path / "exact")
+    words = [*NEAR, "contact.normal=spring", "contact.friction=frictionless", "discretization.frame=mean-axis"]
+    floating = simulate(Scenario.builtin("paper", [*words, "discretization.modes=8", "end_time=0.006"]))
+    floating.save(tmp_path / "floating")
+    pair = tmp_path / "floating", tmp_path / "exact"
+    code, out, _ = cli("compare", *pair, "--out", tmp_path / "difference.json")
+    assert code == 0
+    assert "shared" in out
+    assert cli("export", pair[1], "--format", "pvd", "--out", tmp_path / "beam.pvd")[0] == 0
+    assert cli("render", pair[1], "--out", tmp_path / "page.html")[0] == 0
+    assert "<canvas" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    found = json.loads((tmp_path / "difference.json").read_text())
+    assert found
+    # one beam against the other, from frames of the same kind
+    from oblique_impact.renders.difference import magnify_difference
+
+    drawn = magnify_difference(floating, simulate(Scenario.load(str(tmp_path / "exact" / "scenario.toml"))), 2.0)
+    assert drawn["uy"].shape == smooth["uy"].shape

@@ -1,0 +1,241 @@
+"""Quantities of interest: their values, units and gaps; what the first macro-collision is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from oblique_impact import InputError, Scenario
+from oblique_impact.contact.state import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.errors import Outcome
+from oblique_impact.history.sample_times import last_sample
+from oblique_impact.marching.records import Event
+from oblique_impact.validation.studies.measure import REGIMES, regime
+from oblique_impact.validation.studies.quantities import (
+    FIELDS,
+    VARIABLES,
+    GapError,
+    default_quantities,
+    named_quantities,
+    natural_scale,
+    quantity,
+)
+
+#: with three mean-axis modes the second impact lands in a Painleve configuration (theory Sec. 5)
+ROUGH = ("discretization.frame=mean-axis", "contact.mu_static=20.0", "contact.mu_kinetic=20.0", "end_time=0.4")
+
+
+def test_variables_are_those_of_a_history(run):
+    data = run("paper").data
+    for name, (unit, _) in VARIABLES.items():
+        if name != "energy":
+            assert data[name].dims == ("time",)
+            assert data[name].attrs["units"] == unit
+    for name, (unit, _) in FIELDS.items():
+        assert data[name].dims == ("time", "station")
+        assert data[name].attrs["units"] == unit
+
+
+def test_quantities_of_the_papers_case(run):
+    history = run("paper")
+    first, second = history.summary["macro_collisions"][:2]
+    expected = {
+        "first_impact": first["start"],
+        "collision_end": first["end"],
+        "collision_duration": first["end"] - first["start"],
+        "impulse": first["normal_impulse"],
+        "tangential_impulse": first["tangential_impulse"],
+        "peak_force": first["peak_force"],
+        "contacts": first["contacts"],
+        "second_impact": second["start"],
+        "second_impulse": second["normal_impulse"],
+        "energy_final": history.summary["energy"]["final"],
+        "lost_friction": history.summary["energy"]["lost_friction"],
+        "events": history.summary["events"],
+        "theta@end": float(history["theta"][-1]),
+        "max:tip_y": float(history["tip_y"].max()),
+        "min:moment": float(history["moment"].min()),
+    }
+    for name, value in expected.items():
+        assert quantity(name).measure(history) == value, name
+    lost = history.summary["energy"]["initial"] - quantity("energy_after_collision").measure(history)
+    assert 0.0 < lost < sum(history.summary["energy"][f"lost_{k}"] for k in ("impact", "friction", "scheme"))
+
+
+def test_extremes_have_signs_and_events_are_counted_from_one(run):
+    """A beam that falls from rest turns ever faster the other way: its rate is at most the 0 of the start."""
+    fall = run("paper", "end_time=0.3")
+    assert quantity("max:theta_dot").measure(fall) == 0.0
+    assert quantity("min:theta_dot").measure(fall) == float(fall["theta_dot"][-1]) < -1.0
+    history = run("paper")
+    found = [quantity(f"event:{number}").measure(history) for number in (1, 2, len(history.events))]
+    assert found == [history.events[k].time for k in (0, 1, -1)]
+
+
+def test_the_energy_after_a_collision_is_that_of_the_flight_that_follows(run):
+    history = run("paper")
+    first, second = history.macro_collisions[:2]
+    energy = history.total_energy.sel(time=0.5 * (first["end"] + second["start"]), method="nearest")
+    assert quantity("energy_after_collision").measure(history) == pytest.approx(float(energy), rel=1e-7)
+
+
+def test_every_quantity_has_the_unit_of_what_it_measures(run):
+    units = {
+        "s": "first_impact collision_end collision_duration second_impact",
+        "N s": "impulse tangential_impulse second_impulse",
+        "N": "peak_force",
+        "1": "contacts events restitution",
+        "J": "energy_after_collision energy_final lost_impact lost_friction lost_damping lost_scheme unaccounted "
+        "energy_lost",
+    }
+    assert {q.name: q.unit for q in named_quantities()} == {
+        n: unit for unit, names in units.items() for n in names.split()
+    }
+    history = run("paper", "end_time=0.4")
+    keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
+    energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0), strict=True))
+    known = replace(history, summary=history.summary | {"energy": energy})
+    assert quantity("energy_final").measure(known) == 1.0
+    assert [quantity(key).measure(known) for key in keys[1:]] == [2.0, 4.0, 8.0, 16.0, 32.0]
+    assert quantity("energy_lost").measure(known) == 30.0
+    jump = history.data["gap_rate"].values
+    assert (quantity("max:gap_rate").measure(history), quantity("min:gap_rate").measure(history)) == (
+        jump.max(),
+        jump.min(),
+    )
+
+
+@pytest.mark.parametrize("name", ["tip_y", "theta", "deflection", "energy_elastic"])
+def test_values_between_samples(run, name):
+    """A run with four times the samples knows what lies between."""
+    coarse, fine = (run("paper", "end_time=0.31", f"solver.output_interval={step}") for step in (2e-4, 5e-5))
+    values = fine[name].values
+    for moment in (0.10005, 0.25015, 0.2999):
+        place = int(np.argmin(np.abs(fine["time"].values - moment)))
+        found = quantity(f"{name}@{moment}").measure(coarse)
+        assert found == pytest.approx(values[place], abs=1e-4 * np.abs(values).max())
+        assert quantity(f"{name}@{moment}").measure(fine) == values[place]
+
+
+def test_a_jump_has_the_value_after_it(run):
+    history = run("paper")
+    impact = history.events[0].time
+    place = int(last_sample(history["time"].values, impact))
+    assert history["time"].values[place] > impact
+    assert quantity(f"gap_rate@{impact!r}").measure(history) == float(history["gap_rate"][place])
+
+
+def test_what_a_run_does_not_have_is_a_named_gap(run):
+    early, cut, flight = run("paper", "end_time=0.2"), run("paper", "end_time=0.318"), run("paper", "end_time=0.4")
+    stopped = run("paper", *ROUGH, "discretization.modes=3")
+    for name, history, words in (
+        ("first_impact", early, "no contact before end_time"),
+        ("impulse", early, "no contact before end_time"),
+        ("second_impact", early, "no contact before end_time"),
+        ("collision_end", cut, "still in contact"),
+        ("second_impact", flight, "no second impact before end_time"),
+        ("second_impulse", flight, "no second impact before end_time"),
+        ("impulse", stopped, "painleve"),
+        ("second_impact", stopped, "painleve"),
+        ("energy_final", stopped, "painleve"),
+        ("tip_y@end", stopped, "painleve"),
+        ("tip_y@0.39", stopped, "ended at"),
+    ):
+        with pytest.raises(GapError, match=words):
+            quantity(name).measure(history)
+    assert quantity("first_impact").measure(stopped) == pytest.approx(0.317, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["peak", "tip_y@", "moment@0.5", "tip_z@0.5", "max:", "mean:tip_y", "tip_y@-1"])
+def test_unknown_quantities_are_one_line(name):
+    with pytest.raises(InputError, match=r"--quantity") as caught:
+        quantity(name, 1.0)
+    assert "\n" not in str(caught.value)
+
+
+def test_times_after_the_end_are_refused():
+    with pytest.raises(InputError, match="end_time 1 "):
+        quantity("tip_y@1.5", 1.0)
+
+
+def test_usual_quantities_fit_the_scenario():
+    assert "second_impact" in default_quantities(Scenario.builtin("paper"))
+    assert "tip_x@end" in default_quantities(Scenario.builtin("spin-up"))
+    assert natural_scale("m", Scenario.builtin("spin-up"), 3.0) == 10.0
+    assert natural_scale("J", Scenario.builtin("paper"), 3.0) == 3.0
+    assert natural_scale("s", Scenario.builtin("paper"), 3.0) == 0.0
+
+
+def test_regimes(run):
+    mean_axis = ("discretization.frame=mean-axis", "discretization.modes=3", "end_time=0.4")
+    assert regime(run("paper", "end_time=0.3")) == "no contact"
+    assert regime(run("paper", *mean_axis)) == "slip"
+    assert regime(run("paper", "end_time=0.4")) == "reversal"  # theory, Sec. 8: at 0.3235971 s
+    assert regime(run("sticking")) == "stick"
+    steep = ("contact.mu_static=20.0", "contact.mu_kinetic=20.0")
+    assert regime(run("paper", *mean_axis, *steep)) == "painleve"
+    assert set(REGIMES) >= {"no contact", "slip", "reversal", "stick", "painleve", "stopped"}
+
+
+def test_a_regime_is_that_of_the_first_collision():
+    """A stick in the second one does not count."""
+
+    def event(time, state):
+        return Event(time, EventKind.IMPACT, 1.0, 0.0, -1.0, 0.1, 0.0, state)
+
+    history = SimpleNamespace(
+        outcome=Outcome.COMPLETED,
+        macro_collisions=[{"start": 0.3, "end": 0.31}, {"start": 0.6, "end": 0.61}],
+        events=[event(0.3, State.SLIP), event(0.6, State.STICK)],
+    )
+    assert regime(history) == "slip"
+    history.events[0] = event(0.3, State.STICK)
+    assert regime(history) == "stick"
+
+
+TIP_MASS = ("discretization.method=fem", "beam.tip_mass=0.2", "beam.length=0.8")
+
+
+@pytest.mark.parametrize(
+    ("frame", "changes"),
+    [("tangent", ()), ("mean-axis", ()), ("tangent", TIP_MASS)],
+    ids=["tangent", "mean-axis", "tip mass"],
+)
+def test_restitution_is_the_balance_of_angular_momentum(run, frame, changes):
+    """J (w+ - w-) is the moment of the contact impulses less that of gravity during the collision."""
+    model = (f"discretization.frame={frame}", *changes, "contact.friction=frictionless")
+    history = run("paper", "end_time=0.4", *model)
+    tip_mass, length = (0.2, 0.8) if changes else (0.0, 1.0)
+    collision = history.summary["macro_collisions"][0]
+    times = history["time"].values
+    before = np.flatnonzero(times == collision["start"])[0]
+    after = np.flatnonzero(times == collision["end"])[-1]
+    lengths = 0.3 * math.sin(math.pi / 10)  # of the foot of the perpendicular from the pin onto the slope
+    lever = math.sqrt(length**2 - lengths**2)
+    angle = math.pi / 10 - math.asin(lengths / length)
+    mass = 3.14e-4 * 2766.7 * length
+    inertia = (mass / 3.0 + tip_mass) * length**2
+    first_moment = (0.5 * mass + tip_mass) * length
+    weight = first_moment * 9.8 * math.cos(angle) * (times[after] - times[before])
+    change = (lever * collision["normal_impulse"] - weight) / inertia
+    fall = 9.8 * first_moment * (math.sin(math.pi / 4) - math.sin(angle))
+    spin = -math.sqrt(2.0 * fall / inertia)  # of the rigid bar that falls
+    expected = -(spin + change) / spin
+    assert quantity("restitution").measure(history) == pytest.approx(expected, abs=0.01)
+
+
+def test_restitution_needs_a_pin_and_a_collision(run):
+    with pytest.raises(GapError, match="no contact"):
+        quantity("restitution").measure(run("paper", "end_time=0.3"))
+
+
+def test_energy_lost_is_what_the_ledger_lost(run):
+    history = run("paper", "end_time=0.4")
+    energy = history.summary["energy"]
+    lost = quantity("energy_lost").measure(history)
+    assert lost == pytest.approx(energy["initial"] - energy["final"], abs=1e-9)

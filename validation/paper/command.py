@@ -1,0 +1,190 @@
+"""Reproduce the paper's figures and claims: the call `reproduce`, behind `oblique-impact reproduce`."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from oblique_impact.files import prepare_folder
+from oblique_impact.history.history import History
+from oblique_impact.progress import OnProgress, silent
+from oblique_impact.validation.paper.cases import MODELS, SCHEMES, Variant, cases, combinations, paper, variants
+from oblique_impact.validation.paper.claims import CLAIMS, VERDICTS, Judged
+from oblique_impact.validation.paper.measures import Models, collision_numbers, longest, macros, run_light, sticks
+from oblique_impact.validation.paper.report import write_report
+from oblique_impact.validation.paper.sticking import StickCheck, Threshold, find_threshold, stick_checks
+from oblique_impact.validation.studies.parallel import map_parallel
+
+#: s of one core that the runs and figures take on a fast machine
+SECONDS = 200.0
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The paper's claims with their verdicts, and the runs behind them.
+
+    Attributes
+    ----------
+    claims : sequence of Judged
+        The paper's claims, each with what either scheme found and a verdict.
+    runs : dict
+        Histories by group/scheme/model, without what varies along the beam.
+    variants, combinations : DataFrame
+        What each value of an open choice does to the first two macro-collisions; what each combination of open
+        choices does to the second one and to the verdicts (SI units).
+    stick : dict
+        Why the tips of the hybrid models could not stick, or did, by the key of the run.
+    threshold : Threshold
+        The friction coefficient from which on the first reversal is a stick.
+    seconds : float
+        Wall time (s) of the simulations.
+    """
+
+    claims: Sequence[Judged]
+    runs: dict[str, History]
+    variants: pd.DataFrame
+    combinations: pd.DataFrame
+    stick: dict[str, list[StickCheck]]
+    threshold: Threshold
+    seconds: float
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """How many claims have which verdict: "reproduced", "partly", "not reproduced"."""
+        return _count(judged.verdict for judged in self.claims)
+
+    @property
+    def undiscriminating(self) -> int:
+        """Number of claims that every combination of open choices reproduces."""
+        return sum(not judged.discriminates for judged in self.claims)
+
+
+def reproduce(
+    out: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    on_progress: OnProgress = silent,
+    command: str = "",
+) -> Reproduction:
+    """Run the paper's cases and judge its claims.
+
+    Parameters
+    ----------
+    out : path, optional
+        Folder for report.html, results.json, claims.csv, sensitivity.csv and, in figures/, figures 2 to 16;
+        without it nothing is drawn or written.
+    workers : int, optional
+        Parallel processes; default: the cores.  With one, everything runs in this process.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
+    command : str, optional
+        How to repeat it, for the report.
+
+    Returns
+    -------
+    Reproduction
+        Claims with their verdicts, and the runs that they are judged by.
+
+    Raises
+    ------
+    InputError
+        In one line, before anything runs, if the folder cannot be written.
+
+    Examples
+    --------
+    >>> from oblique_impact.validation import reproduce
+    >>> result = reproduce(out="out/reproduce")  # doctest: +SKIP
+    >>> result.verdicts  # doctest: +SKIP
+    {'reproduced': 19, 'partly': 9, 'not reproduced': 3}
+    """
+    folder = None if out is None else prepare_folder(out)
+    started = time.perf_counter()
+    named, varied, grid = cases(), variants(), combinations()
+    tasks: list[tuple[Callable[[Any], Any], Any]] = [(run_light, scenario) for scenario in named.values()]
+    tasks += [(_measure_variant, variant) for variant in varied]
+    tasks += [(_judge_combination, changes) for changes in grid]
+    names = [*named, *(f"{variant.choice}: {variant.label}" for variant in varied), *map(str, grid)]
+    found = map_parallel(_call, tasks, workers, on_progress, names)
+    runs: dict[str, History] = dict(zip(named, found, strict=False))
+    rows = found[len(named) :]
+    stick = {key: stick_checks(named[key], run) for key, run in runs.items() if key.endswith("hybrid")}
+    result = Reproduction(
+        claims=_judge(runs, rows[len(varied) :]),
+        runs=runs,
+        variants=pd.DataFrame(rows[: len(varied)]),
+        combinations=pd.DataFrame(rows[len(varied) :]),
+        stick=stick,
+        threshold=find_threshold(stick["paper/event/hybrid"]),
+        seconds=time.perf_counter() - started,
+    )
+    if folder is not None:
+        write_report(result, folder, command)
+    return result
+
+
+def lines(result: Reproduction, out: Path) -> list[str]:
+    """Return the verdicts in lines, for a terminal."""
+    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
+    shown = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
+    same = f"{result.undiscriminating} of them reproduced by all combinations of what the paper leaves open"
+    return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}; report: {out / 'report.html'}"]
+
+
+def _call(task: tuple[Callable[[Any], Any], Any]) -> Any:
+    function, argument = task
+    return function(argument)
+
+
+def _measure_variant(variant: Variant) -> dict[str, Any]:
+    """Return the row of a variant: what it is, and what happens in its first two macro-collisions (SI units)."""
+    run = run_light(variant.scenario)
+    return {
+        "choice": variant.choice,
+        "variant": variant.label,
+        "assumed": variant.assumed,
+        "scheme": str(variant.scenario.solver.scheme),
+        "model": str(variant.scenario.contact.friction),
+        "outcome": run.outcome.label,
+        **{f"first_{name}": value for name, value in collision_numbers(run, 1).items()},
+        **{f"second_{name}": value for name, value in collision_numbers(run, 2).items()},
+    }
+
+
+def _judge_combination(changes: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of a combination: its second macro-collision (SI units) and the verdicts by claim."""
+    models = Models(*(run_light(paper(model=model, **changes)) for model in MODELS))
+    second = collision_numbers(models.hybrid, 2)
+    stuck = [stay for macro in macros(models.hybrid)[1:2] for stay in sticks(models.hybrid, macro)]
+    return {
+        **{name.rpartition("__")[2]: value for name, value in changes.items()},
+        "outcomes": [run.outcome.label for run in models],
+        "second_start": second["start"],
+        "second_end": second["end"],
+        "longest_stick_start": second["longest_stick_start"],
+        "longest_stick": longest(stuck)[1],
+        "verdicts": {claim.id: claim.judge(models).verdict for claim in CLAIMS if claim.case == "paper"},
+    }
+
+
+def _judge(runs: dict[str, History], combined: Sequence[dict[str, Any]]) -> list[Judged]:
+    """Judge each claim on the runs of its case, by scheme, and count its verdicts over the combinations."""
+    judged = []
+    for claim in CLAIMS:
+        findings = {}
+        for scheme in SCHEMES:
+            keys = [f"{claim.case}/{scheme}/{model}" for model in MODELS]
+            # where friction is the point there is no frictionless run
+            findings[scheme] = claim.judge(Models(*(runs.get(key, runs[keys[0]]) for key in keys)))
+        verdicts = [row["verdicts"][claim.id] for row in combined] if claim.case == "paper" else []
+        judged.append(Judged(claim, findings, _count(verdicts) if verdicts else None))
+    return judged
+
+
+def _count(verdicts: Iterable[str]) -> dict[str, int]:
+    found = list(verdicts)
+    return {verdict: found.count(verdict) for verdict in VERDICTS}

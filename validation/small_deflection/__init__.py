@@ -1,1 +1,0 @@
-"""Where the model of small deflections ends: measured against the exact beam."""

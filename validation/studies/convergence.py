@@ -1,0 +1,328 @@
+"""Observed order, Richardson limit, grid convergence index, and the verdict on a sequence of refined values.
+
+The formulas are those of ASME V&V 20-2009, Sec. 2-4 (Celik et al., J. Fluids Eng. 130(7), 2008, 078001) for any
+ratios of refinement.  Two things differ, both on the strict side: the sign of the observed order is kept (the
+standard takes its absolute value, in which a divergent sequence looks convergent), and an order counts only after
+it has been confirmed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from oblique_impact.validation.report import number
+
+#: safety factors of the grid convergence index: three levels or more, two levels
+SAFETY, SAFETY_OF_TWO = 1.25, 3.0
+#: relative grid convergence index at which a quantity counts as converged, unless the user says otherwise
+TOLERANCE = 1e-3
+#: two orders that differ by no more than this part agree
+AGREEMENT = 0.2
+#: orders below this are no convergence that one could use
+LOWEST_ORDER = 0.3
+#: a difference tells an order if it is so many times the noise
+ABOVE_NOISE = 5.0
+#: what rounding leaves of a value after many steps
+ROUNDING = 1e-13
+#: of the tolerance: differences below it may grow, the last levels agree anyway
+NEGLIGIBLE = 0.1
+
+CONVERGED, CONVERGING = "converged", "converging"
+#: the differences do not fall; they fall, but the levels do not confirm an order; there is no limit; no value
+NOT_CONVERGING, NOT_CONFIRMED = "not converging", "not confirmed"
+NOT_DETERMINED, NO_VERDICT = "not determined", "no verdict"
+
+
+#: the rule of the verdicts, in paragraphs, for every report
+RULE = (
+    "Sizes h fall from level to level; differences are those of successive levels. The observed order p of "
+    "three levels solves (r₃₂ᵖ − 1)/(r₂₁ᵖ − 1) · r₂₁ᵖ = d₃₂/d₂₁, the fixed-point equation of ASME V&V 20 for "
+    "any ratios r of refinement; it is negative for differences that grow, and does not exist where their "
+    f"signs alternate. The Richardson limit is f₁ + d₂₁/(r₂₁ᵖ − 1), the grid convergence index GCI = {SAFETY} "
+    f"|d₂₁|/(r₂₁ᵖ − 1). Of two levels alone it is {SAFETY_OF_TWO:g} |d₂₁|/(r₂₁ᵖ − 1) with the declared order (1 "
+    "if none is declared).",
+    f"An order is confirmed if it is at least {LOWEST_ORDER} and the orders of the two finest triplets agree "
+    f"within {AGREEMENT:.0%}, or the finest agrees within {AGREEMENT:.0%} with the order declared for this "
+    "quantity. Only then is the GCI the uncertainty (with p no higher than declared). Otherwise the "
+    f"uncertainty is {SAFETY} times the larger of the last two differences. It is never less than the noise: "
+    "the change of the finest value when that run is repeated with a tenth of solver.tolerance, and 10⁻¹³ of "
+    f"the value for rounding. Differences below {ABOVE_NOISE:g} times the noise tell no order.",
+    "Converged: the uncertainty is at most the tolerance, relative to the value (to the beam's length for "
+    "places, to the larger of initial and final energy for energies, where these are larger), and the last "
+    f"difference is smaller than the one before, or both are below {NEGLIGIBLE:.0%} of the tolerance or within "
+    "the noise. Converging at order p: the order is confirmed, the uncertainty still larger. Not converging: "
+    "the last difference is not smaller than the two before it (than the one before, of three levels), or the "
+    f"observed order is below {LOWEST_ORDER}. Not confirmed: the differences fall, but the levels do not "
+    "confirm an order. The finest level and the two before it must have the quantity; otherwise there is no "
+    "verdict, and the gap is named.",
+    "Not determined: the quantity has no limit as modes or elements are added, whatever the levels suggest. At "
+    "a given number of modes it may still converge in the step, the tolerance, the stiffness or the mesh that "
+    "the modes are computed on; such a verdict says in what, and holds for that number of modes alone. Values "
+    "are shown to the second digit of their uncertainty.",
+)
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Differences, orders and verdict of one quantity over all levels, coarse to fine.
+
+    Attributes
+    ----------
+    differences : tuple of float
+        Value minus that of the level before; NaN for the first level and where one is missing; shape (levels,).
+    observed_orders : tuple of float
+        Of each level with the two before it; NaN without these, and where the differences have different signs or
+        one is zero; shape (levels,).
+    richardson_limits, grid_convergence_indices : tuple of float
+        At that order, the index in the unit of the value; NaN without a positive order; shape (levels,).
+    above_noise : tuple of bool
+        Whether the differences of a level and of the one before are well above the noise; shape (levels,).
+    two_level_index : float
+        Grid convergence index of the last two levels alone (safety factor 3); NaN without two.
+    noise : float
+        Changes up to this mean nothing (unit of the value).
+    verdict : str
+        `CONVERGED`, `CONVERGING`, `NOT_CONVERGING`, `NOT_CONFIRMED`, `NOT_DETERMINED` or `NO_VERDICT`.
+    order, limit, uncertainty : float
+        Confirmed order, Richardson limit at that order, uncertainty of the finest value; NaN if there is none.
+    reason : str
+        Why, in words.
+    within : str
+        In what alone it converges, like " in the step", where that is not the number of modes or elements.
+    """
+
+    differences: tuple[float, ...]
+    observed_orders: tuple[float, ...]
+    richardson_limits: tuple[float, ...]
+    grid_convergence_indices: tuple[float, ...]
+    above_noise: tuple[bool, ...]
+    two_level_index: float
+    noise: float
+    verdict: str
+    order: float
+    limit: float
+    uncertainty: float
+    reason: str
+    within: str = ""
+
+    @property
+    def words(self) -> str:
+        """The verdict in words, with the order if there is one."""
+        order = f" at order {self.order:.2f}" if math.isfinite(self.order) else ""
+        return f"{self.verdict}{self.within}{order}" if self.verdict in (CONVERGED, CONVERGING) else self.verdict
+
+    def undetermined(self, reason: str) -> Analysis:
+        """Return the analysis of a quantity that has no limit, whatever its values suggest."""
+        return replace(self, verdict=NOT_DETERMINED, order=math.nan, limit=math.nan, reason=reason)
+
+    def rounded(self, value: float) -> tuple[float, int]:
+        """Return a value rounded to the second digit of its uncertainty, and how many digits show it."""
+        if not (math.isfinite(value) and math.isfinite(self.uncertainty)):
+            return value, 6
+        if not self.uncertainty or not value:
+            return value, 10
+        power = math.floor(math.log10(abs(value)))
+        digits = min(max(power - math.floor(math.log10(self.uncertainty)) + 2, 2), 14)
+        # 15900 rather than 1.59e4
+        return float(f"{value:.{digits}g}"), max(digits, power + 1) if power < 6 else digits
+
+    def shown(self, value: float) -> str:
+        """Return a value in as many digits as its uncertainty leaves."""
+        return number(*self.rounded(value))
+
+
+def observed_order(coarse: float, fine: float, coarse_ratio: float, fine_ratio: float) -> float:
+    """Order p at which two successive differences fall.
+
+    Parameters
+    ----------
+    coarse, fine : float
+        Differences d32 and d21 (the finer pair last), any unit.
+    coarse_ratio, fine_ratio : float
+        Ratios r32 and r21 of the sizes, greater than 1.
+
+    Returns
+    -------
+    float
+        The solution of ``(r32^p - 1)/(r21^p - 1) r21^p = d32/d21``; negative if the values run away; NaN if a
+        difference is zero or their signs differ.
+
+    Notes
+    -----
+    The fixed-point iteration of the standard does not settle where ln r32 > 2 ln r21.  The left-hand side rises
+    with p, so its one root is bracketed instead.
+    """
+    if not (np.isfinite([coarse, fine]).all() and coarse * fine > 0.0):
+        return math.nan
+    wanted, a, b = math.log(coarse / fine), math.log(coarse_ratio), math.log(fine_ratio)
+
+    def excess(p: float) -> float:
+        return _log_growth(p, a) - _log_growth(p, b) + p * b - wanted
+
+    reach = 1.0
+    while excess(-reach) > 0.0 or excess(reach) < 0.0:
+        reach *= 2.0
+        if reach > 1e4:  # a difference of another size altogether: no order one could name
+            return math.nan
+    return float(brentq(excess, -reach, reach, xtol=1e-12, rtol=1e-12))
+
+
+def _log_growth(p: float, log_ratio: float) -> float:
+    """ln((r^p - 1)/p), smooth through p = 0."""
+    x = p * log_ratio
+    if abs(x) < 1e-9:
+        return math.log(log_ratio) + 0.5 * x
+    if x > 500.0:
+        return x - math.log(p)
+    return math.log(math.expm1(x) / p)
+
+
+def richardson_limit(fine: float, difference: float, ratio: float, order: float) -> float:
+    """Limit f1 + d21/(r21^p - 1) of the finest value f1 for an order p > 0."""
+    return fine + difference / math.expm1(order * math.log(ratio))
+
+
+def grid_convergence_index(difference: float, ratio: float, order: float, safety: float = SAFETY) -> float:
+    """Grid convergence index Fs |d21|/(r21^p - 1), in the unit of the difference, for an order p > 0."""
+    return safety * abs(difference) / math.expm1(order * math.log(ratio))
+
+
+def analyse(
+    sizes: Sequence[float],
+    values: Sequence[float],
+    *,
+    tolerance: float = TOLERANCE,
+    scale: float = 0.0,
+    noise: float = 0.0,
+    declared: float | None = None,
+) -> Analysis:
+    """Judge the values of one quantity on levels of refinement, coarse to fine.
+
+    Parameters
+    ----------
+    sizes : sequence of float, shape (levels,)
+        Representative sizes h, strictly falling (step, 1/elements, 1/modes).
+    values : sequence of float, shape (levels,)
+        NaN where a level does not have the quantity.
+    tolerance : float
+        Uncertainty, relative to the value or to `scale`, at which the quantity counts as converged.
+    scale : float
+        What a small value is measured by (unit of the value); 0: by itself.
+    noise : float
+        Changes up to this mean nothing (unit of the value).
+    declared : float, optional
+        The order the method declares for this quantity.
+
+    Raises
+    ------
+    ValueError
+        If the sizes do not fall or the lengths differ.
+    """
+    h, f = np.asarray(sizes, dtype=float), np.asarray(values, dtype=float)
+    if h.shape != f.shape or h.ndim != 1 or not np.all(h > 0.0) or not np.all(np.diff(h) < 0.0):
+        raise ValueError(f"sizes {sizes} should fall, one for each of {len(values)} values")
+    floor = max(noise, ROUNDING * float(np.max(np.abs(f[np.isfinite(f)]), initial=0.0)))
+    d = np.concatenate([[math.nan], np.diff(f)])
+    count, known = h.size, np.isfinite(f)
+    orders, limits, indices = (np.full(count, math.nan) for _ in range(3))
+    above = np.zeros(count, dtype=bool)
+    for i in range(2, count):
+        if known[i - 2 : i + 1].all():
+            ratio = float(h[i - 1] / h[i])
+            orders[i] = p = observed_order(d[i - 1], d[i], float(h[i - 2] / h[i - 1]), ratio)
+            above[i] = min(abs(d[i - 1]), abs(d[i])) > ABOVE_NOISE * floor
+            if p > 0.0:
+                limits[i], indices[i] = (
+                    richardson_limit(f[i], d[i], ratio, p),
+                    grid_convergence_index(d[i], ratio, p),
+                )
+    pair = math.nan
+    if count > 1 and known[-2:].all():
+        pair = grid_convergence_index(d[-1], float(h[-2] / h[-1]), declared or 1.0, SAFETY_OF_TWO)
+    bound = tolerance * max(abs(float(f[-1])), scale) if known[-1] else 0.0
+    draft = Analysis(
+        differences=tuple(d.tolist()),
+        observed_orders=tuple(orders.tolist()),
+        richardson_limits=tuple(limits.tolist()),
+        grid_convergence_indices=tuple(indices.tolist()),
+        above_noise=tuple(above.tolist()),
+        two_level_index=pair,
+        noise=floor,
+        verdict="",
+        order=math.nan,
+        limit=math.nan,
+        uncertainty=math.nan,
+        reason="",
+    )
+    return _verdict(draft, h, known, bound, declared)
+
+
+def _verdict(a: Analysis, h: np.ndarray, known: np.ndarray, bound: float, declared: float | None) -> Analysis:
+    """Return the analysis with its verdict; `bound` is the tolerated uncertainty."""
+    if not known[-3:].all() or h.size < 3:
+        missing = "the finest level does not have it"
+        reason = "fewer than three successive levels up to the finest have it" if known[-1] else missing
+        return replace(a, verdict=NO_VERDICT, reason=reason)
+    if not math.isfinite(a.noise):
+        reason = "a tighter tolerance of the scheme loses the quantity altogether"
+        return replace(a, verdict=NOT_CONFIRMED, reason=reason)
+    before, now = abs(a.differences[-2]), abs(a.differences[-1])
+    level, verdict, reason = _observed(a, declared)
+    order, limit, uncertainty = math.nan, math.nan, SAFETY * max(before, now)
+    if verdict == CONVERGING:
+        order, limit = a.observed_orders[level], a.richardson_limits[level]
+        # below the noise a difference says nothing any more: its place is taken by the noise
+        last, ratio = max(now, a.noise), float(h[-2] / h[-1])
+        uncertainty = grid_convergence_index(last, ratio, min(order, declared or order))
+    uncertainty = max(uncertainty, a.noise)
+    calm = now < before or max(before, now) <= max(NEGLIGIBLE * bound, ABOVE_NOISE * a.noise)
+    if uncertainty <= bound and calm:
+        reason = reason if verdict == CONVERGING else f"the last levels agree within the tolerance; {reason}"
+        verdict = CONVERGED
+    return replace(a, verdict=verdict, order=order, limit=limit, uncertainty=uncertainty, reason=reason)
+
+
+def _observed(a: Analysis, declared: float | None) -> tuple[int, str, str]:
+    """Return the finest level above the noise, and what the differences up to it say: a verdict with its reason.
+
+    `CONVERGING` is a confirmed order, that of this level.
+    """
+    d = [abs(difference) for difference in a.differences]
+    level, noise = len(d) - 1, ABOVE_NOISE * a.noise
+    at_floor = d[-1] <= noise
+    while level > 1 and d[level] <= noise:
+        level -= 1
+    ending = ", until the noise is reached" if at_floor else ""
+    if level < 2 or not a.above_noise[level]:
+        if at_floor:
+            return level, NOT_CONFIRMED, f"the last difference is zero or below {ABOVE_NOISE:g} times the noise"
+        return level, NOT_CONVERGING, "differences within the noise are followed by a larger one"
+    order = a.observed_orders[level]
+    # NaN where a level lacks the quantity, which compares false
+    larger = [d[level] >= d[k] for k in (level - 1, level - 2) if k > 0]
+    if math.isnan(order):
+        if larger[0]:
+            return level, NOT_CONVERGING, "the differences alternate in sign and do not shrink"
+        verdict = NOT_CONVERGING if any(larger) else NOT_CONFIRMED
+        return level, verdict, "the differences alternate in sign and shrink, so there is no observed order"
+    if order < LOWEST_ORDER:
+        fall = "the differences grow" if order <= 0.0 else "the differences hardly fall"
+        return level, NOT_CONVERGING, f"{fall}: observed order {order:.2f}"
+    earlier = a.observed_orders[level - 1] if level > 2 and a.above_noise[level - 1] else math.nan
+    if abs(order - earlier) <= AGREEMENT * max(order, earlier):
+        return level, CONVERGING, f"the last two observed orders agree: {earlier:.2f}, {order:.2f}{ending}"
+    if declared and abs(order - declared) <= AGREEMENT * declared:
+        return level, CONVERGING, f"observed order {order:.2f}, declared {declared:g}{ending}"
+    if any(larger):
+        return level, NOT_CONVERGING, "the last difference is not smaller than those before it"
+    if math.isfinite(earlier):
+        reason = f"the last two observed orders differ: {earlier:.2f}, {order:.2f}{ending}"
+        return level, NOT_CONFIRMED, reason
+    also = f" and {declared:g} is declared" if declared else ""
+    reason = f"there is one observed order, {order:.2f}{also}; another level has to confirm it{ending}"
+    return level, NOT_CONFIRMED, reason

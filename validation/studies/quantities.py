@@ -1,0 +1,367 @@
+"""Quantities of interest: one number of a run each, with its unit, or the reason why the run does not have it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from oblique_impact.errors import InputError, Outcome
+from oblique_impact.scenario.messages import did_you_mean
+from oblique_impact.scenario.scenario import Scenario
+
+# the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
+if TYPE_CHECKING:
+    from oblique_impact.history.history import History
+from oblique_impact.history.interpolation import RATES, value_at
+
+
+class GapError(Exception):
+    """Raised when a run does not have a quantity; the message says why."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that every run of a study is asked for.
+
+    Attributes
+    ----------
+    name, unit, meaning : str
+        SI unit, "1" for counts.
+    measure : callable
+        Takes a History, returns the number, raises GapError.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    measure: Callable[[History], float]
+
+
+#: variables over time that `VARIABLE@TIME` knows: unit and meaning
+VARIABLES = {
+    "theta": ("rad", "angle of the floating frame"),
+    "theta_dot": ("rad/s", "angular velocity of the floating frame"),
+    "tip_x": ("m", "contact point, inertial x"),
+    "tip_y": ("m", "contact point, inertial y"),
+    "tip_vx": ("m/s", "velocity of the contact point, x"),
+    "tip_vy": ("m/s", "velocity of the contact point, y"),
+    "deflection": ("m", "transverse deflection of the contact point"),
+    "shortening": ("m", "foreshortening at the contact point"),
+    "gap": ("m", "normal gap"),
+    "depth": ("m", "compression of the stop itself"),
+    "slip": ("m", "tangential position on the slope"),
+    "gap_rate": ("m/s", "gap rate"),
+    "slip_rate": ("m/s", "slip velocity"),
+    "lambda_n": ("N", "normal contact force"),
+    "lambda_tau": ("N", "tangential contact force"),
+    "energy": ("J", "kinetic, elastic and gravity energy"),
+    "energy_kinetic": ("J", "kinetic energy"),
+    "energy_elastic": ("J", "elastic energy"),
+    "energy_gravity": ("J", "gravity energy"),
+}
+#: variables over time and along the beam, for `max:` and `min:` besides
+FIELDS = {
+    "moment": ("N m", "bending moment"),
+    "shear": ("N", "shear force"),
+    "axial_force": ("N", "axial force"),
+    "bending_stress": ("Pa", "bending stress"),
+}
+_SAME_TIME = 1e-12  # s; a multiple of the output interval in floating point
+
+
+def quantity(name: str, end_time: float = math.inf) -> Quantity:
+    """Return the quantity of a name; `end_time` (s) bounds the TIME of `VARIABLE@TIME`.
+
+    Raises InputError with one line that lists the known ones.
+    """
+    if name in _NAMED:
+        return _NAMED[name]
+    variable, at, moment = name.partition("@")
+    if at and variable in VARIABLES:
+        return _sampled(name, variable, moment, end_time)
+    extreme, colon, variable = name.partition(":")
+    if colon and extreme in _NUMBERED and variable.isdecimal() and 1 <= int(variable) <= _LAST:
+        unit, meaning, measure = _NUMBERED[extreme]
+        return Quantity(name, unit, meaning.format(variable), measure(int(variable) - 1))
+    known = {**VARIABLES, **FIELDS}
+    if colon and extreme in ("max", "min") and variable in known:
+        unit, meaning = known[variable]
+        words = f"{'largest' if extreme == 'max' else 'least'} {meaning} among the samples"
+        return Quantity(name, unit, words, lambda history: _extreme(history, extreme, variable))
+    known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
+    raise InputError(
+        f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
+        f"{', '.join(VARIABLES)}; max:VARIABLE and min:VARIABLE with these and {', '.join(FIELDS)}; "
+        f"{', '.join(f'{kind}:N' for kind in _NUMBERED)} with N from 1 to {_LAST}"
+        f"{did_you_mean(name, known_names)}"
+    )
+
+
+def named_quantities() -> list[Quantity]:
+    """Return the quantities that have a name of their own; `quantity` makes others from variables."""
+    return list(_NAMED.values())
+
+
+def default_quantities(scenario: Scenario) -> tuple[str, ...]:
+    """Names of the quantities asked for if the user names none."""
+    if scenario.contact.enabled:
+        # the force of a rigid stop has no largest value in the limit
+        force = () if scenario.contact.normal == "rigid" else ("peak_force",)
+        return ("first_impact", "collision_end", "impulse", *force, "energy_final", "second_impact")
+    return ("theta@end", "tip_x@end", "tip_y@end", "deflection@end", "energy_kinetic@end", "energy_elastic@end")
+
+
+#: decided before the contact begins, or the error of the balance, which goes to zero
+_DETERMINED = ("first_impact", "start:1", "event:1", "unaccounted")
+_FORCES = ("peak_force", "max:lambda_n", "max:lambda_tau", "min:lambda_tau")
+
+
+def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
+    """Return the quantities among `names` that have no limit as modes or elements are added, with the reason.
+
+    What follows the first touch-down is not determined where the run says so in its summary; under a damped beam
+    it is the force of a rigid stop alone.
+    """
+    if not history.macro_collisions:
+        return {}
+    limits = history.summary.get("without_limit", ())
+    if "start" in limits or _warned(history):
+        touch_down = float(history.macro_collisions[0]["start"])
+        why = "what follows the first touch-down is not determined, see the warning"
+        return {name: why for name in names if not _decided_before(name, history, touch_down)}
+    if "peak_force" in limits:
+        return {
+            name: "the force of a rigid stop grows with every mode or element" for name in names if name in _FORCES
+        }
+    return {}
+
+
+def _warned(history: History) -> bool:
+    """Whether the run warns that its damping is not resolved, or of too many contacts on an elastic stop."""
+    from oblique_impact.beam.determinacy import undetermined
+    from oblique_impact.problem import beam_of
+
+    if not history.summary.get("warnings"):
+        return False
+    scenario = Scenario.from_toml(history.scenario_toml)
+    # the exact beam has mechanics of its own and no operators to judge by
+    if scenario.is_absolute:
+        return False
+    return bool(undetermined(beam_of(scenario), [m["contacts"] for m in history.macro_collisions]))
+
+
+def _decided_before(name: str, history: History, touch_down: float) -> bool:
+    """Whether a quantity is decided at the first touch-down (s)."""
+    variable, at, moment = name.partition("@")
+    if at:
+        return moment != "end" and float(moment) <= touch_down
+    extreme, _, variable = name.partition(":")
+    if extreme in ("max", "min"):
+        earlier = _values(history, variable)[history["time"].values <= touch_down]
+        before = float(np.nanmax(earlier) if extreme == "max" else np.nanmin(earlier))
+        return before == _extreme(history, extreme, variable)
+    return name in _DETERMINED
+
+
+def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:
+    """Scale by which a small value of this unit is measured: the length of the beam, the energy (J) of the run."""
+    return {"m": scenario.beam.length, "J": energy}.get(unit, 0.0)
+
+
+def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity:
+    unit, meaning = VARIABLES[variable]
+    if moment == "end":
+        return Quantity(name, unit, f"{meaning} at the end", lambda history: _at_end(history, variable))
+    try:
+        time = float(moment)
+    except ValueError:
+        time = math.nan
+    if not 0.0 <= time <= end_time:
+        upper = f" {end_time:g}" if math.isfinite(end_time) else ""
+        raise InputError(f"--quantity {name}: the time should be from 0 to end_time{upper} (s), or end")
+    return Quantity(name, unit, f"{meaning} at {time:g} s", lambda history: _at(history, variable, time))
+
+
+def _values(history: History, variable: str) -> np.ndarray:
+    if variable == "energy":
+        return np.asarray(history.total_energy.values)
+    return np.asarray(history[variable].values, dtype=float)
+
+
+def _complete(history: History) -> bool:
+    return history.outcome is Outcome.COMPLETED
+
+
+def _at_end(history: History, variable: str) -> float:
+    if not _complete(history):
+        raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
+    return float(_values(history, variable)[-1])
+
+
+def _at(history: History, variable: str, time: float) -> float:
+    """Value at a time (s), after the jump if there is one; between samples by a cubic."""
+    times, values = history["time"].values, _values(history, variable)
+    if time > times[-1] + _SAME_TIME:
+        raise GapError(f"ended at {times[-1]:.4g} s: {history.outcome.label}")
+    near = np.flatnonzero(np.abs(times - time) <= _SAME_TIME)
+    if near.size:
+        return float(values[near[-1]])
+    rates = _values(history, RATES[variable]) if variable in RATES else None
+    return float(value_at(times, values, rates, time))
+
+
+def _extreme(history: History, which: str, variable: str) -> float:
+    values = _values(history, variable)
+    return float(np.nanmax(values) if which == "max" else np.nanmin(values))
+
+
+def _begun(history: History, number: int = 0) -> dict[str, Any]:
+    """Return a macro-collision, by its number from 0."""
+    found: list[dict[str, Any]] = history.macro_collisions
+    if len(found) > number:
+        return found[number]
+    what = "no second impact" if found else "no contact"
+    if _complete(history):
+        raise GapError(f"{what} before end_time")
+    raise GapError(f"{what} before it stopped at {history.end_time:.4g} s: {history.outcome.label}")
+
+
+def _collision(history: History, number: int = 0) -> dict[str, Any]:
+    """Return a macro-collision that has ended."""
+    from oblique_impact.contact.state import State
+
+    collision = _begun(history, number)
+    if len(history.macro_collisions) == number + 1:
+        end = history.end_time
+        if not _complete(history) and end - collision["end"] < history.macro_gap:
+            raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
+        if history["state"].values[-1] != State.FREE:
+            raise GapError("still in contact at end_time")
+    return collision
+
+
+def _energy_after(history: History) -> float:
+    return _at(history, "energy", float(_collision(history)["end"]))
+
+
+def _duration(history: History) -> float:
+    collision = _collision(history)
+    return float(collision["end"] - collision["start"])
+
+
+def _restitution(history: History) -> float:
+    collision = _collision(history)
+    times = history["time"].values
+    start, end = (np.flatnonzero(np.abs(times - collision[key]) <= _SAME_TIME) for key in ("start", "end"))
+    before, after = _mean_spin(history, int(start[0])), _mean_spin(history, int(end[-1]))
+    if not before:
+        raise GapError("the beam does not turn before the collision")
+    return -after / before
+
+
+def _mean_spin(history: History, sample: int) -> float:
+    """Angular momentum about the pin over moment of inertia (rad/s), to first order in the deflection.
+
+    That is theta' + S B'/J (theory, Sec. 2); in the mean-axis frame S B = 0.
+    """
+    from scipy.integrate import simpson
+
+    from oblique_impact.beam.cross_sections import Sections
+
+    scenario = Scenario.from_toml(history.scenario_toml)
+    if scenario.root.kind != "pin":
+        raise GapError("only for a beam on a pin, which carries all of its angular momentum")
+    spin = float(history["theta_dot"].values[sample])
+    if scenario.discretization.frame == "mean-axis":
+        return spin
+    sections, x = Sections.from_scenario(scenario), history["station"].values
+    rate = history["uy_dot"].values[sample]
+    moment = float(simpson(sections.mass_per_length(x) * x * rate, x=x))
+    moment += sections.tip_mass * sections.length * float(rate[-1])
+    return spin + moment / sections.inertia
+
+
+def _energy_lost(history: History) -> float:
+    return sum(_ledger(f"lost_{way}")(history) for way in ("impact", "friction", "damping", "scheme"))
+
+
+def _ledger(key: str) -> Callable[[History], float]:
+    def measure(history: History) -> float:
+        if not _complete(history):
+            raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
+        return float(history.balance[key])
+
+    return measure
+
+
+def _start_of(number: int) -> Callable[[History], float]:
+    return lambda history: float(_begun(history, number)["start"])
+
+
+def _of_collision(key: str, number: int = 0) -> Callable[[History], float]:
+    return lambda history: float(_collision(history, number)[key])
+
+
+def _event_time(number: int) -> Callable[[History], float]:
+    def measure(history: History) -> float:
+        if len(history.events) <= number:
+            raise GapError(f"has {len(history.events)} events")
+        return float(history.events[number].time)
+
+    return measure
+
+
+#: of the N-th macro-collision or event: unit, meaning, measure with the number from 0
+_NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]]] = {
+    "start": ("s", "start of macro-collision {}", _start_of),
+    "collision_impulse": (
+        "N s",
+        "normal impulse of macro-collision {}",
+        lambda number: _of_collision("normal_impulse", number),
+    ),
+    "collision_contacts": (
+        "1",
+        "contacts of macro-collision {}",
+        lambda number: _of_collision("contacts", number),
+    ),
+    "event": ("s", "time of event {}", _event_time),
+}
+_LAST = 9999
+
+_BOUNCE = "effective restitution of the first macro-collision: minus the mean spin after it over that before it"
+_NAMED = {
+    name: Quantity(name, unit, meaning, measure)
+    for name, unit, meaning, measure in (
+        ("first_impact", "s", "first touch-down", _start_of(0)),
+        ("collision_end", "s", "end of the first macro-collision", _of_collision("end")),
+        ("collision_duration", "s", "length of the first macro-collision", _duration),
+        ("impulse", "N s", "normal impulse of the first macro-collision", _of_collision("normal_impulse")),
+        (
+            *("tangential_impulse", "N s", "tangential impulse of the first macro-collision"),
+            _of_collision("tangential_impulse"),
+        ),
+        ("peak_force", "N", "largest normal force of the first macro-collision", _of_collision("peak_force")),
+        ("contacts", "1", "contacts of the first macro-collision", _of_collision("contacts")),
+        ("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
+        ("restitution", "1", _BOUNCE, _restitution),
+        ("second_impact", "s", "start of the second macro-collision", _start_of(1)),
+        (
+            "second_impulse",
+            "N s",
+            "normal impulse of the second macro-collision",
+            _of_collision("normal_impulse", 1),
+        ),
+        ("energy_final", "J", "energy at the end", _ledger("final")),
+        ("lost_impact", "J", "energy lost in impacts", _ledger("lost_impact")),
+        ("lost_friction", "J", "energy lost in friction", _ledger("lost_friction")),
+        ("lost_damping", "J", "energy lost in damping", _ledger("lost_damping")),
+        ("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
+        ("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
+        ("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
+        ("events", "1", "transitions of the whole run", lambda history: float(len(history.events))),
+    )
+}

@@ -1,0 +1,386 @@
+"""The shipped studies: declarative descriptions, run by `oblique-impact refine --study NAME`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from oblique_impact.errors import InputError
+from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching.fixed_step import FixedStepScheme
+from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
+from oblique_impact.scenario.messages import did_you_mean
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.validation.studies.predictability import Case
+from oblique_impact.validation.studies.refinement import Ladder, Study
+
+
+def one_line(text: str) -> str:
+    """Return a text without line breaks and indents."""
+    return " ".join(text.split())
+
+
+_MEAN_AXIS = "discretization.frame=mean-axis"
+_FEM = "discretization.method=fem"
+_NODAL = (_FEM, "discretization.modes=0", _MEAN_AXIS, "solver.scheme=generalized-alpha")
+_SMOOTH = "contact.friction=frictionless"
+_SPRING = "contact.normal=spring"
+#: Hermite elements: frequencies, and what depends on them smoothly, converge like h^4
+_HERMITE = 4.0
+#: digits to show, not a requirement: at a fixed model nothing but rounding is in the way
+_FINE = 1e-6
+
+
+def elements() -> Study:
+    """Finite elements at a fixed number of modes."""
+    names = ("first_impact", "collision_end", "impulse", "peak_force", "energy_after_collision", "second_impact")
+    modes = (_FEM, _MEAN_AXIS, "discretization.modes=6")
+    cases = (
+        ("rigid stop", ("end_time=0.75",), "The paper's rigid stop, e = 0, with its friction."),
+        ("elastic stop", ("end_time=0.9", _SPRING, _SMOOTH), "On a spring of 1e6 N/m, without friction."),
+    )
+    return Study(
+        "elements",
+        "Finite elements at a fixed number of modes",
+        one_line(
+            """The mesh is reduced to its own first six mean-axis modes, so that the number of coordinates
+            stays the same while the modes become exact. Cubic Hermite elements give frequencies of order 4,
+            and at a fixed number of modes the motion depends smoothly on them as long as the sequence of
+            contacts stays the same."""
+        ),
+        tuple(
+            Ladder(
+                name,
+                "paper",
+                (*modes, *changes),
+                "elements",
+                (32.0, 64.0, 128.0, 256.0),
+                names,
+                dict.fromkeys(names, _HERMITE),
+                text,
+            )
+            for name, changes, text in cases
+        ),
+        tolerance=_FINE,
+    )
+
+
+#: the three motions that every scheme is refined on: changes, quantities, what they are
+_MOTIONS = {
+    "flight": (
+        ("contact.enabled=false", "end_time=2.0", "beam.youngs_modulus=7e8", "discretization.modes=1", _MEAN_AXIS),
+        ("tip_y@end", "deflection@end"),
+        one_line(
+            """Two seconds of free fall about the pin without contact. The beam is a hundred times softer than
+            the paper's, so that its vibration counts as much as its rotation, and has one mean-axis mode."""
+        ),
+    ),
+    "elastic stop": (
+        ("discretization.modes=4", _MEAN_AXIS, _SMOOTH, _SPRING, "end_time=0.3201"),
+        ("first_impact", "impulse", "peak_force", "theta@end", "tip_y@end"),
+        one_line(
+            """The paper's beam with four mean-axis modes until after its first contact with a spring of 1e6
+            N/m, without friction. The largest force is that of a step's end, or of a sample: it comes close
+            to the maximum at no order."""
+        ),
+    ),
+    "rigid stop": (
+        ("discretization.modes=4", _MEAN_AXIS, _SMOOTH, "end_time=0.36"),
+        ("first_impact", "impulse", "peak_force", "collision_end", "theta@end"),
+        "The same until after the first macro-collision with the rigid stop, e = 0.",
+    ),
+}
+_ORDERS = {
+    "fixed-step": float(FixedStepScheme.order),
+    "event": float(EventScheme.order),
+    "generalized-alpha": float(GeneralizedAlphaScheme.order),
+}
+_FLIGHT_STEPS: tuple[float, ...] = (8e-4, 4e-4, 2e-4, 1e-4)
+_FLIGHT_TOLERANCES: tuple[float, ...] = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
+_CONTACT_STEPS = (1.6e-5, 8e-6, 4e-6, 2e-6, 1e-6)
+_CONTACT_TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+
+
+def _steps_ladder(motion: str, scheme: str) -> Ladder:
+    changes, names, text = _MOTIONS[motion]
+    adaptive, flying = scheme == "event", motion == "flight"
+    if adaptive:
+        levels = _FLIGHT_TOLERANCES if flying else _CONTACT_TOLERANCES
+    else:
+        levels = _FLIGHT_STEPS if flying else _CONTACT_STEPS
+        # one step for flight and contact, so that the order shows in both
+        changes = (*changes, "solver.free_step=1e-6", "solver.contact_step=1e-6")
+    # contact noticed at the end of a step, and jumps of velocity, leave no scheme its order by right
+    smooth = flying or (motion == "elastic stop" and scheme == "generalized-alpha")
+    declared = {name: _ORDERS[scheme] for name in names if smooth and name != "peak_force"}
+    return Ladder(
+        f"{motion}, {scheme}",
+        "paper",
+        (*changes, f"solver.scheme={scheme}"),
+        "tolerances" if adaptive else "steps",
+        levels,
+        names,
+        declared,
+        text,
+        motion,
+    )
+
+
+def steps() -> Study:
+    """Time steps and tolerances of the three schemes."""
+    return Study(
+        "steps",
+        "Time steps and tolerances of the three schemes",
+        one_line(
+            """Each scheme on the same three motions. In free flight each should show the order it declares: 4
+            for the fixed steps of the paper, 8 in the mean step for the event-located scheme, whose tolerance
+            is refined in place of a step, 2 for generalized-alpha. On the stops the schemes that locate
+            events may keep theirs; the paper's fixed steps notice a contact up to a step late, which is an
+            error of first order with a random factor. The rigid stop adds the jumps of velocity, at a fixed
+            number of modes."""
+        ),
+        tuple(_steps_ladder(motion, scheme) for motion in _MOTIONS for scheme in _ORDERS),
+        tolerance=_FINE,
+    )
+
+
+_REMEDY_QUANTITIES = ("impulse", "peak_force", "second_impact", "contacts")
+_REMEDY_MODES = (8.0, 16.0, 24.0, 32.0)
+_REMEDY_ELEMENTS = (8.0, 16.0, 32.0, 64.0, 128.0)
+_REMEDY_STEPS = (8e-5, 4e-5, 2e-5, 1e-5, 5e-6)
+
+
+# differences are of 1e-4 and more: a tolerance of 1e-8 is tight enough, and the noise shows it
+_RIGID = (_MEAN_AXIS, _SMOOTH, "solver.tolerance=1e-8")
+_RIGID_NODAL = (*_NODAL, _SMOOTH, "end_time=0.75", "solver.free_step=2e-5")
+_DISSIPATIVE = (*_RIGID_NODAL, "solver.rho_infinity=0.0", "solver.contact_step=2e-5")
+_REMEDY_CASES = (
+    (
+        "rigid, modes",
+        (*_RIGID, "end_time=0.75"),
+        "modes",
+        _REMEDY_MODES,
+        "The rigid stop over the modes, by the event-located scheme.",
+    ),
+    (
+        "rigid, elements",
+        (*_RIGID_NODAL, "solver.rho_infinity=1.0", "solver.contact_step=2e-6"),
+        "elements",
+        _REMEDY_ELEMENTS,
+        """The rigid stop over the elements of the full nodal model, by generalized-alpha without
+        dissipation (spectral radius 1). The noise says how much of it a tighter tolerance changes.""",
+    ),
+    (
+        "elastic stop",
+        (*_RIGID, _SPRING, "end_time=0.9"),
+        "modes",
+        _REMEDY_MODES,
+        """First remedy: contact.normal = spring of 1e6 N/m. This is not the rigid stop any more, and its
+        limit is another; but it is a limit of every quantity.""",
+    ),
+    (
+        "Kelvin-Voigt",
+        (*_RIGID, "end_time=0.75", "beam.kelvin_voigt=1e-5"),
+        "modes",
+        _REMEDY_MODES,
+        """Second remedy: beam.kelvin_voigt = 1e-5 s, a twentieth of critical damping at 10⁴ rad/s. It
+        calms what follows a touch-down; the force of the touch-down itself stays singular.""",
+    ),
+    (
+        "dissipation, elements",
+        _DISSIPATIVE,
+        "elements",
+        _REMEDY_ELEMENTS,
+        """Third remedy: generalized-alpha with spectral radius 0 on the nodal model, over the elements at a
+        fixed contact step of 2e-5 s, which is h²/2c at 32 elements and 8 h²/c at 128, with c² = EI/m.""",
+    ),
+    (
+        "dissipation, steps",
+        (*_DISSIPATIVE, "discretization.elements=32"),
+        "steps",
+        _REMEDY_STEPS,
+        "The third remedy over its step, at 32 elements: whether what it converges to depends on the step.",
+    ),
+)
+
+
+def remedies() -> Study:
+    """Modes and elements with the rigid stop, and what helps."""
+    return Study(
+        "remedies",
+        "Modes and elements with the rigid stop, and three remedies",
+        one_line(
+            """With a rigid stop and e = 0 the mass that stops at an impact falls with every mode that is
+            added. The force on the continuous beam is a distribution: its impulse has a limit, its peak and
+            the number of impacts have none, and what follows, such as the second impact, stays where chance
+            puts it (modal non-convergence). Three remedies: a stop of finite stiffness, internal damping
+            (Kelvin-Voigt), and an integrator that takes the high frequencies away (generalized-alpha with
+            spectral radius 0)."""
+        ),
+        tuple(
+            Ladder(name, "paper", changes, axis, levels, _REMEDY_QUANTITIES, {}, one_line(text))
+            for name, changes, axis, levels, text in _REMEDY_CASES
+        ),
+        compare="values",
+    )
+
+
+def grading() -> Study:
+    """Local refinement towards the tip against a uniform mesh."""
+    common = (*_NODAL, _SMOOTH, _SPRING, "solver.free_step=1e-5", "solver.contact_step=1e-6")
+    cases = (
+        (
+            "early force",
+            ("contact.stiffness=1e7", "end_time=0.3172"),
+            ("lambda_n@end", "deflection@end"),
+            "The first 53 microseconds on a stiff stop of 1e7 N/m: the bending wave is still close to the tip.",
+        ),
+        (
+            "whole collision",
+            ("contact.stiffness=1e6", "end_time=0.36"),
+            ("impulse", "peak_force"),
+            "The whole first macro-collision on a stop of 1e6 N/m: waves run to the pin and back.",
+        ),
+    )
+    meshes = (("uniform", 1.0), ("graded 3 : 1", 3.0), ("graded 8 : 1", 8.0))
+    return Study(
+        "grading",
+        "Local refinement towards the tip against a uniform mesh",
+        one_line(
+            """The full nodal model on elastic stops, marched by generalized-alpha with contact steps of 1e-6
+            s. Elements shrink geometrically towards the tip; the ratio of the largest to the smallest is kept
+            while their number is doubled. The pictures show differences from the finest uniform mesh."""
+        ),
+        tuple(
+            Ladder(
+                f"{case}, {mesh}",
+                "paper",
+                (*common, *changes, f"discretization.grading={ratio}"),
+                "elements",
+                (4.0, 8.0, 16.0, 32.0, 64.0, 128.0),
+                names,
+                {},
+                text,
+                case,
+            )
+            for case, changes, names, text in cases
+            for mesh, ratio in meshes
+        ),
+        compare="errors",
+    )
+
+
+#: Kelvin-Voigt damping (s), modes that resolve it (eta omega_N > 0.5), elements that do (h < pi sqrt(eta c))
+_DAMPINGS = (
+    (1e-4, 12, (8.0, 16.0, 32.0, 64.0)),
+    (1e-5, 24, (16.0, 32.0, 64.0, 128.0)),
+    (1e-6, 48, (32.0, 64.0, 128.0)),
+)
+_STOP_QUANTITIES = ("collision_end", "impulse", "second_impact", "lost_impact", "contacts", "peak_force")
+_STOP_NODAL = (*_NODAL, _SMOOTH, "end_time=0.72", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
+_STOP_STEPS = ("solver.scheme=generalized-alpha", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
+
+
+def rigid_stop() -> Study:
+    """Rigid stop of a damped beam: plastic impacts, a point without inertia, stiff springs."""
+    ladders = []
+    for viscosity, modes, meshes in _DAMPINGS:
+        damped, group = f"beam.kelvin_voigt={viscosity}", f"damping {viscosity:g} s"
+        # explicit steps of the event scheme are as short as the damping of the highest mode is strong
+        scheme = _STOP_STEPS if modes > 24 else ("solver.tolerance=1e-9",)
+        modal = (_MEAN_AXIS, _SMOOTH, "end_time=0.72", damped, *scheme)
+        counts = tuple(float(round(part * modes)) for part in (1 / 2, 2 / 3, 5 / 6, 1))
+        cases: tuple[tuple[str, tuple[str, ...], str, tuple[float, ...], dict[str, float]], ...] = (
+            ("plastic, elements", (*_STOP_NODAL, damped), "elements", meshes, {"lost_impact": 1.0}),
+            (
+                "no inertia, elements",
+                (*_STOP_NODAL, damped, "contact.point_inertia=none"),
+                "elements",
+                meshes,
+                dict.fromkeys(("collision_end", "impulse", "second_impact"), _HERMITE),
+            ),
+            ("no inertia, modes", (*modal, "contact.point_inertia=none"), "modes", counts, {}),
+            (
+                "stiff spring",
+                (*modal, _SPRING, f"discretization.modes={modes}"),
+                "stiffness",
+                (1e8, 1e9, 1e10, 1e11),
+                dict.fromkeys(("collision_end", "impulse", "second_impact"), 1.0),
+            ),
+        )
+        ladders += [
+            Ladder(f"{group}, {name}", "paper", changes, axis, levels, _STOP_QUANTITIES, declared, group=group)
+            for name, changes, axis, levels, declared in cases
+        ]
+    steps = (*_NODAL, _SMOOTH, "end_time=0.72", "beam.kelvin_voigt=1e-5", "discretization.elements=32")
+    ladders.append(
+        Ladder(
+            "damping 1e-05 s, steps",
+            "paper",
+            (*steps, "solver.free_step=2e-5", "solver.contact_step=1e-6"),
+            "steps",
+            (2e-5, 1e-5, 5e-6, 2.5e-6),
+            _STOP_QUANTITIES,
+            dict.fromkeys(("collision_end", "impulse", "second_impact"), 2.0),
+        )
+    )
+    return Study(
+        "rigid-stop",
+        "A rigid stop with internal damping: three ways to one limit",
+        one_line(
+            """With Kelvin-Voigt damping that the mesh resolves, plastic impacts on finer and finer meshes, a
+            contact point without inertia, and an elastic stop that becomes stiffer and stiffer have the same
+            limit. Impacts lose energy like the size of the elements: nothing in the limit. The peak of the force
+            has none: it grows with every element."""
+        ),
+        tuple(ladders),
+        tolerance=1e-4,
+        compare="values",
+    )
+
+
+STUDIES: dict[str, Callable[[], Study]] = {
+    "elements": elements,
+    "steps": steps,
+    "remedies": remedies,
+    "grading": grading,
+    "rigid-stop": rigid_stop,
+}
+
+
+def predictability_cases() -> list[Case]:
+    """Return the cases of `--study predictability`: stops from soft to rigid, without and with damping."""
+    # a spectral radius of 1: the scheme itself takes nothing out of the vibrations
+    steps = ("solver.rho_infinity=1.0", "solver.free_step=1e-5", "solver.output_interval=1e-2")
+    undamped = (*_NODAL, _SMOOTH, "end_time=1.0", *steps)
+    massless = "contact.point_inertia=none"
+    cases: list[tuple[str, tuple[str, ...], str]] = [
+        (
+            f"spring of {stiffness:.0e} N/m".replace("e+0", "e"),
+            (*undamped, _SPRING, f"contact.stiffness={stiffness}"),
+            "An elastic stop under the undamped beam.",
+        )
+        for stiffness in (1e6, 1e7, 1e8, 1e9)
+    ]
+    cases += [
+        ("rigid, undamped", (*undamped, massless), "The undamped beam on a rigid stop, its end without inertia."),
+        (
+            "rigid, damped",
+            (*undamped, massless, "beam.kelvin_voigt=1e-5"),
+            "The same stop under a beam with 1e-5 s of Kelvin-Voigt damping.",
+        ),
+    ]
+    fine = ("discretization.elements=64", "solver.contact_step=2.5e-7")
+    cases = [(name, (*changes, *fine), text) for name, changes, text in cases]
+    return [Case(name, Scenario.builtin("paper", list(changes)), text) for name, changes, text in cases]
+
+
+def shipped_study(name: str) -> Study:
+    """Return a shipped study; raises InputError that lists them."""
+    if name not in STUDIES:
+        known = "; ".join(f"{key} ({_summary(key)})" for key in STUDIES)
+        raise InputError(f"--study {name}: shipped studies are {known}{did_you_mean(name, STUDIES)}")
+    return STUDIES[name]()
+
+
+def _summary(name: str) -> str:
+    return (STUDIES[name].__doc__ or "").strip().rstrip(".").lower()
