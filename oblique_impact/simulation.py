@@ -58,9 +58,9 @@ def simulate(
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
     section_forces : bool
-        Whether the history has bending moment, shear force, axial force, bending stress and the rates of
-        displacement along the beam.  They take about 0.1 s for 10,000 samples, more than a short run does: studies
-        of many runs that only look at events and impulses leave them out.
+        Whether the history has bending moment, shear force, axial force and bending stress along the beam.  They
+        take about 0.1 s for 10,000 samples, more than the marching of a short run: studies of many runs leave them
+        out unless they look at them.
     friction, contact_law, impact_law, base_motion, scheme, discretization : optional
         User-defined parts, each in the place of the built-in one that the scenario names; see
         :class:`~oblique_impact.problem.Parts`.

@@ -210,4 +210,4 @@ def rate_text(rate: float) -> str:
         return "real time"
     if rate > 1.0:
         return f"{float(f'{rate:.2g}'):g}× real time"
-    return f"1/{float(f'{1.0 / rate:.2g}'):g} of real time"
+    return f"1/{float(f'{1.0 / rate:.2g}'):.10g} of real time"

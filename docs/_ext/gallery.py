@@ -24,17 +24,22 @@ ORDER = (
 
 def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
     """Move the pictures that a block of an example left beside it into the gallery; returns their markup."""
-    folder, title = Path(block_vars["src_file"]).parent, Path(block_vars["src_file"]).stem.removeprefix("plot_")
+    folder, name = Path(block_vars["src_file"]).parent, example_name(block_vars["src_file"])
     markup = ""
     for file in sorted([*folder.glob("*.png"), *folder.glob("*.svg")]):
         target = Path(next(block_vars["image_path_iterator"])).with_suffix(file.suffix)
         shutil.move(file, target)
         place = target.relative_to(gallery_conf["src_dir"]).as_posix()
-        markup += f"\n.. image:: /{place}\n   :alt: {title.replace('_', ' ')}\n   :class: sphx-glr-single-img\n\n"
+        markup += f"\n.. image:: /{place}\n   :alt: {name.replace('_', ' ')}\n   :class: sphx-glr-single-img\n\n"
     return markup
 
 
 def place(filename: str) -> int:
     """Return the place of an example in the gallery; new ones stand last."""
-    name = Path(filename).stem.removeprefix("plot_")
+    name = example_name(filename)
     return ORDER.index(name) if name in ORDER else len(ORDER)
+
+
+def example_name(filename: str) -> str:
+    """Return the name of an example, as in `ORDER`."""
+    return Path(filename).stem.removeprefix("plot_")
