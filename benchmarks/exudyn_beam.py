@@ -1,6 +1,5 @@
-"""The paper's beam on an elastic stop in Exudyn: its error against its own limit, and its speed.
+"""The paper's beam on an elastic stop in Exudyn; `work_precision.py` measures its speed.
 
-    python benchmarks/exudyn_beam.py [RUNS]     time the chosen configurations
     python benchmarks/exudyn_beam.py --scan     convergence scan over elements and steps
     python benchmarks/exudyn_beam.py --limit    recompute the converged impulses
     python benchmarks/exudyn_beam.py --limit 1e5    the same, and the other contacts, for another stiffness (N/m)
@@ -20,7 +19,6 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
-import statistics
 import sys
 import time
 from collections.abc import Iterable
@@ -47,40 +45,15 @@ WINDOWS = (FIRST_CONTACT, COLLISIONS)
 
 @dataclass(frozen=True)
 class Configuration:
-    """What Exudyn is asked to do.
+    """Mesh, steps and tolerances of Exudyn."""
 
-    Attributes
-    ----------
-    name : str
-        Shown in the table.
-    elements : int
-        Number of cable elements.
-    step : float
-        Time step outside `windows` (s).
-    contact_step : float
-        Time step inside `windows` (s).
-    windows : tuple of tuple of float
-        Beginnings and ends of the times of small steps (s).
-    spectral_radius : float
-        Of the generalized-alpha method; 1 asks for the trapezoidal rule of index 2.
-    end_time : float
-        End of the motion (s).
-    newton_tolerances : tuple of float
-        Relative and absolute (N).
-    reduced_quadrature : bool
-        Fewer Gauss points in the elements.
-    stiffness : float
-        Of the stop (N/m).
-    """
-
-    name: str
     elements: int
-    step: float
-    contact_step: float
-    windows: tuple[tuple[float, float], ...] = ()
-    spectral_radius: float = 0.9
+    step: float  # s, outside of the windows
+    contact_step: float  # s, inside
+    windows: tuple[tuple[float, float], ...] = ()  # s
+    spectral_radius: float = 0.9  # of generalized-alpha; 1: the trapezoidal rule of index 2
     end_time: float = END_TIME
-    newton_tolerances: tuple[float, float] = (1e-3, 1e-3)
+    newton_tolerances: tuple[float, float] = (1e-3, 1e-3)  # relative, absolute (N)
     reduced_quadrature: bool = True
     stiffness: float = STIFFNESS
 
@@ -97,26 +70,18 @@ class Configuration:
 
 
 # Errors of mesh and steps cancel here: finer ones miss the tolerance again. The cheapest of --scan to reach 1 s
-LUCKY = Configuration("cheapest hit, by cancellation", 9, 3e-4, 6e-5, FIRST_CONTACT, spectral_radius=1.0)
+LUCKY = Configuration(9, 3e-4, 6e-5, FIRST_CONTACT, spectral_radius=1.0)
 # Every refinement of steps and mesh in --scan meets it too
-RELIABLE = Configuration("reliable, small steps in first contact", 14, 1.5e-4, 1e-5, FIRST_CONTACT)
-CONFIGURATIONS = (
-    LUCKY,
-    RELIABLE,
-    replace(RELIABLE, name="reliable, small steps in all collisions", windows=COLLISIONS),
-    Configuration("contact times not known: one step", 14, 2e-5, 2e-5, spectral_radius=1.0),
-)
+RELIABLE = Configuration(14, 1.5e-4, 1e-5, FIRST_CONTACT)
 LIMIT = Configuration(
-    "limit", 48, 4e-6, 1e-6, COLLISIONS, 1.0, 0.331, newton_tolerances=(1e-6, 1e-5), reduced_quadrature=False
+    48, 4e-6, 1e-6, COLLISIONS, 1.0, 0.331, newton_tolerances=(1e-6, 1e-5), reduced_quadrature=False
 )
 
 
 class Run(NamedTuple):
-    """One march: seconds and, if recorded, times (s) and the stop's gap (m) at the end of each step."""
+    """One march: processor seconds and, if recorded, times (s) and the stop's gap (m) at the end of each step."""
 
-    marching: float
     processor: float
-    whole: float
     time: np.ndarray
     gap: np.ndarray
 
@@ -131,13 +96,7 @@ class Impulses(NamedTuple):
 
 
 def load_exudyn() -> Any:
-    """Import Exudyn's fast module; must come before any other import of exudyn.
-
-    Returns
-    -------
-    module
-        The package `exudyn`.
-    """
+    """Import Exudyn's fast module; must come before any other import of exudyn."""
     sys.exudynFast = True  # type: ignore[attr-defined]
     import exudyn
 
@@ -145,20 +104,7 @@ def load_exudyn() -> Any:
 
 
 def build(configuration: Configuration, record: bool) -> tuple[Any, Any, int | None, float]:
-    """Assemble the beam in the frame whose first axis is the slope.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        Elements and quadrature.
-    record : bool
-        Add a sensor that keeps the tip's coordinates in memory.
-
-    Returns
-    -------
-    tuple
-        System container (to be kept alive), system, sensor number, tip displacement at which it touches (m).
-    """
+    """Assemble the beam in the frame whose first axis is the slope."""
     exu = load_exudyn()
     items = exu.itemInterface
     container = exu.SystemContainer()
@@ -244,31 +190,12 @@ def solver_settings(configuration: Configuration, record: bool) -> Any:
 
 
 def march(configuration: Configuration, record: bool = False) -> Run:
-    """Set the beam up and let Exudyn march it.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        What to march.
-    record : bool
-        Keep the tip's gap in memory.
-
-    Returns
-    -------
-    Run
-        Seconds of marching (wall and processor) and with set-up, and the record.
-
-    Raises
-    ------
-    exudyn.SolverError
-        If Newton's method fails.
-    """
-    begin = time.perf_counter()
+    """Set the beam up and let Exudyn march it."""
     container, system, sensor, touch = build(configuration, record)
     settings = solver_settings(configuration, record)
     integration = settings.timeIntegration
     records = []
-    start, processor, previous = time.perf_counter(), time.process_time(), 0.0
+    started, previous = time.process_time(), 0.0
     for end, step in configuration.segments():
         integration.startTime, integration.endTime = previous, end
         integration.numberOfSteps = max(1, round((end - previous) / step))
@@ -276,30 +203,14 @@ def march(configuration: Configuration, record: bool = False) -> Run:
         if record:
             records.append(system.GetSensorStoredData(sensor))
         previous = end
-    processor = time.process_time() - processor
-    finish = time.perf_counter()
+    processor = time.process_time() - started
     del container
     history = np.vstack(records) if record else np.empty((0, 3))
-    return Run(finish - start, processor, finish - begin, history[:, 0], history[:, 2] - touch)
+    return Run(processor, history[:, 0], history[:, 2] - touch)
 
 
 def impulses(run: Run, stiffness: float = STIFFNESS, end: float = 0.331) -> Impulses:
-    """Integrate the stop's force, whose kinks lie where the gap vanishes.
-
-    Parameters
-    ----------
-    run : Run
-        With a record.
-    stiffness : float
-        Of the stop (N/m).
-    end : float
-        End of the first collision (s) or later.
-
-    Returns
-    -------
-    Impulses
-        NaN where nothing was touched or released.
-    """
+    """Integrate the stop's force, whose kinks lie where the gap vanishes."""
     force = stiffness * np.maximum(0.0, -run.gap)
     switched = np.flatnonzero((run.gap[1:] < 0.0) != (run.gap[:-1] < 0.0))
     before, after = run.gap[switched], run.gap[switched + 1]
@@ -312,32 +223,6 @@ def impulses(run: Run, stiffness: float = STIFFNESS, end: float = 0.331) -> Impu
     running = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(times))])
     begin, release, last = np.interp([switches[0], switches[1], end], times, running)
     return Impulses(float(release - begin), float(last - begin), float(force.max()), switches)
-
-
-def measure(configuration: Configuration, runs: int = 7) -> dict[str, float]:
-    """Return errors against Exudyn's own limit and median seconds.
-
-    Parameters
-    ----------
-    configuration : Configuration
-        What to march.
-    runs : int
-        Timed marches; one more, untimed, gives the errors and warms up.
-
-    Returns
-    -------
-    dict
-        `error`, `collision_error` (relative), `marching`, `processor`, `whole` (s).
-    """
-    found = impulses(march(configuration, record=True))
-    timed = [march(configuration) for _ in range(runs)]
-    return {
-        "error": found.first_contact / FIRST_CONTACT_IMPULSE - 1.0,
-        "collision_error": found.first_collision / FIRST_COLLISION_IMPULSE - 1.0,
-        "marching": statistics.median(run.marching for run in timed),
-        "processor": statistics.median(run.processor for run in timed),
-        "whole": statistics.median(run.whole for run in timed),
-    }
 
 
 def whole_motion(configuration: Configuration) -> str:
@@ -364,7 +249,7 @@ def scan(radii: Iterable[float] = (0.9, 1.0)) -> None:
             if key[2] > key[1]:
                 continue
             try:
-                run = march(Configuration("", *key, FIRST_CONTACT, radius, FIRST_CONTACT[0][1]), record=True)
+                run = march(Configuration(*key, FIRST_CONTACT, radius, FIRST_CONTACT[0][1]), record=True)
             except exu.SolverError:
                 found[key] = (np.inf, np.inf)
                 continue
@@ -386,7 +271,7 @@ def scan(radii: Iterable[float] = (0.9, 1.0)) -> None:
             )
             for key in sorted(keys, key=lambda key: found[key][0])[:12]:
                 numbers = f"{key[0]:3d} {key[1]:8.1e} {key[2]:8.1e} {found[key][0]:8.4f} {found[key][1]:+9.1e}"
-                print(" ", numbers, *(whole_motion(Configuration("", *key, each, radius)) for each in WINDOWS))
+                print(" ", numbers, *(whole_motion(Configuration(*key, each, radius)) for each in WINDOWS))
 
 
 def limit(stiffness: float = STIFFNESS) -> None:
@@ -407,28 +292,12 @@ def main(arguments: list[str]) -> None:
     if importlib.util.find_spec("exudyn") is None:
         print("exudyn is not installed; optional: pip install exudyn")
         return
-    exu = load_exudyn()
     if "--scan" in arguments:
         scan()
     elif "--limit" in arguments:
         limit(*map(float, arguments[arguments.index("--limit") + 1 :]))
     else:
-        runs = int(arguments[0]) if arguments else 7
-        print(
-            f"Exudyn {exu.config.Version()}, {END_TIME:g} s of motion, medians of {runs} runs (s); "
-            f"errors against its own limit {FIRST_CONTACT_IMPULSE} and {FIRST_COLLISION_IMPULSE} N s"
-        )
-        print(
-            f"{'configuration':40s} {'n':>3s} {'step':>8s} {'contact':>8s} {'error':>9s} {'collision':>9s} "
-            f"{'march':>7s} {'CPU':>7s} {'set-up+':>7s}"
-        )
-        for case in CONFIGURATIONS:
-            row = measure(case, runs)
-            print(
-                f"{case.name:40s} {case.elements:3d} {case.step:8.1e} {case.contact_step:8.1e} "
-                f"{row['error']:+9.1e} {row['collision_error']:+9.1e} "
-                f"{row['marching']:7.3f} {row['processor']:7.3f} {row['whole']:7.3f}"
-            )
+        print(__doc__)
 
 
 if __name__ == "__main__":

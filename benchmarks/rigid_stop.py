@@ -1,8 +1,6 @@
-"""Ensembles on stiff, rigid and damped stops, the limit and what is lost: the pictures of docs/convergence.md.
+"""Ensembles on stiff, rigid and damped stops, convergence and losses: the pictures of docs/convergence.md.
 
-    python benchmarks/rigid_stop.py                what is missing is simulated (half an hour), then drawn
-
-Numbers are kept in docs/rigid-stop.json, the pictures are docs/rigid-stop-*.png.
+python benchmarks/rigid_stop.py      simulates what docs/rigid-stop.json lacks (half an hour), then draws
 """
 
 from __future__ import annotations
@@ -16,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oblique_impact import Outcome, Scenario, simulate
-from oblique_impact.renders.style import GREY, SERIES, figure_style
+from oblique_impact.renders.style import PAGE, figure_style
 from oblique_impact.validation.studies.predictability import Case, predictability
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -58,7 +56,7 @@ LOSSES = (
     (1e-7, 224, 5e-8),
 )
 ALPHA = ("discretization.method=fem", "discretization.modes=0", "solver.free_step=5e-6")
-#: three ways to the limit: name -> level -> changes
+#: methods that converge to the same limit: name -> level -> changes
 WAYS: dict[str, dict[float, tuple[str, ...]]] = {
     "no inertia, modes": {n: (MASSLESS, f"discretization.modes={n}") for n in (8, 12, 16, 20, 24)},
     "plastic, modes": {n: (f"discretization.modes={n}",) for n in (8, 12, 16, 24, 32)},
@@ -112,8 +110,8 @@ def ensemble(scenario: Scenario) -> list[list[float]]:
 
 
 def draw_ensembles(data: dict[str, Any]) -> None:
-    """Draw the starts of the second collision of every run: a band where there is no limit."""
-    with figure_style():
+    """Draw the starts of the second collision of every run."""
+    with figure_style(PAGE):
         figure = Figure(figsize=(9.2, 3.9), layout="constrained")
         axes = figure.subplots()
         for place, name in enumerate(ENSEMBLES):
@@ -121,8 +119,8 @@ def draw_ensembles(data: dict[str, Any]) -> None:
             # side by side in the order of their angles
             spread = np.argsort(np.argsort(offsets)) / (len(offsets) - 1) - 0.5
             for low, high, colour, label in (
-                (2e-6, 1.0, SERIES[1], "within 1e-3 rad"),
-                (-1.0, 2e-6, SERIES[0], "within 1e-6 rad"),
+                (2e-6, 1.0, PAGE.series[1], "within 1e-3 rad"),
+                (-1.0, 2e-6, PAGE.series[0], "within 1e-6 rad"),
             ):
                 chosen = (np.abs(offsets) > low) & (np.abs(offsets) <= high)
                 axes.plot(
@@ -140,7 +138,7 @@ def draw_ensembles(data: dict[str, Any]) -> None:
             (0.0, 0.728),
             ha="center",
             va="top",
-            color=GREY,
+            color=PAGE.dim,
             fontsize=9,
             arrowprops=None,
             annotation_clip=False,
@@ -150,19 +148,19 @@ def draw_ensembles(data: dict[str, Any]) -> None:
 
 
 def draw_limit(data: dict[str, Any]) -> None:
-    """Draw three ways to the limit, and the energy that a collision takes over the damping."""
-    with figure_style():
+    """Draw the errors of the methods, and the energy lost in a collision over the damping."""
+    with figure_style(PAGE):
         figure = Figure(figsize=(9.2, 3.9), layout="constrained")
         left, right = figure.subplots(1, 2)
         for index, (way, levels) in enumerate(WAYS.items()):
             errors = [abs(data[f"{way}: {level:g}"] - LIMIT) for level in levels]
-            left.loglog(list(levels), errors, "o-", color=SERIES[index], markersize=4.5, label=way)
+            left.loglog(list(levels), errors, "o-", color=PAGE.series[index], markersize=4.5, label=way)
         left.set(
             xlabel="modes, elements, or stiffness in 1e8 N/m", ylabel="error of the second collision's start (s)"
         )
         left.legend(fontsize=8.5)
         lost = [data[f"loss {viscosity:g}"] for viscosity, _, _ in LOSSES]
-        right.semilogx([viscosity for viscosity, _, _ in LOSSES], lost, "o-", color=SERIES[0])
+        right.semilogx([viscosity for viscosity, _, _ in LOSSES], lost, "o-", color=PAGE.series[0])
         right.set(
             xlabel="Kelvin-Voigt damping (s)", ylabel="energy lost in the first collision (J)", ylim=(0.0, None)
         )

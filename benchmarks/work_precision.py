@@ -3,8 +3,8 @@
     python benchmarks/work_precision.py [TURNS]     measures (some minutes), keeps docs/speed-precision.json, draws
 
 The motion is 1 s of the paper's beam on a stop of 1e6 N/m, without friction: two macro-collisions.  Times are
-processor seconds of marching, without imports, set-up and compiling; all solvers take turns, and what is given are
-medians, because a machine that others use as well is not as fast at any time.  Exudyn (extra `bench`) is set up as
+processor seconds of marching, without imports, set-up and compiling; all solvers take turns, and medians are kept,
+because the speed of a shared machine varies.  Exudyn (extra `bench`) is set up as
 `exudyn_beam.py` says.
 """
 
@@ -15,7 +15,6 @@ import json
 import os
 import statistics
 import sys
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -26,19 +25,21 @@ from oblique_impact.machine import THREADS
 # like the program: one thread, before anything loads NumPy
 os.environ.update(dict.fromkeys(THREADS, "1"))
 
+import exudyn_beam
 import numpy as np
 from matplotlib.figure import Figure
+from measuring import call_cost
 from scipy.integrate import solve_ivp
 
-sys.path.insert(0, str(Path(__file__).parent))
-import exudyn_beam
-from nodal import RightHandSide
-
 from oblique_impact import Scenario
-from oblique_impact.marching.equations import NORMAL_IMPULSE, QUADRATURES
+from oblique_impact.contact.state import Phase
+from oblique_impact.kernels.jit import kernel
+from oblique_impact.kernels.workspace import Workspace
+from oblique_impact.marching.equations import NORMAL_IMPULSE, QUADRATURES, derivative
 from oblique_impact.marching.loop import Run
+from oblique_impact.marching.probe import Probe
 from oblique_impact.problem import Problem, beam_of, beam_problem
-from oblique_impact.renders.style import GREY, SERIES, figure_style
+from oblique_impact.renders.style import PAGE, figure_style
 
 DOCS = Path(__file__).parents[1] / "docs"
 STORE, PICTURE = DOCS / "speed-precision.json", DOCS / "speed-precision.svg"
@@ -91,12 +92,9 @@ def problem_of(modes: int, tolerance: float) -> Problem:
 
 def timed(turns: int, march: Callable[[], Any]) -> tuple[float, Any]:
     """Return the median of processor seconds over turns, after one that is not counted, and what comes out."""
-    seconds, found = [], march()
-    for _ in range(turns):
-        started = time.process_time()
-        found = march()
-        seconds.append(time.process_time() - started)
-    return statistics.median(seconds), found
+    march()
+    found = [call_cost(march) for _ in range(turns)]
+    return statistics.median(seconds for seconds, _ in found), found[-1][1]
 
 
 def ours(turns: int, modes: int, tolerance: float) -> Point:
@@ -109,6 +107,31 @@ def ours(turns: int, modes: int, tolerance: float) -> Point:
     return Point("oblique-impact", f"{modes} modes", error(Limit(first, second), OURS), seconds)
 
 
+@kernel("the right-hand side")
+def _rates(system: Any, phase: Phase, t: float, y: Any, work: Workspace, dy: Any) -> float:
+    return derivative(system, phase, t, y, work, dy)[1].gap
+
+
+class RightHandSide:
+    """The compiled right-hand side as SciPy takes it: one phase, because a spring's force ends by itself."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._system, self.size = problem.system, problem.q0.size
+        self._work = problem.system.new_workspace()
+        start = np.concatenate([problem.q0, problem.qd0])
+        probe = Probe(problem, problem.machine.free(), 0.0, start, self._work)
+        self._phase = problem.machine.closed(probe.instant)._replace(**probe.residual._asdict())
+        self._dy = np.zeros(2 * self.size + QUADRATURES)
+
+    def __call__(self, t: float, y: Any) -> Any:  # noqa: D102
+        _rates(self._system, self._phase, t, y, self._work, self._dy)
+        return self._dy.copy()
+
+    def gap(self, t: float, y: Any) -> float:
+        """Event function."""
+        return float(_rates(self._system, self._phase, t, y, self._work, self._dy))
+
+
 def scipy(method: str, modes: int, tolerance: float) -> Point:
     """SciPy's solver on the same compiled right-hand side."""
     problem = problem_of(modes, 1e-10)
@@ -118,9 +141,7 @@ def scipy(method: str, modes: int, tolerance: float) -> Point:
 
     f.gap(0.0, start)  # compiles
     options = {"rtol": tolerance, "atol": tolerance, "events": f.gap, "max_step": 1e-3}
-    started = time.process_time()
-    solution = solve_ivp(f, (0.0, problem.end_time), start, method=method, **options)
-    seconds = time.process_time() - started
+    seconds, solution = call_cost(lambda: solve_ivp(f, (0.0, problem.end_time), start, method=method, **options))
     times, states = solution.t_events[0], solution.y_events[0]
     last = np.flatnonzero(times < BETWEEN)[-1]
     found = Limit(float(states[last][2 * f.size + NORMAL_IMPULSE]), float(times[last + 1]))
@@ -193,16 +214,16 @@ def ratios(points: list[Point], largest: float) -> dict[str, float]:
 
 def draw(points: list[Point]) -> None:
     """Draw processor seconds over the error."""
-    with figure_style():
+    with figure_style(PAGE):
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         axes = figure.subplots()
         names = list(dict.fromkeys(point.solver for point in points))
         for index, name in enumerate(names):
             rows = sorted(((p.error, p.seconds) for p in points if p.solver == name), reverse=True)
-            style = {"color": SERIES[index], "marker": "osD^vPX"[index], "label": name, "markersize": 5.0}
+            style = {"color": PAGE.series[index], "marker": "osD^vPX"[index], "label": name, "markersize": 5.0}
             axes.loglog(*zip(*rows, strict=True), linestyle="-" if index == 0 else "", linewidth=1.1, **style)
         for asked in (1e-3, 1e-4, 1e-5):
-            axes.axvline(asked, color=GREY, linewidth=0.6, linestyle=":")
+            axes.axvline(asked, color=PAGE.dim, linewidth=0.6, linestyle=":")
         axes.invert_xaxis()
         axes.set(xlabel="relative error (1)", ylabel="processor time of marching 1 s (s)")
         axes.legend(fontsize="small")
@@ -226,4 +247,4 @@ def main(turns: int = 5) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:2]))
+    main(*map(int, sys.argv[1:2]))

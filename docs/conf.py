@@ -7,7 +7,10 @@ import sys
 from importlib.metadata import version as installed
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+import yaml
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_ext"))
 
 # Sphinx listens to everybody; scikit-fem tells of every assembly
 logging.getLogger("skfem").setLevel(logging.WARNING)
@@ -28,14 +31,26 @@ extensions = [
     "scenario_keys",
     "command_line",
     "history_variables",
-    "two_themes",
     "player",
-    "citation",
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "_ext", "pictures"]
-myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "substitution"]
 myst_heading_anchors = 3
+# how to cite this version, from CITATION.cff
+cited = yaml.safe_load((HERE.parent / "CITATION.cff").read_text(encoding="utf-8"))
+authors = " and ".join(author["name"] for author in cited["authors"])
+myst_substitutions = {
+    "citation": f"""```bibtex
+@software{{oblique_impact,
+  author  = {{{{{authors}}}}},
+  title   = {{{cited["title"]}}},
+  version = {{{cited["version"]}}},
+  year    = {{{cited["date-released"].year}}},
+  note    = {{License: {cited["license"]}}}
+}}
+```"""
+}
 default_role = "code"
 highlight_language = "text"  # code blocks name their language; literal blocks of docstrings are formulas
 
@@ -60,8 +75,8 @@ sphinx_gallery_conf = {
     "ignore_pattern": "paper_demo",
     "run_stale_examples": True,
     "abort_on_example_error": True,
-    "within_subsection_order": "pictures.place",
-    "image_scrapers": ("pictures.scrape",),
+    "within_subsection_order": "gallery.place",
+    "image_scrapers": ("gallery.scrape",),
     "capture_repr": (),
     "reset_modules": (),
     "notebook_extensions": {".py"},

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.command_line.bars import counting_bar, progress_bar
+from oblique_impact.command_line.progress_bars import counting_bar, progress_bar
 from oblique_impact.renders import Style, overview_figure, render
 from oblique_impact.validation import compare
 

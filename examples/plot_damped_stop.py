@@ -1,9 +1,9 @@
 """
-A rigid stop that has a limit
-=============================
+A rigid stop that converges
+===========================
 
-With a little internal damping, 0.2 per cent of critical in the first mode, a rigid stop has a limit. A contact
-point without inertia reaches it with few modes; plastic impacts get there too, more slowly.
+With a little internal damping, 0.2 per cent of critical in the first mode, results on a rigid stop converge. A
+contact point without inertia needs few modes; plastic impacts converge to the same limit, more slowly.
 """
 
 from matplotlib.figure import Figure

@@ -1,8 +1,8 @@
 """
-An elastic stop has a limit
-===========================
+An elastic stop converges
+=========================
 
-A slope that gives way, with 1e6 N/m, instead of a rigid one. The model is the full one, with all nodes, marched
+A compliant slope, with 1e6 N/m, instead of a rigid one. The model is the full one, with all nodes, marched
 implicitly.
 """
 

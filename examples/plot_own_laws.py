@@ -1,8 +1,9 @@
 """
-A user-defined contact law and friction law
-===========================================
+User-defined laws, a base motion and an integrator
+==================================================
 
-A Hertzian stop and Stribeck friction, each a few lines, take the places of the built-in laws.
+A Hertzian stop and Stribeck friction, each a few lines, take the places of the built-in laws; then the root swings
+as prescribed, and an integrator of third order marches it all.
 """
 
 import math
@@ -12,17 +13,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
+from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.contact.friction import FrictionCurve
-from oblique_impact.contact.stops import ContactLaw
+from oblique_impact.contact.stops import ContactLaw, ElasticStop
+from oblique_impact.marching.explicit import ExplicitScheme
 from oblique_impact.renders.style import SERIES, figure_style
-from oblique_impact.scenario.user_defined import register
 
 # %%
 # A contact law is one function of depth and rate of depth. It is compiled for the run, and what it does not give
 # back is booked as damping.
 
 
-@register("contact_laws", "hertz")
 @dataclass(frozen=True)
 class Hertz(ContactLaw):
     """A sphere on a plane, with the damping of Hunt and Crossley."""
@@ -39,27 +40,19 @@ class Hertz(ContactLaw):
 # A friction law may be a table: coefficients over speed, linear in between.
 
 
-@register("friction_laws", "stribeck")
-class Stribeck(FrictionCurve):
+def stribeck(static=0.3, kinetic=0.1, speed=0.05):
     """mu(v) = kinetic + (static - kinetic) exp(-v / speed), as straight lines."""
-
-    def __init__(self, static=0.3, kinetic=0.1, speed=0.05):
-        speeds = np.concatenate([np.linspace(0.0, 3.0, 13), [4.0, 5.0]]) * speed
-        points = tuple((v, kinetic + (static - kinetic) * math.exp(-v / speed)) for v in speeds.tolist())
-        super().__init__(points, static)
+    speeds = np.concatenate([np.linspace(0.0, 3.0, 13), [4.0, 5.0]]) * speed
+    points = tuple((v, kinetic + (static - kinetic) * math.exp(-v / speed)) for v in speeds.tolist())
+    return FrictionCurve(points, static)
 
 
 # %%
-# Scenarios call them by their names. The swinging beam strikes the stops with the same speed.
+# They are handed to `simulate`. The swinging beam strikes both stops with the same speed.
 
-base = Scenario.builtin("paper").replace(
-    end_time=0.3192, solver__output_interval=1e-6, contact__friction="stribeck"
-)
-cases = {
-    "spring, 1e6 N/m": base.replace(contact__normal="spring", contact__damping=0.3),
-    "Hertz, 1e8 N/m^1.5": base.replace(contact__normal="hertz", parameters__normal={"damping": 0.3}),
-}
-histories = {name: simulate(scenario) for name, scenario in cases.items()}
+base = Scenario.builtin("paper").replace(end_time=0.3192, solver__output_interval=1e-6, contact__normal="spring")
+stops = {"spring, 1e6 N/m": ElasticStop(1e6, 0.3), "Hertz, 1e8 N/m^1.5": Hertz(damping=0.3)}
+histories = {name: simulate(base, friction=stribeck(), contact_law=stop) for name, stop in stops.items()}
 for name, history in histories.items():
     energy = history.summary["energy"]
     print(
@@ -71,12 +64,56 @@ with figure_style():
     figure = Figure(figsize=(7.2, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     for (name, history), colour in zip(histories.items(), SERIES, strict=False):
-        normal = history["lambda_n"].values
+        normal = np.asarray(history["lambda_n"])
         pressed = normal > 1e-6
-        left.plot(-1e3 * history["gap"].values[pressed], normal[pressed], color=colour, label=name)
-        ratio = np.abs(history["lambda_tau"].values[pressed]) / normal[pressed]
-        right.plot(np.abs(history["slip_rate"].values[pressed]), ratio, ".", ms=3, color=colour)
+        left.plot(-1e3 * np.asarray(history["gap"])[pressed], normal[pressed], color=colour, label=name)
+        ratio = np.abs(np.asarray(history["lambda_tau"])[pressed]) / normal[pressed]
+        right.plot(np.abs(np.asarray(history["slip_rate"])[pressed]), ratio, ".", ms=3, color=colour)
     left.set(xlabel="depth (mm)", ylabel="normal force (N)", ylim=(0.0, 2600.0))
     left.legend()
     right.set(xlabel="slip speed (m/s)", ylabel="tangential over normal force (1)", ylim=(0.0, 0.35))
     figure.savefig("own_laws.svg")
+
+# %%
+# A base motion is one function of time as well. An integrator takes one step; events are located and samples taken
+# for it.
+
+
+@dataclass(frozen=True)
+class Swing(BaseMotion):
+    """angle = amplitude (1 - cos(2 pi frequency t))."""
+
+    amplitude: float = -0.2  # rad
+    frequency: float = 2.0  # Hz
+
+    @staticmethod
+    def turn(t, amplitude, frequency):
+        w = 2.0 * math.pi * frequency
+        angle, speed = amplitude * (1.0 - math.cos(w * t)), amplitude * w * math.sin(w * t)
+        return angle, speed, amplitude * w**2 * math.cos(w * t)
+
+
+class Kutta(ExplicitScheme):
+    """Kutta's rule of third order (1901)."""
+
+    name, order = "kutta", 3
+
+    def step(self, rates, t, y, h):
+        k1 = rates(t, y)
+        k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
+        k3 = rates(t + h, y - h * k1 + 2.0 * h * k2)
+        return y + h / 6.0 * (k1 + 4.0 * k2 + k3)
+
+
+driven = Scenario.builtin("paper").replace(
+    end_time=0.3,
+    root__kind="driven",
+    initial__angle=0.6,
+    contact__normal="spring",
+    solver__free_step=2e-5,
+    solver__contact_step=2e-6,
+)
+parts = {"base_motion": Swing(), "friction": stribeck(), "contact_law": Hertz(damping=0.1)}
+exact, kutta = simulate(driven, **parts), simulate(driven, scheme=Kutta(driven.solver), **parts)
+for one, other in zip(exact.events[:6], kutta.events[:6], strict=True):
+    print(f"{one.kind.value:8s} at {one.time:.6f} s, by Kutta's rule {1e9 * (other.time - one.time):+.1f} ns off")

@@ -1,9 +1,9 @@
 """
-What a rigid stop does as modes are added
-=========================================
+A rigid stop as modes are added
+===============================
 
-The mass that a rigid stop turns around in an instant is that of the tip, and it shrinks with every mode. Here is
-what that does to the first macro-collision of the paper's beam, without friction.
+The velocity of the tip's effective mass jumps at a rigid stop, and this mass shrinks with every mode. This is its
+effect on the first macro-collision of the paper's beam, without friction.
 """
 
 from matplotlib.figure import Figure

@@ -2,11 +2,11 @@
 A session of an hour
 ====================
 
-From a scenario in words to a film: what a first session looks like, step by step. Each step names the page that
-tells more. It is a notebook as well, ``examples/session.ipynb``; in a terminal the steps are
+From a scenario to a film, step by step. Each step names the page with more on it. It is a notebook as well,
+``examples/session.ipynb``; in a terminal the steps are
 ``oblique-impact scenarios``, ``init``, ``run``, ``render``, ``refine``, ``compare``.
 
-**Say what to simulate.** What there is to start from:
+**Choose what to simulate.** The built-in cases:
 """
 
 from pathlib import Path
@@ -20,8 +20,8 @@ for case in builtin_cases():
     print(f"  {case.happens}")
 
 # %%
-# A file with every key, its meaning, unit and range, which begins as one of them (it never replaces a file that is
-# there). Then an aluminium strip of 30 x 8 mm instead of the paper's rod, on an elastic stop. How to write a
+# A file with every key, its meaning, unit and range, copied from one of them (an existing file is never
+# replaced). Then an aluminium strip of 30 x 8 mm instead of the paper's rod, on an elastic stop. How to write a
 # scenario: :doc:`/howto/scenario`.
 
 work = Path("session")
@@ -42,8 +42,8 @@ strip = Scenario.load(str(work / "mine.toml")).replace(
 print(natural_frequencies(strip, count=4).to_dict()["flapwise_hz"][0], "Hz")
 
 # %%
-# **Run it.** A history says what happened in a few lines, holds labelled arrays (xarray), and tables of events and
-# contacts (pandas).
+# **Run it.** A history prints a summary and holds labelled arrays (xarray) and tables of events and contacts
+# (pandas).
 
 history = simulate(strip)
 history.save(work / "modes")
@@ -72,8 +72,8 @@ mesh = history.to_pyvista(largest)
 print("largest bending stress there:", round(float(abs(mesh["bending_stress"]).max()) / 1e6, 1), "MPa")
 
 # %%
-# **Refine.** Are six modes enough? Ask for a verdict, with its reason, before you quote a number; what has a limit
-# and what has not: :doc:`/convergence`.
+# **Refine.** Are six modes enough? Get a verdict, with its reason, before you quote a number; what converges and
+# what does not: :doc:`/convergence`.
 
 study = refine(strip, modes=[4, 8, 12, 16], quantities=["impulse", "peak_force"], workers=1)
 for found in (study.quantity("impulse"), study.quantity("peak_force")):
@@ -95,7 +95,7 @@ render(history, work / "page.html")
 print(sorted(path.name for path in work.iterdir()))
 
 # %%
-# What is wrong is said in one line:
+# Bad input is refused in one line:
 
 try:
     strip.replace(beam__material="aluminum")

@@ -3,7 +3,7 @@ Two discretizations, one motion
 ===============================
 
 The paper's beam by two clamped assumed modes, and by Hermite finite elements that are reduced to two of their
-own modes. Both go through the same contact, so all that can tell them apart is the discretization.
+own modes. Both use the same contact, so they differ in the discretization only.
 """
 
 from matplotlib.figure import Figure
@@ -28,8 +28,7 @@ for count in elements:
 
 # %%
 # They approach each other with the fourth power of the element length, as the eigenfrequencies of cubic elements
-# do. This holds one discretization against the other. It cannot show an error in what both share; closed forms and
-# balances do that.
+# do. This compares the discretizations. It cannot show an error in what both share; closed forms and balances do.
 
 with figure_style():
     figure = Figure(figsize=(5.6, 3.6), layout="constrained")

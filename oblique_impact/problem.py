@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
+from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.beam.floating_frame import BeamModel
 from oblique_impact.beam.normal_modes import normal_modes
-from oblique_impact.beam.operators import build_operators, contiguous
-from oblique_impact.contact.friction import friction_law
+from oblique_impact.beam.operators import Discretization, build_operators
+from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
-from oblique_impact.contact.state import Tolerances
+from oblique_impact.contact.state import Baumgarte, Tolerances
 from oblique_impact.contact.stops import ContactLaw, ElasticStop, MasslessPoint
-from oblique_impact.contact.transitions import Baumgarte, ContactMachine
+from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import InputError
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
@@ -26,8 +27,8 @@ from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.marching.scheme import Scheme
+from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.user_defined import discretization
 
 #: flights closer to the slope than this part of the length take generalized-alpha's contact step
 NEAR = 0.01
@@ -37,33 +38,113 @@ ITERATIONS = 0.01
 BEAM_TIME = 1.0
 
 
-def beam_of(scenario: Scenario) -> Beam:
+@dataclass(frozen=True)
+class Parts:
+    """User-defined parts of a run, each in the place of the built-in one that its scenario names.
+
+    Attributes
+    ----------
+    friction : FrictionLaw, optional
+        In the place of `contact.friction`.
+    contact_law : ContactLaw, optional
+        In the place of the spring of ``contact.normal = "spring"``.  Warnings judge by `contact.stiffness`, which
+        should have the order of its stiffness.
+    impact_law : ImpactLaw, optional
+        In the place of `contact.impact`, on a rigid stop.
+    base_motion : BaseMotion, optional
+        In the place of `root.profile`, of a driven root.
+    scheme : Scheme, optional
+        In the place of `solver.scheme`.
+    discretization : Discretization, optional
+        In the place of `discretization.method`.
+    """
+
+    friction: FrictionLaw | None = None
+    contact_law: ContactLaw | None = None
+    impact_law: ImpactLaw | None = None
+    base_motion: BaseMotion | None = None
+    scheme: Scheme | None = None
+    discretization: Discretization | None = None
+
+    def given(self) -> dict[str, Any]:
+        """Return the parts that there are, by their names."""
+        parts = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: part for name, part in parts.items() if part is not None}
+
+    def check(self, scenario: Scenario) -> None:
+        """Raise InputError, in one line, for a part of the wrong kind or one that does not fit the scenario."""
+        for name, part in self.given().items():
+            if not isinstance(part, _KINDS[name]):
+                words = f"should be a {_KINDS[name].__name__} ({_KINDS[name].__module__})"
+                raise InputError(f"{name} = {short(part)}: {words}")
+            if wanted := _unfit(name, scenario):
+                raise InputError(f"{name}: only with {wanted}")
+        for name in ("friction", "contact_law", "impact_law", "base_motion", "scheme"):
+            part = getattr(self, name)
+            if part is not None:
+                part.check(scenario.end_time)
+
+
+_KINDS: dict[str, type] = {
+    "friction": FrictionLaw,
+    "contact_law": ContactLaw,
+    "impact_law": ImpactLaw,
+    "base_motion": BaseMotion,
+    "scheme": Scheme,
+    "discretization": Discretization,
+}
+
+
+def _unfit(name: str, s: Scenario) -> str:
+    """Return what a scenario should have for a user-defined part, or nothing if it has that."""
+    if s.is_absolute and name != "base_motion":
+        return 'discretization.method = "modal" or "fem"'
+    if name == "contact_law" and s.contact.normal != "spring":
+        return f'contact.normal = "spring" (it is "{s.contact.normal}"), in whose place it stands'
+    if name == "impact_law" and (s.contact.normal != "rigid" or s.contact.point_inertia == "none"):
+        return 'contact.normal = "rigid" and contact.point_inertia = "kept": others have no impacts'
+    if name == "base_motion" and s.root.kind != "driven":
+        return f'root.kind = "driven" (it is "{s.root.kind}")'
+    if name == "base_motion" and (s.root.spin_rate != 0.0 or s.root.profile != "hold"):
+        return 'root.profile = "hold" and root.spin_rate = 0, in whose place it stands'
+    if name in ("scheme", "discretization") and s.is_nodal:
+        return "discretization.modes >= 1"
+    return ""
+
+
+def beam_of(scenario: Scenario, parts: Parts = Parts()) -> Beam:
     """Return the discretized beam that a scenario marches: reduced, or nodal without reduction."""
-    chosen = scenario.discretization
     check_numbers(Sections.from_scenario(scenario))
-    if chosen.modes > 0 or scenario.solver.scheme != "generalized-alpha":
-        return Beam(scenario, build_operators(scenario))
-    build_nodal = getattr(discretization(chosen.method), "build_nodal", None)
-    if build_nodal is None:
-        words = "should be at least 1; this discretization has no nodal model (build_nodal)"
-        raise InputError(f"discretization.modes = 0: {words}: {chosen.method}")
-    return FullBeam(scenario, contiguous(build_nodal(scenario)))
+    if scenario.is_nodal:
+        from oblique_impact.fem_beam import build_nodal  # which is built on `beam`
+
+        return FullBeam(scenario, build_nodal(scenario))
+    return Beam(scenario, build_operators(scenario, parts.discretization), parts.base_motion)
 
 
-def beam_problem(beam: Beam) -> Problem:
+def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
     """Put a beam, its scheme and its laws together for the loop."""
     s = beam.scenario
-    scheme, tolerances = scheme_of(s), beam_tolerances(s, beam.mass)
+    scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
     if s.contact.point_inertia == "none" and beam.residual_compliance == 0.0:
         words = 'should be "kept": this discretization leaves no flexibility out; keep fewer modes'
         raise InputError(f"contact.point_inertia: {words}")
-    machine, scales = contact_machine(s, scheme, tolerances), np.ones(2 * q0.size)
-    times = s.end_time, s.solver.output_interval
-    contact, breakpoints = s.contact.enabled, beam.breakpoints
-    modes = normal_modes(beam.model) if isinstance(beam.model, BeamModel) else None
-    given = machine, scheme, *times, scales, contact, breakpoints, beam.residual, modes
-    return Problem(beam.model, q0, qd0, *given, relative_deflection=beam.relative_deflection)
+    return Problem(
+        beam.model,
+        q0,
+        qd0,
+        machine=contact_machine(s, scheme, tolerances, parts),
+        scheme=scheme,
+        end_time=s.end_time,
+        output_interval=s.solver.output_interval,
+        scales=np.ones(2 * q0.size),
+        contact=s.contact.enabled,
+        breakpoints=beam.breakpoints,
+        residual=beam.residual,
+        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) else None,
+        relative_deflection=beam.relative_deflection,
+    )
 
 
 def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:
@@ -72,10 +153,7 @@ def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:
 
 
 def scheme_of(scenario: Scenario) -> Scheme:
-    """Return the marching scheme of a scenario."""
-    user_defined: Scheme | None = scenario.part("scheme")
-    if user_defined is not None:
-        return user_defined
+    """Return the built-in marching scheme of a scenario."""
     v = scenario.solver
     if v.scheme == "fixed-step":
         return FixedStepScheme(v.free_step, v.contact_step, literal=v.stick == "force")
@@ -88,29 +166,28 @@ def scheme_of(scenario: Scenario) -> Scheme:
     return EventScheme(v.tolerance)
 
 
-def contact_machine(scenario: Scenario, scheme: Scheme, tolerances: Tolerances) -> ContactMachine:
+def contact_machine(
+    scenario: Scenario, scheme: Scheme, tolerances: Tolerances, parts: Parts = Parts()
+) -> ContactMachine:
     """Return the transition table of a scenario."""
     v, c = scenario.solver, scenario.contact
     return ContactMachine(
-        scenario.part("friction") or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
-        scenario.part("impact") or _impact_law(scenario),
+        parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
+        parts.impact_law or _impact_law(scenario),
         tolerances._replace(flight=scheme.shortest_flight),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
-        scheme.judgement,
-        stop_of(scenario),
+        scheme.stick_criterion,
+        parts.contact_law or stop_of(scenario),
         scenario.slope.extent,
     )
 
 
 def stop_of(scenario: Scenario) -> ContactLaw | None:
-    """Return the stop of a scenario that gives way, None for a rigid one."""
+    """Return the compliant stop of a scenario, None for a rigid one."""
     c = scenario.contact
     if c.normal == "spring":
         return ElasticStop(c.stiffness, c.damping)
-    if c.normal == "rigid" and c.point_inertia == "none":
-        return MasslessPoint()
-    user_defined: ContactLaw | None = scenario.part("normal")
-    return user_defined
+    return MasslessPoint() if c.point_inertia == "none" else None
 
 
 def _impact_law(scenario: Scenario) -> ImpactLaw:
@@ -140,7 +217,7 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     time = length / speed
     effective_mass = 1.0 / c.a_nn if c.a_nn > 0.0 else 1.0
     tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
-    pull = np.abs(work.vectors[row.FREE_ACCELERATION]) if defined else np.zeros_like(q0)
+    pull = np.abs(work.vectors.free_acceleration) if defined else np.zeros_like(q0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ways = np.minimum(np.where(pull > 0.0, qd0**2 / pull, np.inf), np.abs(qd0) * end_time)
     size = np.maximum(np.abs(q0), ways)

@@ -7,15 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import closest
 from oblique_impact.beam.determinacy import truncated, undetermined, without_limit
 from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
+from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.contact.transitions import Baumgarte, ContactMachine
+from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import beam_variables, gather, warnings_of
@@ -29,15 +32,23 @@ from oblique_impact.marching.loop import Run, Status
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Record
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.problem import beam_of, beam_problem, system_scales
+from oblique_impact.problem import Parts, beam_of, beam_problem, system_scales
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.scenario.user_defined import discretization
 
 ProgressCallback = Callable[[Status], None]
 
 
 def simulate(
-    scenario: Scenario, on_progress: ProgressCallback | None = None, *, section_forces: bool = True
+    scenario: Scenario,
+    on_progress: ProgressCallback | None = None,
+    *,
+    section_forces: bool = True,
+    friction: FrictionLaw | None = None,
+    contact_law: ContactLaw | None = None,
+    impact_law: ImpactLaw | None = None,
+    base_motion: BaseMotion | None = None,
+    scheme: Scheme | None = None,
+    discretization: Discretization | None = None,
 ) -> History:
     """Run a scenario and return its history, whatever the named outcome.
 
@@ -48,9 +59,12 @@ def simulate(
     on_progress : callable, optional
         Called with a :class:`~oblique_impact.marching.loop.Status` several times per run.
     section_forces : bool
-        Whether the history has bending moment, shear force, axial force, bending stress and the rates of
-        displacement along the beam.  They take about 0.1 s for 10,000 samples, more than a short run does: studies
-        of many runs that only look at events and impulses leave them out.
+        Whether the history has bending moment, shear force, axial force and bending stress along the beam.  They
+        take about 0.1 s for 10,000 samples, more than the marching of a short run: studies of many runs leave them
+        out unless they look at them.
+    friction, contact_law, impact_law, base_motion, scheme, discretization : optional
+        User-defined parts, each in the place of the built-in one that the scenario names; see
+        :class:`~oblique_impact.problem.Parts`.
 
     Returns
     -------
@@ -60,7 +74,7 @@ def simulate(
     Raises
     ------
     InputError
-        If this is no scenario, or a user-defined part of it hands over what it should not.
+        If this is no scenario, or a user-defined part does not fit it or hands over what it should not.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
@@ -71,14 +85,19 @@ def simulate(
     >>> float(history["theta"][-1])  # doctest: +SKIP
     """
     require_scenario(scenario, "simulate")
-    # a discretization may bring its own mechanics, and marches itself
-    own = getattr(discretization(scenario.discretization.method), "simulate", None)
-    if own is not None:
-        return _finished(own(scenario, on_progress))
-    beam = beam_of(scenario)
-    problem = beam_problem(beam)
-    record, wall = _march(problem, on_progress)
-    return _finished(_beam_history(beam, record, wall, section_forces))
+    parts = Parts(friction, contact_law, impact_law, base_motion, scheme, discretization)
+    parts.check(scenario)
+    if scenario.is_absolute:
+        from oblique_impact.fem_beam.exact import simulate as simulate_exact  # which is built on this package
+
+        history = simulate_exact(scenario, on_progress, motion=base_motion)
+    else:
+        beam = beam_of(scenario, parts)
+        record, wall = _march(beam_problem(beam, parts), on_progress)
+        history = _beam_history(beam, record, wall, section_forces)
+    if given := parts.given():
+        history.summary["provenance"]["user_defined"] = {name: repr(part) for name, part in given.items()}
+    return _finished(history)
 
 
 def _beam_history(beam: Beam, record: Record, wall: float, section_forces: bool) -> History:
@@ -109,7 +128,7 @@ def simulate_system(
     impact: ImpactLaw | None = None,
     scheme: Scheme | None = None,
     output_interval: float = 1e-2,
-    baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
+    baumgarte: Baumgarte = Baumgarte(),
     stop: ContactLaw | None = None,
     extent: tuple[float, ...] = (),
     gap_tolerance: float | None = None,
@@ -157,7 +176,7 @@ def simulate_system(
     gap = tolerances.gap if gap_tolerance is None else gap_tolerance
     tolerances = tolerances._replace(flight=scheme.shortest_flight, gap=gap)
     laws = friction or Frictionless(), impact or NewtonImpact()
-    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.judgement, stop, extent)
+    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.stick_criterion, stop, extent)
     times = float(end_time), float(output_interval)
     problem = Problem(system, q0, qd0, machine, scheme, *times, scales, breakpoints=breakpoints)
     record, wall = _march(problem, on_progress)

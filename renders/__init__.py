@@ -3,7 +3,7 @@
 `render`            a still, a strip, a film or an interactive page: a `Rendered`; `Style` says how it looks
 `show`              an interactive window on a run, in a notebook a view in the page
 `beam_mesh`         the beam at a time as a mesh of PyVista
-`export`            a time series for ParaView and others: an `Exported`
+`export`            a time series for ParaView, PVD or XDMF, or a table: an `Exported`
 `campbell_diagram`  frequencies of the spinning beam
 `overview_figure`   a run at a glance, one or several histories side by side
 """

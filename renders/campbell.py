@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from oblique_impact.beam.operators import discretization
 from oblique_impact.renders.files import save_figure
 from oblique_impact.renders.style import GREY, SERIES, figure_style
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.user_defined import discretization
 
 Array = NDArray[np.float64]
 

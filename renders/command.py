@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.command_line.bars import counting_bar
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent

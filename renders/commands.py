@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from typer import Option
 
-from oblique_impact.command_line.words import JsonOption, print_line, print_note, print_result
+from oblique_impact.command_line.console import JsonOption, print_note, print_result
 from oblique_impact.errors import InputError
 
 Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY", help="Run folders or history.nc files.")]
@@ -26,9 +26,7 @@ Names = Annotated[list[str] | None, Option("--name", help="What a history is cal
 Magnify = Annotated[
     float | None, Option("--magnify-difference", help="Draw the second history so far from the first.")
 ]
-Format = Annotated[
-    str | None, Option("--format", help="vtkhdf, pvd, xdmf or csv; default: as the suffix of --out says.")
-]
+Format = Annotated[str | None, Option("--format", help="pvd, xdmf or csv; default: as the suffix of --out says.")]
 Every = Annotated[
     int | None, Option(metavar="N", help="Every N-th sample and all events; default: about 1000 and them.")
 ]
@@ -97,15 +95,14 @@ def export(
     deformation: Annotated[float, Option(metavar="FACTOR", help="Magnify the bending; 1: true shapes.")] = 1.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a history as a time series: VTKHDF, PVD with .vtp files or XDMF with an .h5 file, or a table (CSV)."""
+    """Write a history as a time series: PVD with .vtp files or XDMF with an .h5 file, or as a table (CSV)."""
     from oblique_impact.renders.exports.command import export_command
     from oblique_impact.renders.exports.selection import Selection
 
     if all_samples and every is not None:
         raise InputError("--all and --every: one of the two at a time")
     selection = Selection(1 if all_samples else every, _pair("--between", between), around_events)
-    announce = print_note if as_json else print_line
-    print_result(*export_command(history, out, format, selection, deformation, announce), as_json)
+    print_result(*export_command(history, out, format, selection, deformation), as_json)
 
 
 def _pair(option: str, text: str | None) -> tuple[float, float] | None:

@@ -5,7 +5,7 @@ VTK's own shadow maps have hard edges and take longer than all the rest of a fra
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -37,7 +37,7 @@ class Shadow:
         self._lift = _LIFT * (number + 1) * geometry.touch_radius  # shadows of several beams are not in one plane
         count, wide = geometry.places.size, _PROFILE.size
         point = np.arange(count * wide).reshape(count, wide)
-        corners = np.stack([point[:-1, :-1], point[1:, :-1], point[1:, 1:], point[:-1, 1:]], axis=-1).reshape(
+        corners: Any = np.stack([point[:-1, :-1], point[1:, :-1], point[1:, 1:], point[:-1, 1:]], axis=-1).reshape(
             -1, 4
         )
         self._mesh = pv.PolyData.from_regular_faces(np.zeros((count * wide, 3)), corners)

@@ -40,7 +40,7 @@ def parameters(scenario: Scenario) -> list[str]:
             stop = f"rigid stop, restitution {contact.restitution:g}"
         elif contact.normal == "spring":
             stop = f"elastic stop of {short(contact.stiffness)} N/m"
-        friction = contact.friction
+        friction: str = contact.friction
         if friction != "frictionless":
             friction += " friction"
         if contact.friction in ("hybrid", "modified-coulomb"):

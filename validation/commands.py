@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from oblique_impact.command_line.bars import counting_bar
-from oblique_impact.command_line.words import (
+from oblique_impact.command_line.console import (
     JsonOption,
     ScenarioArgument,
     SetOption,
@@ -17,6 +16,7 @@ from oblique_impact.command_line.words import (
     print_note,
     print_result,
 )
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:

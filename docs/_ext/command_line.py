@@ -5,19 +5,18 @@ from __future__ import annotations
 import re
 from typing import Any
 
-import typer
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact.command_line.application import application, value_name
+from oblique_impact.command_line.application import application
 
 PROGRAM = "oblique-impact"
 
 
 def commands() -> dict[str, Any]:
     """Return the commands by name, in the order of ``--help``."""
-    return dict(typer.main.get_command(application()).commands)  # type: ignore[attr-defined]
+    return dict(application().commands)
 
 
 def reference() -> str:
@@ -47,7 +46,11 @@ def _is_option(parameter: Any) -> bool:
 
 
 def _value(parameter: Any) -> str:
-    return parameter.metavar or value_name(parameter)
+    return parameter.metavar or ("" if _is_flag(parameter) else parameter.bare_type().split()[0].upper())
+
+
+def _is_flag(parameter: Any) -> bool:
+    return bool(getattr(parameter, "is_flag", False))
 
 
 def _parameter(parameter: Any) -> list[str]:
@@ -61,7 +64,9 @@ def _facts(parameter: Any) -> list[str]:
     facts = []
     if parameter.required:
         facts.append("Required.")
-    elif parameter.default is not None and value_name(parameter) and str(parameter.default) != "":
+    elif (
+        parameter.default is not None and not getattr(parameter, "is_flag", False) and str(parameter.default) != ""
+    ):
         facts.append(f"Default: ``{parameter.default}``.")
     least, most = getattr(parameter, "min", None), getattr(parameter, "max", None)
     if least is not None or most is not None:

@@ -1,6 +1,6 @@
-"""The directive ``equation``: a displayed formula that must name the code that computes it.
+"""The directive ``equation``: a numbered formula that must name the code that computes it.
 
-A public function leads to its documentation, a private one, which has none, to its source.
+A public function leads to its documentation, a private one to that of its module.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
-from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.docutils import SphinxDirective
 
 
@@ -26,38 +25,22 @@ class Equation(SphinxDirective):
         for option in ("label", "code"):
             if not self.options.get(option):
                 raise self.error(f"an equation needs :{option}:")
-        body = "\n".join(self.content)
-        line = nodes.container(classes=["computed-by"])
-        sentence = nodes.paragraph("", "computed by ")
-        for number, name in enumerate(name.strip() for name in self.options["code"].split(",")):
-            sentence += nodes.Text(", " if number else "")
-            private = name.rpartition(".")[2].startswith("_")
-            sentence += self._to_source(name) if private else self.parse_inline(self._link(name))[0]
-        line += sentence
-        return [*self.parse_text_to_nodes(f"```{{math}}\n:label: {self.options['label']}\n{body}\n```\n"), line]
+        links = ", ".join(self._link(name.strip()) for name in self.options["code"].split(","))
+        formula = "\n".join(self.content)
+        return self.parse_text_to_nodes(
+            f"```{{math}}\n:label: {self.options['label']}\n{formula}\n```\n"
+            f"```{{rst-class}} computed-by\n```\ncomputed by {links}\n"
+        )
 
-    def _to_source(self, name: str) -> list[nodes.Node]:
-        """Return a reference to the source of a private function, which viewcode marks and leads back from."""
-        module, _, function = name.rpartition(".")
-        analyzer = ModuleAnalyzer.for_module(module)
-        analyzer.find_tags()
-        if function not in analyzer.tags or not hasattr(import_module(module), function):
-            raise self.error(f"there is no {name}")
-        shown = vars(self.env).setdefault("_viewcode_modules", {})
-        if not shown.get(module):
-            shown[module] = (analyzer.code, analyzer.tags, {}, module)
-        page = self.env.app.builder.get_relative_uri(self.env.docname, f"_modules/{module.replace('.', '/')}")
-        target = [] if shown[module][2].get(function) == self.env.docname else [name]
-        shown[module][2][function] = self.env.docname
-        link = nodes.reference("", "", refuri=f"{page}#{function}", internal=True, ids=target)
-        link += nodes.literal(function, f"{function}()", classes=["xref", "py", "py-func"])
-        return [link]
-
-    @staticmethod
-    def _link(name: str) -> str:
+    def _link(self, name: str) -> str:
         """Return a reference; a class or a property is marked as in ``class:modal.Eigenfunctions``."""
         kind, _, path = name.rpartition(":")
-        return f"{{py:{kind or 'func'}}}`~{path}`"
+        module, _, function = path.rpartition(".")
+        if not function.startswith("_"):
+            return f"{{py:{kind or 'func'}}}`~{path}`"
+        if not hasattr(import_module(module), function):
+            raise self.error(f"there is no {path}")
+        return f"{{py:mod}}`{function}() <{module}>`"
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

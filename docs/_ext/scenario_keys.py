@@ -1,4 +1,4 @@
-"""The reference of the scenario's keys, from their schema and the rules between them; nothing is typed by hand."""
+"""The reference of the scenario's keys, from their models; nothing is typed by hand."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact.scenario import rules, schema, sections
-from oblique_impact.scenario.schema import key_schemas, scenario_schema, words_of
+from oblique_impact.scenario import scenario, schema, sections
+from oblique_impact.scenario.schema import key_schemas, words_of
 from oblique_impact.scenario.units import Unit
 
 
 def reference() -> str:
-    """Return the reference as reStructuredText: a table for each section, and the rules between keys."""
+    """Return the reference as reStructuredText: a table for each section."""
     tables: dict[str, list[list[str]]] = {}
     for path, key in key_schemas().items():
         section, _, name = path.rpartition(".")
         unit = Unit(key.get("unit", "–")).shown
-        default = f"``{json.dumps(key['default'])}``" if "default" in key else "not given"
+        default = f"``{json.dumps(key['default'])}``"
         cells = [f"``{name}``", unit, _allowed(key), default, _plain(key["description"])]
         tables.setdefault(section, []).append(cells)
     lines: list[str] = []
-    about = scenario_schema()["properties"]
     for section, rows in tables.items():
-        found = {"properties": about}
-        for part in section.split(".") if section else ():
-            found = found["properties"][part]
-        words = _plain(found["description"]) if section else "These stand first in the file."
-        lines += _headed(f"``[{section}]``" if section else "Without a section", words)
+        lines += _headed(f"``[{section}]``" if section else "Without a section", _about(section))
         lines += _table(["key", "unit", "allowed", "default", "meaning"], rows, "22 10 24 18 36")
-    lines += _headed("Rules between keys", "What is refused, in the words of the error (… is a value).")
-    refusals = [
-        [", ".join(f"``{key}``" for key in rule.keys.split()), _plain(re.sub(r"\{.*?\}", "…", rule.allowed))]
-        for rule in rules.RULES
-    ]
-    return "\n".join([*lines, *_table(["key", "what is allowed"], refusals, "28 72")])
+    return "\n".join(lines)
+
+
+def _about(section: str) -> str:
+    """Return what the docstring of a section says."""
+    if not section:
+        return "These stand first in the file."
+    model: Any = scenario.Scenario
+    for name in section.split("."):
+        model = model.model_fields[name].annotation
+    return _plain(" ".join(model.__doc__.split()))
 
 
 def _allowed(key: dict[str, Any]) -> str:
@@ -69,7 +69,7 @@ class ScenarioKeys(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the tables."""
-        for module in (rules, schema, sections):
+        for module in (scenario, schema, sections):
             self.env.note_dependency(inspect.getsourcefile(module) or "")
         return self.parse_text_to_nodes(reference(), allow_section_headings=True)
 

@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from oblique_impact import History, Scenario, simulate
 from oblique_impact.beam.operators import build_operators
@@ -15,48 +14,38 @@ from oblique_impact.beam.residual_flexibility import residual_compliance
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.marching.alpha_state import coefficients
-from oblique_impact.renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
+from oblique_impact.renders.style import PAGE, figure_style
 
-from .paper import Array, label, new_figure
+from .paper import GREY, INK, SERIES, STATES, Array, arrow, label, new_figure, plain
 from .sketch import moments, run
 
-#: (state before, event, state after) that the diagram shows; an impact may lead into each state
-EDGES = {
-    (State.FREE, EventKind.REBOUND, State.FREE),
-    (State.FREE, EventKind.IMPACT, State.SLIP),
-    (State.FREE, EventKind.IMPACT, State.STICK),
-    (State.SLIP, EventKind.REVERSAL, State.SLIP),
-    (State.SLIP, EventKind.STICK, State.STICK),
-    (State.STICK, EventKind.SLIP, State.SLIP),
-    (State.SLIP, EventKind.RELEASE, State.FREE),
-    (State.STICK, EventKind.RELEASE, State.FREE),
-}
-#: where the states stand, and how each arrow bends, its sentence and where that stands
+#: where the states stand, and the events between them: from, to, bend, name and its place
 _PLACES = {State.FREE: (0.0, 0.0), State.SLIP: (5.6, 1.35), State.STICK: (5.6, -1.35)}
-_ARROWS = {
-    (State.FREE, State.SLIP): (0.16, "impact", (2.3, 1.36)),
-    (State.SLIP, State.FREE): (0.0, "release", (3.15, 0.42)),
-    (State.FREE, State.STICK): (0.0, "impact", (3.15, -0.42)),
-    (State.STICK, State.FREE): (0.16, "release", (2.3, -1.36)),
-    (State.SLIP, State.STICK): (0.28, "stick\n" r"$|\lambda_\tau| \leq \mu_s \lambda_n$", (6.95, 0.0)),
-    (State.STICK, State.SLIP): (0.28, "slip\n" r"$|\lambda_\tau| = \mu_s \lambda_n$", (4.45, 0.0)),
-}
+_ARROWS = (
+    ((0.64, 0.08), (4.96, 1.43), -0.16, "impact", (2.3, 1.36)),
+    ((4.96, 1.27), (0.64, -0.08), 0.0, "release", (3.15, 0.42)),
+    ((0.64, 0.08), (4.96, -1.27), 0.0, "impact", (3.15, -0.42)),
+    ((4.96, -1.43), (0.64, -0.08), -0.16, "release", (2.3, -1.36)),
+    ((5.82, 1.05), (5.82, -1.05), -0.28, "stick\n" r"$|\lambda_\tau| \leq \mu_s \lambda_n$", (6.95, 0.0)),
+    ((5.38, -1.05), (5.38, 1.05), -0.28, "slip\n" r"$|\lambda_\tau| = \mu_s \lambda_n$", (4.45, 0.0)),
+    ((-0.62, 0.12), (-0.62, -0.12), 2.4, "rebound", (-1.0, 0.45)),
+    ((6.22, 1.47), (6.22, 1.23), -2.4, "reversal", (6.6, 1.8)),
+)
 
 
 def algorithm() -> Figure:
     """The states and what leads from one to another, and the states of a run that sticks."""
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(3.0)
         left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         _draw_states(left)
         history = simulate(Scenario.builtin("sticking"))
         for state in State:
             there = np.where(history["state"].values == state, 1e3 * history["gap"].values, np.nan)
-            colour = STATE_COLOURS[state]
-            right.plot(1e3 * history["time"].values, there, color=colour, lw=1.8, label=state.name)
+            right.plot(1e3 * history["time"].values, there, color=STATES[state], lw=1.8, label=state.name)
         for event in history.events[:12]:
             if event.kind in (EventKind.IMPACT, EventKind.RELEASE):
-                right.plot(1e3 * event.time, 0.0, "o", ms=3.5, color=LIGHT.ink, zorder=5)
+                right.plot(1e3 * event.time, 0.0, "o", ms=3.5, color=INK, zorder=5)
         right.set(
             xlabel="time (ms)",
             ylabel="gap (mm)",
@@ -69,57 +58,14 @@ def algorithm() -> Figure:
 
 
 def _draw_states(axes: Axes) -> None:
-    for state, (x, y) in _PLACES.items():
-        box = FancyBboxPatch(
-            (x - 0.62, y - 0.27),
-            1.24,
-            0.54,
-            boxstyle="round,pad=0.02,rounding_size=0.2",
-            lw=1.6,
-            edgecolor=STATE_COLOURS[state],
-            facecolor="#ffffff",
-            zorder=4,
-        )
-        axes.add_patch(box)
-        label(axes, (x, y), state.name, fontweight="bold", color=STATE_COLOURS[state], zorder=5)
-    for (before, after), (bend, text, place) in _ARROWS.items():
-        _connect(axes, before, after, bend)
+    for state, place in _PLACES.items():
+        box = {"boxstyle": "round,pad=0.5", "facecolor": "none", "edgecolor": STATES[state], "linewidth": 1.6}
+        label(axes, place, state.name, fontweight="bold", color=STATES[state], bbox=box)
+    for start, end, bend, text, place in _ARROWS:
+        arrow(axes, start, end, bend=bend)
         label(axes, place, text, fontsize=8.5)
-    loops = ((State.FREE, "rebound", -1.0), (State.SLIP, "reversal", 1.0))
-    for state, text, side in loops:
-        x, y = _PLACES[state]
-        start, end = (x + side * 0.62, y + 0.12), (x + side * 0.62, y - 0.12)
-        _arrow(axes, start, end, -2.4 * side, 1.0)
-        label(axes, (x + side * 1.0, y), text, (0.0, 20.0), fontsize=8.5)
     axes.set(xlim=(-1.5, 7.6), ylim=(-1.8, 2.1))
-    axes.set_aspect("equal")
-    axes.set_axis_off()
-
-
-def _connect(axes: Axes, before: State, after: State, bend: float) -> None:
-    (x0, y0), (x1, y1) = _PLACES[before], _PLACES[after]
-    if x0 == x1:
-        side = 0.22 if y1 < y0 else -0.22
-        start, end = (x0 + side, y0 + np.sign(y1 - y0) * 0.3), (x1 + side, y1 - np.sign(y1 - y0) * 0.3)
-    else:
-        right = 1.0 if x1 > x0 else -1.0
-        # arrows to the right run above those to the left
-        start, end = (x0 + right * 0.64, y0 + 0.08 * right), (x1 - right * 0.64, y1 + 0.08 * right)
-    _arrow(axes, start, end, -bend, 0.0)
-
-
-def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], bend: float, gap: float) -> None:
-    patch = FancyArrowPatch(
-        start,
-        end,
-        connectionstyle=f"arc3,rad={bend}",
-        arrowstyle="-|>,head_length=5,head_width=2.2",
-        color=LIGHT.ink,
-        lw=1.1,
-        shrinkA=gap,
-        shrinkB=gap,
-    )
-    axes.add_patch(patch)
+    plain(axes)
 
 
 @cache
@@ -140,7 +86,7 @@ def stop(stiffness: str) -> History:
 
 def elastic_stop() -> Figure:
     """The force on three stops, and the impulse of a rigid one against the law of the touch-down."""
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(3.0)
         left, right = figure.subplots(1, 2)
         for number, stiffness in enumerate(("1e7", "1e6", "1e5")):
@@ -212,7 +158,7 @@ def residual_flexibility() -> Figure:
             case = base.replace(discretization__modes=count, contact__residual_flexibility=known)
             starts[known].append(simulate(case).macro_collisions[1]["start"])
     limit = 0.865327  # s, of the page
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(2.9)
         left, right = figure.subplots(1, 2)
         modes = np.unique(np.geomspace(2, 64, 16).astype(int))
@@ -246,7 +192,7 @@ def residual_flexibility() -> Figure:
 
 def nodal() -> Figure:
     """What W is made of, and what generalized-alpha leaves of a vibration in a step."""
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(2.9)
         left, right = figure.subplots(1, 2)
         _draw_coordinates(left)

@@ -1,6 +1,6 @@
 """Draw the pictures of the pages: ``python -m docs.pictures.draw [NAME ...]``, in the folder of the sources.
 
-Drawings are SVG (`docs/_ext/two_themes.py` takes their paper away while the site is built), scenes are PNG.
+Drawings are SVG without paper, in colours that read on light and dark pages; pictures of the beam are PNG.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from PIL import Image
 from . import contacts, mechanics, scenes, sketch, studies
 from .paper import FOLDER, save
 
-#: a drawing for each page, by its name
 DRAWINGS: dict[str, Callable[[], Figure]] = {
     "sketch": sketch.sketch,
     "kinematics": mechanics.kinematics,
@@ -28,13 +27,7 @@ DRAWINGS: dict[str, Callable[[], Figure]] = {
     "nodal": contacts.nodal,
     "refinement": studies.refinement,
     "results": studies.results,
-    "check": studies.check,
-    "cluster": studies.cluster,
-    "library": studies.library,
-    "own-parts": studies.own_parts,
-    "player": mechanics.player,
 }
-#: pictures in pixels
 SCENES: dict[str, Callable[[], Image.Image]] = {
     "film": scenes.film,
     "scenario": scenes.scenario,
@@ -47,8 +40,9 @@ def draw(name: str, folder: Path = FOLDER) -> Path:
     """Draw a picture into a folder; returns its file."""
     if name in DRAWINGS:
         return save(DRAWINGS[name](), name, folder)
-    SCENES[name]().save(folder / f"{name}.png", optimize=True)
-    return folder / f"{name}.png"
+    file = folder / f"{name}.png"
+    SCENES[name]().save(file, optimize=True)
+    return file
 
 
 if __name__ == "__main__":

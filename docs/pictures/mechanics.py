@@ -7,18 +7,33 @@ from functools import cache
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import Normal, Stroke
 
 from oblique_impact import History, Scenario, natural_frequencies, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.state import State
 from oblique_impact.modal.eigenfunctions import Eigenfunctions, Family
-from oblique_impact.renders.style import GREY, LIGHT, SERIES, STATE_COLOURS, figure_style
+from oblique_impact.renders.style import PAGE, figure_style
 
-from .paper import Array, angle, arrow, draw_pin, draw_slope, frame, label, new_figure, plain, shade_contacts
+from .paper import (
+    FREE,
+    GREY,
+    INK,
+    SERIES,
+    SLIP,
+    Array,
+    angle,
+    arrow,
+    draw_pin,
+    draw_point,
+    draw_slope,
+    frame,
+    label,
+    line,
+    new_figure,
+    plain,
+    shade_contacts,
+)
 from .sketch import Sketch, moments, run
-
-SLIP = STATE_COLOURS[State.SLIP]
 
 
 @cache
@@ -34,7 +49,7 @@ def kinematics() -> Figure:
     # magnified, and the shortening with the square, as the formula has it
     factor = 2.5
     ux, uy = factor**2 * np.asarray(now["ux"]), factor * np.asarray(now["uy"])
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(2.9)
         left, middle, right = figure.subplots(1, 3, width_ratios=(1.7, 1.0, 1.0))
         _draw_displacement(left, x, ux, uy)
@@ -54,24 +69,23 @@ def kinematics() -> Figure:
 
 
 def _draw_displacement(axes: Axes, x: Array, ux: Array, uy: Array) -> None:
-    arrow(axes, (0.0, 0.0), (1.12, 0.0), GREY, width=0.9)
-    label(axes, (1.12, 0.0), "$x$", (7.0, -1.0), color=GREY)
-    arrow(axes, (0.0, 0.0), (0.0, 0.36), GREY, width=0.9)
-    label(axes, (0.0, 0.36), "$y$", (0.0, 7.0), color=GREY)
+    for end, name in (((1.12, 0.0), "$x$"), ((0.0, 0.36), "$y$")):
+        arrow(axes, (0.0, 0.0), end, GREY, width=0.9)
+        label(axes, end, name, (0.0, 8.0), color=GREY)
     axes.plot(x, 0.0 * x, color=SERIES[0], lw=3.0, alpha=0.25, solid_capstyle="round")
     axes.plot(x + ux, uy, color=SERIES[0], lw=3.4, solid_capstyle="round")
     for part in np.linspace(0.25, 1.0, 4):
         i = int(np.argmin(np.abs(x - part * x[-1])))
-        axes.plot([x[i], x[i] + ux[i]], [0.0, uy[i]], color=GREY, lw=0.8, ls=(0, (3, 2)))
+        line(axes, (x[i], 0.0), (x[i] + ux[i], uy[i]), ls=(0, (3, 2)))
     tip = np.array([x[-1] + ux[-1], uy[-1]])
-    arrow(axes, (tip[0], 0.0), tip, LIGHT.ink)
+    arrow(axes, (tip[0], 0.0), tip, INK)
     label(axes, (tip[0], 0.55 * tip[1]), "$u_y$", (-10.0, 2.0))
     # the shortening, below the axis
     below = -0.05
     for place in (tip[0], x[-1]):
-        axes.plot([place, place], [0.0, 1.6 * below], color=GREY, lw=0.7)
-    arrow(axes, (x[-1] + 0.09, below), (x[-1], below), LIGHT.ink, width=0.9)
-    arrow(axes, (tip[0] - 0.09, below), (tip[0], below), LIGHT.ink, width=0.9)
+        line(axes, (place, 0.0), (place, 1.6 * below))
+    arrow(axes, (x[-1] + 0.09, below), (x[-1], below), INK, width=0.9)
+    arrow(axes, (tip[0] - 0.09, below), (tip[0], below), INK, width=0.9)
     label(axes, (0.5 * (tip[0] + x[-1]), below), "$u_x < 0$", (0.0, -14.0))
     draw_pin(axes, 0.05)
     axes.set(xlim=(-0.1, 1.2), ylim=(-0.22, 0.45))
@@ -80,7 +94,7 @@ def _draw_displacement(axes: Axes, x: Array, ux: Array, uy: Array) -> None:
 
 def motion() -> Figure:
     """Deflection of a beam that spins up, by the orders of its kinetic energy."""
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(2.9)
         left, right = figure.subplots(1, 2)
         cases = (("zeroth-order", 1), ("first-order", 0), ("full", 2))
@@ -120,7 +134,7 @@ def frames() -> Figure:
     """Both frames on one bent beam, and the velocity of each through a collision."""
     tangent = paper("contact.friction=frictionless")
     mean = paper("contact.friction=frictionless", "discretization.frame=mean-axis", "discretization.modes=4")
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(2.9)
         left, right = figure.subplots(1, 2)
         _draw_frames(left)
@@ -151,7 +165,7 @@ def _draw_frames(axes: Axes) -> None:
     x, uy = np.asarray(now["station"]), 4.0 * np.asarray(now["uy"])
     slope = (uy[1] - uy[0]) / (x[1] - x[0])
     axes.plot(x, uy, color=SERIES[0], lw=3.4, solid_capstyle="round")
-    for turn, name, colour in ((0.0, "mean axis", LIGHT.ink), (float(np.arctan(slope)), "tangent", SERIES[1])):
+    for turn, name, colour in ((0.0, "mean axis", INK), (float(np.arctan(slope)), "tangent", SERIES[1])):
         unit = np.array([np.cos(turn), np.sin(turn)])
         arrow(axes, (0.0, 0.0), 1.12 * unit, colour, width=1.0)
         label(axes, 1.12 * unit, name, (0.0, -9.0), ha="right", color=colour)
@@ -163,7 +177,7 @@ def _draw_frames(axes: Axes) -> None:
 def contact() -> Figure:
     """The contact point over the slope; gap and slip rate through the first macro-collision."""
     history = paper()
-    with figure_style():
+    with figure_style(PAGE):
         figure = new_figure(3.3)
         grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.5))
         _draw_point(figure.add_subplot(grid[:, 0]))
@@ -172,7 +186,7 @@ def contact() -> Figure:
         time = 1e3 * history["time"].values
         for axes in (upper, lower):
             shade_contacts(axes, history, 1e3)
-        upper.plot(time, 1e3 * history["gap"].values, color=STATE_COLOURS[State.FREE])
+        upper.plot(time, 1e3 * history["gap"].values, color=FREE)
         upper.set(ylabel="gap $Z_n$ (mm)", ylim=(-0.2, 3.0))
         upper.tick_params(labelbottom=False)
         for other, name, style in (
@@ -199,33 +213,15 @@ def _draw_point(axes: Axes) -> None:
     # the beam's last part, shifted to the contact point
     axis = seen.axis - seen.tip + tip
     axes.plot(*axis.T, color=SERIES[0], lw=4.0, solid_capstyle="round", clip_on=True)
-    axes.plot(*np.stack([tip, tip + 0.19 * x]).T, color=GREY, lw=0.9, ls=(0, (4, 2)))
-    axes.plot(*np.stack([tip, tip + 0.19 * tangent]).T, color=GREY, lw=0.9)
+    line(axes, tip, tip + 0.19 * x, ls=(0, (4, 2)))
+    line(axes, tip, tip + 0.19 * tangent)
     label(axes, tip + 0.19 * x, "$x$", (-3.0, 7.0), color=GREY)
     angle(axes, tip, 0.14, seen.alpha, seen.theta, r"$\beta$", shift=(23.0, 4.0))
     foot = (tip @ tangent) * tangent
-    arrow(axes, foot, tip, STATE_COLOURS[State.FREE], both=True)
-    label(axes, 0.5 * (foot + tip), "$Z_n$", (11.0, 0.0), color=STATE_COLOURS[State.FREE])
-    axes.plot(*tip, "o", ms=5.5, mfc="#ffffff", mec=LIGHT.ink, zorder=6)
+    arrow(axes, foot, tip, FREE, both=True)
+    label(axes, 0.5 * (foot + tip), "$Z_n$", (11.0, 0.0), color=FREE)
+    draw_point(axes, tip)
     label(axes, tip, "$P$", (-4.0, 11.0))
     frame(axes, 0.19 * tangent + 0.012 * normal, seen.alpha, 0.07, (r"$\tau$", "$n$"))
     axes.set(xlim=(-0.21, 0.32), ylim=(-0.11, 0.3))
     plain(axes)
-
-
-def player() -> Figure:
-    """What is seen before the player has come: the beam as it starts, above its slope; the site lets it fall."""
-    history = simulate(Scenario.builtin("paper", ["end_time=0.01"]))
-    slope = Scenario.from_toml(history.scenario_toml).slope
-    tangent = np.array([np.cos(slope.angle), np.sin(slope.angle)])
-    with figure_style():
-        figure = Figure(figsize=(12.8, 7.2))
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        draw_slope(axes, np.array(slope.origin), tangent, (0.45, 0.85), 0.1)
-        outlined = [Stroke(linewidth=10.5, foreground=LIGHT.ink), Normal()]
-        beam = {"gid": "beam", "clip_on": False, "color": LIGHT.background, "path_effects": outlined}
-        axes.plot(*history.beam_at(0.0).T, lw=8.5, solid_capstyle="round", **beam)
-        draw_pin(axes, 0.05)
-        axes.set(xlim=(-0.454, 1.477), ylim=(-0.343, 0.743))  # about where the page has them
-        plain(axes)
-    return figure

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import tempfile
 from functools import cache
@@ -75,28 +74,25 @@ def scenario() -> Image.Image:
 
 
 def paraview() -> Image.Image:
-    """What ParaView's own Python makes of an export and the state beside it; needs `pvpython` and `xvfb-run`."""
-    colours = LIGHT
+    """What ParaView makes of an export by the program of the page; needs `pvpython` and `xvfb-run`."""
+    (program,) = (text for text in blocks("paraview.md", "python") if "paraview" in text)
+    background = [int(LIGHT.background[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     with tempfile.TemporaryDirectory() as folder:
-        state = export(paper(), Path(folder) / "beam.pvd", every=50).state
-        text = state.read_text(encoding="utf-8")
-        # ParaView's background and letters in the colours of the page
-        for colour, words in (
-            (colours.background, "view.Background = "),
-            (colours.ink, "legend.TitleColor = legend.LabelColor = "),
-            (colours.ink, "time.Color, time.FontSize = "),
-        ):
-            parts = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
-            text, found = re.subn(rf"(?m)^({re.escape(words)})\[[^]]*\]", rf"\g<1>{parts}", text)
-            assert found == 1, words
-        state.write_text(text, encoding="utf-8")
-        picture = Path(folder) / "beam.png"
+        file, state, picture = (Path(folder) / name for name in ("beam.pvd", "state.py", "beam.png"))
+        export(paper(), file, every=50)
+        ending = [
+            "scene.AnimationTime = 0.3245",
+            "view.UseColorPaletteForBackground = 0",
+            f"view.Background = {background}",
+            f"SaveScreenshot({str(picture)!r}, view, ImageResolution=[1280, 720])",
+        ]
+        state.write_text("\n".join([program.replace("out/beam.pvd", str(file)), *ending]), encoding="utf-8")
         plain = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
         server = ["xvfb-run", "-a", "-s", "-screen 0 1400x900x24"]
-        command = [*server, "pvpython", "--force-offscreen-rendering", str(state), str(picture), "0.3245"]
+        command = [*server, "pvpython", "--force-offscreen-rendering", str(state)]
         subprocess.run(command, check=True, env=plain, capture_output=True, timeout=300)
         with Image.open(picture) as drawn:
-            return drawn.convert("RGB").crop((200, 330, 1200, 720))  # the upper half is empty
+            return drawn.convert("RGB")
 
 
 def absolute_difference() -> Image.Image:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.clearance import closest, facing, nearest, slope_warnings
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.determinacy import without_limit
@@ -39,17 +40,18 @@ def simulate(
     scenario: Scenario,
     on_progress: Callable[[Status], None] | None = None,
     sections: ElasticSections | None = None,
+    motion: BaseMotion | None = None,
 ) -> History:
     """Run a scenario with the beam in absolute coordinates and return its history, whatever the outcome.
 
     Coordinates `q` are places (m) and rotation (rad) of the nodes, [x, y, phi] node by node from the root; all
     other variables mean what they mean for every method: `theta` is the rotation of the first section in the
-    tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections` replace those
-    of the scenario.
+    tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections` and the
+    `motion` of a driven root replace those of the scenario.
     """
     # a step that overflows has not converged, and says so
     with np.errstate(all="ignore"):
-        run, started = Run(scenario, on_progress, sections), time.perf_counter()
+        run, started = Run(scenario, on_progress, sections, motion), time.perf_counter()
         run.execute()
         wall = time.perf_counter() - started
         return _Frame(run).history(wall)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import cached_property
 from math import ceil, copysign
 from typing import NamedTuple
 
@@ -96,6 +95,8 @@ class Run:
         Called with a :class:`~oblique_impact.marching.loop.Status` several times a second.
     sections : ElasticSections, optional
         In place of those of the scenario.
+    motion : BaseMotion, optional
+        How a driven root turns; by default as the scenario says.
     """
 
     def __init__(
@@ -103,8 +104,10 @@ class Run:
         scenario: Scenario,
         on_progress: Callable[[Status], None] | None = None,
         sections: ElasticSections | None = None,
+        motion: BaseMotion | None = None,
     ) -> None:
         self.scenario, self.beam = scenario, beam_of(scenario, sections)
+        self.motion = motion or base_motion_of(scenario.root)
         self.record, self.samples = records.Record(), list[Sample]()
         self.totals = Quadratures(*[0.0] * 7)
         self._report, self._reported = on_progress or (lambda status: None), -np.inf
@@ -115,7 +118,9 @@ class Run:
         if scenario.root.kind == "hub":
             self.load[2] += scenario.root.torque
         q = self.beam.straight(scenario.initial.angle)
-        self.stage = Stage(q, self.beam.turning(q, scenario.initial_angular_velocity))
+        driven = scenario.root.kind == "driven"
+        speed = self.motion.at(0.0).speed if driven else scenario.initial.angular_velocity
+        self.stage = Stage(q, self.beam.turning(q, speed))
         self.time, self.phase = 0.0, Phase(State.FREE)
         place = self.slope.place(self.stage)
         self._side = -1.0 if place.gap < 0.0 and self.slope.is_beyond(place) else 1.0
@@ -125,12 +130,6 @@ class Run:
         rough = scenario.contact.friction == "hybrid"
         self._kinetic = scenario.contact.mu_kinetic if rough else 0.0
         self._static = scenario.contact.mu_static if rough else 0.0
-
-    @cached_property
-    def motion(self) -> BaseMotion:
-        """How a driven root turns."""
-        motion: BaseMotion = self.scenario.part("profile") or base_motion_of(self.scenario.root)
-        return motion
 
     def execute(self) -> records.Record:
         """March to the end, to a named outcome, or to an interrupt."""

@@ -53,10 +53,13 @@ class Beam:
         What to simulate.
     operators : BeamOperators
         The discretization's operators for the same scenario.
+    motion : BaseMotion, optional
+        How the root turns if it is driven; by default as the scenario says.
     """
 
-    def __init__(self, scenario: Scenario, operators: BeamOperators) -> None:
+    def __init__(self, scenario: Scenario, operators: BeamOperators, motion: BaseMotion | None = None) -> None:
         self.scenario, self.operators = scenario, operators
+        self.motion = motion or base_motion_of(scenario.root)
         self.hub_inertia = operators.sections.hub_inertia  # kg m^2
 
     @property
@@ -74,12 +77,6 @@ class Beam:
         """1, or 0 in zeroth-order kinetics, which leave the foreshortening out."""
         return 0.0 if self.scenario.discretization.kinetics == "zeroth-order" else 1.0
 
-    @cached_property
-    def motion(self) -> BaseMotion:
-        """How the root turns if it is driven; else it is held."""
-        motion: BaseMotion = self.scenario.part("profile") or base_motion_of(self.scenario.root)
-        return motion
-
     @property
     def breakpoints(self) -> tuple[float, ...]:
         """Times (s) at which the root's motion is not smooth."""
@@ -91,7 +88,6 @@ class Beam:
         s, o, kept = self.scenario, self.operators, self.foreshortening
         frame, n = floating_frame, self.operators.size
         full = s.discretization.kinetics == "full"
-        drive, parameters = self.motion.acceleration
         shortening = kept if s.contact.shortening else 0.0
         inverse = np.linalg.inv(o.elastic_mass)
         matrices = {
@@ -122,8 +118,7 @@ class Beam:
             static_moment=o.Sm,
             hub_inertia=self.hub_inertia,
             root=_ROOTS[s.root.kind],
-            drive=drive,
-            drive_parameters=parameters,
+            drive=self.motion.drive,
             **self._load_and_slope(),
         )
 
@@ -174,7 +169,8 @@ class Beam:
         """Return coordinates and velocities at t = 0: the undeformed beam at its initial angle and speed."""
         q, qd = np.zeros(self.size), np.zeros(self.size)
         q[0] = self.scenario.initial.angle
-        qd[0] = self.scenario.initial_angular_velocity
+        driven = self.scenario.root.kind == "driven"
+        qd[0] = self.motion.at(0.0).speed if driven else self.scenario.initial.angular_velocity
         return q, qd
 
     def split(self, q: Array) -> Array:

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from scipy.linalg import eigvals
 
 from oblique_impact.beam.cross_sections import Sections, check_numbers
-from oblique_impact.beam.operators import Undeformed
+from oblique_impact.beam.operators import Undeformed, discretization
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import Scenario, require_scenario
-from oblique_impact.scenario.user_defined import discretization
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property, lru_cache
 from numbers import Number
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,12 @@ from scipy.sparse import csr_array, issparse
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.kernels.workspace import own_numbers
-from oblique_impact.scenario.user_defined import discretization
 
 if TYPE_CHECKING:
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.scenario.sections import BeamSection, DiscretizationSection, RootSection
 
 Array = NDArray[np.float64]
-#: discretizations that read what `Undeformed` compares and nothing else
-_KEEPING = ("modal", "fem")
 #: a matrix of operators, (n, n) or (points, n): dense, or a `csr_array` of a nodal model
 Matrix = Any
 
@@ -242,32 +239,50 @@ class Undeformed:
         return cls(scenario.beam, scenario.root, scenario.discretization, scenario.contact.point, scenario)
 
 
-def build_operators(scenario: Scenario) -> BeamOperators:
-    """Discretize the beam of `scenario` with the method that it names.
+@runtime_checkable
+class Discretization(Protocol):
+    """How a beam becomes a finite number of coordinates: a module or an object with this function."""
+
+    def build_operators(self, scenario: Scenario) -> BeamOperators:
+        """Return the operators of the beam of a scenario, whose section `discretization` it may read."""
+
+
+def discretization(method: str) -> Any:
+    """Return the package of a built-in discretization: `modal`, `fem_beam` or `fem_beam.exact`."""
+    # each is built on this module
+    if method == "modal":
+        from oblique_impact import modal
+
+        return modal
+    from oblique_impact import fem_beam
+    from oblique_impact.fem_beam import exact
+
+    return fem_beam if method == "fem" else exact
+
+
+def build_operators(scenario: Scenario, user_defined: Discretization | None = None) -> BeamOperators:
+    """Discretize the beam of `scenario` with the method that it names, or with a user-defined one.
 
     Those of the last few beams are kept, for studies whose runs differ in other things; their arrays are
-    read-only.  A discretization of another package is asked each time: what it reads is not known here.
+    read-only.  A user-defined discretization is asked each time: what it reads is not known here.  Raises
+    InputError for arrays that are not real.
     """
-    own = scenario.discretization.method in _KEEPING
-    return _kept(Undeformed.of(scenario)) if own else _built(scenario)
+    if user_defined is not None:
+        operators: BeamOperators = contiguous(user_defined.build_operators(scenario))
+        return operators
+    return _kept(Undeformed.of(scenario))
 
 
 @lru_cache(maxsize=8)
 def _kept(which: Undeformed) -> BeamOperators:
-    operators = _built(which.scenario)
+    scenario = which.scenario
+    operators: BeamOperators = discretization(scenario.discretization.method).build_operators(scenario)
     stations = operators.stations
     for part in (operators, stations, stations.quadrature):
         for value in vars(part).values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
     return operators
-
-
-def _built(scenario: Scenario) -> BeamOperators:
-    method = scenario.discretization.method
-    operators = discretization(method).build_operators(scenario)
-    assert isinstance(operators, BeamOperators)
-    return operators if method in _KEEPING else contiguous(operators)
 
 
 def contiguous(operators: Any) -> Any:

@@ -1,1 +1,1 @@
-"""Words, one typed call, print."""
+"""Command line interface."""

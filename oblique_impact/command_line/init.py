@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from oblique_impact.command_line.words import JsonOption, SetOption, print_result
+from oblique_impact.command_line.console import JsonOption, SetOption, print_result
 
 
 def init(

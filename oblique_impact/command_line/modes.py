@@ -1,4 +1,4 @@
-"""The command `modes`: natural frequencies, and their Campbell diagram if a package that draws it is installed."""
+"""The command `modes`: natural frequencies, and their Campbell diagram."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
+from oblique_impact.command_line.console import JsonOption, ScenarioArgument, SetOption, print_note, print_result
 from oblique_impact.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def modes(
 ) -> None:
     """Natural frequencies (rad/s and Hz) of the spinning beam, flapwise and chordwise."""
     from oblique_impact.beam.frequencies import natural_frequencies
-    from oblique_impact.command_line.bars import counting_bar
+    from oblique_impact.command_line.progress_bars import counting_bar
     from oblique_impact.files import prepare_folder
     from oblique_impact.scenario.scenario import Scenario
 

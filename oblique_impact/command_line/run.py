@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oblique_impact.command_line.words import JsonOption, ScenarioArgument, SetOption, print_note, print_result
-from oblique_impact.errors import InputError, Interrupted
+from oblique_impact.command_line.console import (
+    JsonOption,
+    ScenarioArgument,
+    SetOption,
+    print_note,
+    print_result,
+)
+from oblique_impact.errors import Interrupted
 
 if TYPE_CHECKING:
     from oblique_impact.history.history import History
+    from oblique_impact.scenario.scenario import Scenario
 
 
 def run(
@@ -23,45 +29,44 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
-    from oblique_impact.command_line.bars import progress_bar
+    from oblique_impact.beam.plausibility import doubts
+    from oblique_impact.command_line.progress_bars import progress_bar
     from oblique_impact.files import writing
-    from oblique_impact.history.size import expected_size
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate
 
     chosen = Scenario.load(scenario, changes)
+    warnings = doubts(chosen)
+    for warning in [*warnings, *_large(chosen)]:
+        print_note(f"warning: {warning}")
     with writing(out) as folder:
         replaced = (folder / "history.nc").exists()
-        _check_size(expected_size(chosen), folder)
         try:
             with progress_bar() as on_progress:
                 history = simulate(chosen, on_progress)
         except Interrupted as stop:
             history = stop.history
         history.save(folder)
-    print_result(summary_lines(history, folder, replaced), {**history.summary, "results": folder}, as_json)
+    lines = summary_lines(history, folder, replaced, warnings)
+    print_result(lines, {**history.summary, "results": folder}, as_json)
     outcome = history.outcome
     if outcome.exit_code:
         print_note(f"{outcome.label} at t = {history.summary['end_time']:.6g} s: {history.summary['message']}")
         raise typer.Exit(outcome.exit_code)
 
 
-def _check_size(size: float, out: Path) -> None:
-    """Say beforehand that a history will be large; raises InputError if the disk has no room for it (bytes)."""
-    from oblique_impact.history.size import LARGE, MEMORY, in_words
+def _large(scenario: Scenario) -> Iterator[str]:
+    """Say beforehand that a history will be large."""
+    from oblique_impact.history.size import LARGE, MEMORY, expected_size, in_words
 
-    remedy = "a longer solver.output_interval makes it smaller"
-    free = shutil.disk_usage(out).free
-    if size > free:
-        room = f"the history takes about {in_words(size)} and {in_words(free)} are free"
-        raise InputError(f"--out {out}: cannot be written: {room}; {remedy}")
+    size = expected_size(scenario)
     if size > LARGE:
         needs = f"about {in_words(size)} on disk and {in_words(MEMORY * size)} of memory"
-        print_note(f"warning: the history will take {needs}; {remedy}")
+        yield f"the history will take {needs}; a longer solver.output_interval makes it smaller"
 
 
-def summary_lines(history: History, folder: Path, replaced: bool) -> Iterator[str]:
-    """Yield what a run was like, for a terminal."""
+def summary_lines(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> Iterator[str]:
+    """Yield what a run was like, for a terminal; `known` warnings, which were printed before, are not repeated."""
     from oblique_impact.history.summary import LOSSES, balance_in_words
 
     summary, energy = history.summary, history.summary["energy"]
@@ -78,6 +83,6 @@ def summary_lines(history: History, folder: Path, replaced: bool) -> Iterator[st
     yield f"  lost: {losses} J"
     unaccounted, steps, seconds = energy["unaccounted"], summary["steps"], summary["wall_time"]
     yield f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s"
-    for warning in summary.get("warnings", []):
+    for warning in (words for words in summary.get("warnings", []) if words not in known):
         yield f"  warning: {warning}"
     yield f"  results: {folder}{' (those of an earlier run were replaced)' if replaced else ''}"

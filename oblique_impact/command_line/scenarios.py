@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oblique_impact.command_line.words import JsonOption, print_result
+from oblique_impact.command_line.console import JsonOption, print_result
 
 
 def scenarios(as_json: JsonOption = False) -> None:

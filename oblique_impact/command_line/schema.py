@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from oblique_impact.command_line.words import JsonOption, print_line, print_text
+from oblique_impact.command_line.console import JsonOption, print_line, print_text
 
 
 def schema(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import prod
 
 from oblique_impact.history.variables import VARIABLES
-from oblique_impact.scenario.rules import coordinates
+from oblique_impact.scenario.consistency import coordinates
 from oblique_impact.scenario.scenario import Scenario
 
 #: bytes of a file; before a run with a larger one it is said how large
@@ -17,7 +17,7 @@ _STATIONS = 33
 
 def expected_size(scenario: Scenario) -> float:
     """Return the size (bytes) of the file of a history; samples at events, which nobody knows, are left out."""
-    lengths = {"time": 1, "coordinate": coordinates(scenario), "station": _STATIONS}
+    lengths = {"time": 1, "coordinate": coordinates(scenario.discretization), "station": _STATIONS}
     # a variable without time is negligible
     values = sum(prod(lengths[d] for d in v.dimensions) for v in VARIABLES.values() if "time" in v.dimensions)
     return 8.0 * values * (scenario.end_time / scenario.solver.output_interval + 1.0)

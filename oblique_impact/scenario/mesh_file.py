@@ -26,11 +26,10 @@ def read_nodes(path: Path) -> list[float]:
     import meshio
 
     try:
-        with contextlib.redirect_stdout(io.StringIO()):  # meshio tells of formats that do not fit
+        with contextlib.redirect_stdout(io.StringIO()):  # meshio prints which formats do not fit
             mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # of many kinds: meshio ends the process over a wrong format
-        reason = " ".join(str(error).split())[:120] or "of no format that meshio knows"
-        raise InputError(f"{what}: cannot be read: {reason}") from None
+        raise InputError(f"{what}: cannot be read: {' '.join(str(error).split())[:120]}") from None
     lines = [block.data for block in mesh.cells if block.type == "line"]
     if not lines:
         raise InputError(f"{what}: has no line elements")
@@ -55,7 +54,6 @@ def take_mesh(data: dict[str, Any], folder: Path) -> None:
     if not isinstance(section, dict) or not isinstance(section.get("mesh"), str) or not section["mesh"]:
         return
     if section.get("nodes"):
-        raise InputError(
-            "discretization.nodes: those of discretization.mesh take their place; leave one of them out"
-        )
+        words = "those of discretization.mesh take their place; leave one of them out"
+        raise InputError(f"discretization.nodes: {words}")
     section["nodes"] = read_nodes(folder / section.pop("mesh"))

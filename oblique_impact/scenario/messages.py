@@ -1,4 +1,4 @@
-"""The words of an error: which key, what value, what is allowed, and what may have been meant."""
+"""Error messages in one line: which key, its value, what is allowed, and what may have been meant."""
 
 from __future__ import annotations
 
@@ -7,19 +7,21 @@ import reprlib
 from collections.abc import Iterable
 from typing import Any
 
-from pydantic_core import PydanticCustomError
+from oblique_impact.errors import InputError
 
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60
 
 
 def short(value: Any) -> str:
-    """Return a value in at most 60 characters."""
-    try:
-        text = " ".join(_REPR.repr(value).split())
-    except ValueError:
-        text = "an integer of thousands of digits"
+    """Return the representation of a value in at most 60 characters."""
+    text = " ".join(_REPR.repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def refused(key: str, value: Any, allowed: str) -> InputError:
+    """Return the error of a key whose value does not fit: "KEY = VALUE: ALLOWED"."""
+    return InputError(f"{key} = {short(value)}: {allowed}")
 
 
 def did_you_mean(word: Any, known: Iterable[str], quote: str = "") -> str:
@@ -32,9 +34,3 @@ def one_of(word: Any, known: Iterable[str]) -> str:
     """Return "should be one of A, B", and which of them may have been meant."""
     known = list(known)
     return f"should be one of {', '.join(known)}{did_you_mean(word, known)}"
-
-
-def not_allowed(allowed: str) -> PydanticCustomError:
-    """Return the error of a validator whose value should be `allowed`."""
-    # without a context the message is taken as it is, braces and all
-    return PydanticCustomError("not_allowed", allowed)

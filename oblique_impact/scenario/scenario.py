@@ -1,30 +1,58 @@
-"""What to simulate: frozen, validated models in SI units; TOML in and out; the built-in cases."""
+"""What to simulate: a frozen, validated model in SI units; TOML in and out; the built-in cases."""
 
 from __future__ import annotations
 
+import math
 import os.path
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Self, cast
 
-import tomli_w
-from pydantic import model_validator
+import tomlkit
+from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.scenario.derived import TABLE, derive, derived_values, drop_derived_values
+from oblique_impact.scenario import consistency
+from oblique_impact.scenario.materials import GIVEN, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
-from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.rules import check
+from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.schema import commented
-from oblique_impact.scenario.sections import ScenarioKeys
-from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key, with_line
+from oblique_impact.scenario.section import Section, key, validated
+from oblique_impact.scenario.sections import (
+    BeamSection,
+    ContactSection,
+    DiscretizationSection,
+    InitialSection,
+    Positive,
+    RootSection,
+    SlopeSection,
+    SolverSection,
+)
+from oblique_impact.scenario.shapes import FOLLOWING, fibre_distance, following
+from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key
+from oblique_impact.scenario.units import Unit
 
 #: bytes; a scenario file has a hundred lines, and tables of a thousand
 MAX_FILE = 1_000_000
+#: table of a resolved file: values that were not given and follow other keys
+DERIVED = "derived"
+#: keys that may follow others
+FOLLOWERS = (
+    "contact.point",
+    "discretization.frame",
+    "solver.scheme",
+    *(f"beam.{name}" for name in (*FOLLOWING, *GIVEN)),
+)
 
 
-class Scenario(ScenarioKeys):
+def _with_derived(schema: dict[str, Any]) -> None:
+    """Let files have the table of derived values."""
+    names = {name: {"description": "of a resolved file: follows other keys"} for name in FOLLOWERS}
+    schema["properties"][DERIVED] = {"type": "object", "properties": names, "additionalProperties": False}
+
+
+class Scenario(Section):
     """One simulation, in SI units.
 
     Sections and defaults are those of the scenario file; the defaults are the paper's case.
@@ -35,11 +63,126 @@ class Scenario(ScenarioKeys):
     1.0
     """
 
+    model_config = ConfigDict(validate_default=True, title="oblique-impact", json_schema_extra=_with_derived)
+
+    title: Annotated[str, Field(max_length=200)] = key("", "what pictures, films and pages call the run")
+    end_time: Annotated[Positive, Unit("s")] = key(1.0, "duration of the run")
+    gravity: Annotated[float, Field(ge=0.0, le=1e6), Unit("m/s^2")] = key(
+        9.8, "acceleration of gravity, downwards"
+    )
+    beam: BeamSection = BeamSection()
+    root: RootSection = RootSection()
+    initial: InitialSection = InitialSection()
+    slope: SlopeSection = SlopeSection()
+    contact: ContactSection = ContactSection()
+    discretization: DiscretizationSection = DiscretizationSection()
+    solver: SolverSection = SolverSection()
+
+    # --- keys that follow others as long as they are not given
+
+    @field_validator("beam")
+    @classmethod
+    def _shape_and_material(cls, beam: BeamSection) -> BeamSection:
+        found: dict[str, Any] = {}
+        if beam.section.shape:
+            found |= {name: following(beam.section, name) for name in FOLLOWING}
+        if beam.material:
+            found |= {name: getattr(MATERIALS[beam.material], name) for name in GIVEN}
+        return beam.with_defaults(**found)
+
+    @field_validator("contact")
+    @classmethod
+    def _contact_at_the_tip(cls, contact: ContactSection, info: ValidationInfo) -> ContactSection:
+        return contact.with_defaults(point=info.data["beam"].length) if "beam" in info.data else contact
+
+    @field_validator("discretization")
+    @classmethod
+    def _frame_of_method(cls, discretization: DiscretizationSection) -> DiscretizationSection:
+        return discretization.with_defaults(frame="mean-axis" if discretization.is_nodal else "tangent")
+
+    @field_validator("solver")
+    @classmethod
+    def _scheme_of_discretization(cls, solver: SolverSection, info: ValidationInfo) -> SolverSection:
+        discretization = info.data.get("discretization", DiscretizationSection())
+        if discretization.method == "absolute":
+            return solver.with_defaults(scheme="energy-consistent")
+        return solver.with_defaults(scheme="generalized-alpha" if discretization.is_nodal else "event")
+
+    # --- keys that do not fit
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keys_of_other_sections(cls, data: Any) -> Any:
+        """Say in which section an unknown key is known."""
+        if not isinstance(data, dict):
+            return data
+        sections = _sections()
+        homes = {inner: name for name, section in sections.items() for inner in section.model_fields}
+        given = [("", data), *((name, data.get(name)) for name in sections)]
+        for name, inside in given:
+            if not isinstance(inside, dict):
+                continue
+            known = sections[name].model_fields if name else cls.model_fields
+            for inner in inside:
+                if inner not in known and inner in homes and not did_you_mean(inner, known):
+                    meant = f"unknown key; did you mean {homes[inner]}.{inner}?"
+                    raise refused(f"{name}.{inner}" if name else inner, inside[inner], meant)
+        return data
+
     @model_validator(mode="after")
-    def _consistent(self) -> Scenario:
-        derive(self)
-        check(self)
+    def _consistent(self) -> Self:
+        consistency.check(self)
         return self
+
+    @classmethod
+    def value_of(cls, path: str, value: Any) -> Any:
+        """Return a value as the key "section.key" takes it, whatever the other keys are; raises InputError."""
+        *sections, key = path.split(".")
+        model: type[Section] = cls
+        for name in sections:
+            model = cast("type[Section]", model.model_fields[name].annotation)
+        return validated(path, model.model_fields[key], value)
+
+    # --- what follows from the keys
+
+    @property
+    def is_nodal(self) -> bool:
+        """Whether the full nodal model is marched: finite elements, nothing reduced."""
+        return self.discretization.is_nodal
+
+    @property
+    def is_absolute(self) -> bool:
+        """Whether the beam is in absolute coordinates, with mechanics of its own."""
+        return self.discretization.method == "absolute"
+
+    @property
+    def contact_fibre(self) -> float:
+        """Place (m) of the contact point in its section, across the beam: 0 on the axis, negative below it."""
+        if self.contact.surface == "axis":
+            return 0.0
+        facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
+        return -math.copysign(fibre_distance(self.beam, self.contact.point), facing)
+
+    @property
+    def initial_gap(self) -> float:
+        """Gap of the undeformed beam at t = 0 (m)."""
+        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
+        return reach * math.sin(angle) + self.contact_fibre * math.cos(angle) - self.slope.offsets[0]
+
+    @property
+    def initial_slip(self) -> float:
+        """Place of the contact point along the slope at t = 0 (m from its origin)."""
+        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
+        return reach * math.cos(angle) - self.contact_fibre * math.sin(angle) - self.slope.offsets[1]
+
+    @property
+    def initial_angular_velocity(self) -> float:
+        """Angular velocity of the root at t = 0 (rad/s)."""
+        if self.root.kind == "driven":
+            return self.root.spin_rate if self.root.profile == "constant-speed" else 0.0
+        return self.initial.angular_velocity
+
+    # --- files
 
     @classmethod
     def from_toml(
@@ -55,22 +198,22 @@ class Scenario(ScenarioKeys):
         name begin in the present one.
         """
         data = parse_toml(text, name)
-        changed: set[str] = set()
+        _drop_derived(data)
+        changed = [apply_change(data, item) for item in overrides or []]
         try:
-            drop_derived_values(data)
-            changed.update(apply_change(data, item) for item in overrides or [])
             if folder is not None:
                 take_mesh(data, Path() if "discretization.mesh" in changed else folder)
             return cls.from_dict(data)
         except InputError as error:
-            raise with_line(error, text, name, changed) from None
+            of_file = name and not any(str(error).startswith(key) for key in changed)
+            raise InputError(f"{name}: {error}" if of_file else str(error)) from None
 
     @classmethod
     def builtin(cls, name: str, overrides: list[str] | None = None) -> Scenario:
         """Return the built-in case `name` (see `builtin_names`)."""
         if name not in builtin_names():
             known = f"{', '.join(builtin_names())}{did_you_mean(name, builtin_names())}"
-            raise InputError(f"scenario = {short(name)}: built-in scenarios are {known}")
+            raise refused("scenario", name, f"built-in scenarios are {known}")
         return cls.from_toml(builtin_text(name), overrides, name="", folder=Path())
 
     @classmethod
@@ -95,9 +238,8 @@ class Scenario(ScenarioKeys):
 
         Keys that were not given and follow others (the contact point is at the tip) go on following them.
         """
-        data, whole = self.model_dump(mode="json", exclude_unset=True), self.model_dump(mode="json")
+        data = self.model_dump(mode="json", exclude_unset=True)
         for name, value in values.items():
-            set_key(whole, name.split("__"), value, name)  # which knows what is no section
             set_key(data, name.split("__"), value, name)
         return Scenario.from_dict(data)
 
@@ -106,18 +248,40 @@ class Scenario(ScenarioKeys):
 
         Its table `derived` lists the values that follow other keys.
         """
-        data = self._with_derived()
-        data["parameters"] = {part: numbers for part, numbers in data["parameters"].items() if numbers}
-        # sizes of other shapes are left out
-        data["beam"]["section"] = {key: value for key, value in data["beam"]["section"].items() if value}
-        followers = tomli_w.dumps({TABLE: data[TABLE]})
-        return f"{commented(data)}\n# not given: these values follow other keys\n{followers}"
-
-    def _with_derived(self) -> dict[str, Any]:
-        """Return the data of a resolved file."""
         data = self.model_dump(mode="json")
         flat = flat_keys(data)
-        return {**data, TABLE: {path: flat[path] for path in derived_values(self)}}
+        # sizes of other shapes are left out
+        data["beam"]["section"] = {key: value for key, value in data["beam"]["section"].items() if value}
+        derived = tomlkit.dumps({DERIVED: {path: flat[path] for path in self._following()}})
+        return f"{commented(data)}\n# not given: these values follow other keys\n{derived}"
+
+    def _following(self) -> list[str]:
+        """Return the keys whose values follow other keys."""
+        beam = (*FOLLOWING,) * bool(self.beam.section.shape) + (*GIVEN,) * bool(self.beam.material)
+        keys = [*FOLLOWERS[:3], *(f"beam.{name}" for name in beam)]
+        split = [(path, *path.split(".")) for path in keys]
+        return [path for path, name, key in split if key not in getattr(self, name).model_fields_set]
+
+
+def _sections() -> dict[str, type[Section]]:
+    """Return the sections of a scenario by their names."""
+    found = {name: field.annotation for name, field in Scenario.model_fields.items()}
+    return {name: a for name, a in found.items() if isinstance(a, type) and issubclass(a, Section)}
+
+
+def _drop_derived(data: dict[str, Any]) -> None:
+    """Take out of a file's data what its table of derived values lists: it follows other keys again.
+
+    A value that is not the listed one was changed by hand since, and stays.  Raises InputError.
+    """
+    listed = data.pop(DERIVED, {})
+    if not isinstance(listed, dict) or not listed.keys() <= set(FOLLOWERS):
+        raise refused(DERIVED, listed, f"should be a table of {', '.join(FOLLOWERS)}")
+    for name, value in listed.items():
+        section, key = name.split(".")
+        inner = data.get(section)
+        if isinstance(inner, dict) and key in inner and inner[key] == value:
+            del inner[key]
 
 
 def require_scenario(value: object, where: str) -> Scenario:

@@ -1,18 +1,21 @@
-"""What every section of an input file is: frozen, strict, and refused with an InputError of one line."""
+"""Base class of the sections of input files: frozen, strict, errors in one line."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Self, TypeVar, get_args
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
 
 from oblique_impact.errors import InputError
-from oblique_impact.scenario.messages import did_you_mean, short
-from oblique_impact.scenario.units import Unit, unit_of
+from oblique_impact.scenario.messages import did_you_mean, refused, short
+from oblique_impact.scenario.units import unit_of
 
 T = TypeVar("T")
+
+_STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 def key(default: T, meaning: str) -> T:
@@ -23,10 +26,11 @@ def key(default: T, meaning: str) -> T:
 class Section(BaseModel):
     """Base of all sections: frozen, strict, no unknown keys, no NaN or infinity.
 
-    Numbers with a dimension declare their unit, ``Annotated[float, Unit("m")]``; those without one have none.
+    Numbers with a dimension declare their unit, ``Annotated[float, Unit("m")]``.  Bad input raises InputError, in
+    one line that begins with the key; a section in a section puts its own name in front of the line.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(**_STRICT, frozen=True, extra="forbid")
 
     if not TYPE_CHECKING:  # type checkers know the keys as arguments
 
@@ -34,80 +38,54 @@ class Section(BaseModel):
             try:
                 super().__init__(**data)
             except ValidationError as error:
-                raise InputError(_one_line(error, type(self))) from None
-
-        # validation of a whole file makes its sections itself, and tells where in it an error is
-        __init__.__pydantic_base_init__ = True
+                raise InputError(_one_line(error, type(self).model_fields)) from None
 
         def __setattr__(self, name: str, value: Any) -> None:
-            raise InputError(
-                f"{name} = {short(value)}: scenarios are frozen; Scenario.replace returns a changed one"
-            )
+            raise refused(name, value, "scenarios are frozen; Scenario.replace returns a changed one")
 
     @classmethod
-    def model_validate(cls, obj: Any, **options: Any) -> Self:
-        """Validate plain data; raises InputError with one line about the first error."""
-        try:
-            return super().model_validate(obj, **options)
-        except ValidationError as error:
-            raise InputError(_one_line(error, cls)) from None
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Self:
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """Validate nested sections; raises InputError with one line about the first error."""
-        return cls.model_validate(data)
+        if not isinstance(data, Mapping) or not all(isinstance(name, str) for name in data):
+            raise InputError(f"{cls.__name__} = {short(data)}: should be a dictionary of sections and keys")
+        return cls(**data)
+
+    def with_defaults(self, **values: Any) -> Self:
+        """Return a copy in which keys that were not given have these values; they still count as not given."""
+        new = {name: value for name, value in values.items() if name not in self.model_fields_set}
+        return self.model_construct(self.model_fields_set, **{**dict(self), **new})
 
 
-def _one_line(error: ValidationError, root: type[BaseModel]) -> str:
-    """Put the first error of a failed validation of the model `root` into one line, which begins with the key."""
+def validated(name: str, field: FieldInfo, value: Any) -> Any:
+    """Return a value as the key `name` of a section takes it, whatever its other keys are; raises InputError."""
+    annotation: Any = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    try:
+        return TypeAdapter(annotation, config=_STRICT).validate_python(value)
+    except ValidationError as error:
+        raise InputError(_one_line(error, {name: field}, name)) from None
+
+
+def _one_line(error: ValidationError, fields: Mapping[str, FieldInfo], name: str = "") -> str:
+    """Put the first error into one line, which begins with the key; `fields` are those of its section."""
     first = error.errors()[0]
-    location, value = first["loc"], short(first["input"])
-    key = ".".join(str(part) for part in location) or root.__name__
-    if first["type"] == "extra_forbidden":
-        return f"{key} = {value}: unknown key{_known_keys(root, location)}"
-    if first["type"] == "missing":
+    value, kind, message = short(first["input"]), first["type"], first["msg"]
+    path = [name] * bool(name) + [str(part) for part in first["loc"]]
+    key = ".".join(path)
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):  # of a section in this one, or of keys that do not fit together
+        return f"{key}.{cause}" if key else str(cause)
+    if kind == "extra_forbidden":
+        return f"{key} = {value}: unknown key{did_you_mean(key, fields)}; allowed here: {', '.join(fields)}"
+    if kind == "missing":
         return f"{key}: missing"
-    if first["type"] in ("too_short", "too_long"):
-        allowed = first["msg"].removeprefix("List ").partition(" after validation")[0]
-        return f"{key} = {value}: {allowed}"
-    message = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    if first["type"] == "value_error":  # of a rule between keys: it names the key itself
-        return message
-    if first["type"] in ("literal_error", "choice"):
+    if kind in ("too_short", "too_long"):
+        allowed = message.partition(" after validation")[0]
+        return f"{key} = {value}: {allowed.removeprefix('Tuple ').removeprefix('List ')}"
+    message = message.removeprefix("Value error, ").removeprefix("Input should be ")
+    if kind == "literal_error":
         message += did_you_mean(first["input"], re.findall("'([^']*)'", message), "'")
-    if first["type"] in ("less_than_equal", "greater_than_equal"):
-        field = _model(root, location).model_fields.get(str(location[-1]))
-        if field and unit_of(field) == Unit("rad"):
+    if kind in ("less_than_equal", "greater_than_equal"):
+        unit = unit_of(fields[path[0]])
+        if unit is not None and unit.symbol == "rad":
             message += f' rad; for degrees write "{value} deg"'
     return f"{key} = {value}: should be {message}"
-
-
-def _known_keys(root: type[BaseModel], location: tuple[Any, ...]) -> str:
-    """Say which keys are known where an unknown one stands, and which was meant there or in another section."""
-    name, known = location[-1], _model(root, location).model_fields
-    meant = did_you_mean(name, known)
-    if not meant:
-        places = {
-            key: f"{section}.{key}"
-            for section, field in root.model_fields.items()
-            for model in _models(field.annotation)[:1]
-            for key in model.model_fields
-        }
-        meant = f"; did you mean {places[name]}?" if name in places else ""
-    return f"{meant} (allowed here: {', '.join(known)})" if meant else f"; allowed here: {', '.join(known)}"
-
-
-def _model(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel]:
-    """Return the model that holds the key at a location; numbers in it are places in a list of models."""
-    for part in location[:-1]:
-        field = model.model_fields.get(part) if isinstance(part, str) else None
-        model = next(iter(_models(field.annotation) if field else ()), model)
-    return model
-
-
-def _models(annotation: Any) -> list[type[BaseModel]]:
-    """Return the models in an annotation: `list[X] | None` holds X."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    parts: Iterable[Any] = get_args(annotation)
-    return [model for part in parts for model in _models(part)]

@@ -1,26 +1,26 @@
-"""The keys of a scenario: sections in SI units, each key with its unit, range, default and meaning, as data."""
+"""Sections of a scenario: each key with its unit, range, default and meaning, and what keys of a section exclude.
+
+What keys of different sections exclude is in :mod:`oblique_impact.scenario.consistency`.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from oblique_impact.scenario.materials import GIVEN
+from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.section import Section, key
-from oblique_impact.scenario.shapes import fibre_distance
-from oblique_impact.scenario.tables import LARGEST, Parameters, Size, Tabulated
+from oblique_impact.scenario.shapes import FOLLOWING, SHAPES, SIZES, misfit
+from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
 from oblique_impact.scenario.units import Unit
-from oblique_impact.scenario.user_defined import Choice, build
 
 MAX_MODES = 100
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
-#: keys that may name a user-defined part, and their sections
-PARTS = {"friction": "contact", "normal": "contact", "impact": "contact", "profile": "root", "scheme": "solver"}
-#: built-in schemes; the last is that of absolute coordinates, and of nothing else
-SCHEMES = ("event", "fixed-step", "generalized-alpha", "energy-consistent")
-
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
@@ -40,6 +40,21 @@ class CrossSection(Section):
     thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of the wall (tube)")
     flange_thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of each of the two flanges (i-beam)")
     web_thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of the web (i-beam)")
+
+    @model_validator(mode="after")
+    def _sizes_of_shape(self) -> Self:
+        named = f'beam.section.shape = "{self.shape}"'
+        sizes = SHAPES[self.shape].sizes if self.shape else ()
+        for size in SIZES:
+            value = getattr(self, size)
+            if value != 0.0 and size not in sizes:
+                takes = ", ".join(sizes) or "none; name a shape"
+                raise refused(size, value, f"is no size of {named}, which takes {takes}")
+            if value == 0.0 and size in sizes:
+                raise refused(size, value, f"should be greater than 0 for {named}")
+        if wrong := misfit(self):
+            raise refused("shape", self.shape, f"these sizes are not possible: {wrong}")
+        return self
 
 
 class BeamSection(Section):
@@ -66,6 +81,30 @@ class BeamSection(Section):
     )
     section: CrossSection = CrossSection()
 
+    @model_validator(mode="after")
+    def _given_once(self) -> Self:
+        for name, followers in (("section.shape", FOLLOWING), ("material", GIVEN)):
+            named = self.section.shape if name == "section.shape" else self.material
+            for follower in followers if named else ():
+                if follower in self.model_fields_set:
+                    words = f'follows from beam.{name} = "{named}"; give one of the two'
+                    raise refused(follower, getattr(self, follower), words)
+        return self
+
+    @model_validator(mode="after")
+    def _tables_end_at_the_length(self) -> Self:
+        for name, table in self.tables().items():
+            if table[-1][0] != self.length:
+                end = f"should end at x = beam.length = {self.length}, not at {table[-1][0]}"
+                raise refused(name, table, f"{end}; a new length needs new tables")
+        return self
+
+    def tables(self) -> dict[str, Table]:
+        """Return the keys of this section that are given as tables over x."""
+        values = {f"section.{size}": getattr(self.section, size) for size in SIZES}
+        values |= {name: getattr(self, name) for name in FOLLOWING}
+        return {name: value for name, value in values.items() if isinstance(value, tuple)}
+
 
 class RootSection(Section):
     """How the beam is held at x = 0."""
@@ -76,13 +115,30 @@ class RootSection(Section):
     hub_radius: Annotated[NonNegative, Unit("m")] = key(0.0, "distance of the root from the axis of rotation")
     inertia: Annotated[NonNegative, Unit("kg m^2")] = key(0.0, "moment of inertia of the hub")
     torque: Annotated[Finite, Unit("N m")] = key(0.0, "torque on the hub")
-    profile: Annotated[str, Choice("base_motions", ("hold", "constant-speed", "spin-up"))] = key(
-        "hold", "how a driven root turns; or a user-defined base motion"
-    )
+    profile: Literal["hold", "constant-speed", "spin-up"] = key("hold", "how a driven root turns")
     spin_rate: Annotated[Finite, Unit("rad/s")] = key(
         0.0, "angular velocity of a driven root, the final one of a spin-up"
     )
     spin_up_time: Annotated[NonNegative, Unit("s")] = key(0.0, "duration of a spin-up")
+
+    @model_validator(mode="after")
+    def _only_what_the_kind_has(self) -> Self:
+        owners = {"inertia": "hub", "torque": "hub"}
+        owners |= {"spin_rate": "driven", "spin_up_time": "driven", "profile": "driven"}
+        for name, kind in owners.items():
+            value = getattr(self, name)
+            if value not in (0.0, "hold") and self.kind != kind:
+                raise refused(name, value, f'only with root.kind = "{kind}" (it is "{self.kind}")')
+        if self.hub_radius > 0.0 and self.kind == "pin":
+            raise refused("hub_radius", self.hub_radius, 'a pin has radius 0; use root.kind = "hub" or "driven"')
+        if self.profile == "spin-up" and self.spin_up_time == 0.0:
+            raise refused("spin_up_time", self.spin_up_time, "should be greater than 0 for a spin-up")
+        return self
+
+    @property
+    def is_moved(self) -> bool:
+        """Whether the root turns as prescribed, or stands off the axis."""
+        return self.kind == "driven" or self.hub_radius > 0.0
 
 
 class InitialSection(Section):
@@ -103,6 +159,13 @@ class SlopeSection(Section):
         "where the contact point slides beyond an end, and beyond it the point falls past the slope",
     )
 
+    @field_validator("extent")
+    @classmethod
+    def _ascends(cls, extent: tuple[float, ...]) -> tuple[float, ...]:
+        if extent and not (len(extent) == 2 and extent[0] < extent[1]):
+            raise ValueError("[first, last] in m with first less than last, or [] without ends")
+        return extent
+
     @property
     def offsets(self) -> tuple[float, float]:
         """Height c_n of `origin` above the root's axis across the slope, and its place c_t along it (m)."""
@@ -115,24 +178,20 @@ class ContactSection(Section):
 
     enabled: bool = key(True, "whether the slope is there at all")
     point: Annotated[Positive, Unit("m")] = key(
-        math.nan, "place of the contact point along the beam; not given: the beam's length"
+        1.0, "place of the contact point along the beam; not given: the beam's length"
     )
     surface: Literal["axis", "section"] = key(
         "axis",
         "where in the section at `point` the beam touches: at its axis, so that a slope is drawn half the beam's "
         "depth below its place, or at its outer fibre on the side of the slope",
     )
-    normal: Annotated[str, Choice("contact_laws", ("rigid", "spring"))] = key(
-        "rigid", "a rigid stop, an elastic one, or a user-defined contact law"
-    )
+    normal: Literal["rigid", "spring"] = key("rigid", "a rigid stop or an elastic one")
     stiffness: Annotated[Positive, Unit("N/m")] = key(1e6, "stiffness of an elastic stop")
     damping: Annotated[NonNegative, Unit("s/m")] = key(
         0.0, "Hunt-Crossley damping of an elastic stop: its force is stiffness d (1 + damping d') at the depth d"
     )
-    impact: Annotated[str, Choice("impact_laws", ("newton", "routh"))] = key(
-        "newton",
-        "impact on a rigid stop: without friction (Newton), with friction mu_kinetic (Routh), or a "
-        "user-defined law",
+    impact: Literal["newton", "routh"] = key(
+        "newton", "impact on a rigid stop: without friction (Newton), or with friction mu_kinetic (Routh)"
     )
     restitution: Annotated[float, Field(ge=0.0, le=1.0)] = key(
         0.0, "coefficient of restitution of an impact on a rigid stop, Newton's or (Routh) Poisson's"
@@ -148,9 +207,7 @@ class ContactSection(Section):
     shortening: bool = key(
         True, "whether gap and slip know the foreshortening of the beam up to the contact point"
     )
-    friction: Annotated[str, Choice("friction_laws", ("frictionless", "hybrid", "modified-coulomb"))] = key(
-        "hybrid", "the tangential law, or a user-defined friction law"
-    )
+    friction: Literal["frictionless", "hybrid", "modified-coulomb"] = key("hybrid", "the tangential law")
     mu_static: NonNegative = key(0.3, "static coefficient of friction")
     mu_kinetic: NonNegative = key(0.3, "kinetic coefficient of friction")
     regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False), Unit("m/s")] = key(
@@ -158,14 +215,42 @@ class ContactSection(Section):
         "slip velocities v0 < v1 between which the modified Coulomb law grows from nothing to its full force",
     )
 
+    @field_validator("regularization")
+    @classmethod
+    def _ascends(cls, speeds: tuple[float, float]) -> tuple[float, float]:
+        if not speeds[0] < speeds[1]:
+            raise ValueError("[v0, v1] in m/s with v0 less than v1")
+        return speeds
+
+    @model_validator(mode="after")
+    def _laws_fit_together(self) -> Self:
+        impacts = self.restitution > 0.0 or self.impact != "newton"
+        if self.normal != "rigid" and self.restitution > 0.0:
+            words = "only with a rigid stop; a spring has contact.damping"
+            raise refused("restitution", self.restitution, words)
+        if self.normal != "rigid" and self.impact != "newton":
+            words = 'only with contact.normal = "rigid": others have no impacts'
+            raise refused("impact", self.impact, words)
+        if self.mu_static < self.mu_kinetic:
+            words = f"should be at least contact.mu_kinetic = {self.mu_kinetic}"
+            raise refused("mu_static", self.mu_static, words)
+        if self.point_inertia == "none" and impacts:
+            words = 'should be "kept" with contact.restitution or contact.impact: "none" has no impacts'
+            raise refused("point_inertia", self.point_inertia, words)
+        if self.point_inertia == "none" and self.surface != "axis":
+            across = "such a point is compliant across the axis only"
+            words = f'should be "axis" with contact.point_inertia = "none": {across}'
+            raise refused("surface", self.surface, words)
+        return self
+
 
 class DiscretizationSection(Section):
     """How the beam becomes a finite number of coordinates."""
 
-    method: Annotated[str, Choice("discretizations")] = key(
+    method: Literal["modal", "fem", "absolute"] = key(
         "modal",
-        "assumed modes (`modal`), Hermite finite elements (`fem`), a geometrically exact beam in absolute "
-        "coordinates (`absolute`, which has neither `kinetics` nor `modes`), or a user-defined discretization",
+        "assumed modes (`modal`), Hermite finite elements (`fem`), or a geometrically exact beam in absolute "
+        "coordinates (`absolute`, which has neither `kinetics` nor `modes`)",
     )
     frame: Literal["tangent", "mean-axis"] = key(
         "tangent",
@@ -194,18 +279,60 @@ class DiscretizationSection(Section):
     @model_validator(mode="before")
     @classmethod
     def _count_elements(cls, data: Any) -> Any:
-        """Without a number of elements it is that of the nodes."""
         nodes = data.get("nodes") if isinstance(data, dict) else None
         return {"elements": len(nodes) - 1} | data if isinstance(nodes, list | tuple) and len(nodes) > 1 else data
+
+    @field_validator("nodes")
+    @classmethod
+    def _ascend(cls, nodes: tuple[float, ...]) -> tuple[float, ...]:
+        if any(b <= a for a, b in pairwise(nodes)):
+            raise ValueError("ascending")
+        return nodes
+
+    @model_validator(mode="after")
+    def _only_what_the_method_has(self) -> Self:
+        if self.mesh:
+            raise refused("mesh", self.mesh, "is read with a scenario file or by --set; give discretization.nodes")
+        if self.method == "modal":
+            if self.modes < 1:
+                raise refused("modes", self.modes, f"should be 1 to {MAX_MODES} for the modal method")
+            if self.grading != 1.0:
+                words = 'the modal method has no mesh; use 1.0, or discretization.method = "fem"'
+                raise refused("grading", self.grading, words)
+            if self.nodes:
+                raise refused("nodes", self.nodes, 'only with discretization.method = "fem" or "absolute"')
+        if self.method == "fem" and self.modes > 2 * self.elements:
+            raise refused("modes", self.modes, f"should be at most the {2 * self.elements} modes of the mesh")
+        if self.nodes and self.elements != len(self.nodes) - 1:
+            words = f"the mesh has {len(self.nodes) - 1} elements; leave this key out"
+            raise refused("elements", self.elements, words)
+        if self.nodes and self.grading != 1.0:
+            raise refused("grading", self.grading, "the mesh is graded as it is; leave this key out")
+        return self
+
+    @model_validator(mode="after")
+    def _nodal_model_is_first_order_in_the_mean_axis_frame(self) -> Self:
+        instead = "or keep modes: discretization.modes >= 1"
+        if self.is_nodal and self.kinetics != "first-order":
+            raise refused("kinetics", self.kinetics, f'the full nodal model is "first-order"; {instead}')
+        if self.is_nodal and "frame" in self.model_fields_set and self.frame != "mean-axis":
+            marched = 'the full nodal model (discretization.modes = 0) is marched in the "mean-axis" frame only'
+            raise refused("frame", self.frame, f"{marched}; leave this key out, {instead}")
+        return self
+
+    @property
+    def is_nodal(self) -> bool:
+        """Whether this is the full nodal model: finite elements, nothing reduced."""
+        return self.method == "fem" and self.modes == 0
 
 
 class SolverSection(Section):
     """How time is marched."""
 
-    scheme: Annotated[str, Choice("integrators", SCHEMES)] = key(
+    scheme: Literal["event", "fixed-step", "generalized-alpha", "energy-consistent"] = key(
         "event",
         "adaptive with located events, the paper's fixed steps, implicit generalized-alpha (the default of "
-        "the full nodal model), energy-consistent (that of absolute coordinates), or a user-defined one",
+        "the full nodal model), or energy-consistent (that of absolute coordinates)",
     )
     tolerance: Annotated[float, Field(ge=1e-13, le=1e-2)] = key(
         1e-10, "relative tolerance of a step (event), of the iterations (generalized-alpha, energy-consistent)"
@@ -232,85 +359,3 @@ class SolverSection(Section):
     output_interval: Annotated[Positive, Unit("s")] = key(
         1e-4, "interval of the samples; events are always kept exactly"
     )
-
-
-class ParametersSection(Section):
-    """Numbers of user-defined parts, installed or registered; the built-in ones have keys."""
-
-    friction: Parameters = key((), "numbers of the friction law that contact.friction names")
-    normal: Parameters = key((), "numbers of the contact law that contact.normal names")
-    impact: Parameters = key((), "numbers of the impact law that contact.impact names")
-    profile: Parameters = key((), "numbers of the base motion that root.profile names")
-    scheme: Parameters = key((), "numbers of the integrator that solver.scheme names")
-
-
-class ScenarioKeys(Section):
-    """All keys of a scenario, and what follows from them alone."""
-
-    title: Annotated[str, Field(max_length=200)] = key("", "what pictures, films and pages call the run")
-    end_time: Annotated[Positive, Unit("s")] = key(1.0, "duration of the run")
-    gravity: Annotated[float, Field(ge=0.0, le=1e6), Unit("m/s^2")] = key(
-        9.8, "acceleration of gravity, downwards"
-    )
-    beam: BeamSection = BeamSection()
-    root: RootSection = RootSection()
-    initial: InitialSection = InitialSection()
-    slope: SlopeSection = SlopeSection()
-    contact: ContactSection = ContactSection()
-    discretization: DiscretizationSection = DiscretizationSection()
-    solver: SolverSection = SolverSection()
-    parameters: ParametersSection = ParametersSection()
-
-    @property
-    def is_nodal(self) -> bool:
-        """Whether the full nodal model is marched: finite elements, nothing reduced."""
-        return self.discretization.method == "fem" and self.discretization.modes == 0
-
-    @property
-    def is_absolute(self) -> bool:
-        """Whether the beam is in absolute coordinates, with mechanics of its own."""
-        return self.discretization.method == "absolute"
-
-    @property
-    def contact_fibre(self) -> float:
-        """Place (m) of the contact point in its section, across the beam: 0 on the axis, negative below it."""
-        if self.contact.surface == "axis":
-            return 0.0
-        facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
-        return -math.copysign(fibre_distance(self.beam, self.contact.point), facing)
-
-    @property
-    def initial_gap(self) -> float:
-        """Gap of the undeformed beam at t = 0 (m)."""
-        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
-        return reach * math.sin(angle) + self.contact_fibre * math.cos(angle) - self.slope.offsets[0]
-
-    @property
-    def initial_slip(self) -> float:
-        """Place of the contact point along the slope at t = 0 (m from its origin)."""
-        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
-        return reach * math.cos(angle) - self.contact_fibre * math.sin(angle) - self.slope.offsets[1]
-
-    @property
-    def initial_angular_velocity(self) -> float:
-        """Angular velocity of the root at t = 0 (rad/s)."""
-        if self.root.kind == "driven":
-            motion = self.part("profile")
-            if motion is not None:
-                return float(motion.at(0.0).speed)
-            return self.root.spin_rate if self.root.profile == "constant-speed" else 0.0
-        return self.initial.angular_velocity
-
-    def part(self, key: str) -> Any:
-        """Build the user-defined part that `friction`, `normal`, `impact`, `profile` or `scheme` names.
-
-        Returns None for a built-in one.  Raises InputError if it does not take its numbers.
-        """
-        section = getattr(self, PARTS[key])
-        field = type(section).model_fields[key]
-        choice = next(entry for entry in field.metadata if isinstance(entry, Choice))
-        name = getattr(section, key)
-        if name in choice.built_in:
-            return None
-        before = (self.solver,) if key == "scheme" else ()
-        return build(choice.kind, name, dict(getattr(self.parameters, key)), *before)

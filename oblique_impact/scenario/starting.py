@@ -100,12 +100,11 @@ def start_scenario(
         raise InputError(f"{path}: is there already; choose another name, or remove it first")
     scenario = base if isinstance(base, Scenario) else Scenario.load(base)
     heads = [_about(base)] if isinstance(base, str) and base in builtin_names() else []
-    about = [_wrapped(f"# {line}") for line in (*heads, *notes)]
-    body = commented(scenario.model_dump(mode="json"), set(_given(scenario))).splitlines()
-    lines = [_wrapped(line) if line.startswith("# ") else line for line in body]
+    about = [textwrap.fill(f"# {line}", 110, subsequent_indent="#   ") for line in (*heads, *notes)]
+    body = commented(scenario.model_dump(mode="json"), set(_given(scenario)))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, "\n".join([*about, _HOW, *lines, ""]))
+        write_text(path, "\n".join([*about, _HOW, "", body]))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
     return Scenario.load(str(path))
@@ -116,10 +115,6 @@ def _given(section: Section, name: str = "") -> Iterator[str]:
     for key in section.model_fields_set:
         value = getattr(section, key)
         yield from _given(value, f"{name}{key}.") if isinstance(value, Section) else [f"{name}{key}"]
-
-
-def _wrapped(comment: str) -> str:
-    return textwrap.fill(comment, 110, subsequent_indent="#   ")
 
 
 def _about(name: str) -> str:

@@ -1,21 +1,17 @@
-"""Tables in a scenario file: of a number over x, `[[x, value], ...]`, and of numbers by their names."""
+"""Tables of a number over x in a scenario file, `[[x, value], ...]`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 
-from oblique_impact.scenario.messages import not_allowed, short
+from oblique_impact.scenario.messages import short
 
 MAX_ROWS = 1000
-MAX_PARAMETERS = 100
 LARGEST = 1e30  # a bound that only keeps infinity out
 
 Table = tuple[tuple[float, float], ...]
-#: kept as pairs sorted by name, so that a scenario stays hashable; a table in files and in Python
-Pairs = tuple[tuple[str, float], ...]
 
 
 def _number_or_table(value: Any) -> float | Table:
@@ -23,7 +19,7 @@ def _number_or_table(value: Any) -> float | Table:
     if isinstance(value, (list, tuple)):
         return _rows(value)
     if not _is_number(value):
-        raise not_allowed("a number greater than 0, or a table of pairs [x, value]")
+        raise ValueError("a number greater than 0, or a table of pairs [x, value]")
     return _positive(value, "")
 
 
@@ -31,30 +27,30 @@ def _size_or_table(value: Any) -> float | Table:
     """Check a number that may be 0, which is as if it were not given, or a table of positive ones."""
     if _is_number(value) and value <= 0.0:
         if value < 0.0:
-            raise not_allowed("a finite number greater than or equal to 0, or a table of pairs [x, value]")
+            raise ValueError("a finite number greater than or equal to 0, or a table of pairs [x, value]")
         return 0.0
     return _number_or_table(value)
 
 
 def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
     if not 2 <= len(rows) <= MAX_ROWS:
-        raise not_allowed(f"a number, or a table of 2 to {MAX_ROWS} pairs [x, value], not of {len(rows)}")
+        raise ValueError(f"a number, or a table of 2 to {MAX_ROWS} pairs [x, value], not of {len(rows)}")
     table: list[tuple[float, float]] = []
     for number, row in enumerate(rows, start=1):
         where = f"; row {number} is {short(row)}"
         if not (isinstance(row, (list, tuple)) and len(row) == 2 and all(_is_number(v) for v in row)):
-            raise not_allowed(f"a table of pairs [x, value] of numbers{where}")
+            raise ValueError(f"a table of pairs [x, value] of numbers{where}")
         if not table and row[0] != 0.0:
-            raise not_allowed(f"a table that begins at x = 0, not at {row[0]}")
+            raise ValueError(f"a table that begins at x = 0, not at {row[0]}")
         if table and not table[-1][0] < row[0] <= LARGEST:
-            raise not_allowed(f"a table with finite, strictly ascending x{where}")
+            raise ValueError(f"a table with finite, strictly ascending x{where}")
         table.append((float(row[0]), _positive(row[1], where)))
     return tuple(table)
 
 
 def _positive(value: Any, where: str) -> float:
     if not 0.0 < value <= LARGEST:
-        raise not_allowed(f"a finite number greater than 0, less than or equal to {LARGEST:g}{where}")
+        raise ValueError(f"a finite number greater than 0, less than or equal to {LARGEST:g}{where}")
     return float(value)
 
 
@@ -62,23 +58,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _parameters(value: Any) -> Pairs:
-    """Check a table of numbers by name."""
-    if isinstance(value, tuple):
-        value = dict(value)
-    if not isinstance(value, Mapping) or len(value) > MAX_PARAMETERS:
-        raise not_allowed(f"a table of at most {MAX_PARAMETERS} numbers by name")
-    for name, number in value.items():
-        if not (isinstance(name, str) and name.isidentifier()):
-            words = "a table whose names are made of letters, digits and underscores"
-            raise not_allowed(f"{words}, not {short(name)}")
-        if not (_is_number(number) and abs(number) <= LARGEST):
-            raise not_allowed(f"a table of finite numbers; {name} is {short(number)}")
-    return tuple(sorted((name, float(number)) for name, number in value.items()))
-
-
 _POSITIVE = {"type": "number", "exclusiveMinimum": 0.0, "maximum": LARGEST}
-_NUMBER = {"type": "number", "minimum": -LARGEST, "maximum": LARGEST}
 _PAIR = {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number", "minimum": 0.0}}
 _PAIRS = {"type": "array", "minItems": 2, "maxItems": MAX_ROWS, "items": _PAIR}
 
@@ -95,11 +75,4 @@ Size = Annotated[
     PlainValidator(_size_or_table),
     PlainSerializer(lambda value: value, return_type=Any),
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0.0, "maximum": LARGEST}, _PAIRS]}),
-]
-#: the numbers of a user-defined part
-Parameters = Annotated[
-    Pairs,
-    PlainValidator(_parameters),
-    PlainSerializer(dict, return_type=dict[str, float]),
-    WithJsonSchema({"type": "object", "maxProperties": MAX_PARAMETERS, "additionalProperties": _NUMBER}),
 ]

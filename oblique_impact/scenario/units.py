@@ -1,46 +1,50 @@
-"""Units of the scenario's keys, declared once as data; a text such as "12 mm" becomes a number in SI units."""
+"""Units of the scenario's keys: a text such as "12 mm" becomes a number in SI units, by pint."""
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from pydantic import GetCoreSchemaHandler
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
 
-from oblique_impact.scenario.messages import not_allowed
-
-_LONGEST = 100
-#: value in SI units, powers of m, kg, s and rad; exact, so that "12 mm" is 0.012 to the last digit
-_UNITS = {
-    "m": (Fraction(1), (1, 0, 0, 0)),
-    "g": (Fraction(1, 1000), (0, 1, 0, 0)),
-    "s": (Fraction(1), (0, 0, 1, 0)),
-    "rad": (Fraction(1), (0, 0, 0, 1)),
-    "N": (Fraction(1), (1, 1, -2, 0)),
-    "Pa": (Fraction(1), (-1, 1, -2, 0)),
-    "J": (Fraction(1), (2, 1, -2, 0)),
-    "Hz": (Fraction(1), (0, 0, -1, 0)),
-}
-_PREFIXES = {"n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
-_PI = Fraction(math.pi)
-#: every name of a unit, with its prefixes
-_NAMED = {
-    **{p + n: (v * Fraction(10) ** e, powers) for n, (v, powers) in _UNITS.items() for p, e in _PREFIXES.items()},
-    **_UNITS,
-    "1": (Fraction(1), (0, 0, 0, 0)),
-    "deg": (_PI / 180, (0, 0, 0, 1)),
-    "°": (_PI / 180, (0, 0, 0, 1)),
-    "rpm": (_PI / 30, (0, 0, -1, 1)),
-}
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
-_FACTOR = re.compile(r"\s*([/*·]?)\s*(1|[A-Za-zµμ°]+)(?:\^?(-?\d))?")
-_RAISED = str.maketrans("⁻¹²³⁴", "-1234")
+#: units for pint.  Unlike in its own list an angle has a dimension, so that "5 Hz" is not taken for 5 rad/s;
+#: in fractions "12 mm" is 0.012 to the last digit
+_DEFINITIONS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = u- = µ- = μ-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+deci- = 1e-1 = d-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+pi = 3.1415926535897932384626433832795028841971693993751
+meter = [length] = m
+gram = [mass] = g
+second = [time] = s
+radian = [angle] = rad
+degree = pi / 180 * radian = deg = °
+turn = 2 * pi * radian
+minute = 60 * second = min
+hertz = 1 / second = Hz
+rpm = turn / minute
+newton = kilogram * meter / second ** 2 = N
+pascal = newton / meter ** 2 = Pa
+joule = newton * meter = J
+inch = 0.0254 * meter = in
+foot = 12 * inch = ft
+pound = 453.59237 * gram = lb
+"""
+_KNOWN = "m, g, s, rad, N, Pa, J, Hz, deg, rpm, min, in, ft, lb, with prefixes n u m c d k M G"
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(\D.*|1\s*/.*)")
+#: in the schema of a file: a number and something behind it
+_TEXT = {"type": "string", "pattern": r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?\s*(1\s*/\s*)?[A-Za-zµμ°]"}
 
 
 @dataclass(frozen=True)
@@ -55,46 +59,36 @@ class Unit:
         return re.sub(r"\^(\d)", lambda power: "⁰¹²³⁴⁵⁶⁷⁸⁹"[int(power[1])], self.symbol)
 
     def to_si(self, text: str) -> float:
-        """Return the number of "12 mm" in this unit; raises PydanticCustomError that says what is wrong."""
-        found = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
-        wanted = f"{self.symbol} or deg" if self.symbol == "rad" else self.symbol
-        if found is None or not found[2]:
-            raise not_allowed(
-                f'a number in {self.symbol}, or a text with number and unit such as "1 {self.symbol}"'
-            )
-        factor, powers = _expression(found[2], wanted)
-        if powers != _expression(self.symbol, wanted)[1]:
-            raise not_allowed(f"in {wanted}, not in {found[2]}")
+        """Return the number of "12 mm" in this unit; raises ValueError that says what is allowed."""
+        found = _QUANTITY.fullmatch(text)
+        if found is None:
+            example = f'a text with number and unit such as "1 {self.symbol}"'
+            raise ValueError(f"a number in {self.symbol}, or {example}")
         try:
-            return float(Fraction(found[1]) * factor)
+            return float(Fraction(found[1]) * _factor(found[2].strip(), self.symbol))
         except OverflowError:
-            raise not_allowed("a finite number") from None
+            raise ValueError("a finite number") from None
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self._convert, handler(source))
-
-    def _convert(self, value: Any) -> Any:
-        """Convert a text, the texts of a pair, or those of a table over x (m)."""
-        if not isinstance(value, (list, tuple)):
-            return self._entry(value)
+    def convert(self, value: Any) -> Any:
+        """Return a value in which texts are numbers: itself, or those of a list or a table [[x, value]]."""
+        if isinstance(value, str):
+            return self.to_si(value)
+        if not isinstance(value, list | tuple):
+            return value
         rows = []
         for number, row in enumerate(value, start=1):
             try:
-                rows.append(self._row(row))
-            except PydanticCustomError as error:
-                raise not_allowed(f"{error.message()}; entry {number} is {str(row)[:40]!r}") from None
+                is_pair = isinstance(row, list | tuple) and len(row) == 2
+                rows.append([Unit("m").convert(row[0]), self.convert(row[1])] if is_pair else self.convert(row))
+            except ValueError as error:
+                raise ValueError(f"{error}; entry {number} is {str(row)[:40]!r}") from None
         return rows
 
-    def _row(self, row: Any) -> Any:
-        if isinstance(row, (list, tuple)) and len(row) == 2:
-            return [_METRE._entry(row[0]), self._entry(row[1])]
-        return self._entry(row)
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.convert, handler(source))
 
-    def _entry(self, value: Any) -> Any:
-        return self.to_si(value) if isinstance(value, str) else value
-
-
-_METRE = Unit("m")
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return {"unit": self.symbol, **_with_texts(handler(core))}
 
 
 def unit_of(field: FieldInfo) -> Unit | None:
@@ -103,19 +97,40 @@ def unit_of(field: FieldInfo) -> Unit | None:
 
 
 @cache
-def _expression(text: str, wanted: str) -> tuple[Fraction, tuple[int, ...]]:
-    """Return the value in SI units and the powers of a product of units; `wanted` is for the message."""
-    plain = re.sub(r"[⁻¹²³⁴]+", lambda power: "^" + power[0].translate(_RAISED), text.replace("**", "^"))
-    factor, place = Fraction(1), 0
-    powers: tuple[int, ...] = (0, 0, 0, 0)
-    while place < len(plain):
-        found = _FACTOR.match(plain, place)
-        unit = _NAMED.get(found[2]) if found else None
-        if found is None or unit is None:
-            known = ", ".join([*_UNITS, "deg", "rpm"])
-            raise not_allowed(f"in {wanted}; {text!r} is no unit (known: {known}, with prefixes n u m c d k M G)")
-        power = int(found[3] or 1) * (-1 if found[1] == "/" else 1)
-        factor *= unit[0] ** power
-        powers = tuple(a + power * b for a, b in zip(powers, unit[1], strict=True))
-        place = found.end()
-    return factor, powers
+def _registry() -> Any:
+    import pint  # takes half a second, and most scenarios are numbers
+
+    return pint.UnitRegistry(_DEFINITIONS.strip().splitlines(), non_int_type=Fraction)
+
+
+@cache
+def _factor(unit: str, wanted: str) -> Fraction:
+    """Return the value of a unit in another one; raises ValueError."""
+    from pint import DimensionalityError
+
+    allowed = f"in {wanted} or deg" if wanted == "rad" else f"in {wanted}"
+    powers = re.sub(r"([A-Za-zµμ°])(\d)", r"\1^\2", unit)  # "mm2"
+    try:
+        return Fraction(_registry().Quantity(Fraction(1), powers).to(wanted).magnitude)
+    except DimensionalityError:
+        raise ValueError(f"{allowed}, not in {unit}") from None
+    except Exception:  # pint raises errors of many kinds for a text that is no unit
+        raise ValueError(f"{allowed}; {unit!r} is no unit (known: {_KNOWN})") from None
+
+
+def _with_texts(schema: JsonSchemaValue) -> JsonSchemaValue:
+    """Return a JSON Schema whose numbers may be texts with a unit as well."""
+    if "anyOf" in schema:
+        return {**schema, "anyOf": [part for inner in schema["anyOf"] for part in _alternatives(inner)]}
+    if schema.get("type") == "number":
+        return {"anyOf": _alternatives(schema)}
+    found = dict(schema)
+    if "items" in schema:
+        found["items"] = _with_texts(schema["items"])
+    if "prefixItems" in schema:  # of a pair
+        found["prefixItems"] = [_with_texts(item) for item in schema["prefixItems"]]
+    return found
+
+
+def _alternatives(schema: JsonSchemaValue) -> list[JsonSchemaValue]:
+    return [schema, _TEXT] if schema.get("type") == "number" else [_with_texts(schema)]

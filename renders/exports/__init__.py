@@ -1,7 +1,7 @@
-"""Time series of the deformed beam for ParaView and its kin, from a history alone.
+"""Time series of the deformed beam for ParaView, PyVista and meshio, and tables, from a history alone.
 
-`selection.Selection`   which samples become frames, and the increasing times they carry
-`scene.Scene`           what every frame shows: parts with their results, and field data
-`pvd`, `vtkhdf`, `xdmf`, `csv` one writer a format: ``write(scene, target, advance)``
-`command`               options of the command line, progress, messages
+`selection`  which samples become frames
+`parts`      the meshes of a frame with their results, and field data
+`writers`    PVD, XDMF and CSV
+`command`    the call `export`, and the command of the same name
 """

@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import tempfile
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from importlib import import_module
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from shlex import quote
 from typing import Any, Literal, cast
 
 import numpy as np
 
-from oblique_impact.command_line.bars import counting_bar
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
-from oblique_impact.files import cannot_write, only_writer, write_text
+from oblique_impact.files import cannot_write, prepare_folder
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
-from oblique_impact.renders.exports.paraview_state import state_file, state_text
-from oblique_impact.renders.exports.scene import Scene
-from oblique_impact.renders.exports.selection import Integers, Selection
-from oblique_impact.renders.exports.target import READERS, resolve
+from oblique_impact.renders.exports.selection import Selection, sides
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
+from oblique_impact.scenario.messages import one_of
 
-Format = Literal["vtkhdf", "pvd", "xdmf", "csv"]
+Format = Literal["pvd", "xdmf", "csv"]
 
-_TRIAL = 6  # frames written to learn how large one is
+#: formats, and what reads them
+READERS = {
+    "pvd": "ParaView, PyVista",
+    "xdmf": 'ParaView (choose "Xdmf3 Reader S"), PyVista, meshio',
+    "csv": "pandas, spreadsheets",
+}
+_FRAME = re.compile(r"[a-z_]+_\d{6,}\.vtp")  # a file in the folder of a PVD export
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,6 @@ class Exported:
     span: tuple[float, float]  # first and last time (s)
     jumps: int  # of which both sides are there
     factor: float  # by which the bending is magnified; 1 for true shapes
-    state: Path | None  # Python for ParaView, which opens the file with colours and arrows; none of a table
 
 
 def export(
@@ -57,15 +59,15 @@ def export(
 ) -> Exported:
     """Write a history as a time series for ParaView: surface, axis, contact point, slope and pin with all results.
 
-    Or, as CSV, the variables over time as a table: a row a sample, units in the first line.
+    Or, as CSV, the variables over time as a table: a row per sample, units in the first line.
 
     Parameters
     ----------
     history : History
         Of a beam.
     out : path
-        The file; the suffix of the format is appended if it has none.
-    format : {"vtkhdf", "pvd", "xdmf", "csv"}, optional
+        The file; the suffix of the format is appended if it has none.  Files appear whole or not at all.
+    format : {"pvd", "xdmf", "csv"}, optional
         Default: as the suffix of `out` says.
     every : int, optional
         Every n-th sample, 1 for all; default: about 1000, evenly in time, of CSV all.  Those at events and jumps
@@ -92,115 +94,101 @@ def export(
     Examples
     --------
     >>> from oblique_impact import Scenario, simulate
-    >>> from renders import export
+    >>> from oblique_impact.renders import export
     >>> history = simulate(Scenario.builtin("paper"))
-    >>> export(history, "beam", format="vtkhdf", every=10, between=(0.3, 0.34)).file  # doctest: +SKIP
+    >>> export(history, "beam", format="pvd", every=10, between=(0.3, 0.34)).file  # doctest: +SKIP
     """
+    from oblique_impact.renders.exports import writers  # loads VTK
+
     require_history(history, "export")
-    selection = Selection(every, between, around_events)
-    return _Job.of(history, Path(out), format, selection, deformation).write(on_progress)
+    try:
+        target, format = _target(Path(out), format)
+    except OSError as error:  # a name that is too long
+        raise cannot_write(Path(out), error) from None
+    if format == "csv":
+        every = every or 1
+        if deformation != 1.0:
+            raise InputError(f"--deformation {deformation:g}: does not apply to csv, which holds no shapes")
+    samples = Selection(every, between, around_events).samples(history)
+    story = story_of([history], Style(deformation=deformation))
+    write = {"pvd": writers.write_pvd, "xdmf": writers.write_xdmf, "csv": writers.write_csv}[format]
+    done = 0
+
+    def advance() -> None:
+        nonlocal done
+        done += 1
+        on_progress(Progress(done, samples.size))
+
+    prepare_folder(target.parent)
+    on_progress(Progress(0, samples.size))
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{target.stem[:40]}.", dir=target.parent) as folder:
+            with np.errstate(over="ignore", invalid="ignore"):  # runs that blew up hold numbers of any size
+                made = write(story, samples, Path(folder), target.stem, advance)
+            for path in made:
+                _put(path, target.parent / path.name)
+    except OSError as error:
+        raise cannot_write(target, error) from None
+    times = history["time"].values
+    span, jumps = times[samples[[0, -1]]].tolist(), int((sides(times)[samples] > 0).sum())
+    return Exported(target, format, samples.size, times.size, tuple(span), jumps, story.factor)
+
+
+def _target(out: Path, format: str | None) -> tuple[Path, Format]:
+    """Return the file to write and its format.
+
+    Raises InputError if the format is unknown or contradicts the suffix, or if something is in the way.
+    """
+    format = format or out.suffix.lower().removeprefix(".")
+    if not format:
+        raise InputError(f"--format: missing, and --out {out} does not tell it; {one_of(format, READERS)}")
+    if format not in READERS:
+        raise InputError(f"--format {format}: {one_of(format, READERS)}")
+    if out.suffix and out.suffix.lower() != f".{format}":
+        raise InputError(f"--out {out}: should end in .{format} for --format {format}, or have no suffix")
+    target = out if out.suffix else out.parent / f"{out.name}.{format}"
+    if not out.name or target.is_dir():
+        raise InputError(f"--out {target}: is a folder, should be a file")
+    if format == "xdmf" and ":" in target.name:
+        raise InputError(f"--out {target}: a colon ends the name of a file in XDMF: choose another name")
+    frames, numbers = target.with_suffix(""), target.with_suffix(".h5")
+    if format == "pvd" and frames.exists() and not all(map(_FRAME.fullmatch, os.listdir(frames))):
+        raise InputError(f"--out {target}: the folder {frames} holds other files: choose another name")
+    if format == "xdmf" and numbers.exists() and not target.exists():
+        raise InputError(f"--out {target}: {numbers} is in the way and not of an export: choose another name")
+    return target, cast(Format, format)
+
+
+def _put(made: Path, place: Path) -> None:
+    """Move a file or a folder into its place; one of an earlier export is replaced."""
+    if place.is_dir():
+        shutil.rmtree(place)
+    os.replace(made, place)
 
 
 def export_command(
-    source: Path,
-    out: Path,
-    format: str | None,
-    selection: Selection,
-    deformation: float,
-    announce: Callable[[str], None],
+    source: Path, out: Path, format: str | None, selection: Selection, deformation: float
 ) -> tuple[list[str], dict[str, Any]]:
     """Read a history and export it with a progress bar; returns the lines to print, and the same as data.
 
-    What is about to be written goes to `announce` before.  Raises InputError.
+    Raises InputError.
     """
-    job = _Job.of(History.load(source), out, format, selection, deformation)
-    announce(job.forecast(thinned=selection.every is None))
-    with counting_bar(f"export {job.format}") as show:
-        result = job.write(show)
-    shapes = "true shapes" if result.factor == 1.0 else "magnified shapes"
-    what = (
-        f"{result.samples} of {result.of} samples, {result.span[0]:g} to {result.span[1]:g} s, "
-        f"both sides of {result.jumps} jumps"
-    )
-    if result.format != "csv":
-        what += f"; {shapes} (deformation factor {result.factor:g})"
-    lines = [what, f"  {result.format}: {result.file}", f"  read by {READERS[result.format]}"]
-    if result.state:
-        lines.append(f"  in ParaView with colours and arrows: paraview --script={quote(str(result.state))}")
-    return lines, asdict(result)
-
-
-@dataclass(frozen=True)
-class _Job:
-    """What to write, where, and in which format."""
-
-    scene: Scene
-    target: Path
-    format: Format
-
-    @classmethod
-    def of(cls, history: History, out: Path, format: str | None, selection: Selection, deformation: float) -> _Job:
-        if (format or out.suffix.lower().removeprefix(".")) == "csv":
-            if deformation != 1.0:
-                raise InputError(f"--deformation {deformation:g}: does not apply to csv, which holds no shapes")
-            selection = replace(selection, every=selection.every or 1)
-        scene = Scene.of(story_of([history], Style(deformation=deformation)), selection.frames(history))
-        target, chosen = resolve(out, format)
-        return cls(scene, target, cast(Format, chosen))
-
-    def forecast(self, thinned: bool) -> str:
-        """Return what is about to be written, and how large that is: measured on a few frames, spread over all."""
-        count, total = self.scene.frames.sample.size, self.scene.geometry.times.size
-        numbers = np.unique(np.linspace(0, count - 1, min(count, _TRIAL)).astype(int))
-        try:
-            one, some = self._size(numbers[:1]), self._size(numbers)
-        except OSError:  # no room to try
-            sizes = ["", ""]
-        else:
-            each = (some - one) / max(numbers.size - 1, 1)
-            sizes = [_megabytes(one + (frames - 1) * each) for frames in (count, total)]
-        line = f"{count} frames" + (f", about {sizes[0]}" if sizes[0] else "")
-        if thinned and count < total:
-            line += f" (--all: {', '.join(part for part in (f'{total} frames', sizes[1]) if part)})"
-        return line
-
-    def _size(self, numbers: Integers) -> int:
-        """Size (bytes) of an export of these frames alone."""
-        scene = replace(self.scene, frames=self.scene.frames.some(numbers))
-        with tempfile.TemporaryDirectory() as folder:
-            _write(scene, Path(folder) / self.target.name, self.format, lambda: None)
-            return sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
-
-    def write(self, on_progress: OnProgress) -> Exported:
-        frames, count = self.scene.frames, self.scene.frames.sample.size
-        done = 0
-
-        def advance() -> None:
-            nonlocal done
-            done += 1
-            on_progress(Progress(done, count))
-
-        on_progress(Progress(0, count))
-        try:
-            with only_writer(self.target):
-                _write(self.scene, self.target, self.format, advance)
-                state = None if self.format == "csv" else state_file(self.target)
-                if state:
-                    write_text(state, state_text(self.scene, self.target, self.format))
-        except OSError as error:
-            raise cannot_write(self.target, error) from None
-        span = float(frames.time[0]), float(frames.time[-1])
-        jumps, geometry = int((frames.side > 0).sum()), self.scene.geometry
-        return Exported(self.target, self.format, count, geometry.times.size, span, jumps, geometry.factor, state)
-
-
-def _megabytes(size: float) -> str:
-    return f"{size / 1e6:.3g} MB" if size < 1e9 else f"{size / 1e9:.3g} GB"
-
-
-def _write(scene: Scene, target: Path, format: Format, advance: Callable[[], None]) -> None:
-    """Write a format; each writer loads a large library, so only the one that is wanted."""
-    writer = import_module(f"oblique_impact.renders.exports.{format}")
-    # runs that blew up hold numbers of any size
-    with np.errstate(over="ignore", invalid="ignore"):
-        writer.write(scene, target, advance)
+    with counting_bar("export") as show:
+        done = export(
+            History.load(source),
+            out,
+            format=cast(Format, format),
+            **asdict(selection),
+            deformation=deformation,
+            on_progress=show,
+        )
+    lines = [
+        f"{done.samples} of {done.of} samples, {done.span[0]:g} to {done.span[1]:g} s, "
+        f"both sides of {done.jumps} jumps",
+        f"  {done.format}: {done.file}",
+        f"  read by {READERS[done.format]}",
+    ]
+    if done.format != "csv":
+        shapes = "true shapes" if done.factor == 1.0 else "magnified shapes"
+        lines[0] += f"; {shapes} (deformation factor {done.factor:g})"
+    return lines, asdict(done)

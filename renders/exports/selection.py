@@ -1,4 +1,4 @@
-"""Which samples of a history become frames."""
+"""Which samples of a history become frames of an export."""
 
 from __future__ import annotations
 
@@ -15,22 +15,8 @@ from oblique_impact.renders.timeline import distance_from
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 FRAMES = 1000  # of an export that asks for nothing else, besides those at events
-
-
-@dataclass(frozen=True)
-class Frames:
-    """The chosen samples, in order; (frames,) each."""
-
-    sample: Integers  # their numbers in the history
-    time: Array  # s, strictly increasing
-    side: Integers  # -1 left of a jump, 1 right of it, 0 where there is none
-
-    def some(self, numbers: Integers) -> Frames:
-        """Return the frames of these numbers."""
-        return Frames(self.sample[numbers], self.time[numbers], self.side[numbers])
 
 
 @dataclass(frozen=True)
@@ -54,54 +40,38 @@ class Selection:
     def __post_init__(self) -> None:
         if self.every is not None and self.every < 1:
             raise InputError(f"--every {self.every}: should be at least 1")
-        if self.between is not None:
-            start, end = self.between
-            if not (math.isfinite(start) and math.isfinite(end) and start < end):
-                raise InputError(f"--between {start:g},{end:g}: should be two times in s, the first one earlier")
+        first, last = self.between or (0.0, 1.0)
+        if not -math.inf < first < last < math.inf:
+            raise InputError(f"--between {first:g},{last:g}: should be two times in s, the first one earlier")
         if self.around_events is not None and not 0.0 <= self.around_events < math.inf:
             raise InputError(f"--around-events {self.around_events:g}: should be a time in s, 0 or more")
 
-    def frames(self, history: History) -> Frames:
-        """Choose the frames; what has no finite shape is left out.  Raises InputError if nothing is left."""
+    def samples(self, history: History) -> Integers:
+        """Return the numbers of the chosen samples, ascending.
+
+        Samples whose shape is not finite (the last ones of a run that diverged) are left out.  Raises InputError
+        if no sample is left.
+        """
         time = np.asarray(history["time"].values, dtype=float)
         events = np.unique([event.time for event in history.events])
         side = sides(time)
-        instant = np.where(side > 0, np.roll(time, 1), time)  # both sides of a jump are of one instant
-        wanted = _finite(history) & self._inside(instant) & self._near(instant, events)
-        always = np.isin(time, events) | (side != 0)
-        always[-1:] = True
-        each = np.arange(time.size)
-        chosen = _evenly(time, wanted, FRAMES) if self.every is None else each % self.every == 0
-        sample = np.flatnonzero(wanted & (chosen | always))
-        if not sample.size:
-            raise InputError(f"{self._options()}: no sample is left")
-        return Frames(sample, time[sample], side[sample])
-
-    def _options(self) -> str:
-        options = [f"--every {self.every}"] if self.every is not None else []
+        # both sides of a jump are of one instant: a span that ends at an event keeps both
+        instant = np.where(side > 0, np.roll(time, 1), time)
+        shapes = [history[name].values.reshape(time.size, -1) for name in ("theta", "ux", "uy")]
+        wanted = np.isfinite(np.concatenate(shapes, axis=1)).all(axis=1)
         if self.between is not None:
-            options.append(f"--between {self.between[0]:g},{self.between[1]:g}")
+            wanted &= (instant >= self.between[0]) & (instant <= self.between[1])
         if self.around_events is not None:
-            options.append(f"--around-events {self.around_events:g}")
-        return " ".join(options) or "history"
-
-    def _inside(self, time: Array) -> Flags:
-        if self.between is None:
-            return np.ones(time.size, dtype=bool)
-        inside = (time >= self.between[0]) & (time <= self.between[1])
-        if not np.any(inside):
-            raise InputError(
-                f"--between {self.between[0]:g},{self.between[1]:g}: holds no sample; "
-                f"the history covers {time[0]:g} to {time[-1]:g} s"
-            )
-        return np.asarray(inside)
-
-    def _near(self, time: Array, events: Array) -> Flags:
-        if self.around_events is None:
-            return np.ones(time.size, dtype=bool)
-        if not events.size:
-            raise InputError(f"--around-events {self.around_events:g}: the history has no events")
-        return np.asarray(distance_from(np.stack([events, events], axis=1), time) <= self.around_events)
+            wanted &= distance_from(np.stack([events, events], axis=1), instant) <= self.around_events
+        if not wanted.any():
+            raise InputError(f"history: no sample is left; it covers {time[0]:g} to {time[-1]:g} s")
+        chosen = np.isin(time, events) | (side != 0)
+        chosen[-1] = True
+        if self.every is None:
+            chosen[_evenly(time, np.flatnonzero(wanted), FRAMES)] = True
+        else:
+            chosen[:: self.every] = True
+        return np.flatnonzero(wanted & chosen)
 
 
 def sides(time: Array) -> Integers:
@@ -111,19 +81,10 @@ def sides(time: Array) -> Integers:
     return np.where(right, 1, np.where(left, -1, 0))
 
 
-def _evenly(time: Array, wanted: Flags, count: int) -> Flags:
-    """Mark `count` of the wanted samples, evenly in time; where some are left out in between, no time passes."""
-    sample = np.flatnonzero(wanted)
-    if sample.size <= count:
-        return wanted
-    steps = np.where(np.diff(sample) == 1, np.diff(time[sample]), 0.0)
+def _evenly(time: Array, samples: Integers, count: int) -> Integers:
+    """Choose `count` of some samples, evenly in time; over gaps between them no time passes."""
+    if samples.size <= count:
+        return samples
+    steps = np.where(np.diff(samples) == 1, np.diff(time[samples]), 0.0)
     passed = np.concatenate([[0.0], np.cumsum(steps)])
-    found = np.zeros_like(wanted)
-    found[sample[np.searchsorted(passed, np.linspace(0.0, passed[-1], count))]] = True
-    return found
-
-
-def _finite(history: History) -> Flags:
-    """Where the shape is finite: the last sample of a run that diverged may not be."""
-    theta, ux, uy = (np.isfinite(history[name].values) for name in ("theta", "ux", "uy"))
-    return np.asarray(theta & ux.all(axis=1) & uy.all(axis=1))
+    return np.asarray(samples[np.searchsorted(passed, np.linspace(0.0, passed[-1], count))])

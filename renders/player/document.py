@@ -1,24 +1,23 @@
-"""From a story to the file: style, scripts and data in one page that needs nothing besides itself."""
+"""The page of a run: markup, style, scripts and data in one file that needs nothing besides itself."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from oblique_impact.errors import Outcome
+from oblique_impact.history.history import History
 from oblique_impact.renders.files import save_whole
-from oblique_impact.renders.metadata import made_by
-from oblique_impact.renders.player.payload import payload
+from oblique_impact.renders.metadata import made_by, warnings_of
+from oblique_impact.renders.player.content import SPEEDS, content_of
 from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import DARK, LIGHT
+from oblique_impact.renders.title import parameters
 
-FRAMES = 1500  # about, besides the samples at events
-
-#: scripts of the page in the order in which they build on each other: what is drawn, and what the reader does
-DRAWING = ("format", "run", "results", "canvas", "view", "beam", "scene", "inset", "envelope", "charts")
-ACTING = ("show", "status", "lists", "strip", "zoom", "embed", "controls")
+#: scripts of the page, which build on each other in this order
+SCRIPTS = ("run", "canvas", "scene", "charts", "controls")
 
 
 def write_player(story: Story, out: Path) -> Path:
@@ -27,26 +26,34 @@ def write_player(story: Story, out: Path) -> Path:
     The style of the story gives the theme and the deformation factor with which the page opens; the page has
     switches; a name of the story is for its title.  Raises InputError with one line if the file cannot be written.
     """
-    content = payload(story, FRAMES)
+    content, history = content_of(story), story.histories[0]
+    facts, arrays = content.packed()
     loader = PackageLoader("oblique_impact.renders.player", "page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-
-    def source(name: str) -> Markup:
-        return Markup(loader.get_source(environment, name)[0])
-
     page = environment.get_template("player.html.j2").render(
         made_by=made_by(story.histories),
-        theme=story.style.theme,
+        style=story.style,
+        themes={"light": LIGHT, "dark": DARK},
+        title=story.heading,
+        model="; ".join(parameters(story.geometries[0].scenario)[1:]),
+        outcome=_why_it_stopped(history),
+        warnings=warnings_of([history]),
+        all_events=len(history.events),
+        speeds=SPEEDS,
+        factor=story.factor,
+        at_tip=content.facts["touch"] == len(content.facts["stations"]) - 1,
         facts=content.facts,
-        style=source("player.css"),
-        script=Markup("\n").join(source(f"{name}.js") for name in (*DRAWING, *ACTING)),
-        facts_json=_embedded(content.facts),
-        arrays_json=_embedded(content.arrays),
+        numbers=[name for name in content.texts if not name.endswith("_text")],
+        scripts=Markup("\n").join(Markup(loader.get_source(environment, f"{name}.js")[0]) for name in SCRIPTS),
+        css=Markup(loader.get_source(environment, "player.css")[0]),
+        data=Markup(facts.replace("<", "\\u003c")),  # so that it cannot end the element it stands in
+        arrays=arrays,
     )
     return save_whole(out, lambda part: part.write_text(page, encoding="utf-8"))
 
 
-def _embedded(value: Any) -> Markup:
-    """JSON that cannot end the element it stands in."""
-    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("<", "\\u003c"))
+def _why_it_stopped(history: History) -> str:
+    """Return what ended a run before its end time, with its numbers where they are known; nothing of others."""
+    if history.outcome is Outcome.COMPLETED:
+        return ""
+    return str(history.summary.get("message") or history.outcome.sentence)

@@ -1,8 +1,5 @@
 """What operators promise: dense or sparse, and a discretization without a nodal model says so."""
 
-import sys
-import types
-
 import numpy as np
 import pytest
 from scipy.sparse import issparse
@@ -10,8 +7,6 @@ from scipy.sparse import issparse
 from oblique_impact import InputError, Scenario, modal, simulate
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.problem import beam_of
-from oblique_impact.scenario import user_defined
-from oblique_impact.scenario.user_defined import register
 
 NODAL = {"method": "fem", "modes": 0, "frame": "mean-axis", "elements": 32}
 
@@ -33,17 +28,10 @@ def test_the_operators_of_a_reduced_beam_are_dense():
     assert all(isinstance(matrix, np.ndarray) for matrix in (operators.M1, operators.K, operators.C, operators.D))
 
 
-def test_a_discretization_without_a_nodal_model_says_so(monkeypatch):
-    plain = types.ModuleType("plain_modes")
-    plain.build_operators, plain.spectrum = modal.build_operators, modal.spectrum
-    monkeypatch.setitem(sys.modules, "plain_modes", plain)
-    monkeypatch.setattr(user_defined, "_REGISTERED", {**user_defined._REGISTERED})
-    register("discretizations", "plain-modes")(plain)
-    scenario = Scenario.builtin("paper", ["solver.scheme=generalized-alpha"]).replace(
-        discretization__method="plain-modes", discretization__modes=0, discretization__frame="mean-axis"
-    )
-    with pytest.raises(InputError, match=r"discretization\.modes = 0: should be at least 1"):
-        simulate(scenario)
+def test_a_user_defined_discretization_has_no_nodal_model():
+    nodal = Scenario.builtin("paper").replace(discretization__method="fem", discretization__modes=0)
+    with pytest.raises(InputError, match=r"discretization: only with discretization\.modes >= 1"):
+        simulate(nodal, discretization=modal)
 
 
 @pytest.mark.parametrize("frame", ["tangent", "mean-axis"])

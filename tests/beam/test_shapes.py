@@ -211,7 +211,7 @@ section = {shape = "tube", diameter = "40 mm", thickness = "2 mm"}
         ("section = {shape = 'tubes'}", "beam.section.shape = 'tubes': .*did you mean 'tube'?"),
         (
             "section = {shape = 'circle', diametre = 1}",
-            "line 2: beam.section.diametre = 1: unknown key; did you mean diameter?",
+            "beam.section.diametre = 1: unknown key; did you mean diameter?",
         ),
         ("section = 3", "beam.section = 3: should be"),
         (

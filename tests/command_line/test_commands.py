@@ -1,53 +1,60 @@
-"""The application finds and describes its commands."""
+"""Every command: help, --version, completion, and --json, one object on standard output and nothing else."""
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import subprocess
 import sys
+from importlib.metadata import version
 
+import numpy as np
 import pytest
 
-from oblique_impact.command_line import application
+from oblique_impact import Scenario, natural_frequencies
+from oblique_impact.beam.frequencies import Frequencies
+from oblique_impact.command_line import modes
+from oblique_impact.command_line.application import COMMANDS
 from oblique_impact.machine import THREADS
 
 
-@pytest.fixture
-def cli(capfd):
-    def call(*arguments):
-        with pytest.raises(SystemExit) as exit_:
-            application.main(list(arguments))
-        return exit_.value.code, *capfd.readouterr()
-
-    return call
-
-
-def listed(shown: str) -> list[str]:
-    return [line.split()[0] for line in shown.partition("Commands:")[2].splitlines() if line.startswith("  ")]
-
-
 def test_the_help_page_lists_all_commands(cli):
-    assert set(listed(cli("--help")[1])) == set(application.COMMANDS)
+    code, page, _ = cli("--help")
+    listed = [line.split()[0] for line in page.partition("Commands:")[2].splitlines() if line.startswith("  ")]
+    assert code == 0
+    assert set(listed) >= set(COMMANDS)
+    for name in COMMANDS:
+        assert "--version" in cli(name, "--help")[1]
 
 
-@pytest.mark.parametrize("wanted", ["run", "render"])
-def test_a_command_is_made_alone(wanted):
-    assert [command.name for command in application.application(wanted).registered_commands] == [wanted]
+@pytest.mark.parametrize("words", [(), *([name] for name in COMMANDS)])
+def test_the_version_everywhere(cli, words):
+    assert cli(*words, "--version") == (0, f"oblique-impact {version('oblique-impact')}\n", "")
 
 
-def test_a_command_neither_looks_for_garbage_nor_clears_away_what_it_imported():
-    """Both together took a fifth of the time of a run."""
+def completed(words: str, count: int) -> set[str]:
+    """What the program tells a bash that completes `words`."""
+    asked = {"_OBLIQUE_IMPACT_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(count)}
+    command = [sys.executable, "-m", "oblique_impact"]
+    done = subprocess.run(command, env={**os.environ, **asked}, capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_what_a_shell_is_told():
+    assert completed("oblique-impact re", 1) == {"render", "refine", "reproduce"}
+    assert completed("oblique-impact run t", 2) == {"tapered"}
+    keys = {"contact.mu_static=", "contact.mu_kinetic="}
+    assert completed("oblique-impact run paper --set contact.mu", 4) == keys
+
+
+def test_help_is_quick_because_it_imports_no_numerics():
     code = (
-        "import gc, sys\n"
-        "from oblique_impact import __main__ as program\n"
-        "sys.argv[1:] = ['--version']\n"
-        "try: program.main()\n"
-        "except SystemExit: print(gc.get_threshold()[0], gc.get_freeze_count(), len(gc.get_objects()))"
+        "import sys; from oblique_impact.command_line.application import application; application(); "
+        "print([m for m in ('numba', 'scipy', 'matplotlib', 'pyvista', 'pint') if m in sys.modules])"
     )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    threshold, frozen, loose = map(int, shown.splitlines()[-1].split())
-    assert threshold >= 1_000_000
-    assert frozen > 100 * loose
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize("threads", ["", "2"])
@@ -60,9 +67,85 @@ def test_linear_algebra_has_one_thread_unless_somebody_wants_more(threads):
         "try: program.main()\n"
         "except SystemExit: print(*(os.environ.get(name) for name in machine.THREADS))"
     )
-    wanted = {**os.environ, **dict.fromkeys(THREADS, threads)}
-    given = {name: value for name, value in wanted.items() if value}
-    shown = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=given
-    ).stdout
-    assert shown.splitlines()[-1].split() == [threads or "1"] * len(THREADS)
+    given = {name: value for name, value in os.environ.items() if name not in THREADS}
+    given |= dict.fromkeys(THREADS, threads) if threads else {}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=given)
+    assert done.stdout.splitlines()[-1].split() == [threads or "1"] * len(THREADS)
+
+
+# --- --json
+
+
+@pytest.fixture
+def object_of(cli):
+    """Call a command with --json: its object, while standard output holds nothing else."""
+
+    def call(*words, code=0):
+        found, out, err = cli(*words, "--json")
+        assert found == code, err
+        assert out.count("\n") == 1
+        data = json.loads(out, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+        assert isinstance(data, dict)
+        return data
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def paper(run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "paper"
+    run("paper", "end_time=0.35", "solver.output_interval=5e-3").save(folder)
+    return folder
+
+
+def test_run_prints_the_summary(object_of, tmp_path):
+    found = object_of("run", "paper", "--set", "end_time=0.02", "--out", tmp_path)
+    assert found.pop("results") == str(tmp_path)
+    assert found == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_modes_prints_rad_per_second_and_hertz(object_of):
+    found = object_of("modes", "spin-up", "--speeds", "0,6", "--count", "3")
+    assert found == natural_frequencies(Scenario.builtin("spin-up"), [0.0, 6.0], 3).to_dict()
+    assert found["flapwise_hz"][1][2] == pytest.approx(found["flapwise"][1][2] / (2.0 * math.pi), rel=1e-15)
+    pinned = object_of("modes", "paper", "--speeds", "0,1,2")
+    assert pinned["speeds"] == [0.0, 1.0, 2.0]
+    assert all(row == sorted(row) for name in ("flapwise", "chordwise") for row in pinned[name])
+    # hinged: the rigid entries are the spin rate flapwise and 0 chordwise
+    assert [row[0] for row in pinned["flapwise"]] == [0.0, 1.0, 2.0]
+    assert [row[0] for row in pinned["chordwise"]] == [0.0, 0.0, 0.0]
+
+
+def test_what_modes_prints_has_its_units():
+    found = Frequencies(np.array([0.0, 6.0]), np.array([[1.0], [2.0]]), np.array([[3.0], [4.0]]))
+    lines = [" ".join(line.split()) for line in modes._lines(found)]
+    assert lines[:3] == ["flapwise (rad/s, below in Hz)", "at 0 rad/s: 1.000000", "Hz: 0.159155"]
+    assert lines[8:] == ["at 6 rad/s: 4.000000", "Hz: 0.636620"]
+
+
+def test_modes_draws_a_campbell_diagram(tmp_path, cli):
+    assert cli("modes", "spin-up", "--speeds", "0,3,6", "--out", tmp_path)[0] == 0
+    assert [p.name for p in tmp_path.iterdir()] == ["campbell.png"]
+    assert (tmp_path / "campbell.png").stat().st_size > 10_000
+
+
+def test_validate_refine_and_sweep_print_what_they_write(object_of, tmp_path):
+    checks = object_of("validate", "--only", "statics.own-weight", "--workers", "1", "--out", tmp_path / "v")
+    assert {check["verdict"] for check in checks["checks"]} == {"pass"}
+    short = ["--set", "end_time=0.02", "--workers", "1", "--out", tmp_path / "r"]
+    found = object_of("refine", "paper", "--modes", "1,2,3", "--quantity", "theta@end", *short)
+    written = json.loads((tmp_path / "r" / "results.json").read_text(encoding="utf-8"))
+    assert found == written | {"results": str(tmp_path / "r")}
+    text = (
+        'scenario = "paper"\nquantities = ["energy_lost"]\nchanges = {end_time = 0.02}\n'
+        'axes = [{key = "gravity", values = [9.0, 9.8]}]\n'
+    )
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    swept = object_of("sweep", tmp_path / "s.toml", "--workers", "1", "--out", tmp_path / "s")
+    assert [row["gravity"] for row in swept["runs"]] == [9.0, 9.8]
+
+
+def test_compare_render_and_export_print_what_they_write(object_of, paper, tmp_path):
+    assert object_of("compare", paper, paper, "--out", tmp_path / "a.json")["largest_shift"] == 0.0
+    assert object_of("render", paper, "--out", tmp_path / "a.png")["file"] == str(tmp_path / "a.png")
+    assert object_of("export", paper, "--format", "pvd", "--out", tmp_path / "b", "--every", "20")["samples"] > 2

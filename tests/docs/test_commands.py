@@ -7,7 +7,6 @@ import shlex
 from pathlib import Path
 
 import pytest
-import typer
 
 from oblique_impact import Scenario
 from oblique_impact.command_line.application import application
@@ -17,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("howto/*.md"))]
 PAGES += sorted(DOCS.glob("theory/*.md"))
-COMMANDS = typer.main.get_command(application()).commands
+COMMANDS = application().commands
 
 
 def blocks(page: Path, language: str) -> list[str]:

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from oblique_impact import History, InputError, Interrupted, Outcome, Scenario, simulate
-from oblique_impact.command_line.bars import progress_bar
+from oblique_impact.command_line.progress_bars import progress_bar
 from oblique_impact.contact.state import State
 from oblique_impact.fem_beam.exact import ElasticSections, Run
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
@@ -401,7 +401,7 @@ def test_its_history_is_compared_exported_and_shown_like_any_other(cli, smooth, 
     code, out, _ = cli("compare", *pair, "--out", tmp_path / "difference.json")
     assert code == 0
     assert "shared" in out
-    assert cli("export", pair[1], "--format", "vtkhdf", "--out", tmp_path / "beam.vtkhdf")[0] == 0
+    assert cli("export", pair[1], "--format", "pvd", "--out", tmp_path / "beam.pvd")[0] == 0
     assert cli("render", pair[1], "--out", tmp_path / "page.html")[0] == 0
     assert "<canvas" in (tmp_path / "page.html").read_text(encoding="utf-8")
     found = json.loads((tmp_path / "difference.json").read_text())

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from oblique_impact.renders.style import STATE_COLOURS
+
+def show(page, file, fragment=""):
+    """Open a page in a browser and wait until it shows the run."""
+    page.goto("about:blank")
+    page.goto(f"{file.as_uri()}{fragment}")
+    page.wait_for_function("() => window.player")
+    settle(page)
 
 
 def seek(page, time):
-    """Show a time and wait until it is drawn."""
+    """Show the frame nearest to a time and wait until it is drawn."""
     page.evaluate("t => player.seek(t)", time)
     settle(page)
 
@@ -15,29 +21,21 @@ def settle(page):
     page.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")
 
 
-def rgb(state):
-    """Colour of a state as a browser writes it."""
-    return f"rgb({', '.join(str(int(STATE_COLOURS[state][k : k + 2], 16)) for k in (1, 3, 5))})"
-
-
-def now(page):
-    return page.evaluate("player.now().time")
+def now(page, what="time"):
+    return page.evaluate(f"player.now().{what}")
 
 
 def text(page, name):
     return page.locator(f"#{name}").text_content()
 
 
-def image(page, name):
-    return page.evaluate("n => document.getElementById(n).toDataURL()", name)
-
-
-def drag(page, name, *parts):
-    """Press the mouse at a part of the width of an element, drag through the others, and release."""
-    box = page.locator(name).bounding_box()
-    for n, part in enumerate(parts):
-        page.mouse.move(box["x"] + part * box["width"], box["y"] + 0.5 * box["height"])
-        if n == 0:
-            page.mouse.down()
-    page.mouse.up()
-    settle(page)
+def numbers(page, selector):
+    """Numbers in a text of the page, which has proper minus signs."""
+    words = page.locator(selector).inner_text().replace("−", "-").split()
+    found = []
+    for word in words:
+        try:
+            found.append(float(word))
+        except ValueError:
+            continue
+    return found

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.player.packing import unpacked
-from oblique_impact.renders.player.payload import payload
 from oblique_impact.renders.story import ColourScale, colour_scale, peaks_of, round_up, story_of
-from oblique_impact.renders.timeline import SECONDS, make_timeline
+from oblique_impact.renders.timeline import SECONDS
 
 QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
 TAPERED = ("tapered", "end_time=0.34")
@@ -54,15 +52,6 @@ def test_the_stress_of_the_scale_is_that_of_the_bending_moment(history):
     np.testing.assert_allclose(np.abs(history["bending_stress"].values), stress, rtol=1e-9, atol=1e-3)
     limit = story_of([history]).colours.limit
     assert 0.7 * limit < stress.max() <= limit
-
-
-def test_film_and_page_show_a_physical_time_at_the_same_film_time(run):
-    history = run("paper")
-    story = story_of([history])
-    arrays = {name: unpacked(entry) for name, entry in payload(story, 400).arrays.items()}
-    course = make_timeline(story.time_map).course
-    np.testing.assert_array_equal(arrays["frame_film"], course.film_at(arrays["frame_time"]))
-    np.testing.assert_array_equal(arrays["frame_rate"], course.rate_at(arrays["frame_time"]))
 
 
 def test_a_film_of_the_usual_length_runs_as_the_page_stretched_evenly(run):

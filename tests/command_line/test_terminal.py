@@ -1,0 +1,105 @@
+"""Commands in a terminal: a bar while they run, nothing of it afterwards, Ctrl-C keeps the results."""
+
+from __future__ import annotations
+
+import os
+import re
+import select
+import sys
+import time
+
+import pytest
+
+if sys.platform == "win32":
+    pytest.skip("there are no pseudo-terminals", allow_module_level=True)
+import pty
+
+LONG = ("run", "paper", "--set", "end_time=500", "--set", "solver.output_interval=0.1", "--out", "out")
+SHOW_CURSOR, ERASE_LINE = b"\x1b[?25h", b"\x1b[2K"
+
+
+class Terminal:
+    """A command in a pseudo-terminal of 100 columns, and all that it has written."""
+
+    def __init__(self, words, folder, **environment):
+        self.written, self._until = b"", time.monotonic() + 120.0
+        process, self._file = pty.fork()
+        if process == 0:
+            os.chdir(folder)
+            os.environ.update({"TERM": "xterm-256color", "COLUMNS": "100", **environment})
+            os.execv(sys.executable, [sys.executable, "-m", "oblique_impact", *words])
+        self._process = process
+
+    def _read(self) -> bool:
+        """Take what comes; False at the end."""
+        assert time.monotonic() < self._until, self.written
+        if select.select([self._file], [], [], 1.0)[0]:
+            try:
+                new = os.read(self._file, 65536)
+            except OSError:  # what Linux says when the command has ended
+                return False
+            self.written += new
+            return bool(new)
+        return True
+
+    def wait_for(self, pattern: bytes) -> None:
+        """Read until something is written."""
+        while not re.search(pattern, self.written):
+            assert self._read(), self.written
+
+    def press(self, key: bytes) -> None:
+        """Type."""
+        os.write(self._file, key)
+
+    def finish(self) -> int:
+        """Read to the end; returns the exit code."""
+        while self._read():
+            pass
+        os.close(self._file)
+        return os.waitstatus_to_exitcode(os.waitpid(self._process, 0)[1])
+
+
+def test_a_bar_shows_time_and_events_and_is_gone_at_the_end(tmp_path):
+    terminal = Terminal([*LONG[:2], "--set", "end_time=20", "--out", "out"], tmp_path)
+    assert terminal.finish() == 0
+    assert re.search(rb"t = [\d.]+ of 20 s, \d+ events", terminal.written)
+    *_, end = terminal.written.rpartition(ERASE_LINE)
+    assert end.startswith(b"completed: t = 20 s")
+    assert b"results: out" in end
+    assert SHOW_CURSOR in terminal.written
+
+
+def test_ctrl_c_takes_the_bar_away_and_keeps_the_results(tmp_path):
+    terminal = Terminal(LONG, tmp_path)
+    terminal.wait_for(rb"of 500 s, [1-9]\d* events")
+    terminal.press(b"\x03")
+    assert terminal.finish() == 130
+    *_, end = terminal.written.rpartition(SHOW_CURSOR)
+    assert b"results: out" in end
+    assert b"oblique-impact: interrupted" in end
+    assert b"Traceback" not in terminal.written
+    assert (tmp_path / "out" / "history.nc").exists()
+
+
+def test_calls_that_count_show_how_many_are_done(run, tmp_path):
+    run("paper", "end_time=0.05").save(tmp_path)
+    terminal = Terminal(["export", "history.nc", "--format", "pvd", "--out", "beam.pvd"], tmp_path)
+    assert terminal.finish() == 0
+    assert re.search(rb"export.*\d+/[1-9]", terminal.written)
+
+
+@pytest.mark.parametrize("environment", [{"TERM": "dumb"}, {"NO_COLOR": "1"}])
+def test_a_terminal_without_colours_gets_none(tmp_path, environment):
+    terminal = Terminal(["run", "paper", "--set", "end_time=0.1", "--out", "out"], tmp_path, **environment)
+    assert terminal.finish() == 0
+    assert not re.search(rb"\x1b\[[\d;]*3\dm", terminal.written)
+    assert b"completed" in terminal.written
+
+
+def test_a_pipe_gets_plain_text_even_if_colours_are_forced(cli, monkeypatch, tmp_path):
+    for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.setenv(name, "1")
+    code, out, err = cli("run", "paper", "--set", "end_time=0.1", "--out", tmp_path)
+    assert code == 0
+    assert "\x1b" not in out + err
+    assert out.startswith("completed: t = 0.1 s")

@@ -1,0 +1,336 @@
+"""User-defined parts: each against a built-in one that it repeats, or a closed form; bad ones are one line."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from oblique_impact import InputError, Scenario, fem_beam, simulate, simulate_system
+from oblique_impact.beam.base_motion import BaseMotion
+from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw
+from oblique_impact.contact.impacts import ImpactLaw, newton_impulse
+from oblique_impact.contact.stops import ContactLaw, ElasticStop
+from oblique_impact.scenario.sections import SolverSection
+from tests.docs.test_commands import DOCS, blocks
+from tests.systems import Block, RungeKutta
+
+
+@dataclass(frozen=True)
+class Linear(ContactLaw):
+    stiffness: float = 1e6
+    damping: float = 0.0
+
+    @staticmethod
+    def normal_force(depth, rate, stiffness, damping):
+        return stiffness * depth * (1.0 + damping * rate)
+
+
+@dataclass(frozen=True)
+class Power(ContactLaw):
+    stiffness: float = 1e6
+    exponent: float = 1.5
+
+    @staticmethod
+    def normal_force(depth, rate, stiffness, exponent):
+        return stiffness * depth**exponent
+
+
+@dataclass(frozen=True)
+class SpinUp(BaseMotion):
+    speed: float = 4.0
+    period: float = 0.5
+
+    @staticmethod
+    def turn(t, speed, period):
+        if t >= period:
+            return speed * (t - 0.5 * period), speed, 0.0
+        w = 2.0 * math.pi / period
+        angle = speed / period * (0.5 * t * t + (math.cos(w * t) - 1.0) / w**2)
+        return angle, speed / period * (t - math.sin(w * t) / w), speed / period * (1.0 - math.cos(w * t))
+
+    @property
+    def breakpoints(self):
+        return (self.period,)
+
+
+@dataclass(frozen=True)
+class Newton(ImpactLaw):
+    restitution: float = 0.5
+
+    def impulse(self, instant, restitution):
+        return newton_impulse(instant, restitution)
+
+
+PAPER = Scenario.builtin("paper").replace(end_time=0.34, solver__output_interval=1e-3)
+
+
+def times(history):
+    return np.array([event.time for event in history.events])
+
+
+# --- each part against the built-in one that it repeats
+
+
+@pytest.mark.parametrize(
+    ("scheme", "apart"), [("event", 1e-10), ("fixed-step", 1e-12), ("generalized-alpha", 1e-9)]
+)
+def test_a_contact_law_is_the_elastic_stop_that_it_repeats(scheme, apart):
+    scenario = PAPER.replace(solver__scheme=scheme, solver__contact_step=2e-6, contact__normal="spring")
+    built_in = simulate(scenario.replace(contact__damping=0.3))
+    own = simulate(scenario, contact_law=Linear(damping=0.3))
+    assert len(own.events) == len(built_in.events) > 4
+    assert_allclose(times(own), times(built_in), rtol=0, atol=apart)
+    for entry in ("contact", "lost_damping", "final"):
+        assert own.summary["energy"][entry] == pytest.approx(built_in.summary["energy"][entry], rel=1e-6, abs=1e-9)
+    assert own.summary["energy"]["lost_damping"] > 0.1
+
+
+def test_a_stop_stores_the_work_of_its_force():
+    law = Power(2e6, 1.5)
+    assert law.energy(-1e-3) == pytest.approx(2e6 * 1e-3**2.5 / 2.5, rel=1e-12)
+    assert law.energy(1e-3) == 0.0
+    assert ElasticStop(1e6).energy(-1e-3) == pytest.approx(0.5)
+
+
+def test_a_mass_on_a_power_law_stop_leaves_as_it_came():
+    """Contact lasts 2 d / v B(1/(n+1), 1/2) / (n+1); the depth d follows from 1/2 m v^2 = k d^(n+1) / (n+1)."""
+    from scipy.special import beta
+
+    speed, n, k = 0.5, 1.5, 1e6
+    mass = Block(lambda t, q, qd: (0.0, 0.0))
+    history = simulate_system(mass, [0.0, 1e-3], [0.0, -speed], 0.03, stop=Power(k, n), output_interval=1e-3)
+    begin, end = times(history)
+    depth = ((n + 1) * 0.5 * speed**2 / k) ** (1.0 / (n + 1))
+    assert begin == pytest.approx(1e-3 / speed, abs=1e-12)
+    assert end - begin == pytest.approx(2.0 * depth / speed * beta(1.0 / (n + 1), 0.5) / (n + 1), rel=1e-8)
+    assert float(history["qd"][-1, 1]) == pytest.approx(speed, rel=1e-9)
+    assert abs(history.summary["energy"]["unaccounted"]) < 1e-10
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_base_motion_is_the_spin_up_that_it_repeats(exact):
+    base = PAPER.replace(root__kind="driven", initial__angle=0.5, contact__enabled=False, end_time=0.6)
+    if exact:
+        steps = {"solver__free_step": 5e-3, "solver__output_interval": 0.1}
+        base = base.replace(discretization__method="absolute", discretization__elements=2, **steps)
+    built_in = simulate(base.replace(root__profile="spin-up", root__spin_rate=4.0, root__spin_up_time=0.5))
+    own = simulate(base, base_motion=SpinUp())
+    assert_allclose(own["q"], built_in["q"], rtol=0, atol=1e-11)
+    assert own.summary["energy"]["supplied"] == pytest.approx(built_in.summary["energy"]["supplied"], rel=1e-9)
+
+
+def test_a_driven_root_starts_with_the_speed_of_its_motion():
+    @dataclass(frozen=True)
+    class Turning(BaseMotion):
+        speed: float = 3.0
+
+        @staticmethod
+        def turn(t, speed):
+            return speed * t, speed, 0.0
+
+    scenario = PAPER.replace(root__kind="driven", end_time=0.01)
+    assert_allclose(simulate(scenario, base_motion=Turning(2.5))["theta_dot"], 2.5, rtol=1e-12)
+
+
+def test_a_friction_law_is_the_modified_coulomb_law_that_it_repeats():
+    built_in = simulate(PAPER.replace(contact__friction="modified-coulomb"))
+    own = simulate(PAPER, friction=FrictionCurve(((0.0, 0.0), (1e-3, 0.0), (1e-2, 0.3))))
+    assert [e.kind for e in own.events] == [e.kind for e in built_in.events]
+    assert_allclose(times(own), times(built_in), rtol=0, atol=1e-9)
+    assert own.summary["energy"]["lost_friction"] == pytest.approx(built_in.summary["energy"]["lost_friction"])
+
+
+def test_an_impact_law_is_the_one_that_it_repeats():
+    built_in = simulate(PAPER.replace(contact__restitution=0.5))
+    assert_allclose(times(simulate(PAPER, impact_law=Newton())), times(built_in), rtol=0, atol=0)
+
+
+def test_an_integrator_finds_the_events_of_the_event_scheme():
+    """From close above the slope, as fast as after the fall."""
+    near = {"initial__angle": 0.23, "initial__angular_velocity": -3.786, "end_time": 0.016}
+    scenario = PAPER.replace(
+        **near, solver__output_interval=1e-4, solver__free_step=2e-5, solver__contact_step=2e-6
+    )
+    exact, own = simulate(scenario), simulate(scenario, scheme=RungeKutta(scenario.solver))
+    assert [e.kind for e in own.events] == [e.kind for e in exact.events]
+    assert len(own.events) == 8
+    assert_allclose(times(own), times(exact), rtol=0, atol=2e-9)
+
+
+def test_an_integrator_has_its_order():
+    base = PAPER.replace(end_time=0.1)
+    exact = simulate(base.replace(solver__tolerance=1e-13))["q"][-1]
+    errors = []
+    for step in (4e-5, 2e-5):
+        found = simulate(base, scheme=RungeKutta(SolverSection(free_step=step)))
+        errors.append(float(abs(found["q"][-1] - exact).max()))
+    assert errors[0] / errors[1] == pytest.approx(2.0**4, rel=0.1)
+
+
+def test_an_integrator_sees_a_gap_that_closes_and_opens_within_a_step():
+    """A mass thrown over a plane just touches it between two steps: 1 um deep, for 1/40 of a step."""
+    depth, gravity = 1e-6, -9.8  # the mass is pulled away from the plane
+    speed = math.sqrt(2.0 * 9.8 * (0.1 + depth))
+    system = Block(lambda t, q, qd: (0.0, -gravity))
+    scheme = RungeKutta(SolverSection(free_step=0.04, contact_step=1e-3))
+    history = simulate_system(system, [0.0, 0.1], [0.0, -speed], 0.3, scheme=scheme)
+    first = history.events[0]
+    assert first.kind.value == "rebound"
+    assert first.time == pytest.approx((speed - math.sqrt(2.0 * 9.8 * depth)) / 9.8, abs=1e-12)
+
+
+def test_a_discretization_is_the_built_in_one_that_it_repeats():
+    scenario = PAPER.replace(discretization__elements=8)
+    built_in = simulate(scenario.replace(discretization__method="fem"))
+    own = simulate(scenario, discretization=fem_beam)
+    assert_allclose(own["q"], built_in["q"], rtol=0, atol=1e-12)
+
+
+def test_a_history_names_the_parts_that_made_it(tmp_path):
+    history = simulate(
+        PAPER.replace(end_time=0.01), impact_law=Newton(0.25), friction=FrictionCurve(((0.0, 0.1),))
+    )
+    made = type(history).load(history.save(tmp_path)).summary["provenance"]["user_defined"]
+    assert made["impact_law"] == "Newton(restitution=0.25)"
+    assert made.keys() == {"impact_law", "friction"}
+    assert "user_defined" not in simulate(PAPER.replace(end_time=0.01)).summary["provenance"]
+
+
+def test_the_parts_of_the_how_to_run():
+    names: dict = {}
+    for block in blocks(DOCS / "howto" / "own-parts.md", "python"):
+        if "MassOnBelt" not in block:  # of the gallery
+            exec(block, names)
+    exact = simulate(PAPER.replace(end_time=0.01))
+    assert float(names["history"]["theta"][-1]) == pytest.approx(float(exact["theta"][-1]), abs=1e-5)
+    law = names["ViscousCoulomb"]()
+    forwards, backwards = law.branch(0.1, 1), law.branch(-0.1, -1)
+    assert forwards.intercept + forwards.slope * 0.1 == pytest.approx(-(0.3 + 0.05 * 0.1))
+    assert backwards.intercept - backwards.slope * 0.1 == pytest.approx(0.3 + 0.05 * 0.1)
+
+
+# --- a law with a stick state and kinks beside zero
+
+
+def test_kinks_of_a_law_that_sticks_are_passed_without_a_stop():
+    """m v' = -N mu(v) with mu linear between points is an exponential on each; the block then rests."""
+    points, weight = ((0.0, 0.4), (0.1, 0.2), (0.5, 0.3)), 9.8
+    block = Block(lambda t, q, qd: (0.0, -weight))
+    law = FrictionCurve(points, static=0.45)
+    history = simulate_system(block, [0.0, 0.0], [1.0, 0.0], 1.0, friction=law)
+    expected = (1.0 - 0.5) / (0.3 * weight)
+    for (v0, mu0), (v1, mu1) in zip(reversed(points[:-1]), reversed(points[1:]), strict=True):
+        rate = weight * (mu1 - mu0) / (v1 - v0)
+        expected += math.log(mu1 / mu0) / rate
+    stick = next(event for event in history.events if event.kind.value == "stick")
+    assert stick.time == pytest.approx(expected, abs=1e-10)
+    assert history.summary["energy"]["lost_friction"] == pytest.approx(0.5, abs=1e-10)
+    assert [e for e in history.events if e.kind.value == "reversal"] == []
+
+
+@pytest.mark.parametrize("rate", [-0.7, -0.5, -0.3, -0.1, 0.0, 0.05, 0.1, 0.5, 0.7])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_branches_of_a_curve_hold_around_the_velocity_they_are_asked_for(rate, direction):
+    law = FrictionCurve(((0.0, 0.4), (0.1, 0.2), (0.5, 0.3)))
+    branch = law.branch(rate, direction)
+    assert branch.lower <= rate <= branch.upper
+    assert rate != (branch.upper if direction > 0 else branch.lower)
+    if rate != 0.0:
+        mu = np.interp(abs(rate), [0.0, 0.1, 0.5], [0.4, 0.2, 0.3])
+        assert branch.intercept + branch.slope * rate == pytest.approx(-math.copysign(mu, rate), abs=1e-15)
+
+
+# --- Routh's impact on the beam
+
+
+def test_routh_without_friction_is_newton():
+    scenario = PAPER.replace(contact__friction="frictionless", contact__restitution=0.4)
+    newton, routh = simulate(scenario), simulate(scenario.replace(contact__impact="routh"))
+    assert_allclose(times(routh), times(newton), rtol=0, atol=1e-11)
+
+
+def test_routh_with_friction_gives_a_tangential_impulse_inside_the_cone():
+    history = simulate(PAPER.replace(contact__impact="routh", contact__restitution=0.4))
+    impacts = [event for event in history.events if event.normal_impulse > 0.0]
+    assert all(abs(e.tangential_impulse) <= 0.3 * e.normal_impulse * (1 + 1e-12) for e in impacts)
+    assert max(abs(e.tangential_impulse) for e in impacts) > 1e-3
+    assert abs(history.summary["energy"]["unaccounted"]) < 1e-9
+
+
+# --- what is refused
+
+
+@dataclass(frozen=True)
+class Uncompiled(ContactLaw):
+    @staticmethod
+    def normal_force(depth, rate):
+        return open("x")
+
+
+@dataclass(frozen=True)
+class Pulling(ContactLaw):
+    @staticmethod
+    def normal_force(depth, rate):
+        return -depth
+
+
+@dataclass(frozen=True)
+class Inconsistent(BaseMotion):
+    @staticmethod
+    def turn(t):
+        return t * t, 2.0 * t, 1.0
+
+
+@dataclass(frozen=True)
+class NotFromZero(BaseMotion):
+    @staticmethod
+    def turn(t):
+        return 1.0, 0.0, 0.0
+
+
+class Pushing(FrictionLaw):
+    def branch(self, slip_rate, direction):
+        return Branch(0.3, 0.0, -math.inf, math.inf)
+
+
+class Gaping(FrictionLaw):
+    def branch(self, slip_rate, direction):
+        return Branch(0.0, 0.0, slip_rate - 1.0, slip_rate + 1.0)
+
+
+SPRING = {"contact__normal": "spring"}
+TURNED = {"root__kind": "driven"}
+NODAL = {"discretization__method": "fem", "discretization__modes": 0}
+ABSOLUTE = {"discretization__method": "absolute", **SPRING}
+STEPS = RungeKutta(SolverSection())
+REFUSED = {
+    "wrong kind": ({"contact_law": SpinUp()}, {}, "contact_law = SpinUp(speed=4.0, period=0.5): should be a Cont"),
+    "a class": ({"friction": FrictionCurve}, {}, "should be a FrictionLaw"),
+    "no discretization": ({"discretization": 3}, {}, "should be a Discretization"),
+    "rigid stop": ({"contact_law": Linear()}, {}, 'contact_law: only with contact.normal = "spring"'),
+    "no impacts": ({"impact_law": Newton()}, SPRING, 'impact_law: only with contact.normal = "rigid"'),
+    "pin": ({"base_motion": SpinUp()}, {}, 'base_motion: only with root.kind = "driven" (it is "pin")'),
+    "two motions": ({"base_motion": SpinUp()}, {**TURNED, "root__spin_rate": 1.0}, "root.spin_rate = 0"),
+    "nodal": ({"scheme": STEPS}, NODAL, "scheme: only with discretization.modes >= 1"),
+    "exact": ({"friction": Gaping()}, ABSOLUTE, 'friction: only with discretization.method = "modal" or "fem"'),
+    "not compiled": ({"contact_law": Uncompiled()}, SPRING, "Uncompiled.normal_force: cannot be compiled"),
+    "pulls": ({"contact_law": Pulling()}, SPRING, "Pulling: the force at rest at a depth of"),
+    "inconsistent": ({"base_motion": Inconsistent()}, TURNED, "the acceleration is not the"),
+    "not from zero": ({"base_motion": NotFromZero()}, TURNED, "the angle at t = 0 is 1"),
+    "pushes": ({"friction": Pushing()}, {}, "pushes along the slip at"),
+    "gapes": ({"friction": Gaping()}, {}, "Gaping: no branch begins at"),
+    "weak when stuck": ({"friction": FrictionCurve(((0.0, 0.5), (1.0, 0.4)), static=0.2)}, {}, "static = 0.2"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_part_that_does_not_fit_is_one_line(case):
+    parts, changes, words = REFUSED[case]
+    with pytest.raises(InputError) as refused:
+        simulate(PAPER.replace(**changes), **parts)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
