@@ -1,4 +1,4 @@
-"""The beam at a time as a mesh of PyVista with its results; `History.to_pyvista` finds it by its entry point."""
+"""The beam at a time as a mesh of PyVista with its results, as `History.to_pyvista` returns it."""
 
 from __future__ import annotations
 

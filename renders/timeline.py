@@ -205,11 +205,9 @@ def distance_from(spans: Array, times: Array) -> Array:
 
 
 def rate_text(rate: float) -> str:
-    """Return a rate, physical over film time, in words."""
-    if abs(rate - 1.0) < 0.02:
+    """Return physical over film time in words."""
+    if abs(rate - 1.0) < 0.005:
         return "real time"
     if rate > 1.0:
-        return f"{rate:.3g} times real time"
-    slower = 1.0 / rate
-    digits = 10.0 ** max(0.0, np.floor(np.log10(slower)) - 1.0)
-    return f"1/{round(slower / digits) * digits:.0f} of real time"
+        return f"{float(f'{rate:.2g}'):g}× real time"
+    return f"1/{float(f'{1.0 / rate:.2g}'):.10g} of real time"

@@ -94,22 +94,25 @@ def fields_along(beam: Beam, motion: Motion, block: int | None = None) -> Fields
     return result
 
 
-def displacements_along(beam: Beam, q: Array) -> tuple[Array, Array]:
-    """Displacements u_x and u_y (m) at the stations, each (samples, stations), of coordinates q (samples, n + 1).
+def displacements_along(beam: Beam, q: Array, qd: Array) -> tuple[Array, Array, Array, Array]:
+    """Displacements u_x, u_y (m) and their rates (m/s) at the stations, each (samples, stations).
 
-    They are those of :func:`fields_along`, without what takes rates, accelerations and forces.
+    q and qd (samples, n + 1) are coordinates and velocities.  These results of :func:`fields_along` need
+    neither accelerations nor forces.
     """
     stations = beam.operators.stations
     table = stations.quadrature
     weights = table.weights.reshape(-1, 1, table.order)
-    ux, uy = np.empty((2, len(q), stations.points.size))
+    found = np.empty((4, len(q), stations.points.size))
     for part in _blocks(len(q), table.points.size):
-        B = q[part, 1:].T
-        slopes = np.asarray(table.slopes @ B)
-        sums = np.zeros((table.points.size // table.order + 1, B.shape[1]))
-        _add_panels(weights, -0.5 * beam.foreshortening * slopes * slopes, sums[1:])
-        ux[part], uy[part] = sums[stations.cells // table.order].T, np.asarray(stations.values @ B).T
-    return ux, uy
+        B, Bd = q[part, 1:].T, qd[part, 1:].T
+        slopes, rates = np.asarray(table.slopes @ B), np.asarray(table.slopes @ Bd)
+        sums = np.zeros((table.points.size // table.order + 1, 2, B.shape[1]))
+        foreshortening = -beam.foreshortening * np.stack([0.5 * slopes * slopes, slopes * rates], axis=1)
+        _add_panels(weights, foreshortening, sums[1:])
+        found[0, part], found[2, part] = np.moveaxis(sums[stations.cells // table.order].T, 1, 0)
+        found[1, part], found[3, part] = np.asarray(stations.values @ B).T, np.asarray(stations.values @ Bd).T
+    return found[0], found[1], found[2], found[3]
 
 
 def _blocks(samples: int, points: int, block: int | None = None) -> Iterator[slice]:

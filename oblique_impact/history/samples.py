@@ -91,7 +91,8 @@ def beam_variables(beam: Beam, samples: Samples, section_forces: bool = True) ->
         forces = s.scalars[:, LAMBDA_N], s.scalars[:, LAMBDA_T]
         found |= fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, *forces))._asdict()
     else:
-        found["ux"], found["uy"] = displacements_along(beam, s.q)
+        along = displacements_along(beam, s.q, s.qd)
+        found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
     if beam.scenario.contact.enabled:
         found["clearance"], found["clearance_at"] = beam_clearance(beam, s.q, found["ux"], found["uy"])
     return found

@@ -69,6 +69,8 @@ OF_A_BEAM = {
     "shortening": Variable(_TIME, "m", "axial displacement of the axis at the contact point (foreshortening)"),
     "ux": Variable(_STATIONS, "m", "axial displacement in the floating frame"),
     "uy": Variable(_STATIONS, "m", "transverse displacement in the floating frame"),
+    "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
+    "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
 }
 #: variables that only a beam over a slope has
 OF_A_SLOPE = {
@@ -77,8 +79,6 @@ OF_A_SLOPE = {
 }
 #: variables that `simulate(..., section_forces=False)` leaves out
 SECTION_FORCES = {
-    "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
-    "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
     "moment": Variable(_STATIONS, "N m", "bending moment"),
     "shear": Variable(_STATIONS, "N", "shear force, slope of the bending moment"),
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),

@@ -11,7 +11,6 @@ from oblique_impact.contact.forces import inclined
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, Residual
 from oblique_impact.errors import Outcome, PhysicsStop
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import contact_problem
@@ -38,7 +37,7 @@ class Probe:
 
     def __init__(self, problem: Problem, phase: Phase, t: float, y: Array, work: Workspace) -> None:
         self._problem, self._phase, self._t, self._work = problem, phase, t, work
-        size = work.vectors.shape[1]
+        size = work.vectors.forces.shape[0]
         self._q, self._qd = y[:size].copy(), y[size : 2 * size].copy()
 
     @property
@@ -74,7 +73,7 @@ class Probe:
             return 0.0
         v, closing = self._work.vectors, -later.a_nt / later.a_nn if stop is None else 0.0
         rate = later.slip_rate + closing * later.gap_rate
-        terms = (np.abs(v[row.TANGENTIAL]) + abs(closing) * np.abs(v[row.NORMAL])) @ np.abs(velocity)
+        terms = (np.abs(v.tangential_row) + abs(closing) * np.abs(v.normal_row)) @ np.abs(velocity)
         return float(rate) if abs(rate) > _ROUNDING * terms else 0.0
 
     def supply(self, impulse: Impulse, jump: Array) -> float:
@@ -93,8 +92,8 @@ class Probe:
     def _front(self) -> tuple[Evaluation, Instant, _Responses]:
         e, instant = self._solve(self._qd)
         v = self._work.vectors
-        rows = (row.NORMAL, row.TANGENTIAL, row.NORMAL_RESPONSE, row.TANGENTIAL_RESPONSE, row.SUPPLY)
-        return e, instant, _Responses(*(v[k].copy() for k in (*rows, row.FREE_ACCELERATION)))
+        kept = v.normal_row, v.tangential_row, v.normal_response, v.tangential_response, v.supply
+        return e, instant, _Responses(*(vector.copy() for vector in (*kept, v.free_acceleration)))
 
     def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
         defined, e, c = contact_problem(self._problem.system, self._t, self._q, velocity, self._work)

@@ -73,7 +73,7 @@ class OpenContact:
     start: float
     impulse: Impulse  # that it began with
     quadratures: Array  # at its start
-    compliance: float = 0.0  # m/N, of the body, in series with a stop that gives way
+    compliance: float = 0.0  # m/N, of the body, in series with a compliant stop
     peak_force: float = 0.0
     depth: float = 0.0  # m
 

@@ -19,11 +19,12 @@ from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.player.curves import LEVELS, Chart, Series, charts_of, curve_arrays
-from oblique_impact.renders.player.numbers import fixed, rate_text, significant
+from oblique_impact.renders.player.numbers import fixed, significant
 from oblique_impact.renders.player.selection import FRAMES, chart_points, evenly, frames
 from oblique_impact.renders.scale_bar import ScaleBar
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, DARK, LIGHT, Colour
+from oblique_impact.renders.timeline import rate_text
 from oblique_impact.scenario.shapes import at
 
 Array = NDArray[np.float64]

@@ -23,12 +23,3 @@ def significant(value: float, digits: int) -> str:
     if not -4 <= int(power) <= 5:
         return f"{mantissa}e{int(power)}".replace("-", "−")
     return fixed(value, max(0, digits - 1 - int(power)))
-
-
-def rate_text(rate: float) -> str:
-    """Return physical over film time in words."""
-    if abs(rate - 1.0) < 0.005:
-        return "real time"
-    if rate > 1.0:
-        return f"{float(f'{rate:.2g}'):g}× real time"
-    return f"1/{float(f'{1.0 / rate:.2g}'):g} of real time"

@@ -213,7 +213,7 @@ def test_displacements_alone_are_those_of_the_fields(kinetics):
     size = beam.operators.size + 1
     motion = Motion(np.zeros(7), *(rng.normal(size=(7, size)) for _ in range(3)), *rng.normal(size=(2, 7)))
     fields = fields_along(beam, motion)
-    ux, uy = displacements_along(beam, motion.q)
-    assert_allclose(ux, fields.ux, rtol=1e-12, atol=1e-15)
-    assert_allclose(uy, fields.uy, rtol=1e-12, atol=1e-15)
-    assert (np.abs(ux[:, -1]) > 1e-3).all() == (kinetics != "zeroth-order")
+    found = displacements_along(beam, motion.q, motion.qd)
+    for values, expected in zip(found, (fields.ux, fields.uy, fields.ux_dot, fields.uy_dot), strict=True):
+        assert_allclose(values, expected, rtol=1e-12, atol=1e-14)
+    assert (np.abs(found[0][:, -1]) > 1e-3).all() == (kinetics != "zeroth-order")

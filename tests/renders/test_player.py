@@ -16,9 +16,10 @@ from oblique_impact.renders.geometry import BETWEEN
 from oblique_impact.renders.outlines import SIDES
 from oblique_impact.renders.player import write_player
 from oblique_impact.renders.player.content import content_of
-from oblique_impact.renders.player.numbers import fixed, rate_text, significant
+from oblique_impact.renders.player.numbers import fixed, significant
 from oblique_impact.renders.story import colour_scale, story_of
 from oblique_impact.renders.style import Colour, Style
+from oblique_impact.renders.timeline import rate_text
 from tests.renders.browsing import now, numbers, seek, settle, show, text
 
 
@@ -36,7 +37,8 @@ def content(story):
         (rate_text(0.002), "1/500 of real time"),
         (rate_text(1 / 384), "1/380 of real time"),
         (rate_text(1.0), "real time"),
-        (rate_text(2.5), "2.5× real time"),
+        (rate_text(0.4), "1/2.5 of real time"),
+        (rate_text(2.5), "2.5 times real time"),
         (significant(241.78, 3), "242"),
         (significant(-0.012345, 3), "−0.0123"),
         (significant(999.96, 4), "1000"),
@@ -69,13 +71,18 @@ def test_frames_are_samples_of_the_history_with_both_sides_of_every_event(conten
     ]
 
 
-@pytest.mark.parametrize("case", ["paper", "mid-span", "spin-up"])
+HUB = ("root.kind=hub", "root.inertia=0.1", "root.hub_radius=0.1", "end_time=0.5")
+FACE = ("contact.surface=section", "end_time=0.34")
+
+
+@pytest.mark.parametrize("case", [("mid-span",), ("spin-up",), ("paper", *HUB), ("paper", *FACE)])
 def test_the_shapes_are_those_of_the_history(run, case):
-    story = story_of([run(case)])
+    story = story_of([run(*case)])
     content, geometry = content_of(story), story.geometries[0]
     times, scale = content.arrays["time"], content.facts["displacement_scale"]
     for frame in (0, times.size // 2, times.size - 1):
-        x, y = geometry.stations + scale * content.arrays["ux"][frame], scale * content.arrays["uy"][frame]
+        x = content.facts["hub_radius"] + geometry.stations + scale * content.arrays["ux"][frame]
+        y = scale * content.arrays["uy"][frame]
         angle = content.arrays["theta_time"][frame]
         axis = np.stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)], axis=1)
         k = geometry.index(times[frame])

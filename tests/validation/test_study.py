@@ -73,10 +73,10 @@ def test_an_interrupt_keeps_the_finished_rows(tmp_path, monkeypatch):
     simulation, count = sys.modules["oblique_impact.simulation"], iter(range(9))
     simulate = simulation.simulate
 
-    def twice(*arguments):
+    def twice(*arguments, **options):
         if next(count) == 2:
             raise Interrupted(None)
-        return simulate(*arguments)
+        return simulate(*arguments, **options)
 
     with monkeypatch.context() as patch:
         patch.setattr(simulation, "simulate", twice)
@@ -104,7 +104,7 @@ def test_failures_are_rows_with_their_reason(monkeypatch):
     assert frame["first_impact"][2] == pytest.approx(0.31715, abs=1e-4)
     assert math.isnan(frame["impulse"][2])
 
-    def broken(*_):
+    def broken(*_, **options):
         raise FloatingPointError("over\nflow")
 
     monkeypatch.setattr(sys.modules["oblique_impact.simulation"], "simulate", broken)

@@ -7,7 +7,6 @@
         return Measurement("tip deflection", computed, reference, "m", tolerance, source)
 
 A check returns one measurement, several (each with a `name`, the tail of its id), or `Evidence` with pictures.
-Modules outside of this package join through the entry point group ``oblique_impact.checks``.
 """
 
 from __future__ import annotations
@@ -18,11 +17,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 
 from oblique_impact.validation.report.document import Picture
-
-ENTRY_POINT_GROUP = "oblique_impact.checks"
 
 #: a check that takes longer (s) is full, not quick: `--quick` and `make test` leave it out
 QUICK_SECONDS = 2.0
@@ -158,6 +154,4 @@ def all_checks() -> dict[str, Check]:
     found = [m.name for m in pkgutil.iter_modules(package.__path__) if m.name != "registry"]
     for name in sorted(found, key=lambda n: (_ORDER.index(n) if n in _ORDER else len(_ORDER), n)):
         import_module(f"oblique_impact.validation.checks.{name}")
-    for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda p: p.name):
-        point.load()
     return dict(_CHECKS)

@@ -174,8 +174,7 @@ class Plan:
 @cache
 def defaults() -> dict[str, Any]:
     """Return the default values of all keys of a scenario, "section.key" or "key"."""
-    every = flat_keys(Scenario().model_dump())
-    return {key: value for key, value in every.items() if not key.startswith("parameters.")}
+    return flat_keys(Scenario().model_dump())
 
 
 def unit_of(key: str) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.kernels.compiling import Clock, clock
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.studies.quantities import GapError, not_determined, quantity
+from oblique_impact.validation.studies.quantities import FIELDS, GapError, not_determined, quantity
 
 # the compiler is loaded by the processes that run, not by the one that hands out the work
 if TYPE_CHECKING:
@@ -67,7 +67,11 @@ def measure_run(task: Task) -> tuple[dict[str, Any], dict[str, bytes]]:
     started, files = time.perf_counter(), dict[str, bytes]()
     try:
         with clock() as marching:
-            history = simulate(task.scenario, lambda status: _check_time(marching, task.timeout, status.time))
+            history = simulate(
+                task.scenario,
+                lambda status: _check_time(marching, task.timeout, status.time),
+                section_forces=task.histories or any(name.partition(":")[2] in FIELDS for name in task.quantities),
+            )
         row = measure(history, task.quantities)
         files = _files(history) if task.histories else files
     except InputError as error:
