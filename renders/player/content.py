@@ -13,7 +13,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import first_sample, last_sample
@@ -191,32 +190,13 @@ def _arrows(geometry: BeamGeometry, samples: Integers) -> Array:
 
 def _colours(geometry: BeamGeometry, samples: Integers, scales: dict[str, ColourScale]) -> dict[str, NDArray[Any]]:
     """Return the colours of all results at the lower and the upper fibre (frames, stations), 0 to 255."""
-    history, stations, sections = geometry.history, geometry.stations, geometry.sections
-    moment, shear, axial, uy = (
-        np.asarray(history[name].values[samples], dtype=float) for name in ("moment", "shear", "axial_force", "uy")
-    )
+    found = {}
     with np.errstate(over="ignore", invalid="ignore"):
-        bending = moment * sections.fibre_distance(stations) / sections.second_moment(stations)
-        mean = axial / sections.area(stations)
-        rotation = CubicSpline(stations, np.nan_to_num(uy, posinf=0.0, neginf=0.0), axis=1)(stations, 1)
-        lower_upper = {
-            "bending_stress": (bending, -bending),  # a positive moment stretches the lower fibre
-            "axial_stress": (mean + bending, mean - bending),
-            "bending_moment": (moment, moment),
-            "shear_force": (shear, shear),
-            "axial_force": (axial, axial),
-            "section_rotation": (rotation, rotation),
-        }
-    return {
-        f"{name}_{side}": _codes(values, scales[name].limit)
-        for name, both in lower_upper.items()
-        for side, values in zip(("lower", "upper"), both, strict=True)
-    }
-
-
-def _codes(values: Array, limit: float) -> NDArray[Any]:
-    """Return the places of values on a scale from -limit to limit as 0 to 255."""
-    return np.rint(127.5 * (1.0 + np.clip(np.nan_to_num(values / limit), -1.0, 1.0))).astype("u1")
+        for name, scale in scales.items():
+            for side, values in zip(("lower", "upper"), geometry.at_fibres(name, samples), strict=True):
+                part = np.clip(np.nan_to_num(values / scale.limit), -1.0, 1.0)
+                found[f"{name}_{side}"] = np.rint(127.5 * (1.0 + part)).astype("u1")
+    return found
 
 
 def _texts(geometry: BeamGeometry, samples: Integers, charts: list[Chart]) -> dict[str, list[str]]:
