@@ -104,7 +104,7 @@ def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | 
 
     def write(part: Path) -> None:
         with Composer(story, timeline) as composer:
-            open_film(composer.scene.plotter, part, timeline.fps, comment(story.histories, story.factor))
+            open_film(composer.scene.plotter, part, timeline.fps, comment(story.histories))
             for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
                 composer.scene.plotter.mwriter.append_data(composer.draw(float(time), float(rate)))
                 if on_frame:
@@ -131,6 +131,6 @@ def _check_times(story: Story, times: Sequence[float]) -> None:
 
 def _save(picture: NDArray[np.uint8], out: Path, story: Story, dpi: float) -> Path:
     info = PngInfo()
-    info.add_itxt("Comment", comment(story.histories, story.factor))
+    info.add_itxt("Comment", comment(story.histories))
     image = Image.fromarray(np.ascontiguousarray(picture))
     return save_whole(out, lambda part: image.save(part, dpi=(dpi, dpi), pnginfo=info))

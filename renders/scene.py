@@ -77,7 +77,7 @@ class Scene:
         prepare()
         style = style or story.style
         scale = 1 if interactive else SUPERSAMPLING
-        window: dict[str, Any] = {"off_screen": True, **interactive}
+        window: dict[str, Any] = {"off_screen": not interactive, **interactive}
         window["window_size"] = [scale * pixels for pixels in size]
         self.plotter = cast(Any, pv.Plotter(shape=(1, len(panels)), border=False, lighting="light kit", **window))
         if not interactive:

@@ -19,12 +19,11 @@ from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.player.curves import LEVELS, Chart, Series, charts_of, curve_arrays
 from oblique_impact.renders.player.numbers import fixed, significant
-from oblique_impact.renders.player.selection import FRAMES, chart_points, evenly, frames
+from oblique_impact.renders.player.selection import chart_points, evenly, frames
 from oblique_impact.renders.scale_bar import ScaleBar
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, DARK, LIGHT, Colour
 from oblique_impact.renders.timeline import rate_text
-from oblique_impact.scenario.shapes import at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -65,16 +64,16 @@ class Content:
         return facts, base64.b64encode(zlib.compress(data, 6)).decode("ascii")
 
 
-def content_of(story: Story, count: int = FRAMES) -> Content:
-    """Compute what the page of the first run of `story` shows, with about `count` frames."""
+def content_of(story: Story) -> Content:
+    """Compute what the page of the first run of `story` shows."""
     geometry, course = story.geometries[0].true, story.time_map
     history, times = geometry.history, geometry.times
-    samples, states = frames(history, course, count), history["state"].values.astype(int)
+    samples, states = frames(history, course), history["state"].values.astype(int)
     film, charts = course.film_at(times[samples]), charts_of(geometry)
     points = chart_points([one.values for chart in charts for one in chart.series], samples)
     scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
     axes = geometry.stations_of(samples)
-    touch = int(np.argmin(np.abs(geometry.stations - geometry.scenario.contact.point)))
+    touch = geometry.touch
     path = _path_of(axes[:, touch])
     rates = np.array([float(f"{rate:.3g}") for rate in course.rate_at(times[samples])])
     different, rate = np.unique(rates, return_inverse=True)
@@ -238,15 +237,10 @@ def _outline_facts(story: Story, touch: int) -> dict[str, Any]:
     """Return what is drawn of beam, root and slope, and the colours."""
     geometry, ramp = story.geometries[0], mpl.colormaps[COLOUR_MAP]
     scenario, stations = geometry.scenario, geometry.stations
-    section = scenario.beam.section
-    web = None
-    if section.shape == "i-beam":  # height of the edges of its web
-        web = 0.5 * at(section, "height", stations) - at(section, "flange_thickness", stations)
     return {
         "touch": touch,
         "stations": stations.tolist(),
         "radius": np.broadcast_to(geometry.sections.fibre_distance(stations), stations.shape).tolist(),
-        "web": None if web is None else np.broadcast_to(web, stations.shape).tolist(),
         "length": scenario.beam.length,
         "hub_radius": scenario.root.hub_radius,
         "pinned": scenario.root.kind == "pin",

@@ -147,23 +147,6 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
     assert [bar.get_height() for bar in axes.containers[0]] == [v if abs(v) > 1e-8 else 0.0 for v in lost]
 
 
-def test_the_overview_shows_both_runs_their_energies_and_losses(panels, run):
-    history, other = run("paper"), run("paper", "contact.friction=frictionless")
-    axes = panels["Energy"]
-    np.testing.assert_allclose(line(axes, "total, b")[1], sum(other[f"energy_{kind}"].values for kind in KINDS))
-    colours = {found.get_label(): found.get_color() for found in axes.lines}
-    assert (colours["elastic"], colours["gravity"]) == LIGHT.energies[1:]
-    axes = panels["Where the energy went"]
-    kinds = [kind.get_text() for kind in axes.get_xticklabels()]
-    said = [float(text.get_text()) for text in axes.texts]
-    for number, one in enumerate((history, other)):
-        lost = np.array([one.summary["energy"][f"lost_{kind}"] for kind in kinds])
-        heights = [bar.get_height() for bar in axes.containers[number]]
-        assert axes.containers[number].get_label() == "ab"[number]
-        np.testing.assert_allclose(heights, lost, atol=1e-8)
-        np.testing.assert_allclose(said[4 * number : 4 * number + 4], lost, rtol=6e-3, atol=1e-8)
-
-
 def test_the_overview_shows_the_beam_where_it_is_at_the_time_beside_it(panels, run):
     history = run("paper")
     axes = panels["The beam up to the first impact"]
@@ -213,13 +196,3 @@ def test_a_campbell_diagram_names_flapwise_and_chordwise(monkeypatch, tmp_path):
         np.testing.assert_allclose(y, start + x)
     marks = [found.get_xdata() for found in axes.lines if np.ptp(found.get_xdata()) == 0.0]
     np.testing.assert_array_equal([mark[0] for mark in marks], [0.0, 6.0])
-
-
-def test_a_run_that_loses_nothing_has_no_bars_of_rounding(run):
-    changes = ("contact.normal=spring", "contact.friction=frictionless", "discretization.frame=mean-axis")
-    history = run("paper", *changes, "end_time=0.33")
-    assert 0.0 < abs(history.summary["energy"]["lost_scheme"]) < 1e-12
-    figure = history.plot()
-    (axes,) = (axes for axes in figure.axes if axes.get_title(loc="left") == "Where the energy went")
-    assert {bar.get_height() for bar in axes.patches} == {0.0}
-    assert axes.get_ylim() == (0.0, 1.0)

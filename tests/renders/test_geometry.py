@@ -9,7 +9,6 @@ import pytest
 import pyvista as pv
 
 from oblique_impact import InputError, Scenario, simulate
-from oblique_impact.history.sample_times import jumps
 from oblique_impact.renders.geometry import BETWEEN, SIDES, BeamGeometry
 from tests.renders import FAMILIES
 
@@ -49,36 +48,6 @@ def test_the_tube_is_closed_and_wound_outward(history):
     expected = np.pi * np.trapezoid(np.maximum(tube**2, end**2 - (x - length) ** 2), x)
     # polygons of 24 sides: sin(2 pi/24)/(2 pi/24) of the circle's area; the magnified beam is a little longer
     assert mesh.volume == pytest.approx(expected * np.sin(np.pi / 12) / (np.pi / 12), rel=0.02)
-
-
-def test_normals_are_those_of_the_faces(history):
-    geometry = BeamGeometry(history, 1.0)
-    points, normals = geometry.tube(places(history)[1])
-    mesh = pv.PolyData(points, geometry.solid.faces)
-    found = mesh.compute_normals(
-        split_vertices=False, consistent_normals=False, auto_orient_normals=False
-    ).point_data["Normals"]
-    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
-    # the rim at the root has the face of the root beside it
-    inside = np.arange(SIDES, points.shape[0] - 1)
-    if geometry.mass_radius > 0.0:  # and the end of the beam the mass
-        inside = inside[np.abs(inside // SIDES - geometry.places.size) > 1]
-    assert np.einsum("ij,ij->i", found, normals)[inside].min() > 0.98
-
-
-def test_between_samples_everything_is_interpolated(run):
-    history = run("paper")
-    geometry = BeamGeometry(history, 1.0)
-    k = 1000
-    assert geometry.index(geometry.times[k]) == k
-    middle = geometry.index(0.5 * (geometry.times[k] + geometry.times[k + 1]))
-    assert middle == pytest.approx(k + 0.5)
-    mean = 0.5 * (geometry.tube(k)[0] + geometry.tube(k + 1)[0])
-    np.testing.assert_allclose(geometry.tube(middle)[0], mean, atol=1e-6)
-    jump = int(np.flatnonzero(jumps(geometry.times))[0])
-    assert geometry.index(geometry.times[jump]) == jump + 1  # the right-hand value
-    assert geometry.index(-1.0) == 0
-    assert geometry.index(9.0) == geometry.times.size - 1
 
 
 def test_slope_is_the_derivative_of_the_deflection(history):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,16 +30,6 @@ def test_the_time_of_a_still_that_is_told_none(run):
     force = history["lambda_n"].values
     assert force[np.flatnonzero(history["time"].values == time)[0]] == force.max() > 0.0
     assert (_instant(history, [0.25], None), _instant(history, [], 2)) == (0.25, history.events[1].time)
-
-
-def test_a_still_of_a_run_that_ended_where_it_started(run, tmp_path, cli):
-    history = run("paper", "end_time=0.35")
-    start = history.data.isel(time=slice(0, 1))
-    summary = {**history.summary, "end_time": 0.0, "events": 0, "macro_collisions": []}
-    folder = replace(history, data=start, events=[], contacts=[], summary=summary).save(tmp_path / "run")
-    code, _, err = cli("render", folder, "--out", tmp_path / "a.png", "--size", "320x120")
-    assert (code, err) == (0, "")
-    assert (tmp_path / "a.png").is_file()
 
 
 def test_stills_at_a_time_and_at_an_event(folder, tmp_path, cli):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -97,10 +96,6 @@ def test_the_window_shows_the_beam_at_the_time_of_the_slider(viewer, history, pr
     assert said(viewer) == "t = 0.10000 s  FREE"
 
 
-def test_the_slider_starts_where_the_beam_does(viewer):
-    assert viewer._slider.GetRepresentation().GetValue() == viewer.times[0] == 0.0
-
-
 def test_the_space_bar_plays_the_film_and_starts_it_again(viewer):
     viewer.step()
     assert viewer._frame == 0  # it stands still until it is asked to play
@@ -153,9 +148,3 @@ def test_a_real_window_opens(history, display, tmp_path):
     assert (done.returncode, done.stdout) == (0, "closed\n"), done.stderr
     pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
     assert np.sum(pixels.min(axis=2) < 200) > 500
-
-
-def test_a_system_that_is_no_beam_has_no_mesh(history):
-    other = replace(history, data=history.data.drop_vars("theta"))
-    with pytest.raises(InputError, match="it is not one of a beam"):
-        other.to_pyvista(0.05)
