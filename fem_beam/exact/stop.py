@@ -75,7 +75,7 @@ class Slope:
         return np.append(u, -self.fibre * float(u @ [np.cos(q[2]), np.sin(q[2])]))
 
     def mean_rows(self, u: Array, q0: Array, q1: Array) -> tuple[Array, float]:
-        """Return their means over a step, times q1 - q0 the displacement, and how the last of them turns."""
+        """Return the mean rows over a step and the rate of the last; times q1 - q0 they give the displacement."""
         quotient, rate = divided_difference(q0[2], q1[2])
         along = self.fibre * (u[0] - 1j * u[1]) * 1j
         return np.append(u, float(np.real(along * quotient))), float(np.real(along * rate))

@@ -58,7 +58,9 @@ def test_generalized_alpha_marches_a_ball_that_lies_on_a_spring():
     """An elastic stop k y = -m g: y stays at -m g/k."""
     depth, stop = GRAVITY / 400.0, ElasticStop(400.0)
     start = np.array([0.0, -depth]), REST
-    history = completed(simulate_system(BALL, *start, 0.5, stop=stop, scheme=GeneralizedAlphaScheme(0.01, 0.01)))
+    history = completed(
+        simulate_system(BALL, *start, 0.5, contact_law=stop, scheme=GeneralizedAlphaScheme(0.01, 0.01))
+    )
     assert history["gap"].values == pytest.approx(-depth, abs=ROUNDING)
 
 
@@ -67,7 +69,7 @@ def test_generalized_alpha_marches_a_ball_that_falls_on_a_spring():
     omega, steps, errors = 20.0, np.array([4e-3, 2e-3, 1e-3]), []
     for h in steps:
         scheme = GeneralizedAlphaScheme(h, h)
-        history = completed(simulate_system(BALL, REST, REST, 0.28, stop=ElasticStop(400.0), scheme=scheme))
+        history = completed(simulate_system(BALL, REST, REST, 0.28, contact_law=ElasticStop(400.0), scheme=scheme))
         errors.append(last(history, "gap") + GRAVITY / omega**2 * (1.0 - cos(omega * 0.28)))
     # (w h)^2 of the angle w t is more than the scheme's error of the frequency
     assert_order(steps, errors, (1.8, 2.2), GRAVITY / omega**2 * omega * 0.28 * (omega * steps) ** 2)

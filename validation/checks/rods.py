@@ -41,7 +41,7 @@ def strike(rod: ElasticRod, speed: float, end_time: float, scheme: Scheme | None
         rod.at(0.0),
         np.full(rod.size, -speed),
         end_time,
-        stop=ElasticStop(rod.end_stiffness),
+        contact_law=ElasticStop(rod.end_stiffness),
         scheme=scheme or GeneralizedAlphaScheme(step, step, 1.0),
         output_interval=end_time / 100.0,
     )

@@ -106,7 +106,7 @@ def mass_on_spring() -> list[Measurement]:
         np.array([0.0, height]),
         np.array([0.0, -speed]),
         0.5,
-        stop=ElasticStop(stiffness),
+        contact_law=ElasticStop(stiffness),
         output_interval=1e-3,
     )
     impact, release = history.events
