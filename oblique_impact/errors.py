@@ -23,7 +23,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Outcome(Enum):
-    """How a run ended; each member carries a sentence for the user."""
+    """Named outcome of a run, with a sentence for the user."""
 
     COMPLETED = ("completed", "The run reached its end time.")
     MASS_MATRIX_INDEFINITE = (

@@ -44,12 +44,12 @@ def read_text(path: Path, limit: int = MAX_TEXT) -> str:
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Let `write` fill a temporary file beside `path`, of the same suffix, then rename it; raises OSError."""
+    """Write a file atomically: `write` fills a temporary file beside it, which is renamed.  Raises OSError."""
     write_all({path: write})
 
 
 def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
-    """Let each of `writers` fill a temporary file beside its path; rename them when all are complete.
+    """Write files together: each of `writers` fills a temporary file; all are renamed when the last is complete.
 
     Temporary files of a killed process are overwritten, as they have the same names.  Raises OSError.
     """

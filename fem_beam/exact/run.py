@@ -400,7 +400,7 @@ class Run:
         forces = Forces(*at_once, 0.0)
         self.samples.append(Sample(self.time, self.stage, self.phase.state, place, force, tangential, forces))
 
-        def give(forces: Forces) -> None:
+        def store(forces: Forces) -> None:
             sample = self.samples[number]._replace(forces=forces)
             if sticks:
                 # stick ends where the mean of a step is at the edge of the cone: at its end it would be beyond
@@ -408,4 +408,4 @@ class Run:
                 sample = sample._replace(tangential_force=min(max(forces.reaction, -edge), edge))
             self.samples[number] = sample
 
-        self._averages.want(self.time, give)
+        self._averages.request(self.time, store)

@@ -19,7 +19,7 @@ from oblique_impact.scenario.scenario import Scenario
 
 
 class Place(NamedTuple):
-    """Where the contact point is: gap and slip (m), and their rates (m/s)."""
+    """Kinematics of the contact point: gap and slip (m), and their rates (m/s)."""
 
     gap: float
     slip: float
@@ -60,7 +60,7 @@ class Slope:
         return np.array([np.cos(self.angle), np.sin(self.angle)])
 
     def place(self, stage: Stage) -> Place:
-        """Return where the contact point is, and how it moves."""
+        """Return gap, slip and their rates at a state."""
         at, (height, along) = slice(NODE * self.node, NODE * (self.node + 1)), self.offsets
         q, v = stage.q[at], stage.v[at]
         r, (n, t) = self.point(q), (self.rows(u, q) for u in (self.normal, self.tangent))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.scenario.shapes import DEGREE, at, rows_of
+from oblique_impact.scenario.shapes import DEGREE, rows_of, value_at
 from oblique_impact.scenario.tables import Table
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Sections:
         def profile(name: str) -> Profile:
             value = getattr(beam, name)
             plain = Profile.of(value, beam.length)
-            return ShapedProfile(plain.x, plain.values, partial(at, beam.section, name)) if varies else plain
+            return ShapedProfile(plain.x, plain.values, partial(value_at, beam.section, name)) if varies else plain
 
         return cls(
             beam.length,

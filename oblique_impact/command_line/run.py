@@ -37,15 +37,15 @@ def run(
 
     chosen = Scenario.load(scenario, changes)
     warnings = implausible_values(chosen)
-    for warning in [*warnings, *_large(chosen)]:
+    for warning in [*warnings, *_size_notes(chosen)]:
         print_note(f"warning: {warning}")
     with writing(out) as folder:
         replaced = (folder / "history.nc").exists()
         try:
             with progress_bar() as on_progress:
                 history = simulate(chosen, on_progress)
-        except Interrupted as stop:
-            history = stop.history
+        except Interrupted as interrupt:
+            history = interrupt.history
         history.save(folder)
     lines = summary_lines(history, folder, replaced, warnings)
     print_result(lines, {**history.summary, "results": folder}, as_json)
@@ -55,8 +55,8 @@ def run(
         raise typer.Exit(outcome.exit_code)
 
 
-def _large(scenario: Scenario) -> Iterator[str]:
-    """Say beforehand that a history will be large."""
+def _size_notes(scenario: Scenario) -> Iterator[str]:
+    """Yield a note if the history will be large."""
     from oblique_impact.history.size import LARGE, MEMORY, expected_size, size_text
 
     size = expected_size(scenario)
@@ -66,7 +66,7 @@ def _large(scenario: Scenario) -> Iterator[str]:
 
 
 def summary_lines(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> Iterator[str]:
-    """Yield what a run was like, for a terminal; `known` warnings, which were printed before, are not repeated."""
+    """Yield the summary of a run in lines; `known` warnings, which were printed before, are left out."""
     from oblique_impact.history.summary import LOSSES, balance_text
 
     summary, energy = history.summary, history.summary["energy"]

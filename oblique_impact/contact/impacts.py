@@ -127,7 +127,7 @@ class _FrictionalImpact:
         self._ratio = self._ratio_at(0.0)
 
     def advance(self, step: float) -> None:
-        """Let the normal impulse grow by `step`."""
+        """Increase the normal impulse by `step`."""
         to_zero_slip = self._to_zero_slip()
         if to_zero_slip < step:
             self._end_slip(to_zero_slip)

@@ -59,7 +59,7 @@ class EventKind(Enum):
 
 
 class AtEnd(Enum):
-    """How the contact point leaves a slope with ends, and comes back; the values are those in summary.json."""
+    """Passages of the contact point at an end of the slope; the values are those in summary.json."""
 
     SLIDES_OFF = "slides off"
     FALLS_PAST = "falls past"

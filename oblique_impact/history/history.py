@@ -96,7 +96,7 @@ class History:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run ended."""
+        """The named outcome of the run."""
         return next(outcome for outcome in Outcome if outcome.label == self.summary["outcome"])
 
     @property

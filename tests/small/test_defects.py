@@ -279,7 +279,7 @@ def test_generalized_alpha_holds_a_light_mass_that_sticks_to_an_elastic_stop(rho
     k, u, mu, mass = 10.0, 0.2, 0.4, 0.25
     slip, h = mu * mass * GRAVITY / (k * u), 5e-3
     system = PulledMass(stiffness=k, pull=u, mass=mass)
-    options = {"friction": Coulomb(mu, 0.75 * mu), "stop": ElasticStop(1e3)}
+    options = {"friction": Coulomb(mu, 0.75 * mu), "contact_law": ElasticStop(1e3)}
     start = np.array([0.0, -mass * GRAVITY / 1e3])  # where the spring carries it
     scheme = GeneralizedAlphaScheme(h, h, rho)
     history = completed(simulate_system(system, start, REST, slip + 0.02, scheme=scheme, **options))
@@ -330,7 +330,7 @@ def test_generalized_alpha_locates_the_release_from_an_elastic_stop(rho):
     lasts = 2.0 / omega * (pi - atan(omega * speed / GRAVITY))
     steps, times, speeds = np.array([4e-3, 2e-3, 1e-3]), [], []
     for h in steps:
-        options = {"stop": ElasticStop(400.0), "scheme": GeneralizedAlphaScheme(h, h, rho)}
+        options = {"contact_law": ElasticStop(400.0), "scheme": GeneralizedAlphaScheme(h, h, rho)}
         history = completed(simulate_system(BALL, REST, np.array([0.0, -speed]), lasts + 0.02, **options))
         assert kinds_of(history) == ["release"]
         times.append(times_of(history)[0] - lasts)
@@ -359,7 +359,7 @@ def test_a_ball_that_bounces_under_fixed_steps_does_not_sink(baumgarte, steps):
     height = 0.2
     fall, speed = sqrt(2.0 * height / GRAVITY), sqrt(2.0 * GRAVITY * height)
     for h in steps:
-        options = {"impact": NewtonImpact(0.5), "scheme": FixedStepScheme(h, h), "baumgarte": baumgarte}
+        options = {"impact_law": NewtonImpact(0.5), "scheme": FixedStepScheme(h, h), "baumgarte": baumgarte}
         history = completed(simulate_system(BALL, np.array([0.0, height]), REST, 0.75, **options))
         kinds, bounces = kinds_of(history), int(np.log2(speed / (GRAVITY * h))) + 4
         assert len(kinds) <= bounces
@@ -382,7 +382,7 @@ def test_a_scheme_that_is_used_twice_gives_the_same_bytes(scheme, end):
     start = np.array([0.1, 0.05]), np.array([0.3, 0.0])
 
     def run(chosen: Any) -> History:
-        options = {"impact": NewtonImpact(0.5), "friction": Coulomb(0.3, 0.3), "scheme": chosen}
+        options = {"impact_law": NewtonImpact(0.5), "friction": Coulomb(0.3, 0.3), "scheme": chosen}
         return simulate_system(system, *start, end, **options)
 
     first, second, fresh = run(one), run(one), run(scheme_of(scheme, 5e-3))

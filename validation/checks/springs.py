@@ -26,7 +26,7 @@ _METHODS = {
 
 
 def strike(stiffness: float, end_time: float, *discretization: str) -> History:
-    """Let the straight beam turn onto a spring that its end touches at t = 0."""
+    """Run the straight beam that turns onto a spring, which its end touches at t = 0."""
     return run(
         "paper",
         "gravity=0.0",
