@@ -290,7 +290,7 @@ class Position(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """What the steps of a flight need."""
+    """Arguments of the steps of a flight."""
 
     system: Any
     phase: Phase
