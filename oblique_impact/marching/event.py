@@ -65,7 +65,7 @@ _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0
 _EXPONENT = -1.0 / 8.0
 #: of the tolerance: a second of motion takes thousands of steps, whose errors add up
 _SHARE_OF_A_STEP = 0.02
-#: an exponential step should replace so many others at least; so many of them are taken before another one is tried
+#: an exponential step should replace so many others at least; so many are taken before another one is tried
 _EXPONENTIAL_COST, _PATIENCE = 4.0, 8
 _SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # smaller steps, as a part of the time (in time scales), are lost
 #: corrections of the end of a step on an event; four converge from the dense output, which is of order 7

@@ -49,9 +49,7 @@ LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
 WORTHWHILE = 5e3
 
 
-class Exponential(NamedTuple):
-    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
-
+class _Tables(NamedTuple):
     lengths: Array  # (levels,) s
     shapes: Array  # (d, d)
     projection: Array  # (d, d)
@@ -69,6 +67,11 @@ class Exponential(NamedTuple):
     ends: Array  # (2, d) z and z' somewhere, or their errors
     memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)
 
+
+class Exponential(_Tables):
+    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
+
+    __slots__ = ()
     described = "with exponential steps"
 
 
