@@ -36,7 +36,7 @@ from oblique_impact.errors import Outcome, PhysicsStop
 
 #: squared sine between the contact rows (in the metric of the inverse mass matrix) below which they count as
 #: parallel: a stick force of such rows would be larger than any friction cone, and known to no digit
-_PARALLEL = 1e-11  # the rows are known to about 1e-13, a sine to 3e-6
+_PARALLEL = 1e-11
 #: a tangential row whose square is below 1e-11 times this part of the normal one's is rounding (1e-24 of 1,024
 #: elements that lie along the slope)
 _NO_ROW = 1e-9
@@ -86,7 +86,7 @@ class Transition(NamedTuple):
 
 
 class ContactProbe(Protocol):
-    """The contact problem at the front of a run, and what an impulse would make of it."""
+    """The contact problem where a run is, and after an impulse."""
 
     @property
     def instant(self) -> Instant:
@@ -249,7 +249,7 @@ class ContactMachine:
         """State of a contact with zero gap and zero gap rate, or of one with a compliant stop.
 
         `contact` is an earlier phase of the same contact; `ahead` is `ContactProbe.slip_rate_ahead` if the instant
-        is that of the front.  Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
+        is that of the run.  Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
         """
         contact = contact or self._closed
         static, rate = self.friction.static, instant.slip_rate
