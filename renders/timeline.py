@@ -209,5 +209,5 @@ def rate_text(rate: float) -> str:
     if abs(rate - 1.0) < 0.005:
         return "real time"
     if rate > 1.0:
-        return f"{float(f'{rate:.2g}'):g}× real time"
+        return f"{rate:.3g} times real time"
     return f"1/{float(f'{1.0 / rate:.2g}'):.10g} of real time"

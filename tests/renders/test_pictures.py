@@ -122,7 +122,7 @@ def test_a_frame_tells_time_state_rate_force_and_gap(story):
         composer.draw(0.31, 2.5)
         gap = 1e3 * float(geometry.value("gap", geometry.index(0.31)))
         found = words(composer)
-        assert {"FREE", "2.5× real time", "no contact force", f"gap {gap:.0f} mm"} <= set(found)
+        assert {"FREE", "2.5 times real time", "no contact force", f"gap {gap:.0f} mm"} <= set(found)
 
 
 def test_a_compliant_stop_tells_its_compression_and_what_is_drawn(run):

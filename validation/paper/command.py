@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -112,7 +113,10 @@ def reproduce(
     tasks += [(_measure_variant, variant) for variant in varied]
     tasks += [(_judge_combination, changes) for changes in grid]
     names = [*named, *(f"{variant.choice}: {variant.label}" for variant in varied), *map(str, grid)]
-    found = map_parallel(_call, tasks, workers, on_progress, names)
+    with warnings.catch_warnings():
+        # workers that hold much memory after a long run are replaced by joblib, which says so
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
+        found = map_parallel(_call, tasks, workers, on_progress, names)
     runs: dict[str, History] = dict(zip(named, found, strict=False))
     rows = found[len(named) :]
     stick = {key: stick_checks(named[key], run) for key, run in runs.items() if key.endswith("hybrid")}
