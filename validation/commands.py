@@ -81,7 +81,7 @@ def refine(
     study: Annotated[
         str | None,
         typer.Option(
-            help="A shipped study: elements, steps, remedies, grading, rigid-stop, predictability or "
+            help="A shipped study: elements, steps, remedies, rigid-stop, predictability or "
             "small-deflection."
         ),
     ] = None,

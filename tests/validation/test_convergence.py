@@ -181,8 +181,8 @@ def test_gaps_are_named_and_do_not_stop_the_rest():
     f[1] = nan
     found = analyse(h, f, tolerance=1e-9)
     assert found.order == pytest.approx(2.0)
-    assert math.isnan(found.differences[1])
-    assert math.isnan(found.differences[2])
+    assert math.isnan(found.levels["difference"][1])
+    assert math.isnan(found.levels["difference"][2])
     f[-1] = nan
     assert (analyse(h, f).verdict, analyse(h, f).reason) == (NO_VERDICT, "the finest level does not have it")
     f = power(h, 2.0)
