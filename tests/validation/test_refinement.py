@@ -17,10 +17,8 @@ from oblique_impact.validation.studies.refinement import (
     AXES,
     Ladder,
     Study,
-    check_levels,
     declared_orders,
     lines,
-    parse_levels,
     sizes_of,
 )
 from oblique_impact.validation.studies.refinement_report import level_frame, report
@@ -28,23 +26,6 @@ from oblique_impact.validation.studies.shipped import STUDIES, shipped_study
 
 ROUGH = ("discretization.frame=mean-axis", "contact.mu_static=20.0", "contact.mu_kinetic=20.0", "end_time=0.4")
 RIGID = Scenario.builtin("paper", ["end_time=0.335", "discretization.frame=mean-axis"])
-
-
-@pytest.mark.parametrize(
-    ("axis", "text", "part"),
-    [
-        ("elements", "4,8", "3 to 16 levels"),
-        ("elements", "4,16,8", "increase"),
-        ("elements", "4,8,x", "whole numbers"),
-        ("modes", "0,1,2", "from 1"),
-        ("steps", "1e-5,2e-5,4e-5", "decrease"),
-        ("tolerances", "1e-5,0,1e-6", "above 0"),
-    ],
-)
-def test_levels_that_cannot_be_are_one_line(axis, text, part):
-    with pytest.raises(InputError, match=part) as caught:
-        check_levels(axis, parse_levels(axis, text))
-    assert f"--{axis}" in str(caught.value)
 
 
 def test_levels_change_what_they_are_about():
