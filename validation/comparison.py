@@ -148,7 +148,7 @@ class Comparison:
         """A row for each event: kind and state, times (s) and impulses (N s) of both, differences."""
         rows = []
         for pair in self.events:
-            row = {"kind": pair.event.kind.value, "state": pair.event.state.name.lower()}
+            row: dict[str, Any] = {"kind": pair.event.kind.value, "state": pair.event.state.name.lower()}
             for side, event in (("left", pair.left), ("right", pair.right)):
                 row |= {f"{side}_time": event and event.time, f"{side}_impulse": event and event.normal_impulse}
             row |= {"time_difference": pair.time_difference, "impulse_difference": pair.impulse_difference}

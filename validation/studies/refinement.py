@@ -227,7 +227,7 @@ class QuantityResult:
     @property
     def values(self) -> list[float]:
         """Values, coarse to fine; NaN where a level does not have it."""
-        return self.analysis.levels["value"].tolist()
+        return [float(value) for value in self.analysis.levels["value"]]
 
 
 @dataclass(frozen=True)
