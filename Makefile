@@ -73,4 +73,4 @@ bench: install
 	$(BIN)/python benchmarks/films.py
 
 clean:
-	rm -rf $(VENV) out build docs/_build docs/gallery docs/*-dark.svg docs/pictures/*-dark.svg examples/*.png examples/*.svg *.egg-info
+	rm -rf $(VENV) out build docs/_build docs/gallery examples/*.png examples/*.svg *.egg-info

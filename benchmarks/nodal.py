@@ -81,7 +81,8 @@ def step_ratios(costs: Costs) -> dict[str, float]:
 def memory(elements: int) -> int:
     """Return the bytes of the work arrays and of the banded matrices."""
     system = problem_of(elements).system
-    return sum(array.nbytes for array in system.new_workspace()) + int(system.bands.nbytes)
+    work = system.new_workspace()
+    return sum(array.nbytes for array in (*work[:-1], *work.vectors)) + int(system.bands.nbytes)
 
 
 def main(turns: int = 7) -> None:

@@ -72,8 +72,8 @@ mesh = history.to_pyvista(largest)
 print("largest bending stress there:", round(float(abs(mesh["bending_stress"]).max()) / 1e6, 1), "MPa")
 
 # %%
-# **Refine.** Are six modes enough? Get a verdict, with its reason, before you quote a number; what converges and what
-# does not: :doc:`/convergence`.
+# **Refine.** Are six modes enough? Get a verdict, with its reason, before you quote a number; what converges and
+# what does not: :doc:`/convergence`.
 
 study = refine(strip, modes=[4, 8, 12, 16], quantities=["impulse", "peak_force"], workers=1)
 for found in (study.quantity("impulse"), study.quantity("peak_force")):

@@ -16,11 +16,10 @@ from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import Discretization, build_operators
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
-from oblique_impact.contact.state import Tolerances
+from oblique_impact.contact.state import Baumgarte, Tolerances
 from oblique_impact.contact.stops import ContactLaw, ElasticStop, MasslessPoint
-from oblique_impact.contact.transitions import Baumgarte, ContactMachine
+from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import InputError
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
@@ -177,7 +176,7 @@ def contact_machine(
         parts.impact_law or _impact_law(scenario),
         tolerances._replace(flight=scheme.shortest_flight),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
-        scheme.judgement,
+        scheme.stick_criterion,
         parts.contact_law or stop_of(scenario),
         scenario.slope.extent,
     )
@@ -218,7 +217,7 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     time = length / speed
     effective_mass = 1.0 / c.a_nn if c.a_nn > 0.0 else 1.0
     tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
-    pull = np.abs(work.vectors[row.FREE_ACCELERATION]) if defined else np.zeros_like(q0)
+    pull = np.abs(work.vectors.free_acceleration) if defined else np.zeros_like(q0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ways = np.minimum(np.where(pull > 0.0, qd0**2 / pull, np.inf), np.abs(qd0) * end_time)
     size = np.maximum(np.abs(q0), ways)

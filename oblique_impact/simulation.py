@@ -16,8 +16,9 @@ from oblique_impact.beam.operators import Discretization
 from oblique_impact.beam.plausibility import doubts
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
+from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.contact.transitions import Baumgarte, ContactMachine
+from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.history.samples import beam_variables, gather, warnings_of
@@ -127,7 +128,7 @@ def simulate_system(
     impact: ImpactLaw | None = None,
     scheme: Scheme | None = None,
     output_interval: float = 1e-2,
-    baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
+    baumgarte: Baumgarte = Baumgarte(),
     stop: ContactLaw | None = None,
     extent: tuple[float, ...] = (),
     gap_tolerance: float | None = None,
@@ -175,7 +176,7 @@ def simulate_system(
     gap = tolerances.gap if gap_tolerance is None else gap_tolerance
     tolerances = tolerances._replace(flight=scheme.shortest_flight, gap=gap)
     laws = friction or Frictionless(), impact or NewtonImpact()
-    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.judgement, stop, extent)
+    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.stick_criterion, stop, extent)
     times = float(end_time), float(output_interval)
     problem = Problem(system, q0, qd0, machine, scheme, *times, scales, breakpoints=breakpoints)
     record, wall = _march(problem, on_progress)

@@ -205,8 +205,8 @@ def distance_from(spans: Array, times: Array) -> Array:
 
 
 def rate_text(rate: float) -> str:
-    """Return a rate, physical over film time, in words."""
-    if abs(rate - 1.0) < 0.02:
+    """Return physical over film time in words."""
+    if abs(rate - 1.0) < 0.005:
         return "real time"
     if rate > 1.0:
         return f"{rate:.3g} times real time"

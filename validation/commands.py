@@ -176,7 +176,7 @@ def reproduce(
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
         result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
-    print_result(lines(result, out), lambda: _written(out), as_json)
+    print_result(lines(result), lambda: _written(out), as_json)
 
 
 def sweep(

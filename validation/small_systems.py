@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import Instant
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.kernels.workspace import Workspace
 from oblique_impact.marching.records import Event
@@ -201,8 +200,8 @@ class ElasticRod(MechanicalSystem):
 
     def solve_mass(self, rank_one: float, w: Workspace, contact: bool) -> bool:
         v = w.vectors
-        v[row.FREE_ACCELERATION] = v[row.FORCES] / self._masses
-        v[row.NORMAL_RESPONSE], v[row.TANGENTIAL_RESPONSE] = v[row.NORMAL] / self._masses, 0.0
+        v.free_acceleration[:] = v.forces / self._masses
+        v.normal_response[:], v.tangential_response[:] = v.normal_row / self._masses, 0.0
         return True
 
     def factor_effective(
@@ -214,8 +213,8 @@ class ElasticRod(MechanicalSystem):
 
     def solve_effective(self, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
         v, inverse = w.vectors, w.effective[slot]
-        v[row.INCREMENT], v[row.NORMAL_RESPONSE] = inverse @ v[row.RESIDUAL], inverse @ v[row.NORMAL]
-        v[row.TANGENTIAL_RESPONSE] = 0.0
+        v.increment[:], v.normal_response[:] = inverse @ v.residual, inverse @ v.normal_row
+        v.tangential_response[:] = 0.0
 
 
 def events_of(history: History, kind: EventKind) -> list[Event]:

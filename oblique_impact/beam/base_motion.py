@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from oblique_impact.errors import InputError
+from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.laws import Law, compiled_law
 
 if TYPE_CHECKING:
@@ -21,6 +22,36 @@ if TYPE_CHECKING:
 
 _WINDOWS, _WINDOW = 32, 1e-4  # how many short windows of the run are looked at, and their length in its duration
 _ACCURACY = 1e-6
+
+
+class Drive(NamedTuple):
+    """Angular acceleration of a driven root, as kernels need it: of a spin-up, or a user-defined one."""
+
+    spin_rate: float = 0.0  # rad/s, at the end of the spin-up
+    spin_up_time: float = 0.0  # s
+    law: Law | None = None  # acceleration (rad/s^2) over time (s) in the place of that
+
+
+@jitable
+def _acceleration(law: Law | None, drive: Drive, t: float) -> float:
+    # the compiler drops one of the two
+    if law is None:
+        return spin_up_acceleration(t, drive.spin_rate, drive.spin_up_time)
+    return law(t)
+
+
+@jitable
+def drive_acceleration(drive: Drive, t: float) -> float:
+    """Angular acceleration (rad/s^2) of a driven root at t (s)."""
+    return _acceleration(drive.law, drive, t)
+
+
+@jitable
+def spin_up_acceleration(t: float, spin_rate: float, spin_up_time: float) -> float:
+    """Angular acceleration (rad/s^2) of a spin-up (Simo and Vu-Quoc 1986); 0 at its end and after it."""
+    if t >= spin_up_time:
+        return 0.0
+    return spin_rate / spin_up_time * (1.0 - math.cos(2.0 * math.pi * t / spin_up_time))
 
 
 class Turn(NamedTuple):
@@ -72,15 +103,13 @@ class BaseMotion(ABC):
         return Turn(*map(float, self.turn(t, *astuple(self))))
 
     @property
-    def acceleration(self) -> tuple[Law, np.ndarray[Any, Any]]:
-        """Compiled acceleration of the root and its parameters; raises InputError if it cannot be compiled."""
-        numbers = astuple(self)
-        law = compiled_law(type(self).turn, 1, len(numbers), entry=2)
-        return law, np.array([*numbers, 0.0], dtype=float)
+    def drive(self) -> Drive:
+        """The acceleration as kernels need it; raises InputError if it cannot be compiled."""
+        return Drive(law=compiled_law(type(self).turn, 1, tuple(map(float, astuple(self))), entry=2))
 
     def check(self, end_time: float) -> None:
         """Raise InputError if this cannot be compiled, or its parts do not fit together before `end_time` (s)."""
-        _, name = self.acceleration, type(self).__name__
+        _, name = self.drive, type(self).__name__
         if self.at(0.0).angle != 0.0:
             raise InputError(f"{name}: the angle at t = 0 is {self.at(0.0).angle:g}, should be 0")
         points, weights = np.polynomial.legendre.leggauss(10)
@@ -110,6 +139,11 @@ class ConstantSpeed(BaseMotion):
     def turn(t: float, spin_rate: float) -> tuple[float, float, float]:  # type: ignore[override]  # noqa: D102
         return spin_rate * t, spin_rate, 0.0
 
+    @property
+    def drive(self) -> Drive:
+        """The acceleration as kernels need it."""
+        return Drive()
+
 
 @dataclass(frozen=True)
 class SpinUp(BaseMotion):
@@ -128,7 +162,13 @@ class SpinUp(BaseMotion):
         lag = spin_up_time / (2.0 * math.pi)
         per_time = spin_rate / spin_up_time
         angle = per_time * (0.5 * t * t + lag * lag * (math.cos(phase) - 1.0))
-        return angle, per_time * (t - lag * math.sin(phase)), per_time * (1.0 - math.cos(phase))
+        acceleration = spin_up_acceleration(t, spin_rate, spin_up_time)
+        return angle, per_time * (t - lag * math.sin(phase)), acceleration
+
+    @property
+    def drive(self) -> Drive:
+        """The acceleration as kernels need it."""
+        return Drive(float(self.spin_rate), float(self.spin_up_time))
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

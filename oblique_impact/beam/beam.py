@@ -88,7 +88,6 @@ class Beam:
         s, o, kept = self.scenario, self.operators, self.foreshortening
         frame, n = floating_frame, self.operators.size
         full = s.discretization.kinetics == "full"
-        drive, parameters = self.motion.acceleration
         shortening = kept if s.contact.shortening else 0.0
         inverse = np.linalg.inv(o.elastic_mass)
         matrices = {
@@ -119,8 +118,7 @@ class Beam:
             static_moment=o.Sm,
             hub_inertia=self.hub_inertia,
             root=_ROOTS[s.root.kind],
-            drive=drive,
-            drive_parameters=parameters,
+            drive=self.motion.drive,
             **self._load_and_slope(),
         )
 

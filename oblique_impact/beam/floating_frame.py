@@ -11,10 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.kernels import rows as row
+from oblique_impact.beam.base_motion import Drive, drive_acceleration
 from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
 PIN, HUB, DRIVEN = 0, 1, 2
@@ -44,8 +43,7 @@ class _BeamData(NamedTuple):
     root: int
     hub_inertia: float
     torque: float
-    drive: Law  # acceleration (rad/s^2) of a driven root over time
-    drive_parameters: Array
+    drive: Drive  # of a driven root
     contact_radius: float  # r + x_F (m)
     fibre: float  # e, place (m) of the contact point across the beam from its axis
     fibre_turning: float  # e, or 0 where terms of second order are left out
@@ -80,6 +78,8 @@ def _take_products(model: BeamModel, B: Array, Bd: Array, w: Workspace) -> float
     All in one loop: each of these short sums by itself would wait for its last addition.
     """
     matrices, v = model.matrices, w.vectors
+    spin_product, gravity_product, stiffness_product = v.spin_product, v.gravity_product, v.stiffness_product
+    shortening_product, damping_product = v.shortening_product, v.damping_product
     spinning, heavy, stiff, short = (
         matrices[SPIN_STIFFNESS],
         matrices[GRAVITY_STIFFNESS],
@@ -97,8 +97,8 @@ def _take_products(model: BeamModel, B: Array, Bd: Array, w: Workspace) -> float
             d += short[i, j] * x
             e += damped[i, j] * rate
             f += short[i, j] * rate
-        v[row.SPIN_PRODUCT, i + 1], v[row.GRAVITY_PRODUCT, i + 1], v[row.STIFFNESS_PRODUCT, i + 1] = a, b, c
-        v[row.SHORTENING_PRODUCT, i + 1], v[row.DAMPING_PRODUCT, i + 1] = d, e
+        spin_product[i + 1], gravity_product[i + 1], stiffness_product[i + 1] = a, b, c
+        shortening_product[i + 1], damping_product[i + 1] = d, e
         bending += f * Bd[i]
     return bending
 
@@ -107,14 +107,12 @@ def _take_products(model: BeamModel, B: Array, Bd: Array, w: Workspace) -> float
 def _apply_forces(model: BeamModel, theta: float, B: Array, Bd: Array, w: Workspace) -> float:
     """Add gravity with its geometric stiffness, elasticity, damping, hub torque; the power (W) of damping."""
     v, g, c, s = w.vectors, model.gravity, np.cos(theta), np.sin(theta)
-    heavy, stiff, damped = v[row.GRAVITY_PRODUCT], v[row.STIFFNESS_PRODUCT], v[row.DAMPING_PRODUCT]
+    forces, heavy, stiff, damped = v.forces, v.gravity_product, v.stiffness_product, v.damping_product
     moment = c * (model.static_moment - 0.5 * _contract(heavy, B)) - s * dot(model.vectors[LOAD], B)
-    v[row.FORCES, 0] += model.torque - g * moment
+    forces[0] += model.torque - g * moment
     for i in range(B.shape[0]):
         weight = g * (c * model.vectors[LOAD, i] - s * heavy[i + 1])
-        v[row.FORCES, i + 1] += (
-            model.torque * model.vectors[ROOT_SLOPE, i] - weight - (stiff[i + 1] + damped[i + 1])
-        )
+        forces[i + 1] += model.torque * model.vectors[ROOT_SLOPE, i] - weight - (stiff[i + 1] + damped[i + 1])
     return _contract(damped, Bd)
 
 
@@ -123,13 +121,13 @@ def _first_order(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     """Kinetic energy to second order in B: inertia forces, the rows of the mass matrix that are not constant."""
     B, Bd, spin = q[1:], qd[1:], qd[0]
     M, v = w.mass, w.vectors
-    product = v[row.SPIN_PRODUCT]
+    forces, product = v.forces, v.spin_product
     M[0, 0] = model.inertia + _contract(product, B)
-    v[row.FORCES, 0] = -2.0 * spin * _contract(product, Bd)
+    forces[0] = -2.0 * spin * _contract(product, Bd)
     for i in range(B.shape[0]):
         M[0, i + 1] = model.vectors[COUPLING, i]
         M[i + 1, 0] = model.vectors[COUPLING, i]
-        v[row.FORCES, i + 1] = spin * spin * product[i + 1]
+        forces[i + 1] = spin * spin * product[i + 1]
 
 
 @jitable
@@ -138,10 +136,10 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
     B, Bd, spin = q[1:], qd[1:], qd[0]
     n = B.shape[0]
     M, v = w.mass, w.vectors
+    forces, axial_row, transverse_row = v.forces, v.scratch_a, v.scratch_b
     points, shapes, lengthwise = model.quad_points, model.quad_shapes, model.quad_shortening
-    axial_row, transverse_row = v[row.SCRATCH_A], v[row.SCRATCH_B]
     for i in range(n + 1):
-        v[row.FORCES, i] = 0.0
+        forces[i] = 0.0
         for j in range(i + 1):
             M[i, j] = 0.0
     for k in range(shapes.shape[0]):
@@ -165,7 +163,7 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
         axial = mass * (bias - 2.0 * spin * uy_rate - spin * spin * arm)
         transverse = mass * (2.0 * spin * shortening_rate - spin * spin * uy)
         for i in range(n + 1):
-            v[row.FORCES, i] -= axial_row[i] * axial + transverse_row[i] * transverse
+            forces[i] -= axial_row[i] * axial + transverse_row[i] * transverse
             for j in range(i + 1):
                 M[i, j] += mass * (axial_row[i] * axial_row[j] + transverse_row[i] * transverse_row[j])
     hub_row = axial_row
@@ -188,19 +186,20 @@ def _contact(model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace
     """
     B, Bd, spin = q[1:], qd[1:], qd[0]
     v, e, turning = w.vectors, model.fibre, model.fibre_turning
-    HB, shape, slope = v[row.SHORTENING_PRODUCT], model.vectors[CONTACT_SHAPE], model.vectors[CONTACT_SLOPE]
+    normal_row, tangential_row, HB = v.normal_row, v.tangential_row, v.shortening_product
+    shape, slope = model.vectors[CONTACT_SHAPE], model.vectors[CONTACT_SLOPE]
     phi, phi_rate = dot(slope, B), dot(slope, Bd)
     x = model.contact_radius - 0.5 * _contract(HB, B) - e * phi
     y = dot(shape, B) + (e - 0.5 * turning * phi * phi)
     x_rate, y_rate = -_contract(HB, Bd) - e * phi_rate, dot(shape, Bd) - turning * phi * phi_rate
     angle = q[0] - model.slope_angle
     c, s = np.cos(angle), np.sin(angle)
-    v[row.NORMAL, 0] = x * c - y * s
-    v[row.TANGENTIAL, 0] = -x * s - y * c
+    normal_row[0] = x * c - y * s
+    tangential_row[0] = -x * s - y * c
     for i in range(B.shape[0]):
         along, across = HB[i + 1] + e * slope[i], shape[i] - turning * phi * slope[i]
-        v[row.NORMAL, i + 1] = -s * along + c * across
-        v[row.TANGENTIAL, i + 1] = -c * along - s * across
+        normal_row[i + 1] = -s * along + c * across
+        tangential_row[i + 1] = -c * along - s * across
     offsets = model.normal_offset, model.tangential_offset
     biases = bending, turning * phi_rate * phi_rate
     return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
@@ -249,13 +248,14 @@ def _prescribe(model: BeamModel, acceleration: float, spin: float, w: Workspace)
     The rest of its power, supply . q'', and that of the contact force follow from the rows that are replaced.
     """
     M, v = w.mass, w.vectors
-    power: float = -v[row.FORCES, 0] * spin
-    v[row.FORCES, 0] = acceleration
-    v[row.SUPPLY, 0] = M[0, 0] * spin
+    forces, supply = v.forces, v.supply
+    power: float = -forces[0] * spin
+    forces[0] = acceleration
+    supply[0] = M[0, 0] * spin
     M[0, 0] = 1.0
-    for i in range(1, v[row.FORCES].shape[0]):
-        v[row.SUPPLY, i] = M[0, i] * spin
-        v[row.FORCES, i] -= M[i, 0] * acceleration
+    for i in range(1, forces.shape[0]):
+        supply[i] = M[0, i] * spin
+        forces[i] -= M[i, 0] * acceleration
         M[0, i] = 0.0
         M[i, 0] = 0.0
     return power
@@ -281,11 +281,12 @@ def evaluate_full_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Works
 def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w: Workspace) -> Evaluation:
     """Add what does not depend on the order of the kinetic energy."""
     v = w.vectors
+    normal_row, tangential_row = v.normal_row, v.tangential_row
     damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
     k = _contact(model, q, qd, bending, w)
     gap_rate, slip_rate, gap_bias, slip_bias = (
-        dot(v[row.NORMAL], qd),
-        dot(v[row.TANGENTIAL], qd),
+        dot(normal_row, qd),
+        dot(tangential_row, qd),
         k.gap_bias,
         k.slip_bias,
     )
@@ -293,12 +294,12 @@ def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w
     if model.root == HUB:
         supplied = model.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
     if model.root == DRIVEN:
-        acceleration = model.drive(t, model.drive_parameters)
+        acceleration = drive_acceleration(model.drive, t)
         supplied = _prescribe(model, acceleration, qd[0], w)
-        gap_bias += v[row.NORMAL, 0] * acceleration
-        slip_bias += v[row.TANGENTIAL, 0] * acceleration
-        v[row.NORMAL, 0] = 0.0
-        v[row.TANGENTIAL, 0] = 0.0
+        gap_bias += normal_row[0] * acceleration
+        slip_bias += tangential_row[0] * acceleration
+        normal_row[0] = 0.0
+        tangential_row[0] = 0.0
     return Evaluation(k.gap, k.slip, gap_rate, slip_rate, gap_bias, slip_bias, damping, supplied, 0.0)
 
 
@@ -332,10 +333,10 @@ def solve_beam_mass(model: BeamModel, rank_one: float, w: Workspace, contact: bo
         pivot += following[i] * w.mass[0, i + 1]
     if not pivot > 0.0:
         return False
-    _solve(model, pivot, v[row.FORCES], v[row.FREE_ACCELERATION])
+    _solve(model, pivot, v.forces, v.free_acceleration)
     if contact:
-        _solve(model, pivot, v[row.NORMAL], v[row.NORMAL_RESPONSE])
-        _solve(model, pivot, v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
+        _solve(model, pivot, v.normal_row, v.normal_response)
+        _solve(model, pivot, v.tangential_row, v.tangential_response)
     return True
 
 
@@ -355,8 +356,8 @@ def add_beam_tangent(
 def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
     """Power (W) of the damping matrix at the velocities q'."""
     v = w.vectors
-    _multiply(model.matrices, DAMPING, qd[1:], v[row.SCRATCH_B])
-    return float(_contract(v[row.SCRATCH_B], qd[1:]))
+    _multiply(model.matrices, DAMPING, qd[1:], v.scratch_b)
+    return float(_contract(v.scratch_b, qd[1:]))
 
 
 class BeamModel(_BeamData, DenseAlgebra):

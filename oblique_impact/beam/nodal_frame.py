@@ -22,7 +22,6 @@ import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from oblique_impact.beam.floating_frame import ContactKinematics, kinematics
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,
@@ -35,6 +34,7 @@ from oblique_impact.kernels.workspace import (
     EFFECTIVE_SLOTS,
     Array,
     Evaluation,
+    Vectors,
     Workspace,
     copy,
     dot,
@@ -86,7 +86,8 @@ def _contact(
 ) -> tuple[ContactKinematics, float, float]:
     """Gap, slip and their rates, with `rows` D_B + S (D_theta - x.D_B)/J in W; biases only if `biased`."""
     v, u, e, turning = w.vectors, model.vectors, model.fibre, model.fibre_turning
-    HB, shape, slope = v[row.SCRATCH_C], u[CONTACT_SHAPE], u[CONTACT_SLOPE]
+    normal_row, tangential_row, scratch_a, HB = v.normal_row, v.tangential_row, v.scratch_a, v.scratch_c
+    shape, slope = u[CONTACT_SHAPE], u[CONTACT_SLOPE]
     theta, spin = _frame(model, q, qd)
     band_multiply(model.bands, SHORTENING_BAND, q, HB)
     rigid, bent, bending = 0.0, 0.0, 0.0
@@ -118,15 +119,15 @@ def _contact(
     slip_rate -= c * lengthwise - s * crosswise
     if rows:
         for i in range(q.shape[0]):
-            v[row.NORMAL, i] = -s * HB[i] + normal * u[COUPLING, i]
-            v[row.TANGENTIAL, i] = -c * HB[i] + tangential * u[COUPLING, i]
+            normal_row[i] = -s * HB[i] + normal * u[COUPLING, i]
+            tangential_row[i] = -c * HB[i] + tangential * u[COUPLING, i]
         for i in range(model.contact_first, model.contact_end):
-            v[row.NORMAL, i] += c * (shape[i] - turning * phi * slope[i]) - s * e * slope[i]
-            v[row.TANGENTIAL, i] -= s * (shape[i] - turning * phi * slope[i]) + c * e * slope[i]
+            normal_row[i] += c * (shape[i] - turning * phi * slope[i]) - s * e * slope[i]
+            tangential_row[i] -= s * (shape[i] - turning * phi * slope[i]) + c * e * slope[i]
     curved = 0.0  # B'^T H B'
     if biased:
-        band_multiply(model.bands, SHORTENING_BAND, qd, v[row.SCRATCH_A])
-        curved = dot(v[row.SCRATCH_A], qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
+        band_multiply(model.bands, SHORTENING_BAND, qd, scratch_a)
+        curved = dot(scratch_a, qd) - 2.0 * spin * dot(u[SHORTENING_RIGID], qd)
         curved += spin * spin * dot(u[SHORTENING_RIGID], u[RIGID])
     offsets = model.normal_offset, model.tangential_offset
     biases = curved, turning * phi_rate * phi_rate
@@ -138,7 +139,8 @@ def _contact(
 def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float, float]:
     """Generalized forces f - K W - Cd W'; returns kappa and the power (W) of damping."""
     v, u, J, g = w.vectors, model.vectors, model.inertia, model.gravity
-    NW, DB, B, n = v[row.SCRATCH_A], v[row.SCRATCH_B], v[row.SCRATCH_C], q.shape[0]
+    forces, NW, DB, B = v.forces, v.scratch_a, v.scratch_b, v.scratch_c
+    n = q.shape[0]
     theta, spin = _frame(model, q, qd)
     c, s = np.cos(theta), np.sin(theta)
     band_multiply(model.bands, SPIN_BAND, q, NW)
@@ -146,7 +148,7 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
     # K W = K B, but in W the rounding of K x would hold the beam like a spring, the stiffer the finer the mesh
     for i in range(n):
         B[i] = q[i] - theta * u[RIGID, i]
-    band_multiply(model.bands, STIFFNESS_BAND, B, v[row.FORCES])
+    band_multiply(model.bands, STIFFNESS_BAND, B, forces)
     lag, lagging, gravity_rigid, bent, lifted = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         DB[i] -= theta * u[GRAVITY_RIGID, i]
@@ -163,15 +165,13 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
     moment /= J
     square = spin * spin
     for i in range(n):
-        v[row.FORCES, i] = (
-            square * NW[i] - g * (c * u[LOAD, i] - s * DB[i]) + moment * u[COUPLING, i] - v[row.FORCES, i]
-        )
-    v[row.FORCES, 0] += model.torque  # the first free coordinate is the slope at the root
+        forces[i] = square * NW[i] - g * (c * u[LOAD, i] - s * DB[i]) + moment * u[COUPLING, i] - forces[i]
+    forces[0] += model.torque  # the first free coordinate is the slope at the root
     power = 0.0
     if model.kelvin_voigt > 0.0 or model.mass_proportional > 0.0:
         power = _damp(model, qd, w)
         for i in range(n):
-            v[row.FORCES, i] -= v[row.SCRATCH_A, i]
+            forces[i] -= v.scratch_a[i]
     return lag / (J * J), power
 
 
@@ -179,14 +179,15 @@ def _forces(model: NodalModel, q: Array, qd: Array, w: Workspace) -> tuple[float
 def _damp(model: NodalModel, qd: Array, w: Workspace) -> float:
     """Damping forces Cd W' into the row SCRATCH_A; their power (W)."""
     v, n, power = w.vectors, qd.shape[0], 0.0
+    scratch_a, scratch_b = v.scratch_a, v.scratch_b
     spin = dot(model.vectors[COUPLING], qd) / model.inertia
-    band_multiply(model.bands, STIFFNESS_BAND, qd, v[row.SCRATCH_A])
-    band_multiply(model.bands, MASS_BAND, qd, v[row.SCRATCH_B])
+    band_multiply(model.bands, STIFFNESS_BAND, qd, scratch_a)
+    band_multiply(model.bands, MASS_BAND, qd, scratch_b)
     for i in range(n):
         # mass-proportional damping acts on B' only: M B' = M W' - S theta'
-        v[row.SCRATCH_A, i] *= model.kelvin_voigt
-        v[row.SCRATCH_A, i] += model.mass_proportional * (v[row.SCRATCH_B, i] - spin * model.vectors[COUPLING, i])
-        power += v[row.SCRATCH_A, i] * qd[i]
+        scratch_a[i] *= model.kelvin_voigt
+        scratch_a[i] += model.mass_proportional * (scratch_b[i] - spin * model.vectors[COUPLING, i])
+        power += scratch_a[i] * qd[i]
     return power
 
 
@@ -213,15 +214,16 @@ def take_nodal_residual(
 ) -> Evaluation:
     """Take forces and the residual f - K W - Cd W' - M W'' and, with `contact`, the rows; no biases."""
     v = w.vectors
+    forces, residual = v.forces, v.residual
     rank_one, damping = _forces(model, q, qd, w)
     supplied = model.torque * qd[0]
     e = Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, damping, supplied, rank_one)
     if contact:
         k, gap_rate, slip_rate = _contact(model, q, qd, True, False, w)
         e = Evaluation(k.gap, k.slip, gap_rate, slip_rate, 0.0, 0.0, damping, supplied, rank_one)
-    multiply_nodal_mass(model, rank_one, w, qdd, v[row.RESIDUAL])
+    multiply_nodal_mass(model, rank_one, w, qdd, residual)
     for i in range(q.shape[0]):
-        v[row.RESIDUAL, i] = v[row.FORCES, i] - v[row.RESIDUAL, i]
+        residual[i] = forces[i] - residual[i]
     return e
 
 
@@ -265,9 +267,11 @@ def _solve_contact(
 ) -> bool:
     """Solve for a vector and for the contact rows side by side; see `_solve`."""
     columns, v, u = w.factor, w.vectors, model.vectors
+    normal_row, tangential_row = v.normal_row, v.tangential_row
+    normal_response, tangential_response = v.normal_response, v.tangential_response
     n = right.shape[0]
     for i in range(n):
-        columns[i, 0], columns[i, 1], columns[i, 2] = right[i], v[row.NORMAL, i], v[row.TANGENTIAL, i]
+        columns[i, 0], columns[i, 1], columns[i, 2] = right[i], normal_row[i], tangential_row[i]
     solve_band_columns(factors, columns)
     a, b, c, own = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
@@ -281,8 +285,8 @@ def _solve_contact(
     share = rank_one / pivot
     for i in range(n):
         x[i] = columns[i, 0] - share * a * response[i]
-        v[row.NORMAL_RESPONSE, i] = columns[i, 1] - share * b * response[i]
-        v[row.TANGENTIAL_RESPONSE, i] = columns[i, 2] - share * c * response[i]
+        normal_response[i] = columns[i, 1] - share * b * response[i]
+        tangential_response[i] = columns[i, 2] - share * c * response[i]
     return True
 
 
@@ -290,7 +294,7 @@ def _solve_contact(
 def solve_nodal_mass(model: NodalModel, rank_one: float, w: Workspace, contact: bool) -> bool:
     """Acceleration without contact force and, with `contact`, M^-1 D^T; False if M is not positive definite."""
     v, factors, response = w.vectors, model.mass_factor, model.vectors[MASS_RESPONSE]
-    right, x = v[row.FORCES], v[row.FREE_ACCELERATION]
+    right, x = v.forces, v.free_acceleration
     if contact:
         return _solve_contact(model, rank_one, factors, response, right, x, w)
     return _solve(model, rank_one, factors, response, right, x)
@@ -308,7 +312,7 @@ def factor_nodal_effective(
     factors = w.effective[slot]
     if not factor_band(model.bands, MASS_BAND, mass, STIFFNESS_BAND, stiffness, factors):
         return False
-    response = w.vectors[row.RANK_ONE + slot]
+    response = w.vectors.rank_one[slot]
     copy(model.vectors[COUPLING], response)
     solve_band(factors, response)
     return True
@@ -317,8 +321,8 @@ def factor_nodal_effective(
 @jitable
 def solve_nodal_effective(model: NodalModel, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:
     """S^-1 of the residual and, with `contact`, of the contact rows."""
-    v, factors, response = w.vectors, w.effective[slot], w.vectors[row.RANK_ONE + slot]
-    right, x = v[row.RESIDUAL], v[row.INCREMENT]
+    v, factors, response = w.vectors, w.effective[slot], w.vectors.rank_one[slot]
+    right, x = v.residual, v.increment
     if contact:
         _solve_contact(model, rank_one, factors, response, right, x, w)
     else:
@@ -345,7 +349,7 @@ class NodalModel(_NodalData):
         n = self.vectors.shape[1]
         rows = n + HALF_BANDWIDTH  # zeros behind the last row, so that a solve needs no special case
         effective = np.zeros((EFFECTIVE_SLOTS, rows, _LANES))
-        return Workspace(np.zeros((0, 0)), np.zeros((rows, _LANES)), effective, np.zeros((row.VECTORS, n)))
+        return Workspace(np.zeros((0, 0)), np.zeros((rows, _LANES)), effective, Vectors.new(n))
 
     def definiteness(self, rank_one: float, w: Workspace) -> float:
         """1 + kappa S.M^-1 S, which vanishes with the definiteness of the mass matrix."""

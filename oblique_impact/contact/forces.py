@@ -8,10 +8,10 @@ Delassus entries A_nn = D_n M^-1 D_n^T, A_nt, A_tt:
             (A_nn + r A_nt) lambda_n = -(Z_n''free + c Z_n' + k Z_n)
     STICK   both constraints at once, a 2 x 2 system
 
-A stop that gives way has no normal constraint: its force is a function of the depth d = -Z_n and its rate, and
+A compliant stop has no normal constraint: its force is a function of the depth d = -Z_n and its rate, and
 never pulls.  Friction and stick are the same.
 
-What the coordinates leave out of a body (the modes above the last one) gives way as well: its compliance G is in
+What the coordinates leave out of a body (the modes above the last one) is compliant too: its compliance G is in
 series with the stop, k_eff = 1/(1/k + G), and its viscosity relaxes it in the time eta,
 
     lambda_n = k_eff (d + eta G k_eff d'),     of a rigid stop  lambda_n = (d + eta d')/G
@@ -28,17 +28,30 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, Guards, Instant, Phase
-from oblique_impact.kernels import rows as row
+from oblique_impact.contact.state import (
+    FREE,
+    NO_CONTACT,
+    SLIDING,
+    STICKING,
+    Guards,
+    Instant,
+    Phase,
+    Residual,
+    Stop,
+)
 from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.system import System
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy, dot
 
 #: what a solution of the contact problem can say about itself
 OK, MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION = 0, 1, 2, 3
 
-SINGULAR = 1e-13  # relative; below it the 2 x 2 system of a sticking contact has no unique solution
-_NEARLY_PAINLEVE = 1e-9  # relative effective inverse mass at which sliding ends
+#: relative determinant of the 2 x 2 system of a sticking contact, which is rounding where it is smaller
+SINGULAR = 1e-13
+#: relative effective inverse mass at which sliding ends: the force grows as its inverse, and steps up to 0 would
+#: shrink without end
+_NEARLY_PAINLEVE = 1e-9
 
 
 class Forces(NamedTuple):
@@ -49,32 +62,51 @@ class Forces(NamedTuple):
     tangential: float
 
 
+@inlined
+def spring_force(depth: float, rate: float, stiffness: float, damping: float) -> float:
+    """Force (N) of a linear spring with Hunt and Crossley's damping, which may be negative."""
+    return stiffness * depth * (1.0 + damping * rate)
+
+
+@inlined
+def _law_force(law: Law | None, stop: Stop, depth: float, rate: float) -> float:
+    """Force (N) of a stop's own law, which may be negative; the compiler drops one of the two."""
+    if law is None:
+        return spring_force(depth, rate, stop.stiffness, stop.damping)
+    return law(depth, rate)
+
+
 @jitable
-def stop_force(phase: Phase, gap: float, gap_rate: float) -> float:
-    """Return the normal force (N) of a stop that gives way at the depth -gap, never negative."""
+def own_force(stop: Stop, depth: float, rate: float) -> float:
+    """Force (N) of a stop at its own depth (m) and rate (m/s), never negative."""
+    return max(0.0, _law_force(stop.law, stop, depth, rate))
+
+
+@jitable
+def stop_force(stop: Stop, residual: Residual, gap: float, gap_rate: float) -> float:
+    """Return the normal force (N) of a compliant stop at the depth -gap, never negative."""
     depth, rate = max(0.0, -gap), -gap_rate
-    if phase.compliance == 0.0:
-        return max(0.0, phase.stop_law(depth, rate, phase.stop_parameters))
-    if phase.massless:
-        return max(0.0, (depth + phase.relaxation * rate) / phase.compliance)
+    if residual.compliance == 0.0:
+        return own_force(stop, depth, rate)
+    if stop.massless:
+        return max(0.0, (depth + residual.relaxation * rate) / residual.compliance)
     if depth == 0.0:
         return 0.0
-    force, share = _force_in_series(phase, depth, rate)
-    return max(0.0, force * (1.0 + phase.relaxation * share * rate / depth))
+    force, share = _force_in_series(stop, residual.compliance, depth, rate)
+    return max(0.0, force * (1.0 + residual.relaxation * share * rate / depth))
 
 
 @jitable
-def _force_in_series(phase: Phase, depth: float, rate: float) -> tuple[float, float]:
-    """Force (N) of a stop behind a spring of the phase's compliance, and the spring's share of the depth.
+def _force_in_series(stop: Stop, compliance: float, depth: float, rate: float) -> tuple[float, float]:
+    """Force (N) of a stop behind a spring of this compliance (m/N), and the spring's share of the depth.
 
     The regula falsi (Illinois) finds it at once where the law is a straight line.
     """
-    low, high = 0.0, max(0.0, phase.stop_law(depth, rate, phase.stop_parameters))
+    low, high = 0.0, own_force(stop, depth, rate)
     above, below, force = high, 0.0, high
     for iteration in range(60):
-        share = min(1.0, phase.compliance * force / depth)
-        law = phase.stop_law(depth * (1.0 - share), rate * (1.0 - share), phase.stop_parameters)
-        error = max(0.0, law) - force
+        share = min(1.0, compliance * force / depth)
+        error = own_force(stop, depth * (1.0 - share), rate * (1.0 - share)) - force
         if abs(error) <= 1e-14 * force:
             break
         if error > 0.0:
@@ -82,49 +114,51 @@ def _force_in_series(phase: Phase, depth: float, rate: float) -> tuple[float, fl
         else:
             high, below, above = force, error, above if iteration == 0 else 0.5 * above
         force = low + (high - low) * above / (above - below)
-    return force, min(1.0, phase.compliance * force / depth)
+    return force, min(1.0, compliance * force / depth)
 
 
 @jitable
-def stop_tangent(phase: Phase, gap: float, gap_rate: float) -> tuple[float, float]:
+def stop_tangent(stop: Stop, residual: Residual, gap: float, gap_rate: float) -> tuple[float, float]:
     """Slopes of the stop's force over depth (N/m) and rate of depth (N s/m); 0 if it does not push.
 
     Differences are enough: only the pace of Newton's iterations depends on them.
     """
-    force = stop_force(phase, gap, gap_rate)
+    force = stop_force(stop, residual, gap, gap_rate)
     if not force > 0.0:
         return 0.0, 0.0
     deeper, faster, over_depth, over_rate = 1e-6 * max(0.0, -gap), 1e-6 * abs(gap_rate), 0.0, 0.0
     if deeper > 0.0:
-        over_depth = (stop_force(phase, gap - deeper, gap_rate) - force) / deeper
+        over_depth = (stop_force(stop, residual, gap - deeper, gap_rate) - force) / deeper
     if faster > 0.0:
-        over_rate = (stop_force(phase, gap, gap_rate - faster) - force) / faster
+        over_rate = (stop_force(stop, residual, gap, gap_rate - faster) - force) / faster
     return over_depth, over_rate
 
 
 @inlined
 def friction_ratio(phase: Phase, slip_rate: float) -> float:
     """lambda_tau / N of a sliding contact, N = lambda_n - tilt lambda_tau; see `can_slide`."""
-    ratio = phase.intercept + phase.slope * slip_rate
-    return ratio / (1.0 - ratio * phase.tilt)
+    ratio = phase.friction.intercept + phase.friction.slope * slip_rate
+    return ratio / (1.0 - ratio * phase.residual.tilt)
 
 
 @inlined
 def can_slide(phase: Phase, slip_rate: float) -> bool:
     """Whether the force of a stop can push a contact point without inertia while it slides."""
-    return (phase.intercept + phase.slope * slip_rate) * phase.tilt < 1.0 - _NEARLY_PAINLEVE
+    return (
+        phase.friction.intercept + phase.friction.slope * slip_rate
+    ) * phase.residual.tilt < 1.0 - _NEARLY_PAINLEVE
 
 
 @inlined
 def conjugate(phase: Phase, c: Instant) -> float:
     """Force (N) conjugate to the gap, N = lambda_n - tilt lambda_tau."""
-    return c.normal_force - phase.tilt * c.tangential_force
+    return c.normal_force - phase.residual.tilt * c.tangential_force
 
 
 @inlined
 def inclined(phase: Phase, c: Instant) -> Instant:
     """Return a contact problem of coordinates as that of the contact point, whose slip is Z_tau + tilt Z_n."""
-    t = phase.tilt
+    t = phase.residual.tilt
     return Instant(
         c.gap,
         c.slip + t * c.gap,
@@ -146,39 +180,44 @@ def inclined(phase: Phase, c: Instant) -> Instant:
 def sliding_force(phase: Phase, c: Instant) -> Forces:
     """Contact force of a sliding contact; NO_SLIDING_SOLUTION if Painleve."""
     ratio = friction_ratio(phase, c.slip_rate)
-    if phase.gives_way:
+    if phase.stop.compliant:
         if not can_slide(phase, c.slip_rate):
             return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
-        push = stop_force(phase, c.gap, c.gap_rate)
-        return Forces(OK, push * (1.0 + phase.tilt * ratio), ratio * push)
+        push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
+        return Forces(OK, push * (1.0 + phase.residual.tilt * ratio), ratio * push)
     effective = c.a_nn + ratio * c.a_nt
     if not effective > 0.0:
         return Forces(NO_SLIDING_SOLUTION, 0.0, 0.0)
-    normal = -(c.gap_acceleration + phase.damping * c.gap_rate + phase.stiffness * c.gap) / effective
+    normal = (
+        -(c.gap_acceleration + phase.stabilization.damping * c.gap_rate + phase.stabilization.stiffness * c.gap)
+        / effective
+    )
     return Forces(OK, normal, ratio * normal)
 
 
 @jitable
 def sticking_force(phase: Phase, c: Instant) -> Forces:
     """Both forces of a contact that sticks; NO_STICKING_SOLUTION if the constraints are redundant."""
-    drift = c.slip - phase.slip_reference
-    return holding_force(phase, c, phase.damping * c.slip_rate + phase.stiffness * drift)
+    drift = c.slip - phase.stick.slip
+    return holding_force(
+        phase, c, phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
+    )
 
 
 @jitable
 def holding_force(phase: Phase, c: Instant, correction: float) -> Forces:
     """Both forces that keep the gap and give the slip the acceleration -correction (m/s^2)."""
     tangential = c.slip_acceleration + correction
-    if phase.gives_way:
+    if phase.stop.compliant:
         if not c.a_tt > 0.0:
             return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
-        push = stop_force(phase, c.gap, c.gap_rate)
+        push = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
         hold = -(tangential + c.a_nt * push) / c.a_tt
-        return Forces(OK, push + phase.tilt * hold, hold)
+        return Forces(OK, push + phase.residual.tilt * hold, hold)
     determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
     if not determinant > SINGULAR * c.a_nn * c.a_tt:
         return Forces(NO_STICKING_SOLUTION, 0.0, 0.0)
-    normal = c.gap_acceleration + phase.damping * c.gap_rate + phase.stiffness * c.gap
+    normal = c.gap_acceleration + phase.stabilization.damping * c.gap_rate + phase.stabilization.stiffness * c.gap
     return Forces(
         OK,
         (c.a_nt * tangential - c.a_tt * normal) / determinant,
@@ -205,14 +244,14 @@ def can_stick(phase: Phase, c: Instant, stopping_time: float) -> bool:
         if phase.state == SLIDING:
             acceleration = c.slip_acceleration + c.a_nt * c.normal_force + c.a_tt * c.tangential_force
             ahead = c.slip_rate + stopping_time * acceleration
-            direction = 1.0 if phase.lower >= 0.0 else -1.0
+            direction = 1.0 if phase.friction.lower >= 0.0 else -1.0
             if c.slip_rate * direction > 0.0 and ahead * direction > 0.0:
                 return False
     else:
-        drift = c.slip - phase.slip_reference if phase.state == STICKING else 0.0
-        correction = phase.damping * c.slip_rate + phase.stiffness * drift
+        drift = c.slip - phase.stick.slip if phase.state == STICKING else 0.0
+        correction = phase.stabilization.damping * c.slip_rate + phase.stabilization.stiffness * drift
     force = holding_force(phase, c, correction)
-    inside = abs(force.tangential) <= phase.static * force.normal
+    inside = abs(force.tangential) <= phase.stick.static * force.normal
     return force.status == OK and force.normal > 0.0 and inside
 
 
@@ -225,11 +264,11 @@ def instant_of(e: Evaluation, w: Workspace) -> Instant:
         e.slip,
         e.gap_rate,
         e.slip_rate,
-        dot(v[row.NORMAL], v[row.NORMAL_RESPONSE]),
-        dot(v[row.NORMAL], v[row.TANGENTIAL_RESPONSE]),
-        dot(v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE]),
-        dot(v[row.NORMAL], v[row.FREE_ACCELERATION]) + e.gap_bias,
-        dot(v[row.TANGENTIAL], v[row.FREE_ACCELERATION]) + e.slip_bias,
+        dot(v.normal_row, v.normal_response),
+        dot(v.normal_row, v.tangential_response),
+        dot(v.tangential_row, v.tangential_response),
+        dot(v.normal_row, v.free_acceleration) + e.gap_bias,
+        dot(v.tangential_row, v.free_acceleration) + e.slip_bias,
         0.0,
         0.0,
         e.damping_power,
@@ -281,21 +320,23 @@ def accelerate(system: System, phase: Phase, t: float, q: Array, qd: Array, w: W
     """
     e = system.evaluate(t, q, qd, w)
     v = w.vectors
+    free_acceleration, acceleration, supply = v.free_acceleration, v.acceleration, v.supply
+    normal_response, tangential_response = v.normal_response, v.tangential_response
     contact = phase.state != FREE
     if not system.solve_mass(e.rank_one, w, contact):
         return MASS_NOT_POSITIVE, flying(e)
     if not contact:
-        copy(v[row.FREE_ACCELERATION], v[row.ACCELERATION])
-        supplied = e.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
+        copy(free_acceleration, acceleration)
+        supplied = e.supplied_power + dot(supply, acceleration)
         return OK, moved(NO_CONTACT, e, 0.0, 0.0, supplied)
     c = inclined(phase, instant_of(e, w))
     force = contact_force(phase, c)
     if force.status != OK:
         return force.status, c
     for i in range(q.shape[0]):
-        push = v[row.NORMAL_RESPONSE, i] * force.normal + v[row.TANGENTIAL_RESPONSE, i] * force.tangential
-        v[row.ACCELERATION, i] = v[row.FREE_ACCELERATION, i] + push
-    supplied = e.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
+        push = normal_response[i] * force.normal + tangential_response[i] * force.tangential
+        acceleration[i] = free_acceleration[i] + push
+    supplied = e.supplied_power + dot(supply, acceleration)
     return OK, with_forces(c, force.normal, force.tangential, supplied)
 
 
@@ -303,21 +344,25 @@ def accelerate(system: System, phase: Phase, t: float, q: Array, qd: Array, w: W
 def guards_of(phase: Phase, c: Instant) -> Guards:
     """Guards of the state at an instant with its forces; 1 where a state has none."""
     if phase.state == FREE:
-        return Guards(phase.side * c.gap if phase.watched else 1.0, 1.0, 1.0, 1.0, 1.0)
+        return Guards(phase.surface.side * c.gap if phase.surface.watched else 1.0, 1.0, 1.0, 1.0, 1.0)
     end = 1.0
-    if phase.last < 1e300:  # about the distance from the nearer end, but smooth
-        end = (c.slip - phase.first) * (phase.last - c.slip) / (phase.last - phase.first)
-    normal = -c.gap if phase.gives_way else c.normal_force
+    if phase.surface.last < 1e300:  # about the distance from the nearer end, but smooth
+        end = (
+            (c.slip - phase.surface.first)
+            * (phase.surface.last - c.slip)
+            / (phase.surface.last - phase.surface.first)
+        )
+    normal = -c.gap if phase.stop.compliant else c.normal_force
     if phase.state == SLIDING:
-        definite = 1.0  # of a stop that gives way it is judged as the slip begins
-        if not phase.gives_way:
+        definite = 1.0  # of a compliant stop it is decided as the slip begins
+        if not phase.stop.compliant:
             definite = 1.0 + friction_ratio(phase, c.slip_rate) * c.a_nt / c.a_nn - _NEARLY_PAINLEVE
         return Guards(
             normal,
-            c.slip_rate - phase.lower if phase.lower > -1e300 else 1.0,
-            phase.upper - c.slip_rate if phase.upper < 1e300 else 1.0,
+            c.slip_rate - phase.friction.lower if phase.friction.lower > -1e300 else 1.0,
+            phase.friction.upper - c.slip_rate if phase.friction.upper < 1e300 else 1.0,
             definite,
             end,
         )
-    room = phase.static * c.normal_force
+    room = phase.stick.static * c.normal_force
     return Guards(normal, room - c.tangential_force, room + c.tangential_force, 1.0, end)

@@ -54,7 +54,7 @@ def routh_impulse(instant: Instant, restitution: float, friction: float) -> Impu
 
 
 class ImpactLaw(ABC):
-    """What happens to the velocities when the gap closes."""
+    """Impact law: the impulse when the gap closes."""
 
     restitution: float
 

@@ -6,10 +6,8 @@ from enum import IntEnum
 from math import inf
 from typing import NamedTuple
 
-import numpy as np
-
-from oblique_impact.kernels.laws import Law, compiled_law
-from oblique_impact.kernels.workspace import Array
+from oblique_impact.contact.friction import Branch
+from oblique_impact.kernels.laws import Law
 
 FREE, SLIDING, STICKING = 0, 1, 2
 
@@ -22,40 +20,56 @@ class State(IntEnum):
     STICK = STICKING
 
 
-class Phase(NamedTuple):
-    """A contact state with all its parameters, as kernels need it.
+class Stop(NamedTuple):
+    """Normal law of a contact, as kernels need it; by default a rigid stop.
 
-    While sliding, lambda_tau = (intercept + slope Z_tau') lambda_n holds for lower < Z_tau' < upper.
-    While sticking, |lambda_tau| <= static lambda_n holds and Z_tau is kept at slip_reference.
+    A compliant stop pushes with a function of the depth d = -Z_n and its rate: of Hunt and Crossley's spring,
+    stiffness d (1 + damping d'), or of a user-defined law.
     """
 
-    stop_law: Law  # lambda_n(d, d', stop_parameters) of a stop that gives way
-    stop_parameters: Array
-    gives_way: bool = False  # False: a rigid stop
-    state: int = FREE
-    intercept: float = 0.0
-    slope: float = 0.0  # s/m
-    lower: float = -inf  # m/s
-    upper: float = inf  # m/s
+    compliant: bool = False
+    massless: bool = (
+        False  # a rigid stop, but the contact point has no inertia: only what is left out is compliant
+    )
+    stiffness: float = 0.0  # N/m
+    damping: float = 0.0  # s/m
+    law: Law | None = None  # lambda_n(d, d') in the place of the spring's
+
+
+class Stick(NamedTuple):
+    """Sticking: |lambda_tau| <= static lambda_n, and the slip Z_tau is kept at `slip`."""
+
     static: float = -1.0  # negative: a law without a stick state
-    slip_reference: float = 0.0  # m
-    damping: float = 0.0  # 1/s, coefficient of Z' in Baumgarte's equation
-    stiffness: float = 0.0  # 1/s^2, coefficient of Z
-    watched: bool = True  # False: contact is switched off and the gap is not watched
-    side: float = 1.0  # in flight: 1 above the line of the slope, -1 below it, beyond an end
+    slip: float = 0.0  # m
+
+
+class Baumgarte(NamedTuple):
+    """Coefficients of Z'' + damping Z' + stiffness Z = 0 (1/s, 1/s^2), Baumgarte's stabilization."""
+
+    damping: float = 0.0
+    stiffness: float = 0.0
+
+    @classmethod
+    def from_parameters(cls, chi: float, beta: float, form: str) -> Baumgarte:
+        """Read the paper's parameters as 2 chi and beta^2 ("squared") or as they stand ("plain")."""
+        return cls(2.0 * chi, beta * beta) if form == "squared" else cls(chi, beta)
+
+
+class Surface(NamedTuple):
+    """Where there is something to touch."""
+
+    watched: bool = True  # False: contact is switched off
+    side: float = (
+        1.0  # of the line of the slope on which the contact point flies: 1 above it, -1 below it, past an end
+    )
     first: float = -inf  # m along the slope: its ends, where contact ends
     last: float = inf
-    massless: bool = False  # a contact point without inertia on a rigid stop, which gives way by its compliance
-    # of what the coordinates leave out, see `Residual`
-    compliance: float = 0.0
-    relaxation: float = 0.0
-    tilt: float = 0.0
 
 
 class Residual(NamedTuple):
     """What the coordinates of a body leave out of its contact point, from the beginning of a contact to its end.
 
-    The modes above the last one give way as well: without inertia they are a spring and a dashpot behind the
+    The modes above the last one are compliant too: without inertia they are a spring and a dashpot behind the
     contact point, in series with the stop.  A point without inertia rests on a rigid stop whatever the coordinates
     do, so that its slip is Z_tau + tilt Z_n.
     """
@@ -63,6 +77,18 @@ class Residual(NamedTuple):
     compliance: float = 0.0  # m/N along the normal
     relaxation: float = 0.0  # s, viscosity over stiffness
     tilt: float = 0.0  # tan beta of a contact point without inertia, beta between normal and its free direction
+
+
+class Phase(NamedTuple):
+    """A contact state with all its parameters, as kernels need it."""
+
+    state: int = FREE
+    stop: Stop = Stop()
+    friction: Branch = Branch(0.0, 0.0, -inf, inf)  # of the friction law, while sliding
+    stick: Stick = Stick()
+    stabilization: Baumgarte = Baumgarte()
+    surface: Surface = Surface()
+    residual: Residual = Residual()
 
 
 class Instant(NamedTuple):
@@ -93,8 +119,8 @@ NO_CONTACT = Instant(0.0, 0.0, 0.0, 0.0)
 class Guards(NamedTuple):
     """Functions that are positive while a contact state persists; which one falls tells what follows."""
 
-    # the distance from the line of the slope in flight; in contact the normal force, or the depth in a stop that
-    # gives way
+    # the distance from the line of the slope in flight; in contact the normal force, or the depth in a
+    # compliant stop
     normal: float
     lower: float  # slip velocity above its branch of the friction law; friction cone
     upper: float
@@ -104,12 +130,12 @@ class Guards(NamedTuple):
 
 NORMAL, LOWER, UPPER, DEFINITE, END = range(5)
 GUARDS = 5
-#: not a guard but a scheme's verdict at the end of a step: sliding contact sticks, or sticking contact slides
-JUDGED = 5
+#: not a guard but what a scheme finds at the end of a step: sliding contact sticks, or sticking contact slides
+SWITCHED = 5
 
 
 class Tolerances(NamedTuple):
-    """What counts as zero: a guard must rise above this before its fall through zero is an event."""
+    """Zero tolerances: a guard is armed once it exceeds its tolerance, and only then is its fall an event."""
 
     gap: float  # m
     force: float  # N
@@ -123,12 +149,3 @@ class Tolerances(NamedTuple):
         """Return the tolerances of a system of the given length (m) and time (s) with forces about `force` (N)."""
         velocity = 1e-11 * length / time
         return cls(1e-12 * length, 1e-10 * force, velocity, time=time, energy=force * length)
-
-
-def _rigid(depth: float, rate: float) -> float:
-    return 0.0
-
-
-def rigid_phase() -> Phase:
-    """Return the phase of free flight above a rigid stop."""
-    return Phase(compiled_law(_rigid, 2, 0), np.zeros(1))

@@ -1,4 +1,4 @@
-"""Stops that give way: the normal force is a function of depth and rate of depth, there are no impacts.
+"""Compliant stops: the normal force is a function of depth and rate of depth, there are no impacts.
 
 `ContactLaw`   the contract, for user-defined laws too
 `ElasticStop`  the built-in law, a spring with Hunt and Crossley's damping
@@ -12,8 +12,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from oblique_impact.contact.forces import stop_force
-from oblique_impact.contact.state import Instant, Phase
+from oblique_impact.contact.forces import spring_force, stop_force
+from oblique_impact.contact.state import Instant, Residual, Stop
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.laws import compiled_law
 from oblique_impact.kernels.workspace import Array
@@ -50,38 +50,35 @@ class ContactLaw(ABC):
 
     def check(self, end_time: float) -> None:
         """Raise InputError if this cannot be compiled or is no law of a stop; called before a run."""
-        phase = self.phase
         for depth in _DEPTHS:
-            force = stop_force(phase, -depth, 0.0)
+            force = stop_force(self.stop, Residual(), -depth, 0.0)
             if not force < 1e300 or self.normal_force(depth, 0.0, *self._numbers) < 0.0:
                 words = f"the force at rest at a depth of {depth:g} m is {force:g} N, should be finite, >= 0"
                 raise InputError(f"{type(self).__name__}: {words}")
 
     @property
-    def phase(self) -> Phase:
-        """The stop's entries in the parameters of a closed contact; InputError if it cannot be compiled."""
-        numbers = self._numbers
-        law = compiled_law(type(self).normal_force, 2, len(numbers))
-        return Phase(law, np.array([*numbers, 0.0], dtype=float), gives_way=True)
+    def stop(self) -> Stop:
+        """The law as kernels need it; InputError if it cannot be compiled."""
+        return Stop(compliant=True, law=compiled_law(type(self).normal_force, 2, self._numbers))
 
     def force(self, instant: Instant) -> float:
         """Return the normal force (N) at an instant."""
-        return float(stop_force(self.phase, instant.gap, instant.gap_rate))
+        return float(stop_force(self.stop, Residual(), instant.gap, instant.gap_rate))
 
     def energy(self, gap: float, compliance: float = 0.0) -> float:
         """Energy (J) stored at a gap (m), in a compliance (m/N) in series too: the work of the force at rest."""
         if gap >= 0.0:
             return 0.0
-        force = float(stop_force(self.phase._replace(compliance=compliance), gap, 0.0))
+        force = float(stop_force(self.stop, Residual(compliance), gap, 0.0))
         return self._own_energy(-gap - compliance * force) + 0.5 * compliance * force * force
 
-    def compression(self, phase: Phase, gap: Array, gap_rate: Array, force: Array) -> Array:
+    def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself in closed contact, from gaps (m), their rates (m/s) and forces (N).
 
-        It is -gap less what the residual flexibility of the phase takes of it.  The relaxation of that
-        flexibility is neglected here.
+        It is -gap less what the residual flexibility takes of it.  The relaxation of that flexibility is neglected
+        here.
         """
-        return np.maximum(0.0, -gap - phase.compliance * force)
+        return np.maximum(0.0, -gap - residual.compliance * force)
 
     def _own_energy(self, depth: float) -> float:
         """Energy (J) that the stop itself has stored at a depth (m)."""
@@ -94,7 +91,7 @@ class ContactLaw(ABC):
 
     @property
     def _numbers(self) -> tuple[float, ...]:
-        return tuple(getattr(self, name) for name in self.__dataclass_fields__)
+        return tuple(float(getattr(self, name)) for name in self.__dataclass_fields__)
 
 
 @dataclass(frozen=True)
@@ -115,17 +112,22 @@ class ElasticStop(ContactLaw):
     @staticmethod
     def normal_force(depth: float, rate: float, stiffness: float, damping: float) -> float:  # type: ignore[override]
         """Return the normal force (N)."""
-        return stiffness * depth * (1.0 + damping * rate)
+        return spring_force(depth, rate, stiffness, damping)
 
-    def compression(self, phase: Phase, gap: Array, gap_rate: Array, force: Array) -> Array:
+    @property
+    def stop(self) -> Stop:
+        """The law as kernels need it."""
+        return Stop(compliant=True, stiffness=float(self.stiffness), damping=float(self.damping))
+
+    def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
         """Compression (m) of the stop itself; without damping its force is stiffness times it."""
-        depth, rate, ratio = -gap, -gap_rate, self.stiffness * phase.compliance
+        depth, rate, ratio = -gap, -gap_rate, self.stiffness * residual.compliance
         # the stop's share s of the depth: 1 - s = ratio s (1 + damping s rate), the same force in both
         both = 1.0 + ratio
         root = np.sqrt(np.maximum(both * both + 4.0 * ratio * self.damping * rate, 0.0))
         share = 2.0 / (both + root)
         # a relaxing flexibility pushes back by its rate as well, see `oblique_impact.contact.forces`
-        pushed = share * (depth + phase.relaxation * (1.0 - share) * rate)
+        pushed = share * (depth + residual.relaxation * (1.0 - share) * rate)
         return np.where(gap < 0.0, np.maximum(0.0, pushed), 0.0)
 
     def _own_energy(self, depth: float) -> float:
@@ -134,7 +136,7 @@ class ElasticStop(ContactLaw):
 
 @dataclass(frozen=True)
 class MasslessPoint(ContactLaw):
-    """A rigid stop under a contact point without inertia: what gives way is what the coordinates leave out.
+    """A rigid stop under a contact point without inertia: only what the coordinates leave out is compliant.
 
     lambda_n = (d + eta d')/G with the compliance G and the relaxation time eta of the body's `Residual`, and no
     impulses.
@@ -142,16 +144,16 @@ class MasslessPoint(ContactLaw):
 
     @staticmethod
     def normal_force(depth: float, rate: float) -> float:  # type: ignore[override]
-        """Return 0: the stop itself does not give way."""
+        """Return 0: the stop itself is rigid."""
         return 0.0
 
     @property
-    def phase(self) -> Phase:
-        """The stop's entries in the parameters of a closed contact."""
-        return super().phase._replace(massless=True)
+    def stop(self) -> Stop:
+        """The law as kernels need it."""
+        return Stop(compliant=True, massless=True)
 
-    def compression(self, phase: Phase, gap: Array, gap_rate: Array, force: Array) -> Array:
-        """Return 0: the stop itself does not give way."""
+    def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
+        """Return 0: the stop itself is rigid."""
         return np.zeros_like(gap)
 
     def _own_energy(self, depth: float) -> float:

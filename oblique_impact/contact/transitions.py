@@ -13,20 +13,23 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from oblique_impact.contact.forces import OK, can_slide, holding_force, inclined, sliding_force
-from oblique_impact.contact.friction import FrictionLaw
+from oblique_impact.contact.friction import Branch, FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, Impulse, impulse_of
 from oblique_impact.contact.state import (
     DEFINITE,
     END,
-    JUDGED,
     NORMAL,
+    SWITCHED,
     UPPER,
+    Baumgarte,
     Instant,
     Phase,
     Residual,
     State,
+    Stick,
+    Stop,
+    Surface,
     Tolerances,
-    rigid_phase,
 )
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.errors import Outcome, PhysicsStop
@@ -83,7 +86,7 @@ class Transition(NamedTuple):
 
 
 class ContactProbe(Protocol):
-    """The contact problem at the front of a run, and what an impulse would make of it."""
+    """The contact problem where a run is, and after an impulse."""
 
     @property
     def instant(self) -> Instant:
@@ -100,26 +103,14 @@ class ContactProbe(Protocol):
         """Slip velocity (m/s) a little later, if the contact stays closed; 0 if it is rounding."""
 
 
-class Baumgarte(NamedTuple):
-    """Coefficients of Z'' + damping Z' + stiffness Z = 0 (1/s, 1/s^2)."""
-
-    damping: float
-    stiffness: float
-
-    @classmethod
-    def from_parameters(cls, chi: float, beta: float, form: str) -> Baumgarte:
-        """Read the paper's parameters as 2 chi and beta^2 ("squared") or as they stand ("plain")."""
-        return cls(2.0 * chi, beta * beta) if form == "squared" else cls(chi, beta)
-
-
-class Judgement(NamedTuple):
+class StickCriterion(NamedTuple):
     """How a scheme that does not locate transitions tells stick from slip; see `can_stick`."""
 
-    stopping_time: float  # s; the length of a step, or infinite for the paper's literal judgement
+    stopping_time: float  # s; the length of a step, or infinite for the paper's literal criterion
 
     @property
     def arrests(self) -> bool:
-        """Whether slip that is found to stick is stopped."""
+        """Whether the slip velocity is set to zero when stick is detected."""
         return self.stopping_time < inf
 
 
@@ -134,10 +125,10 @@ class ContactMachine:
         What counts as zero.
     baumgarte : Baumgarte
         Stabilization of the contact constraints.
-    judgement : Judgement, optional
-        Of a scheme that judges stick and slip at the ends of its steps.  Default: transitions are located.
+    stick_criterion : StickCriterion, optional
+        Of a scheme that tells stick from slip at the ends of its steps.  Default: transitions are located.
     stop : ContactLaw, optional
-        A stop that gives way; then contact begins and ends without an impulse. Default: a rigid one.
+        A compliant stop; then contact begins and ends without an impulse. Default: a rigid one.
     extent : tuple of float
         Ends of the slope, [first, last] in m along it; empty without ends.
     """
@@ -147,23 +138,22 @@ class ContactMachine:
         friction: FrictionLaw,
         impact: ImpactLaw,
         tolerances: Tolerances,
-        baumgarte: Baumgarte = Baumgarte(0.0, 0.0),
-        judgement: Judgement | None = None,
+        baumgarte: Baumgarte = Baumgarte(),
+        stick_criterion: StickCriterion | None = None,
         stop: ContactLaw | None = None,
         extent: tuple[float, ...] = (),
     ) -> None:
         self.friction, self.impact, self.stop = friction, impact, stop
         self.tolerances = tolerances
-        self._judgement = judgement
-        self._open = rigid_phase()
+        self._stick_criterion = stick_criterion
+        self._open = Phase()
         self.extent = extent
         self._first, self._last = (float(end) for end in extent) if extent else (-inf, inf)
-        self._closed = (stop.phase if stop else self._open)._replace(
-            static=-1.0 if friction.static is None else float(friction.static),
-            damping=float(baumgarte.damping),
-            stiffness=float(baumgarte.stiffness),
-            first=self._first,
-            last=self._last,
+        self._closed = Phase(
+            stop=stop.stop if stop else Stop(),
+            stick=Stick(-1.0 if friction.static is None else float(friction.static)),
+            stabilization=Baumgarte(*map(float, baumgarte)),
+            surface=Surface(first=self._first, last=self._last),
         )
 
     def free(self) -> Phase:
@@ -172,7 +162,7 @@ class ContactMachine:
 
     def _below(self) -> Phase:
         """Return the phase of flight below the line of the slope, beyond its ends."""
-        return self._open._replace(side=-1.0)
+        return self._open._replace(surface=Surface(side=-1.0))
 
     def _is_beyond(self, slip: float) -> bool:
         return slip < self._first or slip > self._last
@@ -191,7 +181,7 @@ class ContactMachine:
         if guard == DEFINITE:
             raise PhysicsStop(Outcome.PAINLEVE)
         if phase.state == State.FREE:
-            if phase.side < 0.0:
+            if phase.surface.side < 0.0:
                 return Transition(self.free(), None, at_end=AtEnd.COMES_BACK)
             return self.touch(probe)
         if guard == NORMAL:
@@ -203,10 +193,10 @@ class ContactMachine:
             return Transition(following, EventKind.RELEASE, at_end=AtEnd.SLIDES_OFF)
         if phase.state == State.STICK:
             return self._leave_stick(phase, guard, instant)
-        if guard == JUDGED:
+        if guard == SWITCHED:
             return self._arrest(phase, instant)
-        kink = phase.upper if guard == UPPER else phase.lower
-        if self.friction.static is None or self._judgement or kink != 0.0:
+        kink = phase.friction.upper if guard == UPPER else phase.friction.lower
+        if self.friction.static is None or self._stick_criterion or kink != 0.0:
             return self._next_branch(phase, guard, instant)
         return self._at_zero_slip(phase, probe)
 
@@ -215,7 +205,7 @@ class ContactMachine:
         if self._is_beyond(probe.instant.slip):
             return Transition(self._below(), None, at_end=AtEnd.FALLS_PAST)
         if self.stop is not None:
-            opened = self._closed._replace(**probe.residual._asdict())
+            opened = self._closed._replace(residual=Residual(*map(float, probe.residual)))
             return Transition(self.closed(inclined(opened, probe.instant), opened), EventKind.IMPACT)
         if probe.instant.gap_rate >= -self.tolerances.velocity:
             phase = self.closed(probe.instant, ahead=probe.slip_rate_ahead)
@@ -250,24 +240,28 @@ class ContactMachine:
             return False
         flight = 2.0 * after.gap_rate / -after.gap_acceleration
         height = 0.25 * flight * after.gap_rate
-        lowest = max(4.0 * self.tolerances.gap, -after.gap if self._judgement else 0.0)
+        lowest = max(4.0 * self.tolerances.gap, -after.gap if self._stick_criterion else 0.0)
         return height < lowest or flight < self.tolerances.flight
 
     def closed(
         self, instant: Instant, contact: Phase | None = None, ahead: Callable[[], float] | None = None
     ) -> Phase:
-        """State of a contact with zero gap and zero gap rate, or of one with a stop that gives way.
+        """State of a contact with zero gap and zero gap rate, or of one with a compliant stop.
 
         `contact` is an earlier phase of the same contact; `ahead` is `ContactProbe.slip_rate_ahead` if the instant
-        is that of the front.  Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
+        is that of the run.  Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
         """
         contact = contact or self._closed
         static, rate = self.friction.static, instant.slip_rate
         if static is None:
             return self._slide_or_free(contact, instant, self._direction_without_stick(instant, ahead))
         if abs(rate) > self.tolerances.velocity:
-            # slip that a step can stop is found at its end, unless the paper's judgement asks for the force alone
-            if self._judgement is None or self._judgement.arrests or not self._holds(contact, instant, static):
+            # slip that a step can stop is found at its end, unless the paper's criterion asks for the force alone
+            if (
+                self._stick_criterion is None
+                or self._stick_criterion.arrests
+                or not self._holds(contact, instant, static)
+            ):
                 return self._slide_or_free(contact, instant, _direction(rate))
             return _stick(contact, instant)
         resting = instant._replace(slip_rate=0.0)
@@ -332,24 +326,18 @@ class ContactMachine:
         if force.status != OK:
             raise PhysicsStop(Outcome.PAINLEVE)
         pushes = force.normal > 0.0
-        if self._judgement:  # a contact noticed below the slope is pushed out by its stabilization
+        if self._stick_criterion:  # a contact noticed below the slope is pushed out by its stabilization
             pushes = pushes or sliding_force(phase, instant).normal > 0.0
         return phase if pushes else self.free()
 
     def _slide(self, contact: Phase, slip_rate: float, direction: int) -> Phase:
         branch = self.friction.branch(slip_rate, direction)
-        return contact._replace(
-            state=int(State.SLIP),
-            intercept=float(branch.intercept),
-            slope=float(branch.slope),
-            lower=float(branch.lower),
-            upper=float(branch.upper),
-        )
+        return contact._replace(state=int(State.SLIP), friction=Branch(*map(float, branch)))
 
     def _arrest(self, contact: Phase, instant: Instant) -> Transition:
         """Stop the slip that a step can stop: the impulse along the slope leaves the gap rate as it is."""
         phase = _stick(contact, instant)
-        if self._judgement is None or not self._judgement.arrests:
+        if self._stick_criterion is None or not self._stick_criterion.arrests:
             return Transition(phase, EventKind.STICK)
         if self.stop is not None:
             arrest = impulse_of(instant, 0.0, -instant.slip_rate / instant.a_tt)
@@ -359,13 +347,13 @@ class ContactMachine:
         return Transition(phase, EventKind.STICK, arrest=arrest)
 
     def _leave_stick(self, phase: Phase, guard: int, instant: Instant) -> Transition:
-        if self._judgement and self._judgement.arrests:
+        if self._stick_criterion and self._stick_criterion.arrests:
             # the force that would hold it decides, not a slip velocity that is rounding or stabilization
             direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
             return Transition(self._slide(phase, 0.0, direction), EventKind.SLIP)
-        if self._judgement:
+        if self._stick_criterion:
             return Transition(self._slide(phase, instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
-        # guard LOWER: lambda_tau reached +static lambda_n, so the contact gives way backwards
+        # guard LOWER: lambda_tau reached +static lambda_n, so the contact slips backwards
         direction = 1 if guard == UPPER else -1
         following = self._slide_or_free(phase, instant._replace(slip_rate=0.0), direction)
         return Transition(following, _kind(following, EventKind.SLIP))
@@ -373,7 +361,11 @@ class ContactMachine:
     def _next_branch(self, phase: Phase, guard: int, instant: Instant) -> Transition:
         upward = guard == UPPER
         # a located kink is where the slip velocity is, up to rounding that could fall on either side of it
-        kink = instant.slip_rate if self._judgement else (phase.upper if upward else phase.lower)
+        kink = (
+            instant.slip_rate
+            if self._stick_criterion
+            else (phase.friction.upper if upward else phase.friction.lower)
+        )
         following = self._slide(phase, kink, 1 if upward else -1)
         reversed_ = _side(phase) * _side(following) < 0
         return Transition(following, EventKind.REVERSAL if reversed_ else None)
@@ -386,7 +378,8 @@ class ContactMachine:
 
 
 def _stick(contact: Phase, instant: Instant) -> Phase:
-    return contact._replace(state=int(State.STICK), slip_reference=float(instant.slip))
+    stick = contact.stick._replace(slip=float(instant.slip))
+    return contact._replace(state=int(State.STICK), stick=stick)
 
 
 def _direction(rate: float) -> int:
@@ -399,4 +392,4 @@ def _kind(phase: Phase, kind: EventKind) -> EventKind:
 
 def _side(phase: Phase) -> int:
     """Direction of slip on a branch: +1, -1, or 0 for a branch on both sides of zero."""
-    return int(phase.lower >= 0.0) - int(phase.upper <= 0.0)
+    return int(phase.friction.lower >= 0.0) - int(phase.friction.upper <= 0.0)

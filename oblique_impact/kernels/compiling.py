@@ -1,6 +1,6 @@
 """Listeners to what numba compiles: a first run takes half a minute for it, and a person should know why.
 
-Nothing here needs numba, so that a command which compiles nothing does not wait for it.
+Nothing here imports numba, so that a command which compiles nothing does not wait for it.
 """
 
 from __future__ import annotations
@@ -8,49 +8,44 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 _listeners: list[Callable[[str], None]] = []
-_clocks: list[Clock] = []
 
 
 class Clock:
-    """Measures a span of time without the preparation of kernels in it."""
+    """Measures the time since its start without that in which kernels are compiled or loaded.
 
-    def __init__(self) -> None:
-        self._started, self.prepared = time.perf_counter(), 0.0  # s
+    Parameters
+    ----------
+    compiling : numba.core.event.TimingListener
+        Measures the latter.
+    """
+
+    def __init__(self, compiling: Any) -> None:
+        self._started, self._compiling = time.perf_counter(), compiling
 
     @property
     def seconds(self) -> float:
-        """Time since the start (s) without that of preparation."""
-        return time.perf_counter() - self._started - self.prepared
+        """Time since the start (s) without compiling."""
+        compiling = self._compiling.duration if self._compiling.done else 0.0
+        return float(time.perf_counter() - self._started - compiling)
 
 
 @contextmanager
 def clock() -> Iterator[Clock]:
     """Measure the time of the block without that in which kernels are compiled or loaded."""
-    _clocks.append(new := Clock())
-    try:
-        yield new
-    finally:
-        _clocks.remove(new)
+    from numba.core import event
 
-
-@contextmanager
-def preparing() -> Iterator[None]:
-    """Say that the block compiles or loads a kernel."""
-    started = time.perf_counter()
-    try:
-        yield
-    finally:
-        for one in _clocks:
-            one.prepared += time.perf_counter() - started
+    with event.install_listener("numba:compiler_lock", event.TimingListener()) as compiling:
+        yield Clock(compiling)
 
 
 @contextmanager
 def compilations(tell: Callable[[str], None]) -> Iterator[None]:
     """Call `tell` with the name of each kernel that is compiled while the block runs, when that begins.
 
-    Kernels that come from the cache on disk are not told.  Processes hear of their own only; those that
+    Kernels that come from the cache on disk are not reported.  Processes hear of their own only; those that
     `validation` starts hand on what they hear to the one that started them.
     """
     listen(tell)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 
@@ -63,10 +62,10 @@ def solve_dense_mass(w: Workspace, contact: bool) -> bool:
     v = w.vectors
     if not factor(w.mass, w.factor):
         return False
-    solve(w.factor, v[row.FORCES], v[row.FREE_ACCELERATION])
+    solve(w.factor, v.forces, v.free_acceleration)
     if contact:
-        solve(w.factor, v[row.NORMAL], v[row.NORMAL_RESPONSE])
-        solve(w.factor, v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
+        solve(w.factor, v.normal_row, v.normal_response)
+        solve(w.factor, v.tangential_row, v.tangential_response)
     return True
 
 
@@ -81,9 +80,10 @@ class DenseAlgebra:
     ) -> Evaluation:
         e: Evaluation = self.evaluate(t, q, qd, w)
         v = w.vectors
-        multiply(w.mass, qdd, v[row.RESIDUAL])
+        forces, residual = v.forces, v.residual
+        multiply(w.mass, qdd, residual)
         for i in range(q.shape[0]):
-            v[row.RESIDUAL, i] = v[row.FORCES, i] - v[row.RESIDUAL, i]
+            residual[i] = forces[i] - residual[i]
         return e
 
     def approach(  # noqa: D102
@@ -108,10 +108,10 @@ class DenseAlgebra:
 
     def solve_effective(self: Any, rank_one: float, w: Workspace, slot: int, contact: bool) -> None:  # noqa: D102
         v = w.vectors
-        solve(w.effective[slot], v[row.RESIDUAL], v[row.INCREMENT])
+        solve(w.effective[slot], v.residual, v.increment)
         if contact:
-            solve(w.effective[slot], v[row.NORMAL], v[row.NORMAL_RESPONSE])
-            solve(w.effective[slot], v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE])
+            solve(w.effective[slot], v.normal_row, v.normal_response)
+            solve(w.effective[slot], v.tangential_row, v.tangential_response)
 
     def definiteness(self: Any, rank_one: float, w: Workspace) -> float:
         """Smallest eigenvalue of the evaluated mass matrix, 0 if it is not finite."""

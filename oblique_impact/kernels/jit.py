@@ -1,13 +1,17 @@
-"""What is compiled, and how: numeric source is written once and runs compiled or interpreted.
+"""Compiling with numba: numeric source is written once and runs compiled or interpreted.
 
 `jitable`            marks a function that kernels call
-`Kernel`             an entry point: compiled for packed systems, plain Python for a small user-defined system
+`kernel`             makes an entry point: compiled for packed systems, interpreted for user-defined ones in Python
 `compiled_protocol`  lets kernels call the methods of packed systems (named tuples)
+`by_reference`       hands a named tuple on by its address
 
-Compiled kernels are cached on disk in a folder named after a digest of the numeric source, so an edited source
-never meets a stale binary (numba itself only watches the file of the entry point).  The cache is optional: where
-it is full, damaged or cannot be written, kernels are compiled again.  With ``NUMBA_DISABLE_JIT=1`` the same source
-runs interpreted.
+numba caches compiled kernels on disk: in ``__pycache__``, or in the folder ``NUMBA_CACHE_DIR``.  The cache is
+optional: where it is full, damaged or cannot be written, kernels are compiled again.  With ``NUMBA_DISABLE_JIT=1``
+the same source runs interpreted.
+
+Two modules make this quicker and rest on names of numba that are not public; where a release of numba lacks them a
+plain way takes over by itself, with the same results: without `inner` the first run takes twice as long, without
+`reference` also marching, eight times.
 """
 
 from __future__ import annotations
@@ -15,37 +19,63 @@ from __future__ import annotations
 import hashlib
 import inspect
 import logging
-import os
-import platform
 import re
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
-import platformdirs
 from numba import types
 from numba.core import event
 from numba.core.errors import NumbaError
 from numba.extending import overload_method, register_jitable
 
-from oblique_impact.kernels.compiling import announce, preparing
-from oblique_impact.kernels.inner import InnerCompiler
-from oblique_impact.kernels.reference import Reference
+from oblique_impact.kernels.compiling import announce
 
 F = TypeVar("F", bound=Callable[..., Any])
 C = TypeVar("C", bound=type)
+T = TypeVar("T")
 
-# The source allocates nothing, so it runs without numba's reference counts: three times faster on small
-# systems. Divisions by zero give infinities, as in NumPy, and the step control sees them.
-_OPTIONS: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"reassoc", "contract"}}
+# Divisions by zero give infinities, as in NumPy, and the step control sees them.
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"reassoc", "contract"}}
+_INNER_OPTIONS: dict[str, Any] = dict(_OPTIONS)  # of what only kernels call
+_TUPLES: list[Any] = [types.BaseNamedTuple]  # what the compiler may call a packed system
 
-# of what only kernels call
-_INNER_OPTIONS = {**_OPTIONS, "pipeline_class": InnerCompiler}
+
+def by_reference(value: T) -> T:
+    """Return a named tuple, in compiled source as a reference to a copy of it; a reference stays what it is.
+
+    Fields are read as before, those that are named tuples by reference too.  numba hands tuples on by value, and
+    an array alone is seven values: without references the functions of a march mostly copy.
+    """
+    return value
+
+
+def _say_plain(missing: Exception) -> None:
+    logging.getLogger(__name__).info("oblique-impact: numba is used in its plain way: %s", missing)
+
+
+try:
+    from oblique_impact.kernels.reference import Reference, compile_references
+
+    # the source allocates nothing, and does without numba's counting of references to arrays, which addresses of
+    # tuples would upset
+    numba.njit(_nrt=False)(lambda: None)
+except Exception as missing:  # whatever a later numba makes of names that it does not know
+    _say_plain(missing)
+    register_jitable(**_OPTIONS)(by_reference)
+else:
+    compile_references(by_reference)
+    _OPTIONS["_nrt"] = _INNER_OPTIONS["_nrt"] = False
+    _TUPLES.append(Reference)
+
+try:
+    from oblique_impact.kernels.inner import InnerCompiler
+except Exception as missing:
+    _say_plain(missing)
+else:
+    _INNER_OPTIONS["pipeline_class"] = InnerCompiler
 
 _PACKAGE = Path(__file__).parents[1]
 _NUMERIC_SOURCE = (
@@ -56,25 +86,6 @@ _NUMERIC_SOURCE = (
     "beam/floating_frame.py",
     "beam/nodal_frame.py",
 )
-
-
-class _Compilations(event.Listener):
-    """Announces kernels when numba compiles them; what they call and what others compile is not told."""
-
-    def __init__(self) -> None:
-        self.names: dict[Any, str] = {}
-
-    def on_start(self, event: Any) -> None:
-        name = self.names.get(event.data["dispatcher"])
-        if name is not None:
-            announce(name)
-
-    def on_end(self, event: Any) -> None:
-        pass
-
-
-_compilations = _Compilations()
-event.register("numba:compile", _compilations)
 
 
 def jitable(function: F) -> F:
@@ -105,8 +116,27 @@ def _compile_method(name: str, signature: inspect.Signature) -> None:
         return getattr(arguments[0].instance_class, name, None)
 
     implementation.__signature__ = signature  # type: ignore[attr-defined]
-    for kind in (types.BaseNamedTuple, Reference):
+    for kind in _TUPLES:
         overload_method(kind, name, jit_options=_INNER_OPTIONS, strict=False)(implementation)
+
+
+class _Compilations(event.Listener):
+    """Announces kernels when numba compiles them, but not what they call and what others compile."""
+
+    def __init__(self) -> None:
+        self.names: dict[Any, Kernel] = {}
+
+    def on_start(self, event: Any) -> None:
+        found = self.names.get(event.data["dispatcher"])
+        if found is not None:
+            announce(_described(found.name, event.data["args"]))
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+_compilations = _Compilations()
+event.register("numba:compile", _compilations)
 
 
 class Kernel:
@@ -124,58 +154,54 @@ class Kernel:
 
     def __init__(self, function: Callable[..., Any], name: str) -> None:
         update_wrapper(self, function)
-        self._function, self._name = function, name
-        self._entries: dict[tuple[type, ...], Callable[..., Any]] = {}
+        self._function, self.name = function, name
 
     def __call__(self, system: Any, *arguments: Any) -> Any:
         """Run it."""
         if not isinstance(system, tuple) or numba.config.DISABLE_JIT:
             return self._function(system, *arguments)
-        classes = (type(system), *map(type, arguments))
-        entry = self._entries.get(classes) or self._prepare(classes, system, *arguments)
-        return entry(system, *arguments)
-
-    def _prepare(self, classes: tuple[type, ...], *arguments: Any) -> Callable[..., Any]:
-        """Compile or load the machine code for arguments of these classes.
-
-        It is kept, because numba takes 0.2 ms to find the types of the arguments.  They are the same at each call;
-        what unpacks them still refuses objects of other types.
-        """
-        _compilations.names[self._compiled] = _described(self._name, classes)
-        with preparing():
-            kinds = tuple(map(numba.typeof, arguments))
-            self._compile(kinds)
-        self._entries[classes] = self._compiled.overloads[kinds].entry_point
-        return self._entries[classes]
-
-    def _compile(self, kinds: tuple[Any, ...]) -> None:
-        """Load or compile it for arguments of these types, whatever becomes of the cache on disk."""
-        compiled = self._compiled
         try:
-            compiled.compile(kinds)
-            if kinds in compiled.stats.cache_misses:
-                seal_cache()
+            return self._compiled(system, *arguments)
+        except NumbaError:
+            raise
         except Exception as error:
-            # numba loads an overload, or compiles, keeps and saves it, in this order
-            if kinds in compiled.overloads:
-                say_not_cached(error)
-            elif kinds in compiled.stats.cache_misses:  # it was the compiler
-                raise
-            else:
-                drop_cache(error)
-                del self._compiled
-                self._compile(kinds)
+            # kernels raise nothing: it is the cache, which could not be read, or not be written afterwards
+            return self._run_without_cache(error, system, *arguments)
+
+    def _run_without_cache(self, error: Exception, *arguments: Any) -> Any:
+        if isinstance(error, OSError) and self._compiled.signatures:
+            _notice(f"compiled kernels cannot be kept ({error.strerror or error}): every run compiles them again")
+        else:
+            folder = self._compiled.stats.cache_path
+            _notice(f"the cache of compiled kernels is damaged ({type(error).__name__}): {folder} is filled anew")
+            _forget_cached(Path(folder))
+            self._compiled = self._new_dispatcher()
+        try:
+            return self._compiled(*arguments)
+        except OSError:
+            self._compiled = numba.njit(**_OPTIONS)(self._function)
+            return self._compiled(*arguments)
 
     @cached_property
     def _compiled(self) -> Any:
-        with cached_on_disk() as cached:
-            return numba.njit(cache=cached, **_OPTIONS)(self._function)
+        return self._new_dispatcher()
+
+    def _new_dispatcher(self) -> Any:
+        try:
+            compiled = numba.njit(cache=True, **_OPTIONS)(self._function)
+            _forget_stale(Path(compiled.stats.cache_path))
+        except (RuntimeError, OSError) as error:  # there is no folder that can be written
+            _notice(f"compiled kernels cannot be kept ({error}): every run compiles them again")
+            compiled = numba.njit(**_OPTIONS)(self._function)
+        _compilations.names[compiled] = self
+        return compiled
 
 
-def _described(name: str, classes: Sequence[type]) -> str:
-    """Return the name of a kernel with what the classes of its arguments say that they are."""
-    kinds = [kind for argument in classes if (kind := getattr(argument, "described", ""))]
-    return f"{name} for {', '.join(kinds)}" if kinds else name
+def _described(name: str, arguments: Sequence[Any]) -> str:
+    """Return the name of a kernel with what the classes of its arguments, named tuples, say that they are."""
+    kinds = (getattr(getattr(kind, "instance_class", None), "described", "") for kind in arguments)
+    found = ", ".join(filter(None, kinds))
+    return f"{name} for {found}" if found else name
 
 
 def kernel(name: str) -> Callable[[Callable[..., Any]], Kernel]:
@@ -189,92 +215,34 @@ def reason_of(error: NumbaError) -> str:
     return " ".join(text.strip().partition("\n\n")[0].split())[:200]
 
 
-@contextmanager
-def cached_on_disk() -> Iterator[bool]:
-    """Let numba cache what it compiles in the block in our folder; yields whether there is one."""
-    folder = cache_folder()
-    config: Any = numba.config
-    previous = config.CACHE_DIR
-    config.CACHE_DIR = str(folder or "")
-    try:
-        yield folder is not None
-    finally:
-        config.CACHE_DIR = previous
-
-
-#: folders of caches that can neither be read nor removed
-_given_up: set[Path] = set()
-
-
 @cache
-def cache_folder() -> Path | None:
-    """Folder of the compiled kernels for this source, numba and Python; None if it cannot be used."""
+def _source_digest() -> str:
     digest = hashlib.sha256()
     for name in _NUMERIC_SOURCE:
         source = _PACKAGE / name
         for file in sorted(source.rglob("*.py")) if source.is_dir() else [source]:
             digest.update(file.relative_to(_PACKAGE).as_posix().encode())
             digest.update(file.read_bytes())
-    digest.update(f"{numba.__version__} {platform.python_version()}".encode())
-    base = Path(os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("oblique-impact"))
-    folder = base / digest.hexdigest()[:16]
-    if folder in _given_up:
-        return None
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-        _remove_damaged(folder)
-    except OSError as error:
-        say_not_cached(error)
-        return None
-    return folder
+    return digest.hexdigest()
 
 
-def _checksums(folder: Path) -> Iterator[tuple[Path, Path, str]]:
-    """Yield each file that numba keeps in a cache, where its checksum lies, and what that should be."""
-    for file in folder.rglob("*.nb[ic]"):
-        with suppress(FileNotFoundError):  # another process has removed it
-            checksum = hashlib.blake2b(file.read_bytes()).hexdigest()
-            yield file, file.with_name(f"{file.name}.sum"), checksum
+@cache
+def _forget_stale(folder: Path) -> None:
+    """Forget kernels of another source: numba watches the file of the entry point only, not what that calls."""
+    folder.mkdir(parents=True, exist_ok=True)
+    stamp = folder / "numeric-source.sha256"
+    if not stamp.exists() or stamp.read_text(encoding="ascii", errors="replace") != _source_digest():
+        _forget_cached(folder)
+        stamp.write_text(_source_digest(), encoding="ascii")
 
 
-def _remove_damaged(folder: Path) -> None:
-    """Remove what has not the checksum that it was kept with.
-
-    numba has none: machine code with changed bytes is run, and ends the process if it does not give wrong numbers.
-    """
-    for file, kept, checksum in _checksums(folder):
-        if not kept.exists() or kept.read_bytes() != checksum.encode():
-            file.unlink(missing_ok=True)
-
-
-def seal_cache() -> None:
-    """Keep checksums of all that is cached; raises OSError, on a full disk for instance."""
-    folder = cache_folder()
-    for _, kept, checksum in _checksums(folder) if folder else ():
-        kept.write_text(checksum, encoding="ascii")
-
-
-def drop_cache(error: Exception) -> None:
-    """Remove the cache, which cannot be read because of `error`: it is filled anew, or not used if it stays."""
-    folder = cache_folder()
-    cache_folder.cache_clear()
-    if folder is not None:
-        shutil.rmtree(folder, ignore_errors=True)
-        if folder.exists():
-            _given_up.add(folder)
-        _notice(f"the kernel cache is damaged ({type(error).__name__}): {folder} is made anew")
-
-
-def say_not_cached(error: Exception) -> None:
-    """Say, once, that compiled kernels cannot be kept because of `error`."""
-    why = getattr(error, "strerror", None) or error
-    where = "set NUMBA_CACHE_DIR to a folder that can be written"
-    _notice(f"compiled kernels cannot be kept ({why}): every run compiles them again; {where}")
+def _forget_cached(folder: Path) -> None:
+    """Remove numba's indices of a folder; raises OSError where that is not allowed."""
+    for index in folder.glob("*.nbi"):
+        index.unlink(missing_ok=True)
 
 
 @cache
 def _notice(line: str) -> None:
     # without a handler, logging writes it to standard error
-    logging.getLogger(__name__).warning("oblique-impact: %s", line)
+    logging.getLogger(__name__).warning("oblique-impact: %s; NUMBA_CACHE_DIR names another folder", line)

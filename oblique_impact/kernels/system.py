@@ -1,11 +1,11 @@
-"""The protocol behind the hybrid algorithm: what contact states and schemes ask of a mechanical system.
+"""The protocol of mechanical systems that contact states and schemes rest on.
 
     M(t, q) q'' = Q(t, q, q') + D_n^T lambda_n + D_tau^T lambda_tau,
     Z_n'' = D_n q'' + z_n,   Z_tau'' = D_tau q'' + z_tau
 
 `System`            the methods that kernels call; packed systems (named tuples) bring compiled ones
 `MechanicalSystem`  the contract for a small user-defined system, which runs interpreted through the same source
-`Workspace`         the arrays that these methods fill, `vectors_of` gives them names
+`Workspace`         the arrays that these methods fill
 `Evaluation`        the numbers that come back
 """
 
@@ -17,7 +17,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.dense import DenseAlgebra
 from oblique_impact.kernels.jit import compiled_protocol
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, new_workspace
@@ -27,7 +26,7 @@ __all__ = ["ContactRows", "MechanicalSystem", "System"]
 
 @compiled_protocol
 class System(Protocol):
-    """What kernels call.
+    """Methods that kernels call.
 
     Dense systems take all but `evaluate` from :class:`~oblique_impact.kernels.dense.DenseAlgebra`.
     """
@@ -142,11 +141,11 @@ class MechanicalSystem(DenseAlgebra, System, ABC):
         """Put what the methods above return into the arrays and the numbers of the protocol."""
         rows, v = self.contact(t, q, qd), w.vectors
         w.mass[:] = self.mass_matrix(t, q)
-        v[row.FORCES], v[row.NORMAL], v[row.TANGENTIAL] = self.forces(t, q, qd), rows.normal, rows.tangential
+        v.forces[:], v.normal_row[:], v.tangential_row[:] = self.forces(t, q, qd), rows.normal, rows.tangential
         at_rest = np.zeros(self.size)
         supplied = float(self.supplied_power(t, q, qd, at_rest))
         for i, unit in enumerate(np.eye(self.size)):
-            v[row.SUPPLY, i] = self.supplied_power(t, q, qd, unit) - supplied
+            v.supply[i] = self.supplied_power(t, q, qd, unit) - supplied
         return Evaluation(
             float(rows.gap),
             float(rows.slip),

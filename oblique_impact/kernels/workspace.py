@@ -1,4 +1,4 @@
-"""The arrays of a run and the numbers of an evaluation: what systems fill and contact states and schemes read."""
+"""Arrays and numbers that systems fill and that contact states and schemes read."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
 from oblique_impact.kernels.jit import inlined
-from oblique_impact.kernels.rows import VECTORS
 
 Array = NDArray[np.float64]
 
@@ -30,28 +29,55 @@ def own_numbers(values: Any, shape: tuple[int, ...], name: str) -> Array:
 EFFECTIVE_SLOTS = 3
 
 
-class Workspace(NamedTuple):
-    """Arrays of one system with d degrees of freedom, allocated once per run.
+class Vectors(NamedTuple):
+    """Vectors of a workspace, each (d,) unless it says otherwise."""
 
-    The vectors are the rows of one array, because compiled code hands every array on by value.
-    """
+    forces: Array  # Q
+    normal_row: Array  # D_n
+    tangential_row: Array  # D_tau
+    free_acceleration: Array  # M^-1 Q
+    normal_response: Array  # M^-1 D_n^T, or S^-1 D_n^T in an implicit step
+    tangential_response: Array
+    acceleration: Array  # q''
+    supply: Array  # derivative of the supplied power over q''
+    residual: Array  # Q + D^T lambda - M q'' of an implicit step
+    increment: Array  # of q'' in an implicit step
+    product_a: Array  # products with the mass matrix
+    product_b: Array
+    scratch_a: Array  # for what the system's methods need in between
+    scratch_b: Array
+    scratch_c: Array
+    rank_one: Array  # (3, d) S^-1 of a system's rank-one vector, for each effective matrix
+    # of the beam in its floating frame, behind the entry of theta: its matrices times B
+    spin_product: Array
+    gravity_product: Array
+    stiffness_product: Array
+    shortening_product: Array
+    damping_product: Array  # times B'
+
+    @classmethod
+    def new(cls, size: int) -> Vectors:
+        """Allocate the vectors of a system with `size` degrees of freedom."""
+        return cls(**{n: np.zeros((EFFECTIVE_SLOTS, size) if n == "rank_one" else size) for n in cls._fields})
+
+
+class Workspace(NamedTuple):
+    """Arrays of one system with d degrees of freedom, allocated once per run."""
 
     mass: Array  # (d, d)
     factor: Array  # (d, d) of the mass matrix; banded systems solve in (n + 3, 4)
     effective: Array  # (3, d, d) factors of an implicit scheme's effective matrices; banded (3, n + 3, 4)
-    vectors: Array  # (rows, d), see `oblique_impact.kernels.rows`
+    vectors: Vectors
 
 
 def new_workspace(size: int) -> Workspace:
     """Allocate the arrays of a dense system with `size` degrees of freedom."""
     square = (size, size)
-    return Workspace(
-        np.zeros(square), np.zeros(square), np.zeros((EFFECTIVE_SLOTS, *square)), np.zeros((VECTORS, size))
-    )
+    return Workspace(np.zeros(square), np.zeros(square), np.zeros((EFFECTIVE_SLOTS, *square)), Vectors.new(size))
 
 
 class Evaluation(NamedTuple):
-    """What a system says of itself at an instant besides its arrays (SI units)."""
+    """Numbers of an evaluated system, besides its arrays (SI units)."""
 
     gap: float
     slip: float

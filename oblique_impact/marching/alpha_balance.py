@@ -6,7 +6,6 @@ from typing import Any
 
 from oblique_impact.contact.forces import with_forces
 from oblique_impact.contact.state import FREE, STICKING, Instant, Phase
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy, dot
 from oblique_impact.marching.alpha_state import (
@@ -14,11 +13,11 @@ from oblique_impact.marching.alpha_state import (
     GAP_RATE,
     LAG,
     SLIP_RATE,
+    AlgorithmState,
     Attempt,
     Coefficients,
-    Kept,
+    algorithm_state,
     is_backward_euler,
-    kept_of,
 )
 from oblique_impact.marching.alpha_step import Step
 from oblique_impact.marching.equations import (
@@ -40,19 +39,19 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
     Forces to report are in `step`, those at its end are kept already.
     """
     phase, c, y, y_new, w = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work
-    d, v = w.vectors.shape[1], w.vectors
-    before, after, end = kept_of(y, d), kept_of(y_new, d), step.end
+    d, v = w.vectors.forces.shape[0], w.vectors
+    before, after, end = algorithm_state(y, d), algorithm_state(y_new, d), step.end
     scale = 1.0 / (1.0 - c.alpha_m)
-    rigid = phase.state != FREE and not phase.gives_way
+    rigid = phase.state != FREE and not phase.stop.compliant
     for i in range(d):
         mean = (1.0 - c.alpha_f) * after.acceleration[i] + c.alpha_f * before.acceleration[i]
         after.algorithmic[i] = scale * (mean - c.alpha_m * before.algorithmic[i])
         after.reported[i] = mean if rigid else after.acceleration[i]
-    copy(after.acceleration, v[row.ACCELERATION])
+    copy(after.acceleration, v.acceleration)
     after.reported[d], after.reported[d + 1] = end.normal_force, end.tangential_force
     after.memory[LAG], after.memory[SLIP_RATE] = c.alpha_f * h, end.slip_rate
     after.memory[GAP], after.memory[GAP_RATE] = end.gap, end.gap_rate
-    supplied = end.supplied_power + dot(v[row.SUPPLY], v[row.ACCELERATION])
+    supplied = end.supplied_power + dot(v.supply, v.acceleration)
     last = with_forces(end, after.forces[0], after.forces[1], supplied)
     # damping is sampled at the mean velocity, below: at the ends it is that of vibrations cut short
     rates = quadrature_rates(phase, last, y_new[d : 2 * d], w)
@@ -75,8 +74,8 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
     the dashpot of a contact point without inertia that times the change of the gap, less what its spring stores.
     By how much the work of the mean forces, that of `_dissipation`, differs is the scheme's.
     """
-    phase, c, y, y_new, d = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
-    before, after, scale = kept_of(y, d), kept_of(y_new, d), 1.0 / (1.0 - c.alpha_m)
+    phase, c, y, y_new, d = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.forces.shape[0]
+    before, after, scale = algorithm_state(y, d), algorithm_state(y_new, d), 1.0 / (1.0 - c.alpha_m)
     for k in range(2):
         mean = (1.0 - c.alpha_f) * after.forces[k] + c.alpha_f * before.forces[k]
         after.averaged[k] = scale * (mean - c.alpha_m * before.averaged[k])
@@ -90,18 +89,18 @@ def _take_applied_impulses(a: Attempt, h: float) -> None:
     y_new[2 * d + FRICTION_LOSS] = y[2 * d + FRICTION_LOSS] - tangential * slip_rate
     work = along * _of_displacement(c, before, after, SLIP_RATE)
     y_new[2 * d + STABILIZATION_LOSS] += tangential * slip_rate - work
-    if phase.massless:
+    if phase.stop.massless:
         gap_rate = _of_displacement(c, before, after, GAP_RATE)
-        applied = normal - phase.tilt * tangential
+        applied = normal - phase.residual.tilt * tangential
         d0, d1 = max(0.0, -before.memory[GAP]), max(0.0, -after.memory[GAP])
-        stored = 0.5 * (d1 * d1 - d0 * d0) / phase.compliance
+        stored = 0.5 * (d1 * d1 - d0 * d0) / phase.residual.compliance
         y_new[2 * d + STOP_LOSS] = y[2 * d + STOP_LOSS] - applied * gap_rate - stored
-        excess = applied - 0.5 * h * (before.forces[0] + after.forces[0]) + phase.tilt * along
+        excess = applied - 0.5 * h * (before.forces[0] + after.forces[0]) + phase.residual.tilt * along
         y_new[2 * d + STABILIZATION_LOSS] += excess * gap_rate
 
 
 @inlined
-def _of_displacement(c: Coefficients, before: Kept, after: Kept, which: int) -> float:
+def _of_displacement(c: Coefficients, before: AlgorithmState, after: AlgorithmState, which: int) -> float:
     """Displacement of a step over its length (m/s): the mean rate, or the last one of backward Euler."""
     first, last = float(before.memory[which]), float(after.memory[which])
     return last if is_backward_euler(c) else 0.5 * (first + last)
@@ -115,7 +114,7 @@ def _mean_damping_power(a: Attempt, h: float) -> float:
     After an impact v1 is a small part of v if the step does not resolve the damping: v1 C v is not v C v.
     """
     s, y_new, w = a.scratch, a.scratch.y_new, a.scratch.work
-    d = w.vectors.shape[1]
+    d = w.vectors.forces.shape[0]
     mean, other, end = s.at[:d], s.at[d : 2 * d], y_new[d : 2 * d]
     if not is_backward_euler(a.c):
         for i in range(d):
@@ -132,8 +131,8 @@ def _mean_damping_power(a: Attempt, h: float) -> float:
 def _corrections(phase: Phase, c: Instant, gap: float, slip: float) -> tuple[float, float]:
     """Multiples of the responses that take a gap and, while sticking, a slip to zero (or their rates)."""
     if phase.state != STICKING:
-        return (0.0 if phase.gives_way else -gap / c.a_nn), 0.0
-    if phase.gives_way:
+        return (0.0 if phase.stop.compliant else -gap / c.a_nn), 0.0
+    if phase.stop.compliant:
         return 0.0, -slip / c.a_tt
     determinant = c.a_nn * c.a_tt - c.a_nt * c.a_nt
     return (c.a_nt * slip - c.a_tt * gap) / determinant, (c.a_nt * gap - c.a_nn * slip) / determinant
@@ -145,18 +144,19 @@ def _project(system: Any, phase: Phase, t: float, c: Instant, w: Workspace, y: A
 
     The velocity is left exact to rounding, because a step cut short divides what is left by its length.
     """
-    d, v, done = w.vectors.shape[1], w.vectors, 0.0
-    normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.slip_reference)
-    normal += phase.tilt * tangential
+    d, v, done = w.vectors.forces.shape[0], w.vectors, 0.0
+    forces, normal_response, tangential_response = v.forces, v.normal_response, v.tangential_response
+    normal, tangential = _corrections(phase, c, c.gap, c.slip - phase.stick.slip)
+    normal += phase.residual.tilt * tangential
     for i in range(d):
-        move = normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
+        move = normal * normal_response[i] + tangential * tangential_response[i]
         y[i] += move
-        done += v[row.FORCES, i] * move
+        done += forces[i] * move
     e = system.approach(t, y[:d], y[d : 2 * d], True, w)
-    normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate + phase.tilt * e.gap_rate)
-    normal += phase.tilt * tangential
+    normal, tangential = _corrections(phase, c, e.gap_rate, e.slip_rate + phase.residual.tilt * e.gap_rate)
+    normal += phase.residual.tilt * tangential
     for i in range(d):
-        y[d + i] += normal * v[row.NORMAL_RESPONSE, i] + tangential * v[row.TANGENTIAL_RESPONSE, i]
+        y[d + i] += normal * normal_response[i] + tangential * tangential_response[i]
     return done
 
 
@@ -168,15 +168,16 @@ def _dissipation(a: Attempt, h: float, rank_one: float) -> float:
     and A of q'':  h^2 (beta - gamma/2) A.M (a1 - a0) - v.M (q'1 - q'0 - h A).
     """
     s, y, y_new, w = a.scratch, a.y, a.scratch.y_new, a.scratch.work
-    d, v = w.vectors.shape[1], w.vectors
-    before, after = kept_of(y, d), kept_of(y_new, d)
+    d, v = w.vectors.forces.shape[0], w.vectors
+    product_a, product_b = v.product_a, v.product_b
+    before, after = algorithm_state(y, d), algorithm_state(y_new, d)
     for i in range(d):
         s.at[i] = 0.5 * (y[d + i] + y_new[d + i])
         s.at[d + i] = 0.5 * (before.acceleration[i] + after.acceleration[i])
-    a.system.mass_product(rank_one, w, s.at[:d], v[row.PRODUCT_A])
-    a.system.mass_product(rank_one, w, s.at[d : 2 * d], v[row.PRODUCT_B])
+    a.system.mass_product(rank_one, w, s.at[:d], product_a)
+    a.system.mass_product(rank_one, w, s.at[d : 2 * d], product_b)
     curved, lagging = 0.0, 0.0
     for i in range(d):
-        curved += v[row.PRODUCT_B, i] * (after.algorithmic[i] - before.algorithmic[i])
-        lagging += v[row.PRODUCT_A, i] * (y_new[d + i] - y[d + i] - h * s.at[d + i])
+        curved += product_b[i] * (after.algorithmic[i] - before.algorithmic[i])
+        lagging += product_a[i] * (y_new[d + i] - y[d + i] - h * s.at[d + i])
     return h * h * (a.c.beta - 0.5 * a.c.gamma) * curved - lagging

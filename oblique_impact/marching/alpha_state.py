@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from oblique_impact.contact.forces import OK, accelerate
 from oblique_impact.contact.state import Instant, Phase
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import Array, Workspace, copy
+from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace, copy
 from oblique_impact.marching.equations import DAMPING_LOSS, QUADRATURES, quadrature_rates
 from oblique_impact.marching.scheme import Scratch
 
@@ -65,8 +66,8 @@ def step_length(c: Coefficients, h: float) -> StepLength:
     return StepLength(h, h * c.gamma * ratio, h * h * c.beta * ratio)
 
 
-class Kept(NamedTuple):
-    """What the scheme keeps in the state vector, behind the quadratures."""
+class AlgorithmState(NamedTuple):
+    """State of the scheme from step to step, kept behind the quadratures of the state vector."""
 
     reported: Array  # (d + 2,) acceleration and contact forces of the algorithm's own mean
     acceleration: Array  # (d,) q''
@@ -74,10 +75,10 @@ class Kept(NamedTuple):
     forces: Array  # (2,) contact forces (N) at the end of the step
     averaged: Array  # (2,) as the algorithm averages them
     rates: Array  # (7,) of the quadratures
-    memory: (
-        Array  # (6,) how far the reported forces lag behind (s), slip velocity (m/s), rates of the means (N/s),
-    )
-    # gap (m) and gap rate (m/s)
+    memory: Array  # (6,) see the names below
+
+
+# lag of the reported forces (s), slip velocity (m/s), rates of the two means (N/s), gap (m), gap rate (m/s)
 
 
 LAG, SLIP_RATE, MEAN_RATES, GAP, GAP_RATE = 0, 1, 2, 4, 5
@@ -85,18 +86,18 @@ _MEMORY = 6
 UNKNOWN = 1e300  # a rate of which nothing is known yet
 
 
-def kept_size(d: int) -> int:
-    """Entries of :class:`Kept` for d degrees of freedom."""
+def algorithm_state_size(d: int) -> int:
+    """Entries of :class:`AlgorithmState` for d degrees of freedom."""
     return 3 * d + 2 + 2 + 2 + QUADRATURES + _MEMORY
 
 
 @inlined
-def kept_of(y: Array, d: int) -> Kept:
+def algorithm_state(y: Array, d: int) -> AlgorithmState:
     """Return the parts of the state vector that the scheme keeps."""
     a = 2 * d + QUADRATURES
     b = a + d + 2
     e = b + 2 * d
-    return Kept(
+    return AlgorithmState(
         y[a:b],
         y[b : b + d],
         y[b + d : e],
@@ -105,6 +106,18 @@ def kept_of(y: Array, d: int) -> Kept:
         y[e + 4 : e + 4 + QUADRATURES],
         y[e + 4 + QUADRATURES : e + 4 + QUADRATURES + _MEMORY],
     )
+
+
+class Iterations(NamedTuple):
+    """Convergence of the iterations of a step, for each effective matrix."""
+
+    contraction: Array  # (3,) ratio of the residuals; negative: not known
+    rounded: Array  # (3,) residuals below which they do not fall; 0: not known
+
+    @classmethod
+    def new(cls) -> Iterations:
+        """Return those of which nothing is known."""
+        return cls(np.full(EFFECTIVE_SLOTS, -1.0), np.zeros(EFFECTIVE_SLOTS))
 
 
 class Attempt(NamedTuple):
@@ -117,17 +130,18 @@ class Attempt(NamedTuple):
     h: float
     y: Array
     scratch: Scratch
+    iterations: Iterations
 
 
 @jitable
 def start_phase(system: Any, phase: Phase, t: float, y: Array, w: Workspace) -> tuple[int, Instant]:
     """Consistent accelerations and contact forces at the start of a phase into what y keeps."""
-    d = w.vectors.shape[1]
-    qd, kept = y[d : 2 * d], kept_of(y, d)
+    d = w.vectors.forces.shape[0]
+    qd, kept = y[d : 2 * d], algorithm_state(y, d)
     status, c = accelerate(system, phase, t, y[:d], qd, w)
     if status != OK:
         return status, c
-    acceleration = w.vectors[row.ACCELERATION]
+    acceleration = w.vectors.acceleration
     copy(acceleration, kept.reported[:d])
     copy(acceleration, kept.acceleration)
     copy(acceleration, kept.algorithmic)

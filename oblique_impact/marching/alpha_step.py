@@ -25,21 +25,30 @@ from oblique_impact.contact.forces import (
     stop_tangent,
 )
 from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, Instant, Phase
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Evaluation, Workspace, dot
-from oblique_impact.marching.alpha_state import Attempt, StepLength, is_backward_euler, kept_of, step_length
+from oblique_impact.marching.alpha_state import (
+    Attempt,
+    StepLength,
+    algorithm_state,
+    is_backward_euler,
+    step_length,
+)
 from oblique_impact.marching.scheme import FAILED_ITERATION, UNBOUNDED
 
 NOT_CONVERGED = -FAILED_ITERATION
 
-FAR, NEAR, ODD = 0, 1, 2  # effective matrices of the step in flight, the step in and near contact, a cut step
+# effective matrices of the step in flight, of the step in and near contact, of a step of another length
+FLIGHT_STEP, CONTACT_STEP, CUT_STEP = 0, 1, 2
 
-_MOST_ITERATIONS = 60
+_MOST_ITERATIONS = 60  # a few are usual: a step that needs more is given up
 _CLOSED = 10.0  # tolerances of velocity: the error of the velocity in a contact that counts as zero
-_FADING = 1.05  # a contraction that was not measured counts so much less with every step
-_STALLED, _ROUNDING = 0.25, 1e4  # a residual that stays above this part, and corrections in tolerances by rounding
-_ALIKE = 2.0  # of residuals by rounding, from step to step
+#: a contraction is measured anew only now and then: until then it is taken to be 5 % worse with every step
+_FADING = 1.05
+#: iterations have stalled if a residual stays above this part of the one before; corrections of up to so many
+#: tolerances are then taken for rounding
+_STALLED, _ROUNDING = 0.25, 1e4
+_ALIKE = 2.0  # residuals by rounding differ by less than this factor from step to step
 #: a residual that in so many iterations has not fallen below this part of its least is rounding, and so may be a
 #: larger correction: some 2e4 tolerances of 4,096 elements, growing as the square of their number.  It takes more
 #: iterations to tell, because one that converges slowly looks the same at first.
@@ -47,7 +56,7 @@ _FLAT, _FLAT_ITERATIONS, _FLAT_ROUNDING = 0.7, 3, 1e6
 
 
 class Step(NamedTuple):
-    """What a step of the scheme returns besides the new state vector."""
+    """Result of a step of the scheme besides the new state vector."""
 
     status: int  # OK, the reason why there is no solution, or NOT_CONVERGED
     end: Instant  # the contact at its end, with its forces
@@ -63,9 +72,9 @@ def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -
         e.slip,
         e.gap_rate,
         e.slip_rate,
-        dot(v[row.NORMAL], v[row.NORMAL_RESPONSE]),
-        dot(v[row.NORMAL], v[row.TANGENTIAL_RESPONSE]),
-        dot(v[row.TANGENTIAL], v[row.TANGENTIAL_RESPONSE]),
+        dot(v.normal_row, v.normal_response),
+        dot(v.normal_row, v.tangential_response),
+        dot(v.tangential_row, v.tangential_response),
         0.0,
         0.0,
         normal,
@@ -79,8 +88,8 @@ def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -
 def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
     """How far the contact forces and the motion are from the contact's laws (m/s)."""
     normal, tangential, push = abs(c.gap_rate), abs(c.slip_rate), conjugate(phase, c)
-    if phase.gives_way:
-        normal = abs(stop_force(phase, c.gap, c.gap_rate) - push) * c.a_nn * velocity
+    if phase.stop.compliant:
+        normal = abs(stop_force(phase.stop, phase.residual, c.gap, c.gap_rate) - push) * c.a_nn * velocity
     if phase.state != STICKING:
         wanted = friction_ratio(phase, c.slip_rate) * push
         tangential = abs(wanted - c.tangential_force) * c.a_tt * velocity
@@ -91,13 +100,15 @@ def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
 def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> tuple[int, float, float]:
     """Newton step of the two contact forces in an iteration, also into increment and residual; its status."""
     v, velocity, push = w.vectors, step.velocity, conjugate(phase, c)
-    normal = dot(v[row.NORMAL], v[row.INCREMENT])
-    tangential = dot(v[row.TANGENTIAL], v[row.INCREMENT]) + phase.tilt * normal
+    normal_row, tangential_row, residual, increment = v.normal_row, v.tangential_row, v.residual, v.increment
+    normal_response, tangential_response = v.normal_response, v.tangential_response
+    normal = dot(normal_row, increment)
+    tangential = dot(tangential_row, increment) + phase.residual.tilt * normal
     # n1 dn + n2 dt = n3,  t1 dn + t2 dt = t3, with dn of the force conjugate to the gap
-    if phase.gives_way:
-        over_depth, over_rate = stop_tangent(phase, c.gap, c.gap_rate)
+    if phase.stop.compliant:
+        over_depth, over_rate = stop_tangent(phase.stop, phase.residual, c.gap, c.gap_rate)
         stiff = over_depth * step.position + over_rate * velocity
-        force = stop_force(phase, c.gap, c.gap_rate)
+        force = stop_force(phase.stop, phase.residual, c.gap, c.gap_rate)
         n1, n2 = 1.0 + stiff * c.a_nn, stiff * c.a_nt
         n3 = force - push - stiff * normal
     else:
@@ -105,12 +116,12 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
         n3 = -c.gap_rate - velocity * normal
     if phase.state == SLIDING:
         ratio = friction_ratio(phase, c.slip_rate)
-        if phase.gives_way and not can_slide(phase, c.slip_rate):
+        if phase.stop.compliant and not can_slide(phase, c.slip_rate):
             return NO_SLIDING_SOLUTION, 0.0, 0.0
-        if not phase.gives_way and not c.a_nn + ratio * c.a_nt > 0.0:
+        if not phase.stop.compliant and not c.a_nn + ratio * c.a_nt > 0.0:
             return NO_SLIDING_SOLUTION, 0.0, 0.0
-        tilt = 1.0 + phase.tilt * ratio
-        viscous = phase.slope * tilt * tilt * push * velocity
+        tilt = 1.0 + phase.residual.tilt * ratio
+        viscous = phase.friction.slope * tilt * tilt * push * velocity
         t1, t2 = -ratio - viscous * c.a_nt, 1.0 - viscous * c.a_tt
         t3 = ratio * push - c.tangential_force + viscous * tangential
     else:
@@ -119,18 +130,18 @@ def _contact_step(phase: Phase, c: Instant, w: Workspace, step: StepLength) -> t
     if determinant == 0.0:
         return NO_STICKING_SOLUTION, 0.0, 0.0
     dt = (n1 * t3 - n3 * t1) / determinant
-    dn = (n3 * t2 - n2 * t3) / determinant + phase.tilt * dt
-    for i in range(v.shape[1]):
-        v[row.INCREMENT, i] += dn * v[row.NORMAL_RESPONSE, i] + dt * v[row.TANGENTIAL_RESPONSE, i]
-        v[row.RESIDUAL, i] += dn * v[row.NORMAL, i] + dt * v[row.TANGENTIAL, i]
+    dn = (n3 * t2 - n2 * t3) / determinant + phase.residual.tilt * dt
+    for i in range(v.forces.shape[0]):
+        increment[i] += dn * normal_response[i] + dt * tangential_response[i]
+        residual[i] += dn * normal_row[i] + dt * tangential_row[i]
     return OK, dn, dt
 
 
 @jitable
 def _predict(a: Attempt, h: float, unchanged: float) -> None:
     """Position and velocity for an acceleration q'' that is this part of the one before."""
-    c, y, y_new, d = a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.shape[1]
-    before, after = kept_of(y, d), kept_of(y_new, d)
+    c, y, y_new, d = a.c, a.y, a.scratch.y_new, a.scratch.work.vectors.forces.shape[0]
+    before, after = algorithm_state(y, d), algorithm_state(y_new, d)
     for i in range(d):
         kept, a0 = unchanged * before.acceleration[i], before.algorithmic[i]
         a1 = ((1.0 - c.alpha_f) * kept + c.alpha_f * kept - c.alpha_m * a0) / (1.0 - c.alpha_m)
@@ -143,10 +154,11 @@ def _predict(a: Attempt, h: float, unchanged: float) -> None:
 def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -> float:
     """Add the contact forces to the residual; its norm."""
     v = w.vectors
+    normal_row, tangential_row, residual = v.normal_row, v.tangential_row, v.residual
     if phase.state != FREE:
-        for i in range(v.shape[1]):
-            v[row.RESIDUAL, i] += normal * v[row.NORMAL, i] + tangential * v[row.TANGENTIAL, i]
-    return float(np.sqrt(dot(v[row.RESIDUAL], v[row.RESIDUAL])))
+        for i in range(v.forces.shape[0]):
+            residual[i] += normal * normal_row[i] + tangential * tangential_row[i]
+    return float(np.sqrt(dot(residual, residual)))
 
 
 @jitable
@@ -163,28 +175,29 @@ def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
 @jitable
 def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> Step:
     """Iterate to the end of a step, from this part of the acceleration and the forces at its start."""
-    system, phase, t, s, w = a.system, a.phase, a.t, a.scratch, a.scratch.work
-    d, y_new, v, tolerance = w.vectors.shape[1], s.y_new, w.vectors, a.c.tolerance
+    system, phase, t, s, w, iterations = a.system, a.phase, a.t, a.scratch, a.scratch.work, a.iterations
+    d, y_new, v, tolerance = w.vectors.forces.shape[0], s.y_new, w.vectors, a.c.tolerance
+    residual, increment = v.residual, v.increment
     step, contact = step_length(a.c, h), phase.state != FREE
-    q, qd, qdd = y_new[:d], y_new[d : 2 * d], kept_of(y_new, d).acceleration
+    q, qd, qdd = y_new[:d], y_new[d : 2 * d], algorithm_state(y_new, d).acceleration
     _predict(a, h, unchanged)
-    forces = kept_of(a.y, d).forces
+    forces = algorithm_state(a.y, d).forces
     normal, tangential = (unchanged * forces[0], unchanged * forces[1]) if contact else (0.0, 0.0)
-    s.contraction[slot] = -1.0 if stale else _FADING * s.contraction[slot]
-    s.rounded[slot] = 0.0 if stale else s.rounded[slot] / _FADING
+    iterations.contraction[slot] = -1.0 if stale else _FADING * iterations.contraction[slot]
+    iterations.rounded[slot] = 0.0 if stale else iterations.rounded[slot] / _FADING
     closed, end = _CLOSED * s.tolerances.velocity, NO_CONTACT
     change, before, rank_one = np.inf, 0.0, 0.0
     least, flat = np.inf, 0
     for iteration in range(_MOST_ITERATIONS):
         e = system.take_residual(t + h, q, qd, qdd, contact, w)
-        rank_one, end = e.rank_one, moved(end, e, normal, tangential, e.supplied_power, phase.tilt)
+        rank_one, end = e.rank_one, moved(end, e, normal, tangential, e.supplied_power, phase.residual.tilt)
         left = _add_contact(phase, normal, tangential, w)
         if iteration == 0:
             if not system.factor_effective(t + h, q, step.velocity, step.position, w, slot, stale):
                 return Step(MASS_NOT_POSITIVE, end, rank_one)
         else:
             # the next change is about the last one times the ratio of the residuals
-            s.contraction[slot] = left / before if before > 0.0 else -1.0
+            iterations.contraction[slot] = left / before if before > 0.0 else -1.0
             accurate = change * left <= tolerance * before
             flat = flat + 1 if left > _FLAT * least else 0
             least = min(least, left)
@@ -192,9 +205,9 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
                 # the residual K q of a fine mesh is rounded: it falls no further
                 rounding = _FLAT_ROUNDING if flat >= _FLAT_ITERATIONS else _ROUNDING
                 accurate = change <= rounding * tolerance
-                s.rounded[slot] = _ALIKE * left if accurate else 0.0
+                iterations.rounded[slot] = _ALIKE * left if accurate else 0.0
             if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
-                if not contact and phase.watched:
+                if not contact and phase.surface.watched:
                     e = system.approach(t + h, q, qd, contact, w)
                     end = moved(end, e, 0.0, 0.0, e.supplied_power)
                 return Step(OK, end, rank_one)
@@ -209,17 +222,17 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
             normal += pressing
             tangential += along
         before = left
-        change = step.velocity * np.sqrt(abs(dot(v[row.INCREMENT], v[row.RESIDUAL])))
+        change = step.velocity * np.sqrt(abs(dot(increment, residual)))
         for i in range(d):
-            more = v[row.INCREMENT, i]
+            more = increment[i]
             qdd[i] += more
             q[i] += step.position * more
             qd[i] += step.velocity * more
-        fallen = left <= s.rounded[slot] and change <= _ROUNDING * tolerance
-        if fallen or 0.0 < change * s.contraction[slot] <= tolerance:
+        fallen = left <= iterations.rounded[slot] and change <= _ROUNDING * tolerance
+        if fallen or 0.0 < change * iterations.contraction[slot] <= tolerance:
             # known well enough from the last steps; what is known fades, and is measured anew before long
             e = system.approach(t + h, q, qd, contact, w)
-            end = moved(end, e, normal, tangential, e.supplied_power, phase.tilt)
+            end = moved(end, e, normal, tangential, e.supplied_power, phase.residual.tilt)
             if not contact or _contact_defect(phase, end, step.velocity) <= closed:
                 return Step(OK, end, rank_one)
     return Step(NOT_CONVERGED, end, rank_one)

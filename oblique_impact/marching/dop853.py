@@ -1,62 +1,71 @@
 """One step of the explicit Runge-Kutta method of order 8(5,3) with dense output of order 7.
 
 Dormand and Prince's method as given by Hairer, Norsett, Wanner, Solving Ordinary Differential
-Equations I, Sec. II.5 and II.10; the coefficients are those published with SciPy.
+Equations I, Sec. II.5 and II.10; the coefficients are those of `scipy.integrate.DOP853`.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from importlib.abc import Loader
-from importlib.machinery import ModuleSpec
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-from types import ModuleType
-from typing import Any, cast
+from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
+from scipy.integrate import DOP853
 
 from oblique_impact.contact.state import FREE, NO_CONTACT, Instant, Phase
 from oblique_impact.kernels.jit import jitable
-from oblique_impact.kernels.workspace import Array, copy
+from oblique_impact.kernels.workspace import Array, Workspace, copy
 from oblique_impact.marching.equations import FRICTION_LOSS, QUADRATURES, derivative
 from oblique_impact.marching.scheme import Scratch
 
 ORDER = 8
-STAGES = 12
-DENSE_STAGES = 16
+STAGES = DOP853.n_stages  # 12
+DENSE_STAGES = STAGES + 1 + len(DOP853.C_EXTRA)  # 16: the derivative at the end of the step, three stages more
 DENSE_TERMS = 7
 
 
-def _coefficients() -> ModuleType:
-    """Load SciPy's coefficients from their file: all of `scipy.integrate` takes longer than a short run."""
-    name = "scipy.integrate._ivp.dop853_coefficients"
-    file = Path(scipy.__file__).parent.joinpath(*name.split(".")[1:]).with_suffix(".py")
-    if not file.is_file():  # a later SciPy may keep them elsewhere
-        return import_module(name)
-    spec = cast(ModuleSpec, spec_from_file_location(name, file))
-    module = module_from_spec(spec)
-    cast(Loader, spec.loader).exec_module(module)
-    return module
+def _whole_tableau() -> tuple[Array, Array]:
+    """Return A (16, 16) and C (16,) of all stages: SciPy keeps those of the dense output apart."""
+    a = np.zeros((DENSE_STAGES, DENSE_STAGES))
+    a[:STAGES, :STAGES], a[STAGES, :STAGES], a[STAGES + 1 :] = DOP853.A, DOP853.B, DOP853.A_EXTRA
+    return a, np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
 
 
-_SCIPY = _coefficients()
-_A, _C = np.asarray(_SCIPY.A), np.asarray(_SCIPY.C)
-_E3, _E5, _D = np.asarray(_SCIPY.E3), np.asarray(_SCIPY.E5), np.asarray(_SCIPY.D)
+_A, _C = _whole_tableau()
+_E3, _E5, _D = np.asarray(DOP853.E3), np.asarray(DOP853.E5), np.asarray(DOP853.D)
+
+
+class Stages(NamedTuple):
+    """Buffers of the method."""
+
+    K: Array  # (16, ny) derivatives
+    F: Array  # (7, ny) coefficients of the dense output
+
+    @classmethod
+    def new(cls, ny: int) -> Stages:
+        """Allocate them for state vectors of `ny` entries."""
+        return cls(np.zeros((DENSE_STAGES, ny)), np.zeros((DENSE_TERMS, ny)))
 
 
 @jitable
 def take_stages(
-    system: Any, phase: Phase, t: float, y: Array, h: float, first: int, last: int, s: Scratch, at: Array
+    system: Any,
+    phase: Phase,
+    t: float,
+    y: Array,
+    h: float,
+    first: int,
+    last: int,
+    K: Array,
+    w: Workspace,
+    at: Array,
 ) -> tuple[int, Instant, float]:
-    """Evaluate the stages first..last of a step of length h from (t, y) into the rows of s.K.
+    """Evaluate the stages first..last of a step of length h from (t, y) into the rows of K.
 
     K[0] must hold the derivative at (t, y).  Stages 1 to 12 are the step: `at` then holds the new state and
     K[12] its derivative.  Stages 13 to 15 are those of the dense output.  Returns the status and the contact of
     the last stage and, in free flight, the largest gap rate met (m/s).
     """
-    speed, c, K, work = 0.0, NO_CONTACT, s.K, s.work
+    speed, c = 0.0, NO_CONTACT
     for i in range(first, last + 1):
         copy(y, at)
         for j in range(i):
@@ -64,7 +73,7 @@ def take_stages(
             if weight != 0.0:
                 for m in range(y.shape[0]):
                     at[m] += weight * K[j, m]
-        status, c = derivative(system, phase, t + _C[i] * h, at, work, K[i])
+        status, c = derivative(system, phase, t + _C[i] * h, at, w, K[i])
         if status != 0:
             return status, c, speed
         if phase.state == FREE:
@@ -73,13 +82,13 @@ def take_stages(
 
 
 @jitable
-def error_norm(h: float, y: Array, s: Scratch, tolerance: float) -> float:
+def error_norm(h: float, y: Array, stages: Stages, s: Scratch, tolerance: float) -> float:
     """Error of the end of a step, s.y_new: of q and q' relative to the tolerance (of the scales, and relative).
 
     Or, if it is larger, of a loss of energy, relative to that of the energy: damping takes most of what an impact
     leaves in the fastest modes within a step or two.
     """
-    sum5, sum3, worst, size, K, scales, y_new = 0.0, 0.0, 0.0, s.scales.shape[0], s.K, s.scales, s.y_new
+    sum5, sum3, worst, size, K, scales, y_new = 0.0, 0.0, 0.0, s.scales.shape[0], stages.K, s.scales, s.y_new
     for m in range(size):
         scale = tolerance * (scales[m] + max(abs(y[m]), abs(y_new[m])))
         e5, e3 = _errors(K, m, scale)
@@ -110,8 +119,9 @@ def _combined(sum5: float, sum3: float, size: int) -> float:
 
 
 @jitable
-def interpolant(y: Array, y_new: Array, h: float, K: Array, F: Array) -> None:
-    """Dense-output coefficients (7, len(y)) of an accepted step with all 16 stages into F."""
+def interpolant(y: Array, y_new: Array, h: float, stages: Stages) -> None:
+    """Dense-output coefficients of an accepted step from all 16 stages."""
+    K, F = stages.K, stages.F
     for m in range(y.shape[0]):
         delta = y_new[m] - y[m]
         F[0, m] = delta

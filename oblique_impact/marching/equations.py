@@ -11,9 +11,7 @@ import numpy as np
 
 from oblique_impact.contact.forces import accelerate, conjugate, stop_force
 from oblique_impact.contact.state import FREE, Instant, Phase
-from oblique_impact.kernels import rows as row
-from oblique_impact.kernels.jit import jitable, kernel
-from oblique_impact.kernels.reference import by_reference
+from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import Array, Workspace, dot
 
 
@@ -25,7 +23,7 @@ class Quadratures(NamedTuple):
     friction_loss: float  # J
     damping_loss: float  # J, by the system's own damping
     stabilization_loss: float  # J, by the constraint's stabilization and the scheme itself
-    stop_loss: float  # J, by the damping of a stop that gives way
+    stop_loss: float  # J, by the damping of a compliant stop
     supplied: float  # J, by drives and moving boundaries
 
 
@@ -37,7 +35,7 @@ QUADRATURES = 7
 def boundary_power(phase: Phase, c: Instant, qd: Array, w: Workspace) -> float:
     """Power (W) of moving or driven boundaries: that of the contact force beyond the rates of gap and slip."""
     v = w.vectors
-    closing, sliding = dot(v[row.NORMAL], qd), dot(v[row.TANGENTIAL], qd)
+    closing, sliding = dot(v.normal_row, qd), dot(v.tangential_row, qd)
     taken = conjugate(phase, c) * c.gap_rate + c.tangential_force * c.slip_rate
     return c.normal_force * closing + c.tangential_force * sliding - taken
 
@@ -47,9 +45,12 @@ def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadr
     """Rates of the quadratures at an instant with its forces."""
     boundary = boundary_power(phase, c, qd, w) if phase.state != FREE else 0.0
     stabilization, stop = -c.normal_force * c.gap_rate, 0.0
-    if phase.gives_way:
+    if phase.stop.compliant:
         # what the stop does not give back: all but the work of its force at rest
-        stabilization, stop = 0.0, (conjugate(phase, c) - stop_force(phase, c.gap, 0.0)) * -c.gap_rate
+        stabilization, stop = (
+            0.0,
+            (conjugate(phase, c) - stop_force(phase.stop, phase.residual, c.gap, 0.0)) * -c.gap_rate,
+        )
     return Quadratures(
         c.normal_force,
         c.tangential_force,
@@ -64,12 +65,12 @@ def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadr
 @jitable
 def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: Array) -> tuple[int, Instant]:
     """Time derivative of y in `phase` into `dy`; returns the status and the solution of the contact problem."""
-    d = w.vectors.shape[1]
+    d = w.vectors.forces.shape[0]
     q, qd = y[:d], y[d : 2 * d]
     status, c = accelerate(system, phase, t, q, qd, w)
     if status != 0:
         return status, c
-    acceleration = w.vectors[row.ACCELERATION]
+    acceleration = w.vectors.acceleration
     for i in range(d):
         dy[i] = qd[i]
         dy[d + i] = acceleration[i]

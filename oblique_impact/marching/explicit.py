@@ -21,13 +21,14 @@ from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
     FAILED_FINITE,
-    LEG_FULL,
+    LIMIT_REACHED,
     NO_GUARD,
-    Front,
-    Leg,
+    Limits,
+    Prepared,
     Progress,
     Scheme,
     Scratch,
+    StepState,
     bounded,
     keep_sample,
     raised,
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 Rates = Callable[[float, Array], Array]
 
-_STEPS_PER_LEG = 200
+_STEPS_PER_CALL = 200
 _LOCATED = 1e-14  # relative length of a step
 
 
@@ -50,7 +51,7 @@ class _NoSolutionError(Exception):
 
 
 class _End(NamedTuple):
-    """What a step left."""
+    """State, contact and guards at the end of a step."""
 
     t: float
     y: Array
@@ -86,13 +87,13 @@ class ExplicitScheme(Scheme):
         Arrays may be views, of any real type; one of another shape, or of complex numbers, is an InputError.
         """
 
-    def steps_per_leg(self, size: int) -> int:  # noqa: D102
-        return _STEPS_PER_LEG
+    def steps_per_call(self, size: int) -> int:  # noqa: D102
+        return _STEPS_PER_CALL
 
     def march(  # noqa: D102
-        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+        self, prepared: Prepared, phase: Phase, before: Phase | None, start: StepState, y: Array, limits: Limits
     ) -> Progress:
-        return _March(self, system, phase, scratch).advance(front, y, leg)
+        return _March(self, prepared.system, phase, prepared.scratch).advance(start, y, limits)
 
 
 class _March:
@@ -103,18 +104,18 @@ class _March:
         self.h = scheme.free_step if phase.state == FREE else scheme.contact_step
         self.name, self.shape = type(scheme).__name__, scratch.y_new.shape
 
-    def advance(self, front: Front, y: Array, leg: Leg) -> Progress:
+    def advance(self, begin: StepState, y: Array, limits: Limits) -> Progress:
         """Advance y in place."""
-        s, origin, done, sample = self.scratch, front.origin, front.done, front.sample
-        t, steps, count, peak, depth, reason, guard = front.t, 0, 0, 0.0, 0.0, AT_STOP, NO_GUARD
+        s, origin, done, sample = self.scratch, begin.origin, begin.done, begin.sample
+        t, steps, count, peak, depth, reason, guard = begin.t, 0, 0, 0.0, 0.0, AT_STOP, NO_GUARD
         try:
             start = self._measure(t, y.copy())
-            while t < leg.t_stop:
-                if count >= s.times.size or steps >= leg.most_steps:
-                    reason = LEG_FULL
+            while t < limits.t_stop:
+                if count >= s.samples.times.size or steps >= limits.most_steps:
+                    reason = LIMIT_REACHED
                     break
                 following = origin + (done + 1) * self.h  # so that no rounding adds up
-                following = leg.t_stop if following > leg.t_stop - 1e-9 * self.h else following
+                following = limits.t_stop if following > limits.t_stop - 1e-9 * self.h else following
                 end = self.take(start, following - t)
                 if not bounded(end.y, s):
                     reason = FAILED_FINITE
@@ -126,15 +127,15 @@ class _March:
                 if guard != NO_GUARD:
                     reason = AT_GUARD
                     break
-                s.armed[np.array(end.guards) > s.thresholds] = True
-                sample, count = keep_sample(t, y, sample, count, leg, s)
+                s.guards.armed[np.array(end.guards) > s.guards.thresholds] = True
+                sample, count = keep_sample(t, y, sample, count, limits, s.samples)
                 start = end
             else:
                 origin, done = t, 0  # the last step was cut; the next ones are counted from here
         except _NoSolutionError as none:
             reason = -none.status
-        behind = Front(t, self.h, sample, origin, done, front.taken + steps)
-        return Progress(reason, guard, behind, steps, 0, count, peak, depth)
+        reached = StepState(t, self.h, sample, origin, done, begin.taken + steps)
+        return Progress(reason, guard, reached, steps, 0, count, peak, depth)
 
     def _rates(self, t: float, y: Array) -> Array:
         return self._derivative(float(t), own_numbers(y, self.shape, f"{self.name}: y of rates(t, y)"))[0]
@@ -161,7 +162,7 @@ class _March:
         end = end if part == 1.0 else trial.up_to(part)
         for guard in range(GUARDS):
             # each guard found fallen shortens the step
-            before, after = (raised(at.guards[guard], guard, self.scratch) for at in (start, end))
+            before, after = (raised(at.guards[guard], guard, self.scratch.guards) for at in (start, end))
             if after <= 0.0:
                 part = (end.t - start.t) / trial.h
                 first = guard
@@ -171,9 +172,9 @@ class _March:
     def _dip(self, trial: _Shorter, end: _End) -> float:
         """Fraction of a step that ends in the air where the slope has been reached before; 1 if nowhere."""
         start, h = trial.start, trial.h
-        if self.phase.state != FREE or not self.scratch.armed[NORMAL] or end.guards.normal <= 0.0:
+        if self.phase.state != FREE or not self.scratch.guards.armed[NORMAL] or end.guards.normal <= 0.0:
             return 1.0
-        rates = self.phase.side * start.contact.gap_rate, self.phase.side * end.contact.gap_rate
+        rates = self.phase.surface.side * start.contact.gap_rate, self.phase.surface.side * end.contact.gap_rate
         if rates[0] >= 0.0 or rates[1] <= 0.0:
             return 1.0
         _, place = cubic_dip(start.guards.normal, end.guards.normal, h * rates[0], h * rates[1])
@@ -192,4 +193,4 @@ class _Shorter(NamedTuple):
         return self.march.take(self.start, x * self.h)
 
     def guard_at(self, x: float, guard: int) -> float:
-        return raised(self.up_to(x).guards[guard], guard, self.march.scratch)
+        return raised(self.up_to(x).guards[guard], guard, self.march.scratch.guards)

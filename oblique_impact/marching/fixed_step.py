@@ -1,4 +1,4 @@
-"""Fixed-step marching as the paper does it: classical RK4, states judged once per step.
+"""Fixed-step marching as the paper does it: classical RK4, contact states decided once per step.
 
 Contact begins at the end of the first step with Z_n < 0 and Z_n' < 0; in contact every step asks whether the
 slip sticks (:func:`~oblique_impact.contact.forces.can_stick`) and whether the normal force still pushes (paper,
@@ -11,25 +11,28 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+import numpy as np
+
 from oblique_impact.contact.forces import can_stick
-from oblique_impact.contact.state import END, FREE, JUDGED, LOWER, NORMAL, SLIDING, UPPER, Instant, Phase
-from oblique_impact.contact.transitions import Judgement
-from oblique_impact.kernels.jit import jitable, kernel
-from oblique_impact.kernels.reference import by_reference
+from oblique_impact.contact.state import END, FREE, LOWER, NORMAL, SLIDING, SWITCHED, UPPER, Instant, Phase
+from oblique_impact.contact.transitions import StickCriterion
+from oblique_impact.kernels.jit import by_reference, jitable, kernel
+from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.equations import derivative
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
     FAILED_FINITE,
-    LEG_FULL,
+    LIMIT_REACHED,
     NO_GUARD,
-    Front,
-    Leg,
+    Limits,
+    Prepared,
     Progress,
     Returned,
     Scheme,
     Scratch,
+    StepState,
     bounded,
     keep_sample,
     progress_of,
@@ -37,9 +40,9 @@ from oblique_impact.marching.scheme import (
 
 
 @jitable
-def _step(system: Any, phase: Phase, t: float, y: Array, h: float, s: Scratch) -> int:
-    """One step of RK4 from (t, y) into s.y_new; s.K[0] holds the derivative at the start."""
-    K, at = s.K, s.at
+def _step(system: Any, phase: Phase, t: float, y: Array, h: float, s: Scratch, K: Array) -> int:
+    """One step of RK4 from (t, y) into s.y_new; K[0] holds the derivative at the start."""
+    at = s.at
     for i in range(3):
         part = h if i == 2 else 0.5 * h
         for m in range(y.shape[0]):
@@ -53,46 +56,58 @@ def _step(system: Any, phase: Phase, t: float, y: Array, h: float, s: Scratch) -
 
 
 @jitable
-def _judge(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> int:
+def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> int:
     """Guard that fell at the end of a step, or NO_GUARD; a slip velocity within `rounding` (m/s) has no sign."""
     if phase.state == FREE:
-        return NORMAL if phase.watched and phase.side * c.gap < 0.0 and phase.side * c.gap_rate < 0.0 else NO_GUARD
+        return (
+            NORMAL
+            if phase.surface.watched and phase.surface.side * c.gap < 0.0 and phase.surface.side * c.gap_rate < 0.0
+            else NO_GUARD
+        )
     if c.normal_force <= 0.0:
         return NORMAL
-    if c.slip < phase.first or c.slip > phase.last:
+    if c.slip < phase.surface.first or c.slip > phase.surface.last:
         return END
-    sticks = phase.static >= 0.0 and can_stick(phase, c, stopping_time)
+    sticks = phase.stick.static >= 0.0 and can_stick(phase, c, stopping_time)
     if phase.state != SLIDING:
-        return NO_GUARD if sticks else JUDGED
+        return NO_GUARD if sticks else SWITCHED
     if sticks:
-        return JUDGED
-    if c.slip_rate < phase.lower - rounding:
+        return SWITCHED
+    if c.slip_rate < phase.friction.lower - rounding:
         return LOWER
-    if c.slip_rate > phase.upper + rounding:
+    if c.slip_rate > phase.friction.upper + rounding:
         return UPPER
     return NO_GUARD
 
 
 @kernel("the fixed steps")
 def march_fixed(
-    system: Any, phase: Phase, h: float, stopping_time: float, front: Front, y: Array, leg: Leg, s: Scratch
+    system: Any,
+    phase: Phase,
+    h: float,
+    stopping_time: float,
+    start: StepState,
+    y: Array,
+    limits: Limits,
+    s: Scratch,
+    K: Array,
 ) -> Returned:
-    """Advance y in place by steps of h until a step's judgement differs from the phase, or the leg is full."""
+    """Advance y in place by steps of h until the contact state changes, to the stop, or to the limit of steps."""
     system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
-    origin, done, sample, count = front.origin, front.done, front.sample, 0
-    t, peak, depth, reason, guard, steps = front.t, 0.0, 0.0, AT_STOP, NO_GUARD, 0
-    status, c = derivative(system, phase, t, y, s.work, s.K[0])
+    origin, done, sample, count = start.origin, start.done, start.sample, 0
+    t, peak, depth, reason, guard, steps = start.t, 0.0, 0.0, AT_STOP, NO_GUARD, 0
+    status, c = derivative(system, phase, t, y, s.work, K[0])
     while status == 0:
-        if t >= leg.t_stop:
+        if t >= limits.t_stop:
             origin, done = t, 0  # the last step was cut; the next ones are counted from here
             break
-        if count >= s.times.shape[0] or steps >= leg.most_steps:
-            reason = LEG_FULL
+        if count >= s.samples.times.shape[0] or steps >= limits.most_steps:
+            reason = LIMIT_REACHED
             break
         following = origin + (done + 1) * h
-        if following > leg.t_stop - 1e-9 * h:
-            following = leg.t_stop
-        status = _step(system, phase, t, y, following - t, s)
+        if following > limits.t_stop - 1e-9 * h:
+            following = limits.t_stop
+        status = _step(system, phase, t, y, following - t, s, K)
         if status != 0:
             break
         steps += 1
@@ -102,17 +117,17 @@ def march_fixed(
         if not bounded(y, s):
             reason = FAILED_FINITE
             break
-        status, c = derivative(system, phase, t, y, s.work, s.K[0])
+        status, c = derivative(system, phase, t, y, s.work, K[0])
         if status != 0:
             break
         peak, depth = max(peak, c.normal_force), max(depth, -c.gap)
-        guard = _judge(phase, c, stopping_time, s.tolerances.velocity)
+        guard = _fallen(phase, c, stopping_time, s.tolerances.velocity)
         if guard != NO_GUARD:
             reason = AT_GUARD
             break
-        sample, count = keep_sample(t, y, sample, count, leg, s)
+        sample, count = keep_sample(t, y, sample, count, limits, s.samples)
     reason = reason if status == 0 else -status
-    return reason, guard, (t, h, sample, origin, done, front.taken + steps), steps, 0, count, peak, depth
+    return reason, guard, (t, h, sample, origin, done, start.taken + steps), steps, 0, count, peak, depth
 
 
 @dataclass(frozen=True)
@@ -135,15 +150,22 @@ class FixedStepScheme(Scheme):
     order = 4
 
     @property
-    def judgement(self) -> Judgement:  # noqa: D102
-        return Judgement(inf if self.literal else self.contact_step)
+    def stick_criterion(self) -> StickCriterion:  # noqa: D102
+        return StickCriterion(inf if self.literal else self.contact_step)
 
     @property
     def shortest_flight(self) -> float:  # noqa: D102
         return self.free_step
 
+    def buffers(  # noqa: D102
+        self, ny: int, modes: NormalModes | None, interval: float, end_time: float
+    ) -> Array:
+        return np.zeros((4, ny))  # derivatives at the stages
+
     def march(  # noqa: D102
-        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+        self, prepared: Prepared, phase: Phase, before: Phase | None, start: StepState, y: Array, limits: Limits
     ) -> Progress:
         h = self.free_step if phase.state == FREE else self.contact_step
-        return progress_of(march_fixed(system, phase, h, self.judgement.stopping_time, front, y, leg, scratch))
+        stopping_time = self.stick_criterion.stopping_time
+        system, scratch, stages = prepared.system, prepared.scratch, prepared.own
+        return progress_of(march_fixed(system, phase, h, stopping_time, start, y, limits, scratch, stages))

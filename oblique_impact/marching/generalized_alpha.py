@@ -4,7 +4,7 @@ The steps are those of :mod:`~oblique_impact.marching.alpha_step`; transitions a
 What is reported of a rigid contact, forces and accelerations, are the algorithm's own means,
 (1 - alpha_f) lambda1 + alpha_f lambda0: the values at the ends of the steps swing about them by a factor of
 -rho_infinity per step after every jump.  The means lag behind by alpha_f h; where a force decides when a contact
-state ends, they are carried on to the end of the step, and the instant is interpolated: the force of a step that
+state ends, they are extrapolated to the end of the step, and the instant is interpolated: the force of a step that
 is cut short is ill conditioned.
 """
 
@@ -17,8 +17,8 @@ import numpy as np
 
 from oblique_impact.contact.forces import friction_ratio, guards_of, stop_force, with_forces
 from oblique_impact.contact.state import FREE, GUARDS, LOWER, NORMAL, STICKING, UPPER, Instant, Phase
-from oblique_impact.kernels.jit import jitable, kernel
-from oblique_impact.kernels.reference import by_reference
+from oblique_impact.kernels.jit import by_reference, jitable, kernel
+from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.alpha_balance import finish_step
 from oblique_impact.marching.alpha_state import (
@@ -27,39 +27,43 @@ from oblique_impact.marching.alpha_state import (
     MEAN_RATES,
     Attempt,
     Coefficients,
+    Iterations,
+    algorithm_state,
+    algorithm_state_size,
     backward_euler,
     coefficients,
-    kept_of,
-    kept_size,
     start_phase,
 )
-from oblique_impact.marching.alpha_step import FAR, NEAR, ODD, Step, take_step
+from oblique_impact.marching.alpha_step import CONTACT_STEP, CUT_STEP, FLIGHT_STEP, Step, take_step
 from oblique_impact.marching.location import cubic_dip, find_fall
 from oblique_impact.marching.scheme import (
     AT_GUARD,
     AT_STOP,
     FAILED_FINITE,
-    LEG_FULL,
+    LIMIT_REACHED,
     NO_GUARD,
-    Front,
-    Leg,
+    Limits,
+    Prepared,
     Progress,
     Returned,
     Scheme,
     Scratch,
+    StepState,
     bounded,
     keep_sample,
     progress_of,
     raised,
 )
 
-_LOCATED = 1e-12  # time scales
+_LOCATED = 1e-12  # time scales: how closely an event is located
 _LANDED = 0.01  # thresholds: how far below zero a guard may be found
-#: a leg begins with what is known of the convergence forgotten, so its length is part of the result in the last
+#: a call begins with what is known of the convergence forgotten, so its length is part of the result in the last
 #: digits: counted, not timed, or two runs would differ
-_STEPS_PER_LEG, _WORK_PER_LEG = 2_000, 500_000  # the latter in steps times degrees of freedom
+_STEPS_PER_CALL, _WORK_PER_CALL = 2_000, 500_000  # the latter in steps times degrees of freedom
 _START, _END = 0, 1
-_SMOOTH = 0.5  # part by which rates of a force that is carried on may differ
+_SMOOTH = 0.5  # part by which rates of a force that is extrapolated may differ from one step to the next
+#: first steps of a phase by backward Euler: one after a jump of the velocities, four where a damped contact point
+#: without inertia makes the force decay faster than any step
 _EULER_STEPS, _MASSLESS_STEPS = 1, 4
 
 
@@ -86,7 +90,7 @@ class Cut(NamedTuple):
 def _of_force(phase: Phase, guard: int) -> bool:
     """Whether a guard is a function of the force of a constraint, not of the motion."""
     if guard == NORMAL:
-        return phase.state != FREE and not phase.gives_way
+        return phase.state != FREE and not phase.stop.compliant
     return phase.state == STICKING and guard in (LOWER, UPPER)
 
 
@@ -95,13 +99,15 @@ def _measure(phase: Phase, c: Instant, s: Scratch, row: int) -> None:
     """Guards at a contact, and the rate of that in flight, into a row of the scratch."""
     guards = guards_of(phase, c)
     for g in range(GUARDS):
-        s.values[row, g] = guards[g]
-    s.slopes[row, NORMAL] = phase.side * c.gap_rate
+        s.guards.values[row, g] = guards[g]
+    s.guards.slopes[row, NORMAL] = phase.surface.side * c.gap_rate
 
 
 @jitable
-def _carried(mean: float, last: float, span: float, lag: float, before: Array, after: Array, which: int) -> float:
-    """Carry a mean force on to the end of the step, if it has changed as fast in the step before.
+def _extrapolated(
+    mean: float, last: float, span: float, lag: float, before: Array, after: Array, which: int
+) -> float:
+    """Extrapolate a mean force to the end of the step, if it has changed as fast in the step before.
 
     Where a rigid contact begins the force is singular, and what it does next cannot be told from what it did.
     The time between the two means is `span` (s), the lag of the new one `lag` (s).
@@ -116,8 +122,8 @@ def _carried(mean: float, last: float, span: float, lag: float, before: Array, a
 def _report(a: Attempt, h: float, step: Step) -> Step:
     """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
     phase, s, end, lag = a.phase, a.scratch, step.end, a.c.alpha_f * h
-    d = s.work.vectors.shape[1]
-    before, after = kept_of(a.y, d), kept_of(s.y_new, d)
+    d = s.work.vectors.forces.shape[0]
+    before, after = algorithm_state(a.y, d), algorithm_state(s.y_new, d)
     after.forces[0], after.forces[1] = end.normal_force, end.tangential_force
     if phase.state == FREE:
         _measure(phase, end, s, _END)
@@ -125,30 +131,30 @@ def _report(a: Attempt, h: float, step: Step) -> Step:
     mean_n = end.normal_force + a.c.alpha_f * (before.forces[0] - end.normal_force)
     mean_t = end.tangential_force + a.c.alpha_f * (before.forces[1] - end.tangential_force)
     span = h - lag + before.memory[LAG]
-    normal = _carried(mean_n, float(before.reported[d]), span, lag, before.memory, after.memory, 0)
-    tangential = _carried(mean_t, float(before.reported[d + 1]), span, lag, before.memory, after.memory, 1)
+    normal = _extrapolated(mean_n, float(before.reported[d]), span, lag, before.memory, after.memory, 0)
+    tangential = _extrapolated(mean_t, float(before.reported[d + 1]), span, lag, before.memory, after.memory, 1)
     push = normal
-    if phase.gives_way:
-        push = stop_force(phase, end.gap, end.gap_rate)  # its law to the last digit
+    if phase.stop.compliant:
+        push = stop_force(phase.stop, phase.residual, end.gap, end.gap_rate)  # its law to the last digit
         mean_t = end.tangential_force if phase.state != STICKING else mean_t
-        mean_n = push + phase.tilt * mean_t
+        mean_n = push + phase.residual.tilt * mean_t
     if phase.state != STICKING:
         tangential = friction_ratio(phase, end.slip_rate) * push
-    if phase.gives_way:
-        normal = push + phase.tilt * tangential
+    if phase.stop.compliant:
+        normal = push + phase.residual.tilt * tangential
     _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END)
     return Step(step.status, with_forces(end, mean_n, mean_t, end.supplied_power), step.rank_one)
 
 
 @jitable
 def _raised(s: Scratch, row: int, guard: int) -> float:
-    return raised(s.values[row, guard], guard, s)
+    return raised(s.guards.values[row, guard], guard, s.guards)
 
 
 @jitable
 def _retake(a: Attempt, h: float) -> Step:
     """Repeat a step with another length, guards included."""
-    step = take_step(a, h, ODD, True)
+    step = take_step(a, h, CUT_STEP, True)
     return _report(a, h, step) if step.status == 0 else step
 
 
@@ -188,18 +194,18 @@ def _cut(a: Attempt, step: Step) -> Cut:
     if first != NO_GUARD:
         length = taken = max(part * h, close)
         step = _retake(a, length)
-    elif phase.state == FREE and s.armed[NORMAL] and s.values[_END, NORMAL] > 0.0:
-        ga, gb = s.values[_START, NORMAL], s.values[_END, NORMAL]
-        least, place = cubic_dip(ga, gb, h * s.slopes[_START, NORMAL], h * s.slopes[_END, NORMAL])
+    elif phase.state == FREE and s.guards.armed[NORMAL] and s.guards.values[_END, NORMAL] > 0.0:
+        ga, gb = s.guards.values[_START, NORMAL], s.guards.values[_END, NORMAL]
+        least, place = cubic_dip(ga, gb, h * s.guards.slopes[_START, NORMAL], h * s.guards.slopes[_END, NORMAL])
         if place >= 0.0 and least < 0.0:
             taken = place * h
             step = _retake(a, taken)
-            if s.values[_END, NORMAL] <= 0.0:  # else the gap only comes close
+            if s.guards.values[_END, NORMAL] <= 0.0:  # else the gap only comes close
                 length = taken
     for guard in range(GUARDS):
         # each guard of the motion that is found fallen shortens the step
         if step.status == 0 and not _of_force(phase, guard) and _raised(s, _END, guard) <= 0.0:
-            fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.thresholds[guard]
+            fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.guards.thresholds[guard]
             narrow = (1e-3 if phase.state == FREE else 1.0) * close / h
             first, length = guard, h * find_fall(_Shorter(a), guard, 0.0, fa, length / h, fb, narrow, low)
             taken = length
@@ -212,14 +218,14 @@ def _cut(a: Attempt, step: Step) -> Cut:
 
 
 @jitable
-def _open(system: Any, phase: Phase, front: Front, y: Array, s: Scratch) -> tuple[int, float]:
+def _open(system: Any, phase: Phase, start: StepState, y: Array, s: Scratch) -> tuple[int, float]:
     """Guards at the start of a phase, after what it needs is computed; status and gap.
 
-    In a later leg of it they are still there, as the last step has left them.
+    In a later call they are still there, as the last step has left them.
     """
-    if front.taken > 0:
-        return 0, float(kept_of(y, s.work.vectors.shape[1]).memory[GAP])
-    status, c = start_phase(system, phase, front.t, y, s.work)
+    if start.taken > 0:
+        return 0, float(algorithm_state(y, s.work.vectors.forces.shape[0]).memory[GAP])
+    status, c = start_phase(system, phase, start.t, y, s.work)
     _measure(phase, c, s, _START)
     return status, c.gap
 
@@ -228,54 +234,62 @@ def _open(system: Any, phase: Phase, front: Front, y: Array, s: Scratch) -> tupl
 def _make_end_the_start(s: Scratch) -> None:
     """Make the guards at the end of a step those at the start of the next."""
     for g in range(GUARDS):
-        s.armed[g] = s.armed[g] or s.values[_END, g] > s.thresholds[g]
-        s.values[_START, g] = s.values[_END, g]
-    s.slopes[_START, NORMAL] = s.slopes[_END, NORMAL]
+        s.guards.armed[g] = s.guards.armed[g] or s.guards.values[_END, g] > s.guards.thresholds[g]
+        s.guards.values[_START, g] = s.guards.values[_END, g]
+    s.guards.slopes[_START, NORMAL] = s.guards.slopes[_END, NORMAL]
 
 
 @kernel("generalized-alpha")
 def march_alpha(
-    system: Any, phase: Phase, control: Control, front: Front, y: Array, leg: Leg, s: Scratch
+    system: Any,
+    phase: Phase,
+    control: Control,
+    start: StepState,
+    y: Array,
+    limits: Limits,
+    s: Scratch,
+    iterations: Iterations,
 ) -> Returned:
     """Advance y in place; the times are origin + count h as long as the step h stays the same."""
     system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
-    steps, count, peak, depth, sample = 0, 0, 0.0, 0.0, front.sample
-    d, capacity = s.work.vectors.shape[1], s.times.shape[0]
-    t, origin, done, h = front.t, front.origin, front.done, front.h if front.taken > 0 else 0.0
+    iterations = by_reference(iterations)
+    steps, count, peak, depth, sample = 0, 0, 0.0, 0.0, start.sample
+    d, capacity = s.work.vectors.forces.shape[0], s.samples.times.shape[0]
+    t, origin, done, h = start.t, start.origin, start.done, start.h if start.taken > 0 else 0.0
     reason, fallen = AT_STOP, NO_GUARD
-    status, gap = _open(system, phase, front, y, s)
-    stale_far, stale_near = True, True
+    status, gap = _open(system, phase, start, y, s)
+    flight_stale, contact_stale = True, True
     while status == 0:
-        if t >= leg.t_stop:
+        if t >= limits.t_stop:
             origin, done = t, 0
             break
-        if count >= capacity or steps >= leg.most_steps:
-            reason = LEG_FULL
+        if count >= capacity or steps >= limits.most_steps:
+            reason = LIMIT_REACHED
             break
-        flying = phase.state == FREE and (not phase.watched or phase.side * gap > control.near)
+        flying = phase.state == FREE and (not phase.surface.watched or phase.surface.side * gap > control.near)
         wanted = control.far_step if flying else control.near_step
         if wanted != h:
             origin, done, h = t, 0, wanted
         following = origin + (done + 1) * h
-        short = following > leg.t_stop - 1e-9 * h
-        following = leg.t_stop if short else following
+        short = following > limits.t_stop - 1e-9 * h
+        following = limits.t_stop if short else following
         length = following - t if short else h
-        c, slot = control.regular, FAR if flying else NEAR
-        if front.taken + steps < control.first_steps:
-            c, slot = control.first, ODD
-            algorithmic = kept_of(y, d).algorithmic
+        c, slot = control.regular, FLIGHT_STEP if flying else CONTACT_STEP
+        if start.taken + steps < control.first_steps:
+            c, slot = control.first, CUT_STEP
+            algorithmic = algorithm_state(y, d).algorithmic
             for i in range(d):
                 algorithmic[i] = 0.0
-        slot = ODD if short else slot
-        stale = slot == ODD or (stale_far if flying else stale_near)
-        attempt = Attempt(system, phase, c, t, length, y, s)
+        slot = CUT_STEP if short else slot
+        stale = slot == CUT_STEP or (flight_stale if flying else contact_stale)
+        attempt = Attempt(system, phase, c, t, length, y, s, iterations)
         step = take_step(attempt, length, slot, stale)
         if step.status != 0:
             status = step.status
             break
-        stale_far, stale_near = stale_far and slot != FAR, stale_near and slot != NEAR
+        flight_stale, contact_stale = flight_stale and slot != FLIGHT_STEP, contact_stale and slot != CONTACT_STEP
         step = _report(attempt, length, step)
-        if phase.state != FREE or phase.watched:
+        if phase.state != FREE or phase.surface.watched:
             step, fallen, length = _cut(attempt, step)
             if step.status != 0:
                 status = step.status
@@ -298,9 +312,9 @@ def march_alpha(
             break
         _make_end_the_start(s)
         t, done = following, done + 1
-        sample, count = keep_sample(t, y, sample, count, leg, s)
+        sample, count = keep_sample(t, y, sample, count, limits, s.samples)
     reason = reason if status == 0 else -status
-    return reason, fallen, (t, h, sample, origin, done, front.taken + steps), steps, 0, count, peak, depth
+    return reason, fallen, (t, h, sample, origin, done, start.taken + steps), steps, 0, count, peak, depth
 
 
 @dataclass(frozen=True)
@@ -330,13 +344,18 @@ class GeneralizedAlphaScheme(Scheme):
 
     def extra_state(self, size: int) -> int:
         """Accelerations, contact forces and rates behind the quadratures."""
-        return kept_size(size)
+        return algorithm_state_size(size)
 
-    def steps_per_leg(self, size: int) -> int:  # noqa: D102
-        return min(_STEPS_PER_LEG, max(1, _WORK_PER_LEG // size))
+    def steps_per_call(self, size: int) -> int:  # noqa: D102
+        return min(_STEPS_PER_CALL, max(1, _WORK_PER_CALL // size))
+
+    def buffers(  # noqa: D102
+        self, ny: int, modes: NormalModes | None, interval: float, end_time: float
+    ) -> Iterations:
+        return Iterations.new()
 
     def march(
-        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+        self, prepared: Prepared, phase: Phase, before: Phase | None, start: StepState, y: Array, limits: Limits
     ) -> Progress:
         """Advance to the next event, or for some thousand steps.
 
@@ -347,19 +366,28 @@ class GeneralizedAlphaScheme(Scheme):
         begins with a jump and decays faster than any step: some steps more.
         """
         # not a flight that has only passed the line of the slope, beyond an end
-        rebound = before is not None and before.state == phase.state == FREE and before.side == phase.side
+        rebound = (
+            before is not None
+            and before.state == phase.state == FREE
+            and before.surface.side == phase.surface.side
+        )
         jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
+        system, scratch = prepared.system, prepared.scratch
         tolerance = self.tolerance * float(np.sqrt(scratch.tolerances.energy))
         control = Control(
             coefficients(self.rho_infinity, tolerance),
             backward_euler(tolerance),
-            _MASSLESS_STEPS if phase.massless and phase.relaxation > 0.0 else _EULER_STEPS if jumps else 0,
+            _MASSLESS_STEPS
+            if phase.stop.massless and phase.residual.relaxation > 0.0
+            else _EULER_STEPS
+            if jumps
+            else 0,
             float(self.free_step),
             float(self.contact_step),
             float(self.near),
         )
-        return progress_of(march_alpha(system, phase, control, front, y, leg, scratch))
+        return progress_of(march_alpha(system, phase, control, start, y, limits, scratch, prepared.own))
 
 
 def _is_rigid(phase: Phase) -> bool:
-    return phase.state != FREE and not phase.gives_way
+    return phase.state != FREE and not phase.stop.compliant

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.state import Instant, Phase, State
+from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, PhysicsStop
 from oblique_impact.kernels.workspace import Array
@@ -33,10 +33,12 @@ from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Record, Segment
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
-from oblique_impact.marching.scheme import Front, Leg, Progress, arm, new_scratch
+from oblique_impact.marching.scheme import Limits, Prepared, Progress, StepState, arm, new_scratch
 
 MAX_EVENTS = 100_000
-_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the run are chattering
+#: so many transitions within so much of the run are chattering
+_CLUSTER, _CLUSTER_TIME = 40, 1e-9
+#: smallest eigenvalue of the mass matrix, of that at the start: below it a run that fails is taken to be singular
 _NEARLY_SINGULAR = 0.05
 #: of the beam's length: beyond it a small-deflection model says nothing
 LARGEST_DEFLECTION = 0.5
@@ -60,7 +62,7 @@ _FAILURES = {
 
 
 class Status(NamedTuple):
-    """What a progress display is told."""
+    """Where a run is, for a progress display."""
 
     time: float
     end_time: float
@@ -70,9 +72,9 @@ class Status(NamedTuple):
 
 
 class _Pace:
-    """How many steps a leg takes where a scheme leaves it open: about a tenth of a second of computing.
+    """How many steps a call takes where a scheme leaves it open: about a tenth of a second of computing.
 
-    So progress and interrupts are prompt.  Where a leg ends does not change the steps.
+    So progress and interrupts are prompt.  Where a call ends does not change the steps.
     """
 
     _FIRST, _SECONDS = 20, 0.1
@@ -81,7 +83,7 @@ class _Pace:
         self.steps = self._FIRST
 
     def learn(self, steps: int, seconds: float) -> None:
-        """Follow a leg that took so many steps."""
+        """Adapt the number of steps to the measured speed."""
         if steps >= self.steps:
             self.steps = max(1, int(min(self._SECONDS * steps / max(seconds, 1e-9), 20.0 * steps, 1e6)))
 
@@ -94,7 +96,7 @@ class Run:
     problem : Problem
         What to march.
     on_progress : callable, optional
-        Called with a :class:`Status` after every leg.
+        Called with a :class:`Status` about ten times a second.
     """
 
     def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
@@ -105,10 +107,11 @@ class Run:
         extra = np.full(problem.scheme.extra_state(size), np.nan)
         self._y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
         work = problem.system.new_workspace()
-        tables = problem.scheme.tables(problem.modes, problem.output_interval, problem.end_time)
-        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances, tables)
-        self._front = Front(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
-        self._phase = problem.machine.free()._replace(watched=problem.contact)
+        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances)
+        own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
+        self._prepared = Prepared(problem.system, self._scratch, own)
+        self._now = StepState(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
+        self._phase = problem.machine.free()._replace(surface=Surface(watched=bool(problem.contact)))
         self._before: Phase | None = None
         self._open: OpenContact | None = None
         self._initial_inertia = 0.0
@@ -141,17 +144,19 @@ class Run:
         return record
 
     def _return_to_last_sample(self) -> None:
-        """Go back to the last sample: an interrupt may have come between a leg and its bookkeeping."""
+        """Go back to the last sample: an interrupt may have come between a call and its bookkeeping."""
         last = self.record.segments[-1]
-        self._front = self._front._replace(t=float(last.times[-1]))
+        self._now = self._now._replace(t=float(last.times[-1]))
         self._y[: last.states.shape[1]] = last.states[-1]
 
     def _stored(self) -> float:
-        """Energy (J) that an elastic stop, and what gives way with it, holds at the front."""
+        """Energy (J) that an elastic stop, and the residual flexibility with it, holds now."""
         stop = self.problem.machine.stop
         if stop is None or self._phase.state == State.FREE:
             return 0.0
-        return stop.energy(float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.compliance)
+        return stop.energy(
+            float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.residual.compliance
+        )
 
     def _begin(self) -> None:
         """Find the contact state at t = 0, which may be an impact."""
@@ -164,18 +169,16 @@ class Run:
     def _march_to(self, stop: float) -> None:
         problem, size = self.problem, self.problem.q0.size
         while True:
-            counted = problem.scheme.steps_per_leg(size)
-            leg = Leg(float(stop), float(problem.output_interval), counted or self._pace.steps)
+            counted = problem.scheme.steps_per_call(size)
+            limits = Limits(float(stop), float(problem.output_interval), counted or self._pace.steps)
             started = perf_counter()
-            progress = problem.scheme.march(
-                problem.system, self._phase, self._before, self._front, self._y, leg, self._scratch
-            )
+            progress = problem.scheme.march(self._prepared, self._phase, self._before, self._now, self._y, limits)
             self._pace.learn(progress.steps, perf_counter() - started)
-            self._front = progress.front
+            self._now = progress.state
             self._keep(progress)
             if self._report is not None:
                 state = State(self._phase.state)
-                self._report(Status(self._front.t, problem.end_time, state, len(self.record.events)))
+                self._report(Status(self._now.t, problem.end_time, state, len(self.record.events)))
             if progress.reason == base.AT_STOP:
                 return
             if progress.reason == base.AT_GUARD:
@@ -199,7 +202,7 @@ class Run:
 
         Steps of a given length are counted before a run, by a rule of the scenario.
         """
-        taken, time = self.record.steps + self.record.rejected, self._front.t
+        taken, time = self.record.steps + self.record.rejected, self._now.t
         before, since = self._paced
         if taken - before < PACE_STEPS:
             return
@@ -212,24 +215,22 @@ class Run:
             raise PhysicsStop(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
         seconds = (needed - taken) * (perf_counter() - self._started) / taken
         if before == 0 and seconds > LONG and self._report is not None:
-            told = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
+            notice = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
             if self.problem.scheme.name == "event":
-                told += '; solver.scheme = "generalized-alpha" takes longer ones'
-            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), told)
+                notice += '; solver.scheme = "generalized-alpha" takes longer ones'
+            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), notice)
             self._report(status)
 
     def _inertia(self) -> float:
-        """Smallest eigenvalue of the mass matrix at the front, or what the system has in its place."""
+        """Smallest eigenvalue of the mass matrix now, or what the system has in its place."""
         d, y, work = self.problem.q0.size, self._y, self._scratch.work
-        _, e, _ = contact_problem(self.problem.system, self._front.t, y[:d], y[d : 2 * d], work)
+        _, e, _ = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], work)
         return float(self.problem.system.definiteness(e.rank_one, work))
 
     def _relative_inertia(self) -> float:
-        """Effective inverse normal mass of the sliding contact at the front, relative to that without friction."""
+        """Effective inverse normal mass of the sliding contact now, relative to that without friction."""
         d, y = self.problem.q0.size, self._y
-        defined, _, c = contact_problem(
-            self.problem.system, self._front.t, y[:d], y[d : 2 * d], self._scratch.work
-        )
+        defined, _, c = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], self._scratch.work)
         return guards_of(self._phase, c).definite if defined else 1.0
 
     def _pass_guard(self, guard: int) -> None:
@@ -242,7 +243,7 @@ class Run:
         self._enter(leaving)
 
     def _probe(self) -> Probe:
-        return Probe(self.problem, self._phase, self._front.t, self._y, self._scratch.work)
+        return Probe(self.problem, self._phase, self._now.t, self._y, self._scratch.work)
 
     def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
@@ -258,12 +259,16 @@ class Run:
         if transition.at_end is not None:
             self._pass_end(leaving, transition.at_end, before)
         self._phase = transition.phase
-        jumps = transition.impulse is not None or transition.arrest is not None or leaving.tilt != self._phase.tilt
+        jumps = (
+            transition.impulse is not None
+            or transition.arrest is not None
+            or leaving.residual.tilt != self._phase.residual.tilt
+        )
         after = self._probe().instant if jumps else before
         finite = self._track_contact(leaving, impulse, transition.kind)
         if transition.kind is not None:
             event = Event(
-                self._front.t,
+                self._now.t,
                 transition.kind,
                 impulse.normal,
                 impulse.tangential,
@@ -281,10 +286,10 @@ class Run:
     def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Keep how an end of the slope is passed; what an elastic stop still stores there is lost."""
         end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
-        self.record.passages.append(Passage(self._front.t, how, instant.slip, end))
+        self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
         stop = self.problem.machine.stop
         if how is AtEnd.SLIDES_OFF and stop is not None:
-            self._quadratures()[STOP_LOSS] += stop.energy(instant.gap, leaving.compliance)
+            self._quadratures()[STOP_LOSS] += stop.energy(instant.gap, leaving.residual.compliance)
 
     def _jump(self, impulse: Impulse, probe: Probe) -> None:
         """Let an impulse change the velocities."""
@@ -301,19 +306,21 @@ class Run:
         if stop is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
             return
         found = -1.0 if leaving.state == State.FREE else 1.0
-        compliance = max(leaving.compliance, self._phase.compliance)
+        compliance = max(leaving.residual.compliance, self._phase.residual.compliance)
         self._quadratures()[STABILIZATION_LOSS] += found * stop.energy(gap, compliance)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
         if leaving.state == State.FREE and kind is not None:
-            self._open = OpenContact(self._front.t, impulse, self._quadratures().copy(), self._phase.compliance)
+            self._open = OpenContact(
+                self._now.t, impulse, self._quadratures().copy(), self._phase.residual.compliance
+            )
         return self._close_contact() if self._phase.state == State.FREE else None
 
     def _close_contact(self) -> Contact | None:
         if self._open is None:
             return None
-        contact, finite = self._open.closed(self._front.t, self._quadratures(), self.problem.machine.stop)
+        contact, finite = self._open.closed(self._now.t, self._quadratures(), self.problem.machine.stop)
         self.record.contacts.append(contact)
         self._open = None
         return finite
@@ -322,7 +329,7 @@ class Run:
         return self._y[2 * self.problem.q0.size :][:QUADRATURES]
 
     def _watch_for_chattering(self) -> None:
-        t = self._front.t
+        t = self._now.t
         cluster = _CLUSTER_TIME * self.problem.end_time
         if len(self._recent) == _CLUSTER and t - self._recent[0] < cluster:
             raise PhysicsStop(Outcome.CHATTERING)
@@ -335,28 +342,28 @@ class Run:
 
         Output samples continue with the next multiple of the interval.
         """
-        t, self._before = self._front.t, leaving
+        t, self._before = self._now.t, leaving
         sample = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9)) + 1
-        self._front = Front(t, self._front.h, sample, t, 0, 0)
+        self._now = StepState(t, self._now.h, sample, t, 0, 0)
         self._y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
         contact = self._sample(self._phase)
         arm(self._phase, self._scratch, guards_of(self._phase, contact))
 
     def _sample(self, phase: Phase) -> Instant:
-        """Keep the front as a sample; returns the contact there."""
-        found = self._observe(phase, np.array([self._front.t]), self._y[None, :])
+        """Keep where the run is as a sample; returns the contact there."""
+        found = self._observe(phase, np.array([self._now.t]), self._y[None, :])
         return Instant(*found.instants[0].tolist())
 
     def _keep(self, progress: Progress) -> None:
-        """Store the samples and costs of a leg; if the deflection grows too large in it, only what came before."""
+        """Store the samples and costs of a call; only those before the deflection grows too large."""
         self.record.steps += progress.steps
         self.record.rejected += progress.rejected
         count = progress.samples
-        times, states = self._scratch.times[:count].copy(), self._scratch.states[:count]
+        times, states = self._scratch.samples.times[:count].copy(), self._scratch.samples.states[:count]
         large = self._large_deflection(states)
         if large.any():
             count = int(np.argmax(large))
-            self._front, self._y[:] = self._front._replace(t=float(times[count])), states[count]
+            self._now, self._y[:] = self._now._replace(t=float(times[count])), states[count]
         if count:
             self._observe(self._phase, times[:count], states[:count])
         if large.any() or self._large_deflection(self._y[None]).any():
@@ -392,4 +399,4 @@ class Run:
         if stop is None or phase.state == State.FREE:
             return np.zeros_like(gap)
         rate, force = observation.column("gap_rate"), observation.column("normal_force")
-        return stop.compression(phase, gap, rate, force)
+        return stop.compression(phase.residual, gap, rate, force)

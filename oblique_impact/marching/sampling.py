@@ -8,8 +8,7 @@ import numpy as np
 
 from oblique_impact.contact.forces import flying, instant_of, moved, with_forces
 from oblique_impact.contact.state import NO_CONTACT, Instant, Phase
-from oblique_impact.kernels.jit import kernel
-from oblique_impact.kernels.reference import by_reference
+from oblique_impact.kernels.jit import by_reference, kernel
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.equations import QUADRATURES, derivative
 
@@ -17,7 +16,7 @@ INSTANT, EVALUATION = len(Instant._fields), len(Evaluation._fields)
 
 
 class Observation(NamedTuple):
-    """What is known at samples besides the state vector, each row one sample."""
+    """Accelerations and contacts at samples, each row one sample."""
 
     qdd: Array  # (samples, d)
     instants: Array  # (samples, 13), a column for each field of `Instant`
@@ -68,7 +67,7 @@ def observe_into(
         if kept:
             e = system.approach(times[i], states[i, :d], states[i, d : 2 * d], False, w)
             reported = states[i, tail : tail + d + 2]
-            c = moved(NO_CONTACT, e, float(reported[d]), float(reported[d + 1]), 0.0, phase.tilt)
+            c = moved(NO_CONTACT, e, float(reported[d]), float(reported[d + 1]), 0.0, phase.residual.tilt)
             for j in range(d):
                 qdd[i, j] = reported[j]
         else:
@@ -85,7 +84,7 @@ def observe_into(
 
 def observe(system: Any, phase: Phase, times: Array, states: Array, w: Workspace) -> Observation:
     """Observe samples: times (samples,) and state vectors (samples, ny)."""
-    count, d = times.size, w.vectors.shape[1]
+    count, d = times.size, w.vectors.forces.shape[0]
     found = Observation(np.empty((count, d)), np.empty((count, INSTANT)))
     observe_into(system, phase, times, states, w, np.empty(states.shape[1]), found.qdd, found.instants)
     return found

@@ -1,12 +1,13 @@
 """The contract between the marching schemes and the loop that drives them.
 
-A scheme advances one phase until a guard of its state changes sign, until `t_stop`, or until its leg is full, and
-says which.  It knows nothing of transitions, and holds no state of a run: that is in the front and the scratch.
+A scheme advances one phase until a guard of its state changes sign, until `t_stop`, or for as many steps as it is
+allowed, and says which.  It knows nothing of transitions, and holds no state of a run: that is in the arguments.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,23 +26,24 @@ from oblique_impact.contact.state import (
     Phase,
     Tolerances,
 )
-from oblique_impact.contact.transitions import Judgement
+from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.system import NormalModes
-from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace
+from oblique_impact.kernels.workspace import Array, Workspace
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
-AT_STOP, AT_GUARD, LEG_FULL = 0, 1, 2
+AT_STOP, AT_GUARD, LIMIT_REACHED = 0, 1, 2
 FAILED_MASS, FAILED_SLIDING, FAILED_STICKING = -MASS_NOT_POSITIVE, -NO_SLIDING_SOLUTION, -NO_STICKING_SOLUTION
 FAILED_STEP, FAILED_FINITE, FAILED_ITERATION = -10, -11, -12
 
 NO_GUARD = -1
-SAMPLES_PER_LEG = 4096
-SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples
+#: samples that a march keeps at most before it returns
+SAMPLES_PER_CALL = 4096
+SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples: 32 MB
 UNBOUNDED = 1e12  # in units of the scales: beyond it a solution has diverged
 
 
-class Front(NamedTuple):
+class StepState(NamedTuple):
     """Where a march is; with the state vector that is all it needs to go on."""
 
     t: float  # s
@@ -52,7 +54,7 @@ class Front(NamedTuple):
     taken: int  # steps since the phase began
 
 
-class Leg(NamedTuple):
+class Limits(NamedTuple):
     """How far a march may go before it returns."""
 
     t_stop: float  # s
@@ -65,12 +67,12 @@ class Progress(NamedTuple):
 
     reason: int
     guard: int
-    front: Front
+    state: StepState
     steps: int
     rejected: int
     samples: int
     peak_force: float  # N
-    depth: float  # m; the largest, of a contact with a stop that gives way
+    depth: float  # m; the largest, of a contact with a compliant stop
 
 
 #: a `Progress` in plain tuples, as kernels return it: numba makes named ones by calls that an interrupt may break
@@ -79,73 +81,86 @@ Returned = tuple[int, int, tuple[float, float, int, float, int, int], int, int, 
 
 def progress_of(found: Returned) -> Progress:
     """Return a kernel's progress with its names."""
-    return Progress(found[0], found[1], Front(*found[2]), *found[3:])
+    return Progress(found[0], found[1], StepState(*found[2]), *found[3:])
 
 
-class Scratch(NamedTuple):
-    """Buffers of a march, allocated once per run."""
+class GuardTable(NamedTuple):
+    """Guards while a step is searched for the first that falls.
 
-    work: Workspace
-    K: Array  # (16, ny) stages
-    F: Array  # (7, ny) dense output
-    y_new: Array  # (ny,)
-    at: Array  # (ny,)
-    values: Array  # (3, 6) guards and normal force at the ends and the middle of a part of a step
+    Rows of values and slopes are the start, the middle and the end of a part of a step; the last column is the
+    normal force.
+    """
+
+    values: Array  # (3, 6)
     slopes: Array  # (3, 6)
     armed: NDArray[np.bool_]  # (5,)
     thresholds: Array  # (5,)
-    scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
-    tolerances: Tolerances
-    contraction: Array  # (3,) of an implicit scheme's iterations, by slot; negative: not known
-    rounded: Array  # (3,) residuals below which they do not fall, by slot; 0: not known
+
+
+class Samples(NamedTuple):
+    """Output samples of a march."""
+
     times: Array  # (samples,)
     states: Array  # (samples, ny)
-    tables: Any  # what the scheme computes once for a run, or None
 
 
-def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances, tables: Any = None) -> Scratch:
+class Scratch(NamedTuple):
+    """Buffers that all schemes share, allocated once per run."""
+
+    work: Workspace
+    y_new: Array  # (ny,) end of a step
+    at: Array  # (ny,) a place inside of it
+    guards: GuardTable
+    samples: Samples
+    scales: Array  # (2 d,) sizes of q and q' for absolute tolerances
+    tolerances: Tolerances
+
+
+def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances) -> Scratch:
     """Allocate buffers for state vectors of `ny` entries around the workspace of a system."""
-    samples = max(16, min(SAMPLES_PER_LEG, SAMPLE_MEMORY // ny))
+    samples = max(16, min(SAMPLES_PER_CALL, SAMPLE_MEMORY // ny))
+    rows = np.zeros((3, GUARDS + 1)), np.zeros((3, GUARDS + 1))
     return Scratch(
         work=work,
-        K=np.zeros((16, ny)),
-        F=np.zeros((7, ny)),
         y_new=np.zeros(ny),
         at=np.zeros(ny),
-        values=np.zeros((3, GUARDS + 1)),
-        slopes=np.zeros((3, GUARDS + 1)),
-        armed=np.zeros(GUARDS, dtype=np.bool_),
-        thresholds=np.zeros(GUARDS),
+        guards=GuardTable(*rows, np.zeros(GUARDS, dtype=np.bool_), np.zeros(GUARDS)),
+        samples=Samples(np.zeros(samples), np.zeros((samples, ny))),
         scales=scales,
         tolerances=tolerances,
-        contraction=np.full(EFFECTIVE_SLOTS, -1.0),
-        rounded=np.zeros(EFFECTIVE_SLOTS),
-        times=np.zeros(samples),
-        states=np.zeros((samples, ny)),
-        tables=tables,
     )
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A system with the buffers of a march, the same from call to call."""
+
+    system: Any
+    scratch: Scratch
+    own: Any  # see `Scheme.buffers`
 
 
 def arm(phase: Phase, scratch: Scratch, initial: Guards) -> None:
     """Arm the guards that start a phase clearly positive; the others must rise above their thresholds first."""
-    thresholds, tolerances, values = scratch.thresholds, scratch.tolerances, np.array(initial)
+    guards, tolerances, values = scratch.guards, scratch.tolerances, np.array(initial)
+    thresholds = guards.thresholds
     if phase.state == FREE:
         thresholds[:] = tolerances.gap
     else:
         thresholds[:] = tolerances.force
         thresholds[END] = tolerances.gap
-        if phase.gives_way:
+        if phase.stop.compliant:
             thresholds[NORMAL] = tolerances.gap
         if phase.state == SLIDING:
             thresholds[LOWER] = thresholds[UPPER] = tolerances.velocity
-    scratch.armed[:] = values > thresholds
+    guards.armed[:] = values > thresholds
     thresholds += np.maximum(-values, 0.0)  # one that starts below zero, by rounding, has not fallen yet
 
 
 @inlined
-def raised(value: float, guard: int, s: Scratch) -> float:
+def raised(value: float, guard: int, guards: GuardTable) -> float:
     """Return a guard's value, raised by its threshold until it is armed."""
-    return value if s.armed[guard] else value + s.thresholds[guard]
+    return value if guards.armed[guard] else value + guards.thresholds[guard]
 
 
 @jitable
@@ -159,13 +174,13 @@ def bounded(y: Array, s: Scratch) -> bool:
 
 
 @jitable
-def keep_sample(t: float, y: Array, sample: int, count: int, leg: Leg, s: Scratch) -> tuple[int, int]:
+def keep_sample(t: float, y: Array, sample: int, count: int, limits: Limits, samples: Samples) -> tuple[int, int]:
     """Keep the end of a step as a sample if one is due; the numbers of the next sample and of those kept."""
-    if t >= sample * leg.interval * (1.0 - 1e-12) and t < leg.t_stop:
-        s.times[count] = t
+    if t >= sample * limits.interval * (1.0 - 1e-12) and t < limits.t_stop:
+        samples.times[count] = t
         for m in range(y.shape[0]):
-            s.states[count, m] = y[m]
-        return int(t / leg.interval * (1.0 + 1e-12)) + 1, count + 1
+            samples.states[count, m] = y[m]
+        return int(t / limits.interval * (1.0 + 1e-12)) + 1, count + 1
     return sample, count
 
 
@@ -179,7 +194,7 @@ class Scheme(ABC):
     order: int
 
     @property
-    def judgement(self) -> Judgement | None:
+    def stick_criterion(self) -> StickCriterion | None:
         """How stick and slip are told apart at the ends of steps; None if transitions are located."""
         return None
 
@@ -188,8 +203,11 @@ class Scheme(ABC):
         """Length (s) of flights between bounces that are too short to be told apart."""
         return 0.0
 
-    def tables(self, modes: NormalModes | None, interval: float, end_time: float) -> Any:
-        """Return what this computes once for a run of a system with `modes`, a named tuple; by default None."""
+    def buffers(self, ny: int, modes: NormalModes | None, interval: float, end_time: float) -> Any:
+        """Return what this scheme alone needs in a run, for state vectors of `ny` entries; by default None.
+
+        The system has `modes` where its linear part is known; samples are `interval` (s) apart.
+        """
         return None
 
     def check(self, end_time: float) -> None:  # noqa: B027  most schemes have nothing to check
@@ -202,15 +220,15 @@ class Scheme(ABC):
         """
         return 0
 
-    def steps_per_leg(self, size: int) -> int:
+    def steps_per_call(self, size: int) -> int:
         """Return after how many steps a march returns; 0: as many as take about a tenth of a second."""
         return 0
 
     @abstractmethod
     def march(
-        self, system: Any, phase: Phase, before: Phase | None, front: Front, y: Array, leg: Leg, scratch: Scratch
+        self, prepared: Prepared, phase: Phase, before: Phase | None, start: StepState, y: Array, limits: Limits
     ) -> Progress:
-        """Advance `y` in place from the front; samples go to `scratch.times` and `scratch.states`.
+        """Advance `y` in place from where a march is; samples go to `prepared.scratch.samples`.
 
         `before` is the phase that came before this one, None at the start of a run.
         """

@@ -10,7 +10,6 @@ from oblique_impact import Scenario
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.forces import instant_of
-from oblique_impact.kernels import rows as row
 from oblique_impact.kernels.workspace import dot
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.modal import Eigenfunctions
@@ -140,7 +139,7 @@ def test_forces_are_lagranges_equations(name):
     """M q'' = Q with Q = dT/dq - (dM/dt) q' - dV/dq + torque (theta' + phi'(0) B')."""
     beam = beam_of(name)
     for q, qd in states(beam):
-        Q = evaluated(beam, q, qd)[0].vectors[row.FORCES]
+        Q = evaluated(beam, q, qd)[0].vectors.forces
         derivatives = gradient(lambda x: mass_from_energy(beam, x), q, 1e-3)
         rate = np.einsum("kij,k->ij", derivatives, qd)
         slope = np.concatenate([[1.0], beam.operators.root_slope])
@@ -159,19 +158,19 @@ def test_driven_root_is_the_free_beam_with_its_first_row_replaced(name):
     for q, qd in states(beam):
         qd[0] = angle_rate
         (driven, e), (loose, free_e) = evaluated(beam, q, qd), evaluated(free, q, qd)
-        M, Q = loose.mass, loose.vectors[row.FORCES]
-        solution = np.linalg.solve(driven.mass, driven.vectors[row.FORCES])
+        M, Q = loose.mass, loose.vectors.forces
+        solution = np.linalg.solve(driven.mass, driven.vectors.forces)
         assert solution[0] == pytest.approx(acceleration, rel=1e-14)
         assert_allclose(M[1:, 0] * acceleration + M[1:, 1:] @ solution[1:], Q[1:], rtol=1e-9, atol=1e-9)
         # the contact moves with the prescribed coordinate: same rates, its acceleration in the bias
-        for which, bias in ((row.NORMAL, "gap_bias"), (row.TANGENTIAL, "slip_bias")):
-            total = loose.vectors[which] @ solution + getattr(free_e, bias)
-            assert driven.vectors[which, 0] == 0.0
-            assert driven.vectors[which] @ solution + getattr(e, bias) == pytest.approx(total, rel=1e-10)
+        for which, bias in (("normal_row", "gap_bias"), ("tangential_row", "slip_bias")):
+            total = getattr(loose.vectors, which) @ solution + getattr(free_e, bias)
+            assert getattr(driven.vectors, which)[0] == 0.0
+            assert getattr(driven.vectors, which) @ solution + getattr(e, bias) == pytest.approx(total, rel=1e-10)
         assert_allclose(e[:4], free_e[:4], rtol=1e-14)
         # the driver's torque is what the row of theta lacks
         power = (M[0] @ solution - Q[0]) * angle_rate
-        assert e.supplied_power + dot(driven.vectors[row.SUPPLY], solution) == pytest.approx(power, rel=1e-10)
+        assert e.supplied_power + dot(driven.vectors.supply, solution) == pytest.approx(power, rel=1e-10)
 
 
 def test_hub_torque_supplies_its_power():
@@ -181,7 +180,7 @@ def test_hub_torque_supplies_its_power():
             turning = qd[0] + beam.operators.root_slope @ qd[1:]
             work, e = evaluated(beam, q, qd)
             assert e.supplied_power == pytest.approx(1.7 * turning, rel=1e-13)
-            assert not work.vectors[row.SUPPLY].any()
+            assert not work.vectors.supply.any()
 
 
 def contact_kinematics(beam, q, shortening=True):
@@ -204,7 +203,7 @@ def test_contact_rows_are_gradients_of_gap_and_slip(name, shortening):
     beam = beam_of(name, contact__shortening=shortening)
     for q, qd in states(beam, size=2e-2):
         work, e = evaluated(beam, q, qd)
-        rows = work.vectors[[row.NORMAL, row.TANGENTIAL]]
+        rows = np.array([work.vectors.normal_row, work.vectors.tangential_row])
         assert_allclose([e.gap, e.slip], contact_kinematics(beam, q, shortening), rtol=1e-13, atol=1e-15)
         expected = gradient(lambda x: contact_kinematics(beam, x, shortening), q, 1e-3)
         assert_allclose(rows, expected.T, atol=1e-11)
@@ -226,7 +225,7 @@ def test_biases_are_second_derivatives_along_a_motion(name):
         h = 2e-3
         weights = {0: -49 / 18, 1: 3 / 2, 2: -3 / 20, 3: 1 / 90}  # order 6
         second = weights[0] * along(0.0) + sum(weights[k] * (along(k * h) + along(-k * h)) for k in (1, 2, 3))
-        expected = second / h**2 - work.vectors[[row.NORMAL, row.TANGENTIAL]] @ a
+        expected = second / h**2 - np.array([work.vectors.normal_row, work.vectors.tangential_row]) @ a
         assert_allclose([e.gap_bias, e.slip_bias], expected, rtol=1e-8, atol=1e-8)
 
 
@@ -241,7 +240,7 @@ def test_compiled_and_interpreted_forms_agree(name):
         lower = np.tril_indices(beam.size)
         assert_allclose(compiled.mass, plain.mass, rtol=1e-13, atol=1e-15)
         assert_allclose(compiled.factor[lower], plain.factor[lower], rtol=1e-10)
-        assert_allclose(compiled.vectors[row.FORCES], plain.vectors[row.FORCES], rtol=1e-12)
+        assert_allclose(compiled.vectors.forces, plain.vectors.forces, rtol=1e-12)
         assert_allclose(found, e, rtol=1e-9, atol=1e-12)
         assert_allclose(instant, instant_of(e, plain), rtol=1e-9, atol=1e-12)
 
@@ -259,7 +258,7 @@ def test_full_kinetics_tend_to_first_order_as_the_deflection_vanishes(frame):
         Qd[1:] *= scale
         one, two = evaluated(small, Q, Qd)[0], evaluated(large, Q, Qd)[0]
         masses.append(np.abs(one.mass - two.mass).max())
-        forces.append(np.abs(one.vectors[row.FORCES] - two.vectors[row.FORCES]).max())
+        forces.append(np.abs(one.vectors.forces - two.vectors.forces).max())
     assert masses[-1] > 1e-7
     assert np.polyfit(np.log(sizes), np.log(masses), 1)[0] == pytest.approx(2.0, abs=0.01)
     # cubic terms with the large integrals of H H outweigh the quadratic ones at first
@@ -290,8 +289,8 @@ def test_damping(damping):
     for q, qd in states(damped):
         (one, e), (two, free_e) = evaluated(damped, q, qd), evaluated(free, q, qd)
         expected = rate * np.diag(o.M1) * qd[1:]
-        assert_allclose(two.vectors[row.FORCES, 1:] - one.vectors[row.FORCES, 1:], expected, rtol=1e-8, atol=1e-11)
-        assert one.vectors[row.FORCES, 0] == two.vectors[row.FORCES, 0]
+        assert_allclose(two.vectors.forces[1:] - one.vectors.forces[1:], expected, rtol=1e-8, atol=1e-11)
+        assert one.vectors.forces[0] == two.vectors.forces[0]
         assert e.damping_power == pytest.approx(expected @ qd[1:], rel=1e-8)
         assert free_e.damping_power == 0.0
 

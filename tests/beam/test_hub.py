@@ -16,7 +16,6 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.frequencies import lowest_elastic_frequency, macro_gap
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import residual_compliance
-from oblique_impact.kernels import rows as row
 from oblique_impact.problem import beam_of
 from oblique_impact.validation.beams import unit_beam
 
@@ -183,7 +182,7 @@ def test_the_marched_equations_have_these_frequencies():
             work = model.new_workspace()
             model.evaluate(0.0, sign * step * np.eye(size)[k], rates, work)
             assert model.solve_mass(0.0, work, False)
-            slopes[:, k] += sign * work.vectors[row.FREE_ACCELERATION] / (2.0 * step)
+            slopes[:, k] += sign * work.vectors.free_acceleration / (2.0 * step)
     squares = np.sort(np.linalg.eigvals(-slopes).real)[1:4]
     assert_allclose(np.sqrt(squares), natural_frequencies(scenario, [spin], 4).chordwise[0, 1:], rtol=3e-5)
 

@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from oblique_impact.contact.friction import Coulomb, Frictionless, ModifiedCoulomb, friction_law
+from oblique_impact.contact.friction import Coulomb, Frictionless, ModifiedCoulomb
 
 MODIFIED = ModifiedCoulomb(kinetic=0.4, v0=1e-3, v1=1e-2)
 
@@ -18,12 +18,6 @@ def ratio(law, v, direction=1):
 def modified_coulomb(v, mu, v0, v1):
     """The law as the theory page states it: -mu c_d(|v|) sign(v)."""
     return -mu * np.sign(v) * np.clip((abs(v) - v0) / (v1 - v0), 0.0, 1.0)
-
-
-def test_frictionless_has_no_tangential_force_and_no_kink():
-    for v in (-1.0, 0.0, 1e-9, 5.0):
-        assert Frictionless().branch(v, 1) == (0.0, 0.0, -inf, inf)
-    assert Frictionless().static is None
 
 
 def test_coulomb_opposes_the_slip_and_knows_its_cone():
@@ -42,20 +36,11 @@ def test_modified_coulomb_is_the_stated_law(v, direction):
     assert ratio(MODIFIED, v, direction) == pytest.approx(modified_coulomb(v, 0.4, 1e-3, 1e-2), abs=1e-15)
 
 
-def test_modified_coulomb_never_sticks():
-    assert MODIFIED.static is None
-
-
 @pytest.mark.parametrize("kink", [-1e-2, -1e-3, 0.0, 1e-3, 1e-2])
 def test_modified_coulomb_is_continuous_and_direction_picks_the_side_of_a_kink(kink):
     below, above = MODIFIED.branch(kink, -1), MODIFIED.branch(kink, 1)
     assert below.upper == kink == above.lower
     assert below.intercept + below.slope * kink == pytest.approx(above.intercept + above.slope * kink, abs=1e-16)
-
-
-def test_modified_coulomb_kinks_are_kinks():
-    slopes = [MODIFIED.branch(v, 1).slope for v in (-1.0, -5e-3, 0.0, 5e-3, 1.0)]
-    assert slopes == pytest.approx([0.0, -0.4 / 9e-3, 0.0, -0.4 / 9e-3, 0.0], rel=1e-14)
 
 
 @pytest.mark.parametrize("law", [Coulomb(0.5, 0.3), MODIFIED])
@@ -80,16 +65,6 @@ def test_branches_tile_the_line(law):
     for v in np.linspace(-0.03, 0.03, 1001):
         inside = law.branch(v, 1)
         assert inside.lower <= v <= inside.upper
-
-
-def test_friction_law_of_a_scenario():
-    assert friction_law("frictionless", 0.5, 0.3) == Frictionless()
-    assert friction_law("hybrid", 0.5, 0.3) == Coulomb(static=0.5, kinetic=0.3)
-    # the theory page's assumed kinks
-    assert friction_law("modified-coulomb", 0.5, 0.3) == ModifiedCoulomb(kinetic=0.3, v0=1e-3, v1=1e-2)
-    assert friction_law("modified-coulomb", 0.5, 0.3, (0.0, 0.1)) == ModifiedCoulomb(kinetic=0.3, v0=0.0, v1=0.1)
-    with pytest.raises(KeyError):
-        friction_law("viscous", 0.5, 0.3)
 
 
 def test_regularization_vanishes_in_the_limit(run):

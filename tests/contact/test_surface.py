@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from oblique_impact import InputError, Scenario, simulate
+from oblique_impact import Scenario, simulate
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.beam.residual_flexibility import static_flexibility
-from oblique_impact.kernels import rows as row
 from oblique_impact.modal import Eigenfunctions
 
 FACE = {"contact__surface": "section", "contact__point": 0.8, "discretization__modes": 3}
@@ -71,7 +70,7 @@ def test_gap_slip_rows_rates_and_biases_are_those_of_the_moving_fibre(name):
         work = beam.model.new_workspace()
         e = beam.model.evaluate(0.0, q, qd, work)
         np.testing.assert_allclose([e.gap, e.slip], place(scenario, q), rtol=0.0, atol=1e-13)
-        rows = np.array([work.vectors[row.NORMAL], work.vectors[row.TANGENTIAL]])
+        rows = np.array([work.vectors.normal_row, work.vectors.tangential_row])
         expected = np.array([next(derivatives(moving(scenario, q, unit), 1e-3)) for unit in np.eye(beam.size)]).T
         np.testing.assert_allclose(rows, expected, atol=1e-10)
         rates, accelerations = derivatives(moving(scenario, q, qd), 2e-3)
@@ -180,38 +179,10 @@ def test_what_the_modes_leave_out_adds_up_to_the_whole_flexibility():
         q[0] = 1.3  # steep: the lever counts
         work = beam.model.new_workspace()
         beam.model.evaluate(0.0, q, 0.0 * q, work)
-        across = work.vectors[row.NORMAL, 1:]
+        across = work.vectors.normal_row[1:]
         found.append(beam.residual(q).compliance + across @ np.linalg.solve(beam.operators.K, across))
     np.testing.assert_allclose(found, found[0], rtol=1e-9)
     # of a clamped beam with force and moment at x = a: a^3/3, a^2/2, a over E I (Roark, table 8.1)
     stiffness, a = 68.952e9 * 7.85e-9, 0.8
     flexibility = static_flexibility(Sections.from_scenario(Scenario()), a, clamped=True)
     np.testing.assert_allclose(flexibility * stiffness, [[a**3 / 3, a**2 / 2], [a**2 / 2, a]], rtol=1e-12)
-
-
-def test_modal_and_nodal_beams_agree(run):
-    """Elastic stop, first contact: 12 modes with their residual flexibility, and 16 elements."""
-    common = (ON_THE_FACE, "end_time=0.318", "solver.contact_step=1e-5", "solver.free_step=1e-4")
-    modal = ("discretization.method='modal'", "discretization.modes=12", "solver.scheme='event'")
-    one, two = (run("elastic-stop", *common, *m) for m in (modal, ("discretization.elements=16",)))
-    assert [e.kind for e in one.events[:2]] == [e.kind for e in two.events[:2]]
-    np.testing.assert_allclose(
-        [e.time for e in one.events[:2]], [e.time for e in two.events[:2]], rtol=0.0, atol=5e-6
-    )
-    assert two.events[1].normal_impulse == pytest.approx(one.events[1].normal_impulse, rel=1e-3)
-
-
-def test_a_point_without_inertia_is_refused():
-    with pytest.raises(
-        InputError, match=r'^contact.surface = .*should be "axis" with contact.point_inertia = "none"'
-    ):
-        Scenario().replace(contact__surface="section", contact__point_inertia="none")
-
-
-def test_a_start_with_the_face_below_the_slope_is_refused():
-    """The axis is above the line by less than half the depth."""
-    angle = Scenario().slope.angle
-    place = {"initial__angle": angle, "slope__origin": (0.0, -0.9 * DEPTH / np.cos(angle))}
-    Scenario().replace(**place)
-    with pytest.raises(InputError, match=r"^initial.angle = .*m below the slope"):
-        Scenario().replace(**place, contact__surface="section")

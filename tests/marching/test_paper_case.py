@@ -20,19 +20,6 @@ def test_painleve_configuration_at_the_second_impact(run):
     assert history.summary["end_time"] == pytest.approx(0.32372, abs=1e-5)
 
 
-def test_long_sticks_below_the_painleve_coefficient(run):
-    history = run(
-        "paper",
-        "discretization.frame=mean-axis",
-        "discretization.modes=3",
-        "contact.mu_static=12",
-        "contact.mu_kinetic=12",
-    )
-    events = history.events
-    sticks = [b.time - a.time for a, b in pairwise(events) if a.state.name == "STICK"]
-    assert max(sticks) > 3e-3
-
-
 def test_bounces_of_one_touch_down_end_in_finite_time(run):
     """Bounces at e = 0.5 shrink geometrically; contact closes and goes on."""
     history = run("bouncing")

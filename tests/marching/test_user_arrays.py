@@ -5,13 +5,14 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 import pytest
 
-from oblique_impact import InputError, MechanicalSystem, Scenario, modal, simulate, simulate_system
+from oblique_impact import InputError, MechanicalSystem, Scenario, modal, simulate_system
 from oblique_impact.beam.beam import Beam
-from oblique_impact.beam.operators import build_operators
+from oblique_impact.beam.operators import contiguous
 from oblique_impact.kernels.system import ContactRows
+from oblique_impact.marching.loop import Run
+from oblique_impact.problem import beam_problem
+from oblique_impact.scenario.sections import SolverSection
 from tests.systems import RungeKutta
-
-SHORT = {"end_time": 0.33, "solver__free_step": 5e-4, "solver__contact_step": 1e-4}
 
 
 def column(values):
@@ -36,8 +37,9 @@ def integrator(returned=np.asarray, asked=np.asarray):
 
 
 def run_with(make):
-    scenario = Scenario.builtin("paper").replace(**SHORT)
-    return simulate(scenario, scheme=make(scenario.solver))
+    """A mass that slides and stops, under a user-defined integrator."""
+    scheme = make(SolverSection(free_step=5e-3, contact_step=5e-3))
+    return simulate_system(Puck(), [0.0, 0.0], [3.0, 0.0], 0.5, scheme=scheme)
 
 
 @pytest.mark.parametrize("view", [column, backwards, lambda y: np.asarray(y, dtype=np.longdouble), list])
@@ -70,31 +72,6 @@ def test_what_is_no_state_is_refused_in_one_line(wrong, where):
         run_with(integrator(**{where: wrong}))
     assert "\n" not in str(error.value)
     assert "Other" in str(error.value)
-
-
-@pytest.mark.slow  # kernels are compiled for a class of its own
-def test_the_state_of_a_packed_system_may_be_a_view_and_its_arrays_of_any_order():
-    scenario = Scenario.builtin("paper", ["contact.enabled=false"])
-    model = Beam(scenario, build_operators(scenario)).model
-    shuffled = model._replace(matrices=np.asfortranarray(model.matrices), vectors=column_wise(model.vectors))
-
-    class Packed(type(model)):
-        """A beam as a user's own packed system."""
-
-        __slots__ = ()
-        size = 3
-
-        def energy(self, t, q, qd):
-            return 0.0, 0.0, 0.0
-
-    q0, qd0 = np.array([0.7, 0.01, -0.002]), np.array([0.3, 0.1, 0.2])
-    plain = simulate_system(Packed(*model), q0, qd0, 0.01, output_interval=1e-3)
-    other = simulate_system(Packed(*shuffled), column(q0), backwards(qd0), 0.01, output_interval=1e-3)
-    np.testing.assert_array_equal(other["q"], plain["q"])
-
-
-def column_wise(matrix):
-    return np.repeat(matrix, 2, axis=1)[:, ::2]
 
 
 class Puck(MechanicalSystem):
@@ -155,14 +132,12 @@ def single(values):
 @pytest.mark.parametrize("kinetics", ["first-order", "full"])
 def test_operators_of_a_discretization_may_be_in_any_order_and_type(kinetics):
     """Fortran order is the same to the last bit; operators in single precision are these numbers, in float64."""
+    scenario = Scenario.builtin("paper").replace(end_time=0.33, discretization__kinetics=kinetics)
 
     def result(change):
-        class Discretization:
-            def build_operators(self, scenario):
-                return changed(modal.build_operators(scenario), change)
-
-        scenario = Scenario.builtin("paper").replace(end_time=0.33, discretization__kinetics=kinetics)
-        return simulate(scenario, discretization=Discretization())["q"]
+        operators = contiguous(changed(modal.build_operators(scenario), change))
+        record = Run(beam_problem(Beam(scenario, operators))).execute()
+        return np.concatenate([segment.states for segment in record.segments])
 
     plain = result(np.array)
     np.testing.assert_array_equal(result(np.asfortranarray), plain)

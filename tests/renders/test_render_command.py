@@ -110,7 +110,7 @@ def test_a_file_that_is_no_history_is_one_line(tmp_path, cli):
     (tmp_path / "history.nc").write_bytes(b"nonsense")
     code, _, err = cli("render", tmp_path, "--out", tmp_path / "a.png")
     assert code == 2
-    assert f"{tmp_path / 'history.nc'}: is not a history written by oblique-impact (history.nc)" in err
+    assert f"{tmp_path / 'history.nc'}: not a readable history of oblique-impact" in err
     code, _, err = cli("render", tmp_path / "none", "--out", tmp_path / "a.png")
     assert code == 2
     assert "no such history" in err

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp, inf, log, sin
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
 from oblique_impact import History, Outcome
@@ -243,12 +241,6 @@ def completed(history: History) -> History:
     """Return the history of a run that has to reach its end."""
     assert history.outcome is Outcome.COMPLETED
     return history
-
-
-def specializations() -> int:
-    """Count the machine codes of all compiled functions of this process, those from the cache on disk included."""
-    # isinstance would ask the abstract base classes of each object
-    return sum(len(kept.signatures) for kept in gc.get_objects() if Dispatcher in type(kept).__mro__)
 
 
 def assert_order(

@@ -17,10 +17,8 @@ import pytest
 from oblique_impact import History, Scenario, simulate, simulate_system
 from oblique_impact.contact.friction import Branch, Coulomb, FrictionLaw
 from oblique_impact.contact.impacts import NewtonImpact
-from oblique_impact.contact.state import State
+from oblique_impact.contact.state import Baumgarte, State
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import Baumgarte
-from oblique_impact.kernels.compiling import compilations
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.location import cubic_dip
@@ -38,7 +36,6 @@ from tests.small.systems import (
     kinds_of,
     last,
     scheme_of,
-    specializations,
     times_of,
 )
 
@@ -48,16 +45,6 @@ BALL = Particle(above=-GRAVITY)
 STABILIZATIONS = [Baumgarte(0.0, 0.0), Baumgarte(20.0, 1e6), Baumgarte(2.0, 1e4)]
 
 # --- a: residuals that are exactly zero ----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("rho", [0.0, 0.8, 1.0])
-def test_generalized_alpha_marches_a_free_particle(rho):
-    """x'' = y'' = 0: x = t, y = 1 m."""
-    start = np.array([0.0, 1.0]), np.array([1.0, 0.0])
-    history = completed(
-        simulate_system(Particle(above=0.0), *start, 1.0, scheme=GeneralizedAlphaScheme(0.05, 0.05, rho))
-    )
-    assert last(history, "q") == pytest.approx([1.0, 1.0], abs=ROUNDING)
 
 
 def test_generalized_alpha_marches_a_ball_that_lies_on_the_floor():
@@ -126,15 +113,6 @@ def test_what_friction_takes_from_a_sliding_block_is_its_energy(baumgarte):
     energy = braked(h, baumgarte).summary["energy"]
     assert energy["lost_friction"] == pytest.approx(0.5 * SPEED**2, abs=MU * GRAVITY * h * SPEED)
     assert abs(energy["lost_scheme"]) + abs(energy["unaccounted"]) <= MU * GRAVITY * h * SPEED
-
-
-def test_what_friction_takes_under_generalized_alpha_is_the_energy_of_the_block():
-    """The block is still sliding: lost_friction = m (v0^2 - v^2)/2, to rounding with a constant force."""
-    scheme = GeneralizedAlphaScheme(1e-3, 1e-3)
-    options = {"friction": Coulomb(MU, MU), "scheme": scheme}
-    history = completed(simulate_system(BALL, REST, np.array([SPEED, 0.0]), 0.2, **options))
-    taken = 0.5 * (SPEED**2 - (SPEED - MU * GRAVITY * 0.2) ** 2)
-    assert history.summary["energy"]["lost_friction"] == pytest.approx(taken, rel=1e-9)
 
 
 # --- c: stick and slip under fixed steps ---------------------------------------------------------------------
@@ -391,15 +369,6 @@ def test_a_ball_that_bounces_under_fixed_steps_does_not_sink(baumgarte, steps):
         assert last(history, "gap_rate") == pytest.approx(0.0, abs=GRAVITY * h)
 
 
-@pytest.mark.parametrize("end", [2.0, 4.0])
-def test_a_ball_at_rest_under_fixed_steps_is_where_it_was(end):
-    """From 1 m with e = 0.5: rest after 1.355 s (table 6e); later it lies no deeper than 8 g h^2."""
-    h = 4e-3
-    options = {"impact": NewtonImpact(0.5), "scheme": FixedStepScheme(h, h)}
-    history = completed(simulate_system(BALL, np.array([0.0, 1.0]), REST, end, **options))
-    assert abs(last(history, "gap")) <= 8.0 * GRAVITY * h**2
-
-
 # --- f: a scheme that is used twice --------------------------------------------------------------------------
 
 
@@ -434,12 +403,6 @@ def test_an_interrupt_ends_a_users_loop_over_small_systems():
         simulate_system(BALL, np.array([0.0, 1.0]), REST, 1.0, on_progress=_interrupt)
 
 
-def test_an_interrupt_ends_a_users_loop_over_scenarios():
-    """KeyboardInterrupt raised by `on_progress` leaves `simulate`."""
-    with pytest.raises(KeyboardInterrupt):
-        simulate(Scenario.builtin("paper").replace(end_time=0.01), on_progress=_interrupt)
-
-
 # --- h: integers in a law ------------------------------------------------------------------------------------
 
 
@@ -471,22 +434,6 @@ def test_a_friction_law_in_integers_is_the_law_in_floats(scheme):
 
 #: just above the slope, as fast as after a fall: it strikes within a fraction of a millisecond
 CLOSE = {"initial__angle": 0.2214, "initial__angular_velocity": -3.786, "solver__output_interval": 2e-4}
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_a_friction_law_in_integers_compiles_no_kernel_anew(scheme):
-    """A beam in contact: the same motion as with floats, and no machine code for the other type of numbers."""
-    scenario = Scenario.builtin("paper").replace(end_time=2e-3, solver__scheme=scheme, **CLOSE)
-    floats = simulate(scenario, friction=Even(float))
-    assert floats.events
-    compiled: list[str] = []
-    before = specializations()
-    with compilations(compiled.append):
-        integers = simulate(scenario, friction=Even(int))
-    assert compiled == []
-    assert specializations() == before  # nor taken from a cache on disk
-    for name in ("time", "q", "qd"):
-        np.testing.assert_array_equal(integers[name].values, floats[name].values, err_msg=name)
 
 
 # --- i: interpreted ------------------------------------------------------------------------------------------
@@ -556,52 +503,6 @@ def test_every_scheme_runs_without_the_compiler(name, interpreted):
         # times the 0.094 kg that the contact point feels, that is a force
         left = 2.0 * 0.094 * 3.1e-10 / 2e-5 if key == "lambda_n" and "alpha" in name else 0.0
         np.testing.assert_allclose(found[key], compiled[key].values, rtol=0, atol=1e-9 * size + left, err_msg=key)
-
-
-# --- j: a base motion that outlives its beam -----------------------------------------------------------------
-
-_OUTLIVE = """
-import gc, math
-from dataclasses import dataclass
-import numpy as np
-from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.beam import Beam
-from oblique_impact.kernels import rows as row
-from oblique_impact.marching.sampling import contact_problem
-from oblique_impact import Scenario
-from oblique_impact.beam.base_motion import BaseMotion
-
-@dataclass(frozen=True)
-class Swing(BaseMotion):
-    amplitude: float = 0.1
-    rate: float = 5.0
-
-    @staticmethod
-    def turn(t, amplitude, rate):
-        angle = amplitude * (1.0 - math.cos(rate * t))
-        speed = amplitude * rate * math.sin(rate * t)
-        return angle, speed, amplitude * rate**2 * math.cos(rate * t)
-
-def model_of():
-    scenario = Scenario.builtin("paper").replace(
-        root__kind="driven", contact__enabled=False
-    )
-    return Beam(scenario, build_operators(scenario), Swing()).model
-
-model = model_of()
-gc.collect()
-others = [np.full(size, 3.0) for size in range(1, 9) for _ in range(200)]  # take the memory that was let go
-work, rest = model.new_workspace(), np.zeros(3)
-contact_problem(model, 0.1, rest, rest, work)
-print(repr(float(work.vectors[row.FREE_ACCELERATION, 0])))
-"""
-
-
-def test_a_base_motion_outlives_the_beam_that_it_drives():
-    """The acceleration A W^2 cos(W t) of a model whose beam is gone: A = 0.1 rad, W = 5 rad/s, t = 0.1 s."""
-    ended = in_a_process(_OUTLIVE)
-    assert ended.returncode == 0, f"ended with {ended.returncode}: {ended.stderr[-2000:]}"
-    assert float(ended.stdout) == pytest.approx(2.5 * cos(0.5), rel=1e-14)
 
 
 # --- k: the ledger of generalized-alpha ----------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Small systems over many legs of a march: a leg of generalized-alpha is some thousand steps."""
+"""Small systems over many calls of a march: one of generalized-alpha is some thousand steps."""
 
 from __future__ import annotations
 

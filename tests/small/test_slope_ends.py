@@ -11,8 +11,8 @@ import pytest
 from oblique_impact import simulate_system
 from oblique_impact.contact.friction import Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
+from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import Baumgarte
 from tests.small.systems import GRAVITY, SCHEMES, completed, kinds_of, last, scheme_of
 from tests.systems import Block, RungeKutta, incline
 

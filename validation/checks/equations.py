@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.beam.operators import BeamOperators, build_operators, cumulative, discretization
-from oblique_impact.kernels import rows as row
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
 
@@ -118,7 +117,7 @@ def floating_frame() -> list[Measurement]:
                 ),
                 Measurement(
                     f"forces, {kinetics}, {name}: relative distance",
-                    _relative(work.vectors[row.FORCES], force),
+                    _relative(work.vectors.forces, force),
                     0.0,
                     "1",
                     ROUNDING,
@@ -169,7 +168,7 @@ def nodal() -> list[Measurement]:
         ),
         Measurement(
             "forces: relative distance",
-            _relative(work.vectors[row.FORCES], force),
+            _relative(work.vectors.forces, force),
             0.0,
             "1",
             ROUNDING,
@@ -209,8 +208,8 @@ def contact_rows() -> list[Measurement]:
 
         for k, (kind, position, computed, speed, bias) in enumerate(
             (
-                ("gap", e.gap, v[row.NORMAL], e.gap_rate, e.gap_bias),
-                ("slip", e.slip, v[row.TANGENTIAL], e.slip_rate, e.slip_bias),
+                ("gap", e.gap, v.normal_row, e.gap_rate, e.gap_bias),
+                ("slip", e.slip, v.tangential_row, e.slip_rate, e.slip_bias),
             )
         ):
             gradient = np.array([np.imag(_place(o, scenario, q + 1j * _STEP * u)[k]) / _STEP for u in unit])
@@ -252,7 +251,7 @@ def release() -> Measurement:
     q, qd = beam.initial_state()
     work = beam.model.new_workspace()
     beam.model.evaluate(0.0, q, qd, work)
-    computed = float(np.linalg.solve(work.mass, work.vectors[row.FORCES])[0])
+    computed = float(np.linalg.solve(work.mass, work.vectors.forces)[0])
     exact = -1.5 * scenario.gravity * np.cos(np.pi / 4)
     text = "closed form of the rigid bar"
     return Measurement("angular acceleration at the start", computed, exact, "rad/s²", ROUNDING * abs(exact), text)

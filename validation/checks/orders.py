@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from oblique_impact.contact.friction import ModifiedCoulomb
-from oblique_impact.contact.state import Tolerances, rigid_phase
+from oblique_impact.contact.state import Phase
 from oblique_impact.kernels.workspace import new_workspace
 from oblique_impact.marching import dop853
 from oblique_impact.marching.equations import QUADRATURES, derivative
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.scheme import Scheme, new_scratch
+from oblique_impact.marching.scheme import Scheme
 from oblique_impact.simulation import simulate_system
 from oblique_impact.validation.checks.plots import orders_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
@@ -63,16 +63,13 @@ def _sliding_error(scheme: Scheme) -> float:
 
 def _event_step_error(h: float) -> float:
     """Largest error of equal steps of the Runge-Kutta method of order 8, on x'' = -16 x over 6 s."""
-    system, scratch, y = (
-        Particle(above=0.0, stiffness=16.0),
-        new_scratch(new_workspace(2), 4 + QUADRATURES, np.ones(4), Tolerances.of(1.0, 1.0, 1.0)),
-        np.zeros(4 + QUADRATURES),
-    )
-    y[0], worst, phase = 1.0, 0.0, rigid_phase()
+    system, work, phase = Particle(above=0.0, stiffness=16.0), new_workspace(2), Phase()
+    y, end = np.zeros(4 + QUADRATURES), np.zeros(4 + QUADRATURES)
+    K, worst, y[0] = dop853.Stages.new(y.size).K, 0.0, 1.0
     for i in range(round(6.0 / h)):
-        derivative(system, phase, i * h, y, scratch.work, scratch.K[0])
-        dop853.take_stages(system, phase, i * h, y, h, 1, dop853.STAGES, scratch, scratch.y_new)
-        y = scratch.y_new.copy()
+        derivative(system, phase, i * h, y, work, K[0])
+        dop853.take_stages(system, phase, i * h, y, h, 1, dop853.STAGES, K, work, end)
+        y[:] = end
         worst = max(worst, abs(y[0] - np.cos(4.0 * (i + 1) * h)))
     return float(worst)
 

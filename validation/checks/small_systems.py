@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 
 from oblique_impact.contact.friction import Coulomb, Frictionless
 from oblique_impact.contact.impacts import NewtonImpact, RouthImpact, routh_impulse
+from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import Baumgarte, EventKind
+from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.simulation import simulate_system

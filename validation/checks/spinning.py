@@ -9,7 +9,6 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import SpinningBeam, build_operators, discretization
-from oblique_impact.kernels import rows as row
 from oblique_impact.validation.beams import EPS, unit_beam
 from oblique_impact.validation.checks.plots import campbell_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
@@ -149,7 +148,7 @@ def _free_squares(frame: str, kinetics: str, eta: float = 5.0, modes: int = 8) -
             q = np.zeros(size)
             q[k] = sign * step
             model.evaluate(0.0, q, qd, work)
-            slopes[:, k] += sign * work.vectors[row.FORCES] / (2.0 * step)
+            slopes[:, k] += sign * work.vectors.forces / (2.0 * step)
     model.evaluate(0.0, np.zeros(size), qd, work)
     # the spin couples to the elastic coordinates by Coriolis forces at second order only
     squares = np.linalg.eigvals(np.linalg.solve(work.mass, -0.5 * (slopes + slopes.T)))

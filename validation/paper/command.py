@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,8 @@ class Reproduction:
         The friction coefficient from which on the first reversal is a stick.
     seconds : float
         Wall time (s) of the simulations.
+    report : Path or None
+        The page, if one was written.
     """
 
     claims: Sequence[Judged]
@@ -53,6 +56,7 @@ class Reproduction:
     stick: dict[str, list[StickCheck]]
     threshold: Threshold
     seconds: float
+    report: Path | None = None
 
     @property
     def verdicts(self) -> dict[str, int]:
@@ -109,7 +113,10 @@ def reproduce(
     tasks += [(_measure_variant, variant) for variant in varied]
     tasks += [(_judge_combination, changes) for changes in grid]
     names = [*named, *(f"{variant.choice}: {variant.label}" for variant in varied), *map(str, grid)]
-    found = map_parallel(_call, tasks, workers, on_progress, names)
+    with warnings.catch_warnings():
+        # workers that hold much memory after a long run are replaced by joblib, which says so
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
+        found = map_parallel(_call, tasks, workers, on_progress, names)
     runs: dict[str, History] = dict(zip(named, found, strict=False))
     rows = found[len(named) :]
     stick = {key: stick_checks(named[key], run) for key, run in runs.items() if key.endswith("hybrid")}
@@ -122,17 +129,15 @@ def reproduce(
         threshold=find_threshold(stick["paper/event/hybrid"]),
         seconds=time.perf_counter() - started,
     )
-    if folder is not None:
-        write_report(result, folder, command)
-    return result
+    return result if folder is None else replace(result, report=write_report(result, folder, command))
 
 
-def lines(result: Reproduction, out: Path) -> list[str]:
+def lines(result: Reproduction) -> list[str]:
     """Return the verdicts in lines, for a terminal."""
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
     shown = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
     same = f"{result.undiscriminating} of them reproduced by all combinations of what the paper leaves open"
-    return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}; report: {out / 'report.html'}"]
+    return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}; report: {result.report}"]
 
 
 def _call(task: tuple[Callable[[Any], Any], Any]) -> Any:

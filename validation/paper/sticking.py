@@ -20,8 +20,8 @@ import numpy as np
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.forces import OK, holding_force
-from oblique_impact.contact.state import rigid_phase
-from oblique_impact.contact.transitions import Baumgarte, EventKind
+from oblique_impact.contact.state import Baumgarte, Phase
+from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.marching.sampling import contact_problem
@@ -72,7 +72,7 @@ def stick_checks(scenario: Scenario, run: History) -> list[StickCheck]:
                 gap_acceleration=problem.gap_acceleration + rate * problem.gap_rate + place * problem.gap,
                 slip_acceleration=problem.slip_acceleration + rate * slip_rate,
             )
-        force = holding_force(rigid_phase(), problem, 0.0)
+        force = holding_force(Phase(), problem, 0.0)
         normal, tangential = force[1:] if force.status == OK else (NAN, NAN)
         line = np.arctan2(values(run, "tip_y")[sample], values(run, "tip_x")[sample])
         cotangent = float(1.0 / np.tan(abs(line - scenario.slope.angle)))

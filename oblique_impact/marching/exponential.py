@@ -1,4 +1,4 @@
-"""Long steps of a free flight: the fast vibrations of a beam are linear, and exactly known between two impacts.
+"""An exponential integrator for free flight: long steps between impacts, whose fast vibrations are linear.
 
 In the normal modes z of the beam at rest, q = Phi z, the motion is
 
@@ -10,10 +10,10 @@ It is small and changes slowly, so that a polynomial through s Gauss-Lobatto poi
     z_k(t + tau) = free vibration from t + int_0^tau g_k(tau - s) f_k(s) ds,   g_k the response to an impulse
 
 holds at these points with weights that depend on omega_k h alone: they are computed once, for steps h that are
-the output interval times powers of two.  One to three rounds through the points find f (Picard iteration).  This
-is the collocation form of an exponential integrator (Hochbruck and Ostermann, Acta Numerica 2010, Sec. 2).  The
-step may be longer than the period of the fastest mode that is excited, and is as long as the highest Legendre
-coefficients of f allow.
+the output interval times powers of two (levels).  One to three sweeps through the points find f (Picard
+iteration).  This is the collocation form of an exponential integrator (Hochbruck and Ostermann, Acta Numerica
+2010, Sec. 2).  The step may be longer than the period of the fastest mode that is excited, and is as long as the
+highest Legendre coefficients of f allow.  With two modes it gains nothing; with many it takes a fifth of the time.
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.equations import QUADRATURES, derivative
-from oblique_impact.marching.scheme import Leg, Scratch
+from oblique_impact.marching.scheme import Limits, Scratch
 
+#: of a step: with 16 it may be some twenty periods of the fastest mode long, and the tables stay small
 POINTS = 16
-_HIGHEST = 4  # the longest step is so many doublings of the output interval
+_HIGHEST = 4  # the longest step is so many doublings of the output interval: the tables grow with its samples
 _WIDEST = 120.0  # largest |lambda| h of a step, lambda an eigenvalue: more has no accurate weights
-_NARROWEST = 2.0  # for shorter steps those of a Runge-Kutta method are cheaper
-_ROUNDS = 6
-_SETTLED = 0.01  # change, relative to the tolerance, that another round need not make
-_EASY = 2.0 ** -(POINTS + 1)  # error after which the step is doubled
-_SAME = 1e-9  # of the interval
-_CLEAR = 2.0  # leaps stay so many times the way of the contact point from the slope
-_TAIL = 2  # Legendre coefficients that estimate the error
-_CAUTION = 2.0  # the rounds of another leap may contract as much slower
+_NARROWEST = 2.0  # largest |lambda| h below which the stages of a Runge-Kutta step are cheaper
+_SWEEPS = 6  # the most; where f needs more a shorter step is cheaper
+_SETTLED = 0.01  # change, relative to the tolerance, that another sweep need not make
+#: error below which the step is doubled, which multiplies it by 2^POINTS: half of the tolerance is kept in hand
+_EASY = 2.0 ** -(POINTS + 1)
+_SAME = 1e-9  # of the interval: times that differ less are the same sample
+_CLEAR = 2.0  # steps stay so many times the way of the contact point from the slope, whose speed grows in them
+_TAIL = 2  # Legendre coefficients that estimate the error: f may be even or odd about the middle of a step
+_CAUTION = 2.0  # the sweeps of another step may contract as much slower
 LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
-#: fastest phase (rad) of a run from which leaps are worth their weights
+#: fastest phase (rad) of a run from which the tables are worth their time
 WORTHWHILE = 5e3
 
 
-class Leaps(NamedTuple):
-    """Tables of the leaps of a run: a row for each length h, each twice the one before."""
-
+class _Tables(NamedTuple):
     lengths: Array  # (levels,) s
     shapes: Array  # (d, d)
     projection: Array  # (d, d)
@@ -61,18 +61,21 @@ class Leaps(NamedTuple):
     areas: Array  # (levels, rows, s) integrals (s) of what is known at the points
     tail: Array  # (2, s) the last Legendre coefficients of what is known at the points
     of_tail: Array  # (levels, 2, 2, d) z and z' at the end of these
-    force: Array  # (2, d, s) f at the points, of this round and of the last one
+    force: Array  # (2, d, s) f at the points, of this sweep and of the last one
     rates: Array  # (s, 7) of the quadratures at the points
     state: Array  # (2, d) z and z' at the start
     ends: Array  # (2, d) z and z' somewhere, or their errors
-    memory: (
-        Array  # (4,) of a march that goes on in another leg: level, patience, speed, contraction of rounds (1/s)
-    )
-
-    described = "with leaps"
+    memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)
 
 
-def new_leaps(modes: NormalModes, interval: float) -> Leaps:
+class Exponential(_Tables):
+    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
+
+    __slots__ = ()
+    described = "with exponential steps"
+
+
+def new_exponential(modes: NormalModes, interval: float) -> Exponential:
     """Return the tables of a run with samples every `interval` (s).
 
     The rows of a table are the points of a step but the first, the last of them its end, and then the samples
@@ -105,7 +108,7 @@ def new_leaps(modes: NormalModes, interval: float) -> Leaps:
         np.array([0.0, 0.0, 0.0, np.inf]),
     )
     tables = lengths, *modes, nodes, free, forced, areas, fit[-_TAIL:], of_tail
-    return Leaps(*[*map(np.ascontiguousarray, tables), *work])
+    return Exponential(*[*map(np.ascontiguousarray, tables), *work])
 
 
 def _lobatto(count: int) -> Array:
@@ -145,9 +148,9 @@ def _forced(modes: NormalModes, h: float, places: Array) -> tuple[Array, Array]:
 
 
 @jitable
-def _at(leaps: Leaps, level: int, row: int, before: int, z: Array) -> None:
-    """Put z and z' at a row of the tables into z (2, d); f is that of this round, or of the one before."""
-    free, forced, force, start = leaps.free, leaps.forced, leaps.force, leaps.state
+def _at(tables: Exponential, level: int, row: int, before: int, z: Array) -> None:
+    """Put z and z' at a row of the tables into z (2, d); f is that of this sweep, or of the one before."""
+    free, forced, force, start = tables.free, tables.forced, tables.force, tables.state
     for k in range(z.shape[1]):
         place = free[level, row, 0, k] * start[0, k] + free[level, row, 1, k] * start[1, k]
         rate = free[level, row, 2, k] * start[0, k] + free[level, row, 3, k] * start[1, k]
@@ -158,22 +161,22 @@ def _at(leaps: Leaps, level: int, row: int, before: int, z: Array) -> None:
 
 
 @jitable
-def _keep_force(leaps: Leaps, point: int, z: Array, dy: Array) -> None:
-    """Keep f at a point, from the derivative `dy` there."""
-    d, force, stiffness, damping, rates = z.shape[1], leaps.force, leaps.stiffness, leaps.damping, leaps.rates
+def _store_force(tables: Exponential, point: int, z: Array, dy: Array) -> None:
+    """Store f at a point, from the derivative `dy` there."""
+    d, force, stiffness, damping, rates = z.shape[1], tables.force, tables.stiffness, tables.damping, tables.rates
     for k in range(d):
         total = damping[k] * z[1, k] + stiffness[k] * z[0, k]
         for i in range(d):
-            total += leaps.projection[k, i] * dy[d + i]
+            total += tables.projection[k, i] * dy[d + i]
         force[0, k, point] = total
     for i in range(QUADRATURES):
         rates[point, i] = dy[2 * d + i]
 
 
 @jitable
-def _norm(leaps: Leaps, y: Array, scales: Array, tolerance: float) -> float:
+def _norm(tables: Exponential, y: Array, scales: Array, tolerance: float) -> float:
     """Size of errors of z and z', which are in `ends`, as errors of q and q' relative to the tolerance."""
-    d, shapes, ends, total = leaps.ends.shape[1], leaps.shapes, leaps.ends, 0.0
+    d, shapes, ends, total = tables.ends.shape[1], tables.shapes, tables.ends, 0.0
     for v in range(2):
         for i in range(d):
             error = 0.0
@@ -186,9 +189,9 @@ def _norm(leaps: Leaps, y: Array, scales: Array, tolerance: float) -> float:
 
 
 @jitable
-def _error(leaps: Leaps, level: int, y: Array, s: Scratch, tolerance: float) -> float:
+def _error(tables: Exponential, level: int, y: Array, s: Scratch, tolerance: float) -> float:
     """Error of the end of a step that the last Legendre coefficients of f and of powers make, relative."""
-    ends, tail, of_tail, force, rates = leaps.ends, leaps.tail, leaps.of_tail, leaps.force, leaps.rates
+    ends, tail, of_tail, force, rates = tables.ends, tables.tail, tables.of_tail, tables.force, tables.rates
     largest, energy = 0.0, tolerance * s.tolerances.energy
     for m in range(tail.shape[0]):
         for k in range(ends.shape[1]):
@@ -197,35 +200,35 @@ def _error(leaps: Leaps, level: int, y: Array, s: Scratch, tolerance: float) -> 
                 coefficient += tail[m, j] * force[0, k, j]
             ends[0, k] = of_tail[level, m, 0, k] * coefficient
             ends[1, k] = of_tail[level, m, 1, k] * coefficient
-        largest = max(largest, _norm(leaps, y, s.scales, tolerance))
+        largest = max(largest, _norm(tables, y, s.scales, tolerance))
         for i in range(QUADRATURES):
             coefficient = 0.0
             for j in range(tail.shape[1]):
                 coefficient += tail[m, j] * rates[j, i]
-            largest = max(largest, abs(coefficient) * leaps.lengths[level] / energy)
+            largest = max(largest, abs(coefficient) * tables.lengths[level] / energy)
     return float(largest)
 
 
 @jitable
-def _change(leaps: Leaps, level: int, y: Array, scales: Array, tolerance: float) -> float:
-    """Change of the end of a step by the last round, relative to the tolerance."""
-    ends, forced, force, end = leaps.ends, leaps.forced, leaps.force, leaps.nodes.shape[0] - 2
+def _change(tables: Exponential, level: int, y: Array, scales: Array, tolerance: float) -> float:
+    """Change of the end of a step by the last sweep, relative to the tolerance."""
+    ends, forced, force, end = tables.ends, tables.forced, tables.force, tables.nodes.shape[0] - 2
     for v in range(2):
         for k in range(ends.shape[1]):
             total = 0.0
             for j in range(force.shape[2]):
                 total += forced[level, end, v, k, j] * (force[0, k, j] - force[1, k, j])
             ends[v, k] = total
-    return float(_norm(leaps, y, scales, tolerance))
+    return float(_norm(tables, y, scales, tolerance))
 
 
 @jitable
-def _write(leaps: Leaps, level: int, row: int, y: Array, target: Array) -> None:
+def _write(tables: Exponential, level: int, row: int, y: Array, target: Array) -> None:
     """Write the state at a row of the tables."""
-    d, areas, rates = leaps.ends.shape[1], leaps.areas, leaps.rates
-    _at(leaps, level, row, 0, leaps.ends)
-    multiply(leaps.shapes, leaps.ends[0], target[:d])
-    multiply(leaps.shapes, leaps.ends[1], target[d : 2 * d])
+    d, areas, rates = tables.ends.shape[1], tables.areas, tables.rates
+    _at(tables, level, row, 0, tables.ends)
+    multiply(tables.shapes, tables.ends[0], target[:d])
+    multiply(tables.shapes, tables.ends[1], target[d : 2 * d])
     for i in range(QUADRATURES):
         total = y[2 * d + i]
         for j in range(rates.shape[0]):
@@ -234,42 +237,48 @@ def _write(leaps: Leaps, level: int, row: int, y: Array, target: Array) -> None:
 
 
 @jitable
-def _leap(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]:
-    """Leap from (t, y), whose derivative is in s.K[0], to s.y_new; its error, relative, and the largest gap rate.
+def _step(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]:
+    """Step from (t, y), whose derivative is in K[0], to s.y_new; its error, relative, and the largest gap rate.
 
     The error is infinite where f is not found.
     """
-    leaps, s, tolerance = flight.leaps, flight.scratch, flight.tolerance
-    d, points, force, h, speed = leaps.ends.shape[1], leaps.nodes.shape[0], leaps.force, leaps.lengths[level], 0.0
-    multiply(leaps.projection, y[:d], leaps.state[0])
-    multiply(leaps.projection, y[d : 2 * d], leaps.state[1])
-    _keep_force(leaps, 0, leaps.state, s.K[0])
+    tables, s, tolerance = flight.tables, flight.scratch, flight.tolerance
+    d, points, force, h, speed = (
+        tables.ends.shape[1],
+        tables.nodes.shape[0],
+        tables.force,
+        tables.lengths[level],
+        0.0,
+    )
+    multiply(tables.projection, y[:d], tables.state[0])
+    multiply(tables.projection, y[d : 2 * d], tables.state[1])
+    _store_force(tables, 0, tables.state, flight.K[0])
     for k in range(d):
         for j in range(1, points):
             force[0, k, j] = force[0, k, 0]
-    change, contraction = np.inf, leaps.memory[CONTRACTION] * h
-    for rounds in range(_ROUNDS):
+    change, contraction = np.inf, tables.memory[CONTRACTION] * h
+    for sweep in range(_SWEEPS):
         for k in range(d):
             copy(force[0, k], force[1, k])
         for j in range(1, points):
-            _at(leaps, level, j - 1, 1, leaps.ends)
-            multiply(leaps.shapes, leaps.ends[0], s.at[:d])
-            multiply(leaps.shapes, leaps.ends[1], s.at[d : 2 * d])
-            status, c = derivative(flight.system, flight.phase, t + leaps.nodes[j] * h, s.at, s.work, s.K[1])
+            _at(tables, level, j - 1, 1, tables.ends)
+            multiply(tables.shapes, tables.ends[0], s.at[:d])
+            multiply(tables.shapes, tables.ends[1], s.at[d : 2 * d])
+            status, c = derivative(flight.system, flight.phase, t + tables.nodes[j] * h, s.at, s.work, flight.K[1])
             if status != 0:
                 return np.inf, speed
             speed = max(speed, abs(c.gap_rate))
-            _keep_force(leaps, j, leaps.ends, s.K[1])
-        last, change = change, _change(leaps, level, y, s.scales, tolerance)
-        # rounds contract at a rate that two of them show, or those of the leap before did (Hairer and Wanner,
+            _store_force(tables, j, tables.ends, flight.K[1])
+        last, change = change, _change(tables, level, y, s.scales, tolerance)
+        # sweeps contract at a rate that two of them show, or those of the step before did (Hairer and Wanner,
         # Solving ODEs II, Sec. IV.8)
-        if rounds > 0:
+        if sweep > 0:
             contraction = change / last if last > 0.0 else 0.0
-            leaps.memory[CONTRACTION] = _CAUTION * contraction / h
-        # powers are those of the motion before this round
+            tables.memory[CONTRACTION] = _CAUTION * contraction / h
+        # powers are those of the motion before this sweep
         if change <= _SETTLED or (change <= 1.0 and change * contraction <= _SETTLED):
-            _write(leaps, level, points - 2, y, s.y_new)
-            return _error(leaps, level, y, s, tolerance), speed
+            _write(tables, level, points - 2, y, s.y_new)
+            return _error(tables, level, y, s, tolerance), speed
     return np.inf, speed
 
 
@@ -284,67 +293,70 @@ class Position(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """What leaps are made of."""
+    """Arguments of the steps of a flight."""
 
     system: Any
     phase: Phase
-    leg: Leg
+    limits: Limits
     tolerance: float
     scratch: Scratch
-    leaps: Leaps
+    K: Array  # (2, ny) or more: derivatives
+    tables: Exponential
 
 
 @jitable
-def try_leap(flight: Flight, now: Position, y: Array, level: int, shortest: float) -> tuple[int, Position]:
-    """Advance y in place by the longest leap of a level up to `level` that stays clear of the slope.
+def try_exponential_step(
+    flight: Flight, now: Position, y: Array, level: int, shortest: float
+) -> tuple[int, Position]:
+    """Advance y in place by the longest step of a level up to `level` that stays clear of the slope.
 
-    The derivative at the start and then at the end is in K[0].  Returns the level for the next leap, -1 if there
+    The derivative at the start and then at the end is in K[0].  Returns the level for the next step, -1 if there
     is none now of at least the length `shortest` (s), and the new position.
     """
-    phase, leg, s, leaps, interval, t = (
+    phase, limits, s, tables, interval, t = (
         flight.phase,
-        flight.leg,
+        flight.limits,
         flight.scratch,
-        flight.leaps,
-        flight.leg.interval,
+        flight.tables,
+        flight.limits.interval,
         now.t,
     )
     here = abs(now.sample * interval - t) <= _SAME * interval
     following = (now.sample + 1) * interval if here else now.sample * interval
-    while level >= 0 and leaps.lengths[level] >= shortest:
-        h = leaps.lengths[level]
+    while level >= 0 and tables.lengths[level] >= shortest:
+        h = tables.lengths[level]
         inside = int(h / interval * (1.0 + _SAME)) - 1  # samples
         fits = here if inside >= 0 else t + h <= following + _SAME * interval
-        near = phase.watched and now.gap <= _CLEAR * h * now.speed
-        if fits and not near and t + h <= leg.t_stop and now.kept + inside + 2 < s.times.shape[0]:
-            error, speed = _leap(flight, t, y, level)
+        near = phase.surface.watched and now.gap <= _CLEAR * h * now.speed
+        if fits and not near and t + h <= limits.t_stop and now.kept + inside + 2 < s.samples.times.shape[0]:
+            error, speed = _step(flight, t, y, level)
             if error <= 1.0:
                 end = t + h if inside < 0 else (now.sample + inside + 1) * interval
                 end = following if abs(end - following) <= _SAME * interval else end
-                status, c = derivative(flight.system, phase, end, s.y_new, s.work, s.K[1])
-                gap = phase.side * c.gap
-                if status == 0 and (not phase.watched or min(now.gap, gap) > _CLEAR * h * speed):
-                    count = _keep_samples(flight, now, y, level, here, inside)
+                status, c = derivative(flight.system, phase, end, s.y_new, s.work, flight.K[1])
+                gap = phase.surface.side * c.gap
+                if status == 0 and (not phase.surface.watched or min(now.gap, gap) > _CLEAR * h * speed):
+                    count = _store_samples(flight, now, y, level, here, inside)
                     copy(s.y_new, y)
-                    copy(s.K[1], s.K[0])
+                    copy(flight.K[1], flight.K[0])
                     sample = now.sample + count - now.kept
-                    longer = error < _EASY and level + 1 < leaps.lengths.shape[0]
+                    longer = error < _EASY and level + 1 < tables.lengths.shape[0]
                     return level + 1 if longer else level, Position(end, gap, speed, sample, count)
         level -= 1
     return -1, now
 
 
 @jitable
-def _keep_samples(flight: Flight, now: Position, y: Array, level: int, here: bool, inside: int) -> int:
-    """Keep the sample at the start of a leap and those inside of it; the number of all."""
-    s, leaps = flight.scratch, flight.leaps
+def _store_samples(flight: Flight, now: Position, y: Array, level: int, here: bool, inside: int) -> int:
+    """Keep the sample at the start of a step and those inside of it; the number of all."""
+    s, tables = flight.scratch, flight.tables
     count = now.kept
     if here:
-        s.times[count] = now.t
-        copy(y, s.states[count])
+        s.samples.times[count] = now.t
+        copy(y, s.samples.states[count])
         count += 1
     for m in range(1, inside + 1):
-        s.times[count] = (now.sample + m) * flight.leg.interval
-        _write(leaps, level, leaps.nodes.shape[0] - 2 + m, y, s.states[count])
+        s.samples.times[count] = (now.sample + m) * flight.limits.interval
+        _write(tables, level, tables.nodes.shape[0] - 2 + m, y, s.samples.states[count])
         count += 1
     return count
