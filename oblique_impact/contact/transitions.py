@@ -36,7 +36,7 @@ from oblique_impact.errors import Outcome, RunEnded
 
 #: squared sine between the contact rows (in the metric of the inverse mass matrix) below which they count as
 #: parallel: a stick force of such rows would be larger than any friction cone, and known to no digit
-_PARALLEL = 1e-11  # the rows are known to about 1e-13, a sine to 3e-6
+_PARALLEL = 1e-11
 #: a tangential row whose square is below 1e-11 times this part of the normal one's is rounding (1e-24 of 1,024
 #: elements that lie along the slope)
 _NO_ROW = 1e-9

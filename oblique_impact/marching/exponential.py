@@ -49,9 +49,7 @@ LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
 WORTHWHILE = 5e3
 
 
-class Exponential(NamedTuple):
-    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
-
+class _Tables(NamedTuple):
     lengths: Array  # (levels,) s
     shapes: Array  # (d, d)
     projection: Array  # (d, d)
@@ -69,7 +67,12 @@ class Exponential(NamedTuple):
     ends: Array  # (2, d) z and z' somewhere, or their errors
     memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)
 
-    described = "with exponential steps"  # type: ignore[misc]  # mypy wants fields alone
+
+class Exponential(_Tables):
+    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
+
+    __slots__ = ()
+    described = "with exponential steps"
 
 
 def new_exponential(modes: NormalModes, interval: float) -> Exponential:
@@ -290,7 +293,7 @@ class Position(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """What the steps of a flight need."""
+    """Arguments of the steps of a flight."""
 
     system: Any
     phase: Phase

@@ -36,7 +36,9 @@ from oblique_impact.marching.sampling import Observation, contact_problem, obser
 from oblique_impact.marching.scheme import Limits, Prepared, Progress, StepState, arm, new_scratch
 
 MAX_EVENTS = 100_000
-_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the run are chattering
+#: so many transitions within so much of the run are chattering
+_CLUSTER, _CLUSTER_TIME = 40, 1e-9
+#: smallest eigenvalue of the mass matrix, of that at the start: below it a run that fails is taken to be singular
 _NEARLY_SINGULAR = 0.05
 #: of the beam's length: beyond it a small-deflection model says nothing
 LARGEST_DEFLECTION = 0.5
@@ -60,7 +62,7 @@ _FAILURES = {
 
 
 class Status(NamedTuple):
-    """What a progress display is told."""
+    """Where a run is, for a progress display."""
 
     time: float
     end_time: float
@@ -108,7 +110,7 @@ class Run:
         self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances)
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
         self._prepared = Prepared(problem.system, self._scratch, own)
-        self._front = StepState(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
+        self._now = StepState(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
         self._phase = problem.machine.free()._replace(surface=Surface(enabled=bool(problem.contact)))
         self._before: Phase | None = None
         self._open: OpenContact | None = None
@@ -144,11 +146,11 @@ class Run:
     def _return_to_last_sample(self) -> None:
         """Go back to the last sample: an interrupt may have come between a call and its bookkeeping."""
         last = self.record.segments[-1]
-        self._front = self._front._replace(t=float(last.times[-1]))
+        self._now = self._now._replace(t=float(last.times[-1]))
         self._y[: last.states.shape[1]] = last.states[-1]
 
     def _stored(self) -> float:
-        """Energy (J) that an elastic stop, and the residual flexibility with it, holds at the front."""
+        """Energy (J) that an elastic stop, and the residual flexibility with it, holds now."""
         law = self.problem.machine.contact_law
         if law is None or self._phase.state == State.FREE:
             return 0.0
@@ -170,15 +172,13 @@ class Run:
             counted = problem.scheme.steps_per_call(size)
             limits = Limits(float(end), float(problem.output_interval), counted or self._pace.steps)
             started = perf_counter()
-            progress = problem.scheme.march(
-                self._prepared, self._phase, self._before, self._front, self._y, limits
-            )
+            progress = problem.scheme.march(self._prepared, self._phase, self._before, self._now, self._y, limits)
             self._pace.learn(progress.steps, perf_counter() - started)
-            self._front = progress.state
+            self._now = progress.state
             self._keep(progress)
             if self._report is not None:
                 state = State(self._phase.state)
-                self._report(Status(self._front.t, problem.end_time, state, len(self.record.events)))
+                self._report(Status(self._now.t, problem.end_time, state, len(self.record.events)))
             if progress.reason == base.AT_STOP:
                 return
             if progress.reason == base.AT_GUARD:
@@ -202,7 +202,7 @@ class Run:
 
         Steps of a given length are counted before a run, by a rule of the scenario.
         """
-        taken, time = self.record.steps + self.record.rejected, self._front.t
+        taken, time = self.record.steps + self.record.rejected, self._now.t
         before, since = self._paced
         if taken - before < PACE_STEPS:
             return
@@ -215,24 +215,22 @@ class Run:
             raise RunEnded(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
         seconds = (needed - taken) * (perf_counter() - self._started) / taken
         if before == 0 and seconds > LONG and self._report is not None:
-            told = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
+            notice = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
             if self.problem.scheme.name == "event":
-                told += '; solver.scheme = "generalized-alpha" takes longer ones'
-            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), told)
+                notice += '; solver.scheme = "generalized-alpha" takes longer ones'
+            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), notice)
             self._report(status)
 
     def _inertia(self) -> float:
-        """Smallest eigenvalue of the mass matrix at the front, or what the system has in its place."""
+        """Smallest eigenvalue of the mass matrix now, or what the system has in its place."""
         d, y, work = self.problem.q0.size, self._y, self._scratch.work
-        _, e, _ = contact_problem(self.problem.system, self._front.t, y[:d], y[d : 2 * d], work)
+        _, e, _ = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], work)
         return float(self.problem.system.definiteness(e.rank_one, work))
 
     def _relative_inertia(self) -> float:
-        """Effective inverse normal mass of the sliding contact at the front, relative to that without friction."""
+        """Effective inverse normal mass of the sliding contact now, relative to that without friction."""
         d, y = self.problem.q0.size, self._y
-        defined, _, c = contact_problem(
-            self.problem.system, self._front.t, y[:d], y[d : 2 * d], self._scratch.work
-        )
+        defined, _, c = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], self._scratch.work)
         return guards_of(self._phase, c).definite if defined else 1.0
 
     def _pass_guard(self, guard: int) -> None:
@@ -245,7 +243,7 @@ class Run:
         self._enter(leaving)
 
     def _probe(self) -> Probe:
-        return Probe(self.problem, self._phase, self._front.t, self._y, self._scratch.work)
+        return Probe(self.problem, self._phase, self._now.t, self._y, self._scratch.work)
 
     def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
@@ -270,7 +268,7 @@ class Run:
         finite = self._track_contact(leaving, impulse, transition.kind)
         if transition.kind is not None:
             event = Event(
-                self._front.t,
+                self._now.t,
                 transition.kind,
                 impulse.normal,
                 impulse.tangential,
@@ -288,7 +286,7 @@ class Run:
     def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Keep how an end of the slope is passed; what an elastic stop still stores there is lost."""
         end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
-        self.record.passages.append(Passage(self._front.t, how, instant.slip, end))
+        self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
         law = self.problem.machine.contact_law
         if how is AtEnd.SLIDES_OFF and law is not None:
             self._quadratures()[STOP_LOSS] += law.energy(instant.gap, leaving.residual.compliance)
@@ -315,14 +313,14 @@ class Run:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
         if leaving.state == State.FREE and kind is not None:
             self._open = OpenContact(
-                self._front.t, impulse, self._quadratures().copy(), self._phase.residual.compliance
+                self._now.t, impulse, self._quadratures().copy(), self._phase.residual.compliance
             )
         return self._close_contact() if self._phase.state == State.FREE else None
 
     def _close_contact(self) -> Contact | None:
         if self._open is None:
             return None
-        contact, finite = self._open.closed(self._front.t, self._quadratures(), self.problem.machine.contact_law)
+        contact, finite = self._open.closed(self._now.t, self._quadratures(), self.problem.machine.contact_law)
         self.record.contacts.append(contact)
         self._open = None
         return finite
@@ -331,7 +329,7 @@ class Run:
         return self._y[2 * self.problem.q0.size :][:QUADRATURES]
 
     def _watch_for_chattering(self) -> None:
-        t = self._front.t
+        t = self._now.t
         cluster = _CLUSTER_TIME * self.problem.end_time
         if len(self._recent) == _CLUSTER and t - self._recent[0] < cluster:
             raise RunEnded(Outcome.CHATTERING)
@@ -344,16 +342,16 @@ class Run:
 
         Output samples continue with the next multiple of the interval.
         """
-        t, self._before = self._front.t, leaving
+        t, self._before = self._now.t, leaving
         sample = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9)) + 1
-        self._front = StepState(t, self._front.h, sample, t, 0, 0)
+        self._now = StepState(t, self._now.h, sample, t, 0, 0)
         self._y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
         contact = self._sample(self._phase)
         arm(self._phase, self._scratch, guards_of(self._phase, contact))
 
     def _sample(self, phase: Phase) -> Instant:
-        """Keep the front as a sample; returns the contact there."""
-        found = self._observe(phase, np.array([self._front.t]), self._y[None, :])
+        """Keep where the run is as a sample; returns the contact there."""
+        found = self._observe(phase, np.array([self._now.t]), self._y[None, :])
         return Instant(*found.instants[0].tolist())
 
     def _keep(self, progress: Progress) -> None:
@@ -365,7 +363,7 @@ class Run:
         large = self._large_deflection(states)
         if large.any():
             count = int(np.argmax(large))
-            self._front, self._y[:] = self._front._replace(t=float(times[count])), states[count]
+            self._now, self._y[:] = self._now._replace(t=float(times[count])), states[count]
         if count:
             self._observe(self._phase, times[:count], states[:count])
         if large.any() or self._large_deflection(self._y[None]).any():

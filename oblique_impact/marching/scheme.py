@@ -37,7 +37,7 @@ FAILED_MASS, FAILED_SLIDING, FAILED_STICKING = -MASS_NOT_POSITIVE, -NO_SLIDING_S
 FAILED_STEP, FAILED_FINITE, FAILED_ITERATION = -10, -11, -12
 
 NO_GUARD = -1
-#: samples that a march keeps before it returns: enough for 0.1 s of computing with few modes
+#: samples that a march keeps at most before it returns
 SAMPLES_PER_CALL = 4096
 SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples: 32 MB
 UNBOUNDED = 1e12  # in units of the scales: beyond it a solution has diverged
@@ -105,7 +105,7 @@ class Samples(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What every scheme needs besides its own buffers, allocated once per run."""
+    """Buffers that all schemes share, allocated once per run."""
 
     work: Workspace
     y_new: Array  # (ny,) end of a step
