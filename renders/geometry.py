@@ -19,7 +19,7 @@ from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
-from oblique_impact.problem import stop_of
+from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
 from oblique_impact.scenario.scenario import Scenario
 
@@ -79,7 +79,7 @@ def contact_gap(history: History) -> Array:
     The variable `gap` is that of the coordinates: what they leave out of the contact point is not in it.
     """
     gap = np.asarray(history["gap"].values, dtype=float)
-    if "depth" not in history or stop_of(Scenario.from_toml(history.scenario_toml)) is None:
+    if "depth" not in history or contact_law_of(Scenario.from_toml(history.scenario_toml)) is None:
         return gap
     return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.scenario.sections import BeamSection
-from oblique_impact.scenario.shapes import at
+from oblique_impact.scenario.shapes import value_at
 
 Array = NDArray[np.float64]
 
@@ -90,11 +90,11 @@ def _rings(beam: BeamSection, places: Array, radii: Array) -> tuple[Array, Array
         angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
         circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         return radii[:, None, None] * circle, np.broadcast_to(circle, (places.size, SIDES, 2))
-    sizes = {name: np.asarray(at(beam.section, name, places)) for name in ("width", "height")}
+    sizes = {name: np.asarray(value_at(beam.section, name, places)) for name in ("width", "height")}
     inner, web = np.zeros(places.size), np.zeros(places.size)
     if beam.section.shape == "i-beam":
-        inner = sizes["height"] - 2.0 * np.asarray(at(beam.section, "flange_thickness", places))
-        web = np.asarray(at(beam.section, "web_thickness", places))
+        inner = sizes["height"] - 2.0 * np.asarray(value_at(beam.section, "flange_thickness", places))
+        web = np.asarray(value_at(beam.section, "web_thickness", places))
     half = np.stack(
         [
             0.5 * (np.outer(sizes["height"], corners[:, 0]) + np.outer(inner, corners[:, 1])),

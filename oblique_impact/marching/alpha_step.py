@@ -207,7 +207,7 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
                 accurate = change <= rounding * tolerance
                 iterations.rounded[slot] = _ALIKE * left if accurate else 0.0
             if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
-                if not contact and phase.surface.watched:
+                if not contact and phase.surface.enabled:
                     e = system.approach(t + h, q, qd, contact, w)
                     end = moved(end, e, 0.0, 0.0, e.supplied_power)
                 return Step(OK, end, rank_one)

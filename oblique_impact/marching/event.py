@@ -156,7 +156,7 @@ def _try_step(step: DenseStep, now: Position, due: bool, tolerance: float) -> Tr
     factor, gap, guard = _step_factor(error), phase.surface.side * c.gap, NO_GUARD
     peak, depth, landed = 0.0, 0.0, length
     # the contact point cannot have reached the slope within the step
-    clear = phase.state == FREE and (not phase.surface.watched or min(now.gap, gap) > 2.0 * length * speed)
+    clear = phase.state == FREE and (not phase.surface.enabled or min(now.gap, gap) > 2.0 * length * speed)
     if due or not clear:
         status, _, _ = take_stages(
             system, phase, t, y, length, STAGES + 1, DENSE_STAGES - 1, stages.K, s.work, s.at

@@ -327,7 +327,7 @@ def try_exponential_step(
         h = tables.lengths[level]
         inside = int(h / interval * (1.0 + _SAME)) - 1  # samples
         fits = here if inside >= 0 else t + h <= following + _SAME * interval
-        near = phase.surface.watched and now.gap <= _CLEAR * h * now.speed
+        near = phase.surface.enabled and now.gap <= _CLEAR * h * now.speed
         if fits and not near and t + h <= limits.t_stop and now.kept + inside + 2 < s.samples.times.shape[0]:
             error, speed = _step(flight, t, y, level)
             if error <= 1.0:
@@ -335,7 +335,7 @@ def try_exponential_step(
                 end = following if abs(end - following) <= _SAME * interval else end
                 status, c = derivative(flight.system, phase, end, s.y_new, s.work, flight.K[1])
                 gap = phase.surface.side * c.gap
-                if status == 0 and (not phase.surface.watched or min(now.gap, gap) > _CLEAR * h * speed):
+                if status == 0 and (not phase.surface.enabled or min(now.gap, gap) > _CLEAR * h * speed):
                     count = _store_samples(flight, now, y, level, here, inside)
                     copy(s.y_new, y)
                     copy(flight.K[1], flight.K[0])

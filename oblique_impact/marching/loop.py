@@ -17,7 +17,7 @@ from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
-from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
@@ -111,7 +111,7 @@ class Run:
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
         self._prepared = Prepared(problem.system, self._scratch, own)
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
-        self._phase = problem.machine.free()._replace(surface=Surface(watched=bool(problem.contact)))
+        self._phase = problem.machine.free()._replace(surface=Surface(enabled=bool(problem.contact)))
         self._before: Phase | None = None
         self._open: OpenContact | None = None
         self._initial_inertia = 0.0
@@ -128,11 +128,11 @@ class Run:
                 self._begin()
             self._initial_inertia = self._inertia()
             self._enter(None)
-            stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
-            for stop in [*sorted(stops), self.problem.end_time]:
-                self._march_to(stop)
-        except PhysicsStop as stopped:
-            record.outcome, record.message = stopped.outcome, stopped.message
+            ends = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
+            for end in [*sorted(ends), self.problem.end_time]:
+                self._march_to(end)
+        except RunEnded as ended:
+            record.outcome, record.message = ended.outcome, ended.message
         except KeyboardInterrupt:
             record.outcome = Outcome.INTERRUPTED
         if record.outcome is Outcome.INTERRUPTED and record.segments:
@@ -151,10 +151,10 @@ class Run:
 
     def _stored(self) -> float:
         """Energy (J) that an elastic stop, and the residual flexibility with it, holds now."""
-        stop = self.problem.machine.stop
-        if stop is None or self._phase.state == State.FREE:
+        law = self.problem.machine.contact_law
+        if law is None or self._phase.state == State.FREE:
             return 0.0
-        return stop.energy(
+        return law.energy(
             float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.residual.compliance
         )
 
@@ -166,11 +166,11 @@ class Run:
             self._sample(self._phase)
         self._apply(self._phase, transition, probe)
 
-    def _march_to(self, stop: float) -> None:
+    def _march_to(self, end: float) -> None:
         problem, size = self.problem, self.problem.q0.size
         while True:
             counted = problem.scheme.steps_per_call(size)
-            limits = Limits(float(stop), float(problem.output_interval), counted or self._pace.steps)
+            limits = Limits(float(end), float(problem.output_interval), counted or self._pace.steps)
             started = perf_counter()
             progress = problem.scheme.march(self._prepared, self._phase, self._before, self._now, self._y, limits)
             self._pace.learn(progress.steps, perf_counter() - started)
@@ -184,7 +184,7 @@ class Run:
             if progress.reason == base.AT_GUARD:
                 self._pass_guard(progress.guard)
             elif progress.reason < 0:
-                raise PhysicsStop(self._cause(_FAILURES[progress.reason]))
+                raise RunEnded(self._cause(_FAILURES[progress.reason]))
             self._foresee_steps()
 
     def _cause(self, failure: Outcome) -> Outcome:
@@ -212,7 +212,7 @@ class Run:
         if self.problem.scheme.name == "event" and needed > MOST_STEPS:
             words = f"The run would need about {needed:.2g} steps, more than {MOST_STEPS:.0e}"
             remedy = 'solver.scheme = "generalized-alpha", whose steps the fastest vibration does not shorten'
-            raise PhysicsStop(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
+            raise RunEnded(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
         seconds = (needed - taken) * (perf_counter() - self._started) / taken
         if before == 0 and seconds > LONG and self._report is not None:
             notice = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
@@ -280,16 +280,16 @@ class Run:
             self.record.events.append(event.with_share(finite) if finite else event)
         if transition.at_end is None:
             self._account_for_penetration(leaving, before.gap)
-        if transition.stop is not None:
-            raise PhysicsStop(transition.stop)
+        if transition.failure is not None:
+            raise RunEnded(transition.failure)
 
     def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
         """Keep how an end of the slope is passed; what an elastic stop still stores there is lost."""
         end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
         self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
-        stop = self.problem.machine.stop
-        if how is AtEnd.SLIDES_OFF and stop is not None:
-            self._quadratures()[STOP_LOSS] += stop.energy(instant.gap, leaving.residual.compliance)
+        law = self.problem.machine.contact_law
+        if how is AtEnd.SLIDES_OFF and law is not None:
+            self._quadratures()[STOP_LOSS] += law.energy(instant.gap, leaving.residual.compliance)
 
     def _jump(self, impulse: Impulse, probe: Probe) -> None:
         """Let an impulse change the velocities."""
@@ -302,12 +302,12 @@ class Run:
 
         Located contacts begin and end at zero gap; a fixed step notices them late.
         """
-        stop = self.problem.machine.stop
-        if stop is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
+        law = self.problem.machine.contact_law
+        if law is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
             return
         found = -1.0 if leaving.state == State.FREE else 1.0
         compliance = max(leaving.residual.compliance, self._phase.residual.compliance)
-        self._quadratures()[STABILIZATION_LOSS] += found * stop.energy(gap, compliance)
+        self._quadratures()[STABILIZATION_LOSS] += found * law.energy(gap, compliance)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
@@ -320,7 +320,7 @@ class Run:
     def _close_contact(self) -> Contact | None:
         if self._open is None:
             return None
-        contact, finite = self._open.closed(self._now.t, self._quadratures(), self.problem.machine.stop)
+        contact, finite = self._open.closed(self._now.t, self._quadratures(), self.problem.machine.contact_law)
         self.record.contacts.append(contact)
         self._open = None
         return finite
@@ -332,10 +332,10 @@ class Run:
         t = self._now.t
         cluster = _CLUSTER_TIME * self.problem.end_time
         if len(self._recent) == _CLUSTER and t - self._recent[0] < cluster:
-            raise PhysicsStop(Outcome.CHATTERING)
+            raise RunEnded(Outcome.CHATTERING)
         self._recent.append(t)
         if len(self.record.events) > MAX_EVENTS:
-            raise PhysicsStop(Outcome.TOO_MANY_EVENTS)
+            raise RunEnded(Outcome.TOO_MANY_EVENTS)
 
     def _enter(self, leaving: Phase | None) -> None:
         """Begin a phase: sample its right-hand values and arm its guards.
@@ -367,7 +367,7 @@ class Run:
         if count:
             self._observe(self._phase, times[:count], states[:count])
         if large.any() or self._large_deflection(self._y[None]).any():
-            raise PhysicsStop(self._cause(Outcome.LARGE_DEFLECTION))
+            raise RunEnded(self._cause(Outcome.LARGE_DEFLECTION))
         if self._open is not None:
             self._open.peak_force = max(self._open.peak_force, progress.peak_force)
             self._open.depth = max(self._open.depth, progress.depth)
@@ -395,8 +395,8 @@ class Run:
 
     def _compression(self, phase: Phase, observation: Observation) -> Array:
         """Compression (m) of the stop itself, 0 of a rigid one and in flight."""
-        stop, gap = self.problem.machine.stop, observation.column("gap")
-        if stop is None or phase.state == State.FREE:
+        law, gap = self.problem.machine.contact_law, observation.column("gap")
+        if law is None or phase.state == State.FREE:
             return np.zeros_like(gap)
         rate, force = observation.column("gap_rate"), observation.column("normal_force")
-        return stop.compression(phase.residual, gap, rate, force)
+        return law.compression(phase.residual, gap, rate, force)

@@ -10,7 +10,7 @@ import numpy as np
 from oblique_impact.contact.forces import inclined
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, Residual
-from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import contact_problem
@@ -62,8 +62,8 @@ class Probe:
         A step with the acceleration of a frictionless contact, whose gap rate is taken out along its response.
         """
         _, c, responses = self._solved
-        stop, acceleration = self._problem.machine.stop, responses.free
-        force = -c.gap_acceleration / c.a_nn if stop is None else stop.force(c)
+        law, acceleration = self._problem.machine.contact_law, responses.free
+        force = -c.gap_acceleration / c.a_nn if law is None else law.force(c)
         h = _AHEAD * self._problem.machine.tolerances.time
         acceleration = acceleration + force * responses.to_normal
         velocity = self._qd + h * acceleration
@@ -71,7 +71,7 @@ class Probe:
         defined, _, later = contact_problem(self._problem.system, self._t + h, position, velocity, self._work)
         if not defined:
             return 0.0
-        v, closing = self._work.vectors, -later.a_nt / later.a_nn if stop is None else 0.0
+        v, closing = self._work.vectors, -later.a_nt / later.a_nn if law is None else 0.0
         rate = later.slip_rate + closing * later.gap_rate
         terms = (np.abs(v.tangential_row) + abs(closing) * np.abs(v.normal_row)) @ np.abs(velocity)
         return float(rate) if abs(rate) > _ROUNDING * terms else 0.0
@@ -98,5 +98,5 @@ class Probe:
     def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
         defined, e, c = contact_problem(self._problem.system, self._t, self._q, velocity, self._work)
         if not defined:
-            raise PhysicsStop(Outcome.MASS_MATRIX_INDEFINITE)
+            raise RunEnded(Outcome.MASS_MATRIX_INDEFINITE)
         return e, c

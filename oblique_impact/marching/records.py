@@ -77,11 +77,11 @@ class OpenContact:
     peak_force: float = 0.0
     depth: float = 0.0  # m
 
-    def closed(self, end: float, quadratures: Array, stop: ContactLaw | None) -> tuple[Contact, Contact]:
+    def closed(self, end: float, quadratures: Array, law: ContactLaw | None) -> tuple[Contact, Contact]:
         """Return the contact that ends at `end`, and the share of its finite force."""
         gained = quadratures - self.quadratures
         normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
-        stored = stop.energy(-self.depth, self.compliance) if stop else 0.0
+        stored = law.energy(-self.depth, self.compliance) if law else 0.0
         loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
         finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss, self.compliance)
         whole = finite._replace(

@@ -25,7 +25,7 @@ from oblique_impact.renders.scale_bar import ScaleBar
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, DARK, LIGHT, Colour
 from oblique_impact.renders.timeline import rate_text
-from oblique_impact.scenario.shapes import at
+from oblique_impact.scenario.shapes import value_at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -261,7 +261,7 @@ def _outline_facts(story: Story, touch: int) -> dict[str, Any]:
     section = scenario.beam.section
     web = None
     if section.shape == "i-beam":  # height of the edges of its web
-        web = 0.5 * at(section, "height", stations) - at(section, "flange_thickness", stations)
+        web = 0.5 * value_at(section, "height", stations) - value_at(section, "flange_thickness", stations)
     return {
         "touch": touch,
         "stations": stations.tolist(),
