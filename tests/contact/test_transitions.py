@@ -169,7 +169,7 @@ def test_zero_slip_where_the_sticking_force_pulls_is_a_release():
 
 
 @pytest.mark.parametrize(("guard", "direction"), [(LOWER, -1), (UPPER, 1)])
-def test_stick_gives_way_against_the_friction_force(guard, direction):
+def test_stick_ends_against_the_friction_force(guard, direction):
     # lambda_tau = +mu_s lambda_n (guard LOWER) holds against a drive in the negative direction
     probe = Probe(slip_acceleration=direction * 4.0, slip_rate=-direction * 1e-15)
     transition = machine(Coulomb(0.4, 0.3)).after_guard(STICK._replace(stick=Stick(0.4)), guard, probe)
