@@ -120,7 +120,7 @@ class RightHandSide:
         self._work = problem.system.new_workspace()
         start = np.concatenate([problem.q0, problem.qd0])
         probe = Probe(problem, problem.machine.free(), 0.0, start, self._work)
-        self._phase = problem.machine.closed(probe.instant)._replace(**probe.residual._asdict())
+        self._phase = problem.machine.closed(probe.instant)._replace(residual=probe.residual)
         self._dy = np.zeros(2 * self.size + QUADRATURES)
 
     def __call__(self, t: float, y: Any) -> Any:  # noqa: D102

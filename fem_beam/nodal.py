@@ -26,7 +26,6 @@ from oblique_impact.scenario.scenario import Scenario
 Array = NDArray[np.float64]
 Weight = Callable[[Array], Array]
 
-HALF_BANDWIDTH = 3
 #: exact for a linear mass times two cubics, and for the cubic weight of C times two slopes
 _INTEGRATION_ORDER = 7
 #: of sizes over x: m of degree 2, weights of C of degree 4
@@ -240,12 +239,3 @@ def merge_points(nodes: Array, others: Array) -> Array:
     length = nodes[-1]
     apart = np.array([np.min(np.abs(nodes - x)) > 1e-12 * length for x in others], dtype=bool)
     return np.union1d(nodes, others[apart])
-
-
-def banded(matrix: csr_array) -> Array:
-    """Upper banded storage (4, n) of a symmetric nodal matrix, as ``scipy.linalg.solveh_banded`` takes it."""
-    n = matrix.shape[0]
-    storage = np.zeros((HALF_BANDWIDTH + 1, n))
-    for k in range(HALF_BANDWIDTH + 1):
-        storage[HALF_BANDWIDTH - k, k:] = matrix.diagonal(k)
-    return storage

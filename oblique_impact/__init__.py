@@ -1,4 +1,4 @@
-"""A flexible beam strikes a rigid slope: floating frame, hybrid contact, marching schemes.
+"""Simulation of a flexible beam that strikes a slope: floating frame, hybrid contact, marching schemes.
 
 `Scenario`             what to simulate (`Scenario.builtin`, `Scenario.load`)
 `simulate`             run it: returns a `History`
@@ -6,7 +6,7 @@
 `builtin_cases`        the built-in scenarios, and what happens in each
 `start_scenario`       write a scenario file with every key explained, to start from
 `History`              labelled samples, event log, summary; `save` and `load`
-`scenario_schema`      what a scenario file may hold, for editors
+`scenario_schema`      the JSON Schema of scenario files, for editors
 `simulate_system`      run a small user-defined system through the same contact states
 
 Checks, comparisons and studies are in `oblique_impact.validation`, pictures and exports in
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     """Return a sub-package, or a public name of `oblique_impact.api` (PEP 562).
 
-    Numba, SciPy and xarray take a second to import, for which the command line's help does not wait.
+    Numba, SciPy and xarray take a second to import, which the command line's help does not need.
     """
     if name.startswith("__") and name != "__all__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -22,7 +22,7 @@ def main() -> None:
         number = getattr(signal, name, None)  # Windows has no SIGHUP
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, signal.default_int_handler)
-    # numbers that leave their range end a run with a named outcome
+    # overflow ends a run with a named outcome
     warnings.simplefilter("ignore", RuntimeWarning)
     try:
         from oblique_impact.command_line.application import main as command_line
@@ -32,7 +32,7 @@ def main() -> None:
         os.write(2, b"oblique-impact: interrupted\n")
         sys.exit(_INTERRUPTED)
     finally:
-        # half a second of two would go into giving back objects one by one
+        # freeing objects one by one would take half a second
         gc.freeze()
 
 

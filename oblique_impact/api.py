@@ -1,4 +1,4 @@
-"""The public names of the package, which ``from oblique_impact import ...`` gives."""
+"""Public names of the package, for ``from oblique_impact import ...``."""
 
 from __future__ import annotations
 

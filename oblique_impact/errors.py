@@ -1,4 +1,4 @@
-"""Errors raised for bad input, and the named ways in which a run can end."""
+"""Errors raised for bad input, and the named outcomes of a run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Outcome(Enum):
-    """How a run ended; each member carries a sentence for the user."""
+    """Named outcome of a run, with a sentence for the user."""
 
     COMPLETED = ("completed", "The run reached its end time.")
     MASS_MATRIX_INDEFINITE = (
@@ -85,8 +85,8 @@ class Outcome(Enum):
         return {Outcome.COMPLETED: 0, Outcome.INTERRUPTED: 130}.get(self, 1)
 
 
-class PhysicsStop(Exception):  # noqa: N818  it is an outcome, not an error
-    """Raised inside the loop when the physics ends a run; carries the named outcome and a message.
+class RunEnded(Exception):  # noqa: N818  it is an outcome, not an error
+    """Raised inside the loop where the physics ends a run; carries the named outcome and a message.
 
     The message is the outcome's own sentence if none with the numbers of the run is given.
     """

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, in folders that are known to be writable and have one writer."""
+"""Atomic writing of files, and folders with a single writer."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from filelock import FileLock, Timeout
 
 from oblique_impact.errors import InputError
 
-#: bytes; scenarios and plans are a thousandth of it: more is another kind of file, given by mistake
+#: bytes; text files of the program have a thousandth of it: a larger file is of another kind, given by mistake
 MAX_TEXT = 16_000_000
 
 
 def prepare_folder(folder: str | os.PathLike[str]) -> Path:
-    """Create `folder` before any work is done; raises InputError with one line if it cannot be written."""
+    """Create `folder` and check that it can be written; raises InputError with one line if not."""
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)
@@ -29,7 +29,7 @@ def prepare_folder(folder: str | os.PathLike[str]) -> Path:
 
 
 def cannot_write(target: Path, error: Exception) -> InputError:
-    """Return the one line for a folder or file given by --out that cannot be written."""
+    """Return the error of a folder or file given by --out that cannot be written."""
     return InputError(f"--out {target}: cannot be written: {getattr(error, 'strerror', None) or error}")
 
 
@@ -44,14 +44,14 @@ def read_text(path: Path, limit: int = MAX_TEXT) -> str:
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Let `write` fill a temporary file beside `path`, of the same suffix, then rename it; raises OSError."""
+    """Write a file atomically: `write` fills a temporary file beside it, which is renamed.  Raises OSError."""
     write_all({path: write})
 
 
 def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
-    """Let each of `writers` fill a temporary file beside its path; rename them when all are complete.
+    """Write files together: each of `writers` fills a temporary file; all are renamed when the last is complete.
 
-    What a killed process leaves has the same name the next time, and is overwritten.  Raises OSError.
+    Temporary files of a killed process are overwritten, as they have the same names.  Raises OSError.
     """
     temporary = {path: path.with_name(f".{path.stem}.part{path.suffix}") for path in writers}
     try:
@@ -65,13 +65,13 @@ def write_all(writers: Mapping[Path, Callable[[Path], Any]]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text, whole or not at all; raises OSError."""
+    """Write UTF-8 text atomically; raises OSError."""
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 @contextmanager
 def writing(folder: str | os.PathLike[str]) -> Iterator[Path]:
-    """Prepare a folder and be its only writer while the block runs; raises InputError with one line."""
+    """Create a folder and lock it while the block runs; raises InputError with one line."""
     target = prepare_folder(folder)
     with only_writer(target):
         yield target
@@ -79,10 +79,10 @@ def writing(folder: str | os.PathLike[str]) -> Iterator[Path]:
 
 @contextmanager
 def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
-    """Be the only process that writes to a folder, or to a file that need not exist yet.
+    """Lock a folder, or a file that need not exist yet, against other processes that write there.
 
-    The lock is a hidden file, `.lock` in a folder and `.NAME.lock` beside a file; that of a process that is killed
-    does not block anybody.  Raises InputError if another process is writing there or the lock cannot be made.
+    The lock is a hidden file, `.lock` in a folder and `.NAME.lock` beside a file; it ends with the
+    process.  Raises InputError if another process is writing there or the lock cannot be made.
     """
     path = Path(target)
     lock = FileLock(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock"))

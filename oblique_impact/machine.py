@@ -5,8 +5,7 @@ from __future__ import annotations
 import gc
 import os
 
-#: environment variables that set the threads of linear algebra: for matrices as small as here more than one thread
-#: only wait for each other
+#: environment variables that set the threads of linear algebra: one is fastest for matrices as small as here
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -16,9 +15,9 @@ def cores() -> int:
 
 
 def collect_rarely() -> None:
-    """Collect cyclic garbage a thousand times as rarely, in the process of a command or of a study.
+    """Collect cyclic garbage a thousand times less often, in the process of a command or of a study.
 
-    Libraries, kernels and figures make little of it, and the search took a tenth of the time.
+    There is little of it, and the search took a tenth of the time.
     """
     gc.freeze()
     gc.set_threshold(1_000_000)

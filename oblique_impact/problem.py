@@ -1,4 +1,4 @@
-"""From a scenario to the problem that is marched: system, scheme, laws of the contact, what counts as zero."""
+"""Build the problem that is marched from a scenario: system, scheme, contact laws, tolerances."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.marching.scheme import Scheme
-from oblique_impact.scenario.messages import short
+from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.scenario import Scenario
 
-#: flights closer to the slope than this part of the length take generalized-alpha's contact step
+#: generalized-alpha takes its contact step in flight too where the gap is below this part of the length
 NEAR = 0.01
-#: part of the tolerance that the iterations of one implicit step may leave: what they leave adds up
+#: tolerance of the iterations of one implicit step over that of the run: the errors of steps add up
 ITERATIONS = 0.01
 #: s; sizes of a beam's angle, deflections and velocities are 1 rad, 1 m and these over the second
 BEAM_TIME = 1.0
@@ -47,8 +47,8 @@ class Parts:
     friction : FrictionLaw, optional
         In the place of `contact.friction`.
     contact_law : ContactLaw, optional
-        In the place of the spring of ``contact.normal = "spring"``.  Warnings judge by `contact.stiffness`, which
-        should have the order of its stiffness.
+        In the place of the spring of ``contact.normal = "spring"``.  Warnings are based on `contact.stiffness`,
+        which should have the order of its stiffness.
     impact_law : ImpactLaw, optional
         In the place of `contact.impact`, on a rigid stop.
     base_motion : BaseMotion, optional
@@ -67,7 +67,7 @@ class Parts:
     discretization: Discretization | None = None
 
     def given(self) -> dict[str, Any]:
-        """Return the parts that there are, by their names."""
+        """Return the parts that are given, by their names."""
         parts = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: part for name, part in parts.items() if part is not None}
 
@@ -75,13 +75,12 @@ class Parts:
         """Raise InputError, in one line, for a part of the wrong kind or one that does not fit the scenario."""
         for name, part in self.given().items():
             if not isinstance(part, _KINDS[name]):
-                words = f"should be a {_KINDS[name].__name__} ({_KINDS[name].__module__})"
-                raise InputError(f"{name} = {short(part)}: {words}")
-            if wanted := _unfit(name, scenario):
-                raise InputError(f"{name}: only with {wanted}")
-        for name in ("friction", "contact_law", "impact_law", "base_motion", "scheme"):
-            part = getattr(self, name)
-            if part is not None:
+                kind = _KINDS[name]
+                raise refused(name, part, f"should be a {kind.__name__} ({kind.__module__})")
+            if needed := _requirement(name, scenario):
+                raise InputError(f"{name}: only with {needed}")
+        for name, part in self.given().items():
+            if name != "discretization":
                 part.check(scenario.end_time)
 
 
@@ -95,8 +94,8 @@ _KINDS: dict[str, type] = {
 }
 
 
-def _unfit(name: str, s: Scenario) -> str:
-    """Return what a scenario should have for a user-defined part, or nothing if it has that."""
+def _requirement(name: str, s: Scenario) -> str:
+    """Return the settings that a user-defined part needs, "" if the scenario has them."""
     if s.is_absolute and name != "base_motion":
         return 'discretization.method = "modal" or "fem"'
     if name == "contact_law" and s.contact.normal != "spring":
@@ -113,7 +112,7 @@ def _unfit(name: str, s: Scenario) -> str:
 
 
 def beam_of(scenario: Scenario, parts: Parts = Parts()) -> Beam:
-    """Return the discretized beam that a scenario marches: reduced, or nodal without reduction."""
+    """Return the discretized beam of a scenario: reduced, or the full nodal model."""
     check_numbers(Sections.from_scenario(scenario))
     if scenario.is_nodal:
         from oblique_impact.fem_beam import build_nodal  # which is built on `beam`
@@ -123,13 +122,16 @@ def beam_of(scenario: Scenario, parts: Parts = Parts()) -> Beam:
 
 
 def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
-    """Put a beam, its scheme and its laws together for the loop."""
+    """Return the problem of a beam: with its scheme, contact laws and tolerances."""
     s = beam.scenario
     scheme, tolerances = parts.scheme or scheme_of(s), beam_tolerances(s, beam.mass)
     q0, qd0 = beam.initial_state()
     if s.contact.point_inertia == "none" and beam.residual_compliance == 0.0:
-        words = 'should be "kept": this discretization leaves no flexibility out; keep fewer modes'
-        raise InputError(f"contact.point_inertia: {words}")
+        raise refused(
+            "contact.point_inertia",
+            s.contact.point_inertia,
+            'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
+        )
     return Problem(
         beam.model,
         q0,
@@ -148,7 +150,7 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
 
 
 def beam_tolerances(scenario: Scenario, mass: float) -> Tolerances:
-    """Return what counts as zero for a beam of the given mass (kg)."""
+    """Return the zero tolerances of a beam of the given mass (kg)."""
     return Tolerances.of(scenario.beam.length, BEAM_TIME, mass * max(scenario.gravity, 1.0))
 
 
@@ -177,13 +179,13 @@ def contact_machine(
         tolerances._replace(flight=scheme.shortest_flight),
         Baumgarte.from_parameters(*v.baumgarte, v.baumgarte_form),
         scheme.stick_criterion,
-        parts.contact_law or stop_of(scenario),
+        parts.contact_law or contact_law_of(scenario),
         scenario.slope.extent,
     )
 
 
-def stop_of(scenario: Scenario) -> ContactLaw | None:
-    """Return the compliant stop of a scenario, None for a rigid one."""
+def contact_law_of(scenario: Scenario) -> ContactLaw | None:
+    """Return the law of a compliant stop, None of a rigid one."""
     c = scenario.contact
     if c.normal == "spring":
         return ElasticStop(c.stiffness, c.damping)
@@ -199,7 +201,7 @@ def _impact_law(scenario: Scenario) -> ImpactLaw:
 
 
 def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[Tolerances, Array]:
-    """Return what counts as zero for a system, and the sizes (2 d,) of q and q', from how it starts.
+    """Return zero tolerances, and scales (2 d,) of q and q', from the initial state of a system.
 
     Gap g, velocity v and acceleration a of the contact give the length max(g, v^2/a), at most v times `end_time`,
     and the velocity max(v, sqrt(a length)); a system at rest in contact has the scales of a flight of `end_time`
@@ -209,9 +211,9 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     defined, _, c = contact_problem(system, 0.0, q0, qd0, work)
     speed = max(abs(c.gap_rate), abs(c.slip_rate))
     push = max(abs(c.gap_acceleration), abs(c.slip_acceleration)) if defined else 0.0
-    # an acceleration that is rounding changes nothing within the run
-    way = speed * end_time
-    length = max(abs(c.gap), min(way, speed * speed / push) if push > 0.0 else way)
+    # the distance is bounded by that within the run, because the acceleration may be rounding
+    distance = speed * end_time
+    length = max(abs(c.gap), min(distance, speed * speed / push) if push > 0.0 else distance)
     length = length or push * end_time**2 or 1.0
     speed = max(speed, math.sqrt(push * length)) or length / end_time
     time = length / speed
@@ -219,8 +221,8 @@ def system_scales(system: Any, q0: Array, qd0: Array, end_time: float) -> tuple[
     tolerances = Tolerances.of(length, time, effective_mass * max(push, speed / time))
     pull = np.abs(work.vectors.free_acceleration) if defined else np.zeros_like(q0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ways = np.minimum(np.where(pull > 0.0, qd0**2 / pull, np.inf), np.abs(qd0) * end_time)
-    size = np.maximum(np.abs(q0), ways)
+        distances = np.minimum(np.where(pull > 0.0, qd0**2 / pull, np.inf), np.abs(qd0) * end_time)
+    size = np.maximum(np.abs(q0), distances)
     size = np.where(size > 0.0, size, pull * time**2)
     size = np.where(size > 0.0, size, np.max(size) or length)
     rate = np.maximum(np.abs(qd0), np.sqrt(pull * size))

@@ -1,4 +1,4 @@
-"""Progress of a call that does many things."""
+"""Progress of a call with many parts."""
 
 from __future__ import annotations
 
@@ -18,4 +18,4 @@ OnProgress = Callable[[Progress], None]
 
 
 def silent(progress: Progress) -> None:
-    """Show nothing: the default of every call from Python."""
+    """Ignore progress: the default of calls from Python."""

@@ -1,4 +1,4 @@
-"""From a scenario, or a user-defined system, to a history."""
+"""Simulate a scenario, or a small user-defined system, and return its history."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import closest
-from oblique_impact.beam.determinacy import truncated, undetermined, without_limit
+from oblique_impact.beam.convergence import convergence_warnings, truncation_warnings, unconverged_results
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import Discretization
-from oblique_impact.beam.plausibility import doubts
+from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.state import Baumgarte
@@ -21,7 +21,7 @@ from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import Interrupted, Outcome
 from oblique_impact.history.history import History
-from oblique_impact.history.samples import beam_variables, gather, warnings_of
+from oblique_impact.history.samples import beam_variables, gather, range_warnings
 from oblique_impact.history.summary import energy_warnings, summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.compiling import clock
@@ -74,7 +74,7 @@ def simulate(
     Raises
     ------
     InputError
-        If this is no scenario, or a user-defined part does not fit it or hands over what it should not.
+        If this is no scenario, or a user-defined part does not fit it or returns arrays of the wrong kind.
     Interrupted
         After Ctrl-C; a KeyboardInterrupt whose `history` holds what was computed until then.
 
@@ -97,22 +97,22 @@ def simulate(
         history = _beam_history(beam, record, wall, section_forces)
     if given := parts.given():
         history.summary["provenance"]["user_defined"] = {name: repr(part) for name, part in given.items()}
-    return _finished(history)
+    return _unless_interrupted(history)
 
 
 def _beam_history(beam: Beam, record: Record, wall: float, section_forces: bool) -> History:
-    """Return the history of a beam's run, with all results that follow from its record."""
+    """Return the history of a beam: samples, events, summary and warnings."""
     scenario = beam.scenario
     samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
     variables = beam_variables(beam, samples, section_forces)
     summary = summarize(record, samples, wall, macro_gap(scenario))
     summary["clearance"] = closest(variables, scenario.beam.length)
-    summary["without_limit"] = list(without_limit(scenario))
+    summary["without_limit"] = list(unconverged_results(scenario))
     summary["warnings"] = [
-        *doubts(scenario),
-        *warnings_of(beam, variables, summary["slope_ends"]),
-        *undetermined(beam, [collision["contacts"] for collision in summary["macro_collisions"]]),
-        *truncated(beam, variables),
+        *implausible_values(scenario),
+        *range_warnings(beam, variables, summary["slope_ends"]),
+        *convergence_warnings(beam, [collision["contacts"] for collision in summary["macro_collisions"]]),
+        *truncation_warnings(beam, variables),
         *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
     ]
     return History(dataset(variables), record.events, summary, scenario, record.contacts)
@@ -125,11 +125,11 @@ def simulate_system(
     end_time: float,
     *,
     friction: FrictionLaw | None = None,
-    impact: ImpactLaw | None = None,
+    contact_law: ContactLaw | None = None,
+    impact_law: ImpactLaw | None = None,
     scheme: Scheme | None = None,
     output_interval: float = 1e-2,
     baumgarte: Baumgarte = Baumgarte(),
-    stop: ContactLaw | None = None,
     extent: tuple[float, ...] = (),
     gap_tolerance: float | None = None,
     breakpoints: tuple[float, ...] = (),
@@ -146,13 +146,20 @@ def simulate_system(
         Initial coordinates and velocities.
     end_time : float
         s.
-    friction, impact, scheme, stop : optional
-        Laws, marching scheme and an elastic stop; default frictionless, plastic, event-located, rigid.
+    friction, contact_law, impact_law, scheme : optional
+        Laws and marching scheme, as in :func:`simulate`; default: frictionless, a rigid stop, plastic impacts,
+        events located.
+    output_interval : float
+        Time between samples (s).
+    baumgarte : Baumgarte
+        Stabilization of the contact constraints; default: none.
     extent : tuple of float
         Ends of the slope, [first, last] (m) along it; by default it has none.
     gap_tolerance : float, optional
         Gap (m) that counts as zero; default: 1e-12 of the length of the motion, see
         :func:`~oblique_impact.problem.system_scales`.
+    breakpoints : tuple of float
+        Times (s) at which the forces are not smooth; steps end there.
     macro_gap : float
         Contacts less than this apart (s) are one macro-collision; by default each contact is one, because a system
         without a beam has no period to compare with.
@@ -169,16 +176,31 @@ def simulate_system(
     Interrupted
         After Ctrl-C, as :func:`simulate`.
     """
-    q0, qd0 = (own_numbers(v, (system.size,), name) for v, name in ((q0, "q0"), (qd0, "qd0")))
+    q0, qd0 = own_numbers(q0, (system.size,), "q0"), own_numbers(qd0, (system.size,), "qd0")
     system = _checked(system, q0, qd0)
     scheme = scheme or EventScheme(1e-10)
     tolerances, scales = system_scales(system, q0, qd0, end_time)
     gap = tolerances.gap if gap_tolerance is None else gap_tolerance
-    tolerances = tolerances._replace(flight=scheme.shortest_flight, gap=gap)
-    laws = friction or Frictionless(), impact or NewtonImpact()
-    machine = ContactMachine(*laws, tolerances, baumgarte, scheme.stick_criterion, stop, extent)
-    times = float(end_time), float(output_interval)
-    problem = Problem(system, q0, qd0, machine, scheme, *times, scales, breakpoints=breakpoints)
+    machine = ContactMachine(
+        friction or Frictionless(),
+        impact_law or NewtonImpact(),
+        tolerances._replace(flight=scheme.shortest_flight, gap=gap),
+        baumgarte,
+        scheme.stick_criterion,
+        contact_law,
+        extent,
+    )
+    problem = Problem(
+        system,
+        q0,
+        qd0,
+        machine,
+        scheme,
+        end_time=float(end_time),
+        output_interval=float(output_interval),
+        scales=scales,
+        breakpoints=breakpoints,
+    )
     record, wall = _march(problem, on_progress)
 
     def energies(time: Array, q: Array, qd: Array) -> Energies:
@@ -187,17 +209,19 @@ def simulate_system(
 
     samples = gather(record.segments, system.size, energies)
     summary = summarize(record, samples, wall, macro_gap)
-    return _finished(History(dataset(samples.variables()), record.events, summary, None, record.contacts))
+    return _unless_interrupted(
+        History(dataset(samples.variables()), record.events, summary, None, record.contacts)
+    )
 
 
 def _checked(system: Any, q0: Array, qd0: Array) -> Any:
-    """Return a system that kernels can read; raises InputError for arrays of the wrong shape or type."""
-    if isinstance(system, tuple):  # packed: compiled kernels take its arrays as they are
+    """Check the arrays of a system and make them contiguous; raises InputError for a wrong shape or type."""
+    if isinstance(system, tuple):  # a compiled system: kernels read its arrays without a copy
         packed: Any = system
         arrays = {k: v for k, v in packed._asdict().items() if isinstance(v, np.ndarray)}
         floats = {k: v.astype(float) if v.dtype.kind == "f" else v for k, v in arrays.items()}
         return packed._replace(**{k: np.ascontiguousarray(v) for k, v in floats.items()})
-    if isinstance(system, MechanicalSystem):  # what it returns is copied: strides and types do not matter
+    if isinstance(system, MechanicalSystem):  # its arrays are copied: strides and types do not matter
         d, rows = system.size, system.contact(0.0, q0, qd0)
         own_numbers(system.mass_matrix(0.0, q0), (d, d), "mass_matrix")
         own_numbers(system.forces(0.0, q0, qd0), (d,), "forces")
@@ -209,14 +233,14 @@ def _checked(system: Any, q0: Array, qd0: Array) -> Any:
 
 
 def _march(problem: Problem, on_progress: ProgressCallback | None) -> tuple[Record, float]:
-    """Run the loop; returns what it leaves and its wall time (s), without compiling and loading kernels."""
+    """March a problem; returns its record and the wall time (s), without compiling and loading kernels."""
     with clock() as marching:
         record = Run(problem, on_progress).execute()
         return record, marching.seconds
 
 
-def _finished(history: History) -> History:
-    """Return a history; raises Interrupted if Ctrl-C has cut it short, so that a loop over runs ends too."""
+def _unless_interrupted(history: History) -> History:
+    """Return a history; raises Interrupted after Ctrl-C, so that a loop over runs ends too."""
     if history.outcome is Outcome.INTERRUPTED:
         raise Interrupted(history)
     return history

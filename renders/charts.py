@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -37,7 +37,7 @@ class Curve:
     values: Array
     colour: str
     label: str
-    dash: str = "-"
+    dash: Literal["-", "--"] = "-"
 
 
 class Chart:

@@ -127,8 +127,8 @@ def render(
     if suffix not in SUFFIXES:
         raise InputError(f"--out {out}: should end with {', '.join(SUFFIXES)}")
     style = style or (Style(size=STRIP_SIZE) if strip else Style())
-    several = isinstance(histories, Sequence) and not isinstance(histories, str)
-    sources: list[Any] = list(histories) if several else [histories]
+    single = isinstance(histories, str | os.PathLike) or not isinstance(histories, Sequence)
+    sources: list[Any] = [histories] if single else list(histories)  # type: ignore[arg-type]
     called = list(names) or [_name(source, number, len(sources)) for number, source in enumerate(sources, start=1)]
     if len(called) != len(sources):
         raise InputError(f"--name: {len(called)} given for {len(sources)} histories")
@@ -160,7 +160,9 @@ def _name(source: Source, number: int, count: int) -> str:
     if isinstance(source, str | os.PathLike):
         path = Path(source)
         return (path if path.is_dir() else path.parent).resolve().name
-    return name_of(source.scenario) if count == 1 and getattr(source, "scenario", None) else f"history {number}"
+    if count == 1 and isinstance(source, History) and source.scenario is not None:
+        return name_of(source.scenario)
+    return f"history {number}"
 
 
 def _loaded(source: Source) -> History:

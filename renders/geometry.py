@@ -18,9 +18,8 @@ from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
-from oblique_impact.problem import stop_of
+from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
-from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -50,7 +49,7 @@ def contact_gap(history: History) -> Array:
     The variable `gap` is that of the coordinates: what they leave out of the contact point is not in it.
     """
     gap = np.asarray(history["gap"].values, dtype=float)
-    if "depth" not in history or history.scenario is None or stop_of(history.scenario) is None:
+    if "depth" not in history or history.scenario is None or contact_law_of(history.scenario) is None:
         return gap
     return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
 
@@ -65,13 +64,15 @@ class BeamGeometry:
     """
 
     def __init__(self, history: History, factor: float | None = None) -> None:
+        if history.scenario is None:
+            raise InputError("history: it is not one of a beam")
         for name in ("theta", "ux_dot", "bending_stress", "lambda_n"):
-            if name not in history or history.scenario is None:
+            if name not in history:
                 raise InputError(f"history: has no variable {name!r}: it is not one of a beam")
         if factor is not None and not 0.0 < factor < np.inf:
             raise InputError(f"--deformation {factor}: should be a positive number")
         self.history = history
-        self.scenario: Scenario = history.scenario
+        self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
         self.times, self.stations = self.values("time"), self.values("station")

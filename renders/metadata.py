@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from oblique_impact.history.history import History
-from oblique_impact.history.provenance import described, provenance
+from oblique_impact.history.provenance import provenance, provenance_line
 
 
 def made_by(histories: Iterable[History] = ()) -> str:
     """Return what made the histories, if any are drawn, and what draws them where that is something else."""
-    drawing = described(provenance())
-    runs = list(dict.fromkeys(described(history.summary.get("provenance", {})) for history in histories))
+    drawing = provenance_line(provenance())
+    runs = list(dict.fromkeys(provenance_line(history.summary.get("provenance", {})) for history in histories))
     if runs in ([], [drawing]):
         return drawing
     return "; ".join([*runs, f"drawn by {drawing}"])

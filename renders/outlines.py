@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.scenario.sections import BeamSection
-from oblique_impact.scenario.shapes import at
+from oblique_impact.scenario.shapes import value_at
 
 Array = NDArray[np.float64]
 
@@ -102,7 +102,7 @@ def _rings(beam: BeamSection, places: Array, radii: Array) -> tuple[Array, Array
         return radii[:, None, None] * _circle(), np.broadcast_to(_circle(), (places.size, SIDES, 2))
 
     def half(name: str) -> Array:
-        return np.asarray(0.5 * at(beam.section, name, places) * np.ones_like(places))
+        return np.asarray(0.5 * value_at(beam.section, name, places) * np.ones_like(places))
 
     high, wide = half("height"), half("width")
     if shape == "rectangle":

@@ -150,7 +150,7 @@ def _distance_from(spans: Array, times: Array) -> Array:
     after = np.searchsorted(spans[:, 0], times, side="right")
     ends = np.append(-np.inf, spans[:, 1])  # of the interval that began last
     starts = np.append(spans[:, 0], np.inf)  # of the next one
-    return np.maximum(np.minimum(times - ends[after], starts[after] - times), 0.0)
+    return np.asarray(np.maximum(np.minimum(times - ends[after], starts[after] - times), 0.0))
 
 
 def make_timeline(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -18,9 +18,6 @@ from oblique_impact.command_line.console import (
 )
 from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
-
-if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import Scenario
 
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Parallel processes; default: the cores.")
@@ -81,8 +78,7 @@ def refine(
     study: Annotated[
         str | None,
         typer.Option(
-            help="A shipped study: elements, steps, remedies, grading, rigid-stop, predictability or "
-            "small-deflection."
+            help="A shipped study: elements, steps, remedies, rigid-stop, predictability or small-deflection."
         ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for the report.")] = Path("out/refine"),
@@ -94,88 +90,69 @@ def refine(
     as_json: JsonOption = False,
 ) -> None:
     """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
+    from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.studies.refinement import lines, parse_levels
     from oblique_impact.validation.studies.refinement import refine as compute
 
-    every = {
-        "elements": elements,
-        "modes": modes,
-        "steps": steps,
-        "stiffness": stiffness,
-        "tolerances": tolerances,
-    }
-    texts = {axis: text for axis, text in every.items() if text is not None}
     how: dict[str, Any] = {"out": out, "scheduler": scheduler, "workers": workers, "timeout": timeout}
-    given: dict[str, Any] = {"study": study, **texts, "quantity": quantities, "within": within, "set": changes}
-    if study == "small-deflection":
-        found = _map_small_deflection(scenario, {**given, "predictability": predictability}, how)
-        print_result(found, lambda: _written(out), as_json)
-        return
-    if predictability or study == "predictability":
-        print_result(_predict(scenario, predictability, given, how), lambda: _written(out), as_json)
-        return
-    base = _refined(scenario, study, changes)
-    levels: dict[str, Any] = {axis: parse_levels(axis, text) for axis, text in texts.items()}
-    with counting_bar(study or "refine") as show:
-        result = compute(
-            base,
-            quantities=quantities or (),
-            study=study,
-            changes=changes or () if study else (),
-            within=within,
-            name=Path(scenario).name,
-            command=command_line("refine", *([] if study else [scenario]), **given, **how),
-            on_progress=show,
-            **levels,
-            **how,
-        )
-    print_result([*lines(result), f"report: {result.report}"], lambda: _written(out), as_json)
-
-
-def _refined(scenario: str, study: str | None, changes: list[str] | None) -> Scenario | None:
-    """Return what is refined; a shipped study brings its own."""
-    from oblique_impact.scenario.scenario import Scenario
-
-    if study is None:
-        return Scenario.load(scenario, changes or [])
-    if scenario != "paper":
+    axes = {"elements": elements, "modes": modes, "steps": steps, "stiffness": stiffness, "tolerances": tolerances}
+    axes = {axis: text for axis, text in axes.items() if text is not None}
+    given: dict[str, Any] = {"study": study, **axes, "quantity": quantities, "within": within, "set": changes}
+    if study is not None and scenario != "paper":
         raise InputError(f"scenario = {scenario!r} together with --study {study}: a shipped study has its own")
-    return None
+    if study == "small-deflection":
+        found = _map_small_deflection(given | {"predictability": predictability}, how)
+    elif predictability or study == "predictability":
+        found = _predict(scenario if predictability else None, given, how)
+    else:
+        with counting_bar(study or "refine") as show:
+            result = compute(
+                None if study else Scenario.load(scenario, changes or []),
+                quantities=quantities or (),
+                study=study,
+                changes=changes or () if study else (),
+                within=within,
+                name=Path(scenario).name,
+                command=command_line("refine", *([] if study else [scenario]), **given, **how),
+                on_progress=show,
+                **{axis: parse_levels(axis, text) for axis, text in axes.items()},  # type: ignore[arg-type]
+                **how,
+            )
+        found = lines(result)
+    print_result([*found, f"report: {out / 'report.html'}"], lambda: _written(out), as_json)
 
 
-def _predict(scenario: str, own: bool, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
-    """Judge what of a scenario (`own`), or of the shipped cases, is predictable; returns lines."""
+def _predict(scenario: str | None, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
+    """Judge what of a scenario, or of the shipped cases, is predictable; returns lines."""
+    from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.studies.predictability import lines, predictability
     from oblique_impact.validation.studies.shipped import predictability_cases
 
-    study, changes = given["study"], given["set"]
-    asked = "--predictability" if own else "--study predictability"
+    own = scenario is not None
     allowed = "set" if own else "study"
+    asked = "--predictability" if own else "--study predictability"
     _refuse({name: value for name, value in given.items() if name != allowed}, asked)
-    base = _refined(scenario, study, changes)
-    repeat = command_line(
-        "refine", *([scenario] if own else []), predictability=own, study=study, set=changes, **how
-    )
-    name = Path(scenario).name if own else "predictability"
+    kept = {allowed: given[allowed]}
+    repeat = command_line("refine", *([scenario] if own else []), predictability=own, **kept, **how)
+    cases = predictability_cases() if scenario is None else Scenario.load(scenario, given["set"] or [])
+    name = Path(scenario or "predictability").name
     with counting_bar("predictability") as show:
-        result = predictability(base or predictability_cases(), name=name, command=repeat, on_progress=show, **how)
-    return [*lines(result), f"report: {result.report}"]
+        return lines(predictability(cases, name=name, command=repeat, on_progress=show, **how))
 
 
-def _map_small_deflection(scenario: str, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
+def _map_small_deflection(given: dict[str, Any], how: dict[str, Any]) -> list[str]:
     """Compare the floating frame with the exact beam; returns lines."""
     from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.studies.small_deflection import lines, small_deflection
 
-    _refined(scenario, given.pop("study"), None)
-    out, workers = how.pop("out"), how.pop("workers")
-    _refuse({**given, **how}, "--study small-deflection")
-    repeat = command_line("refine", study="small-deflection", out=out, workers=workers)
+    kept = {name: how[name] for name in ("out", "workers")}
+    refused = {name: value for name, value in (given | how).items() if name not in ("study", *kept)}
+    _refuse(refused, "--study small-deflection")
+    repeat = command_line("refine", study="small-deflection", **kept)
     with counting_bar("small-deflection") as show:
-        result = small_deflection(out=out, workers=workers, command=repeat, on_progress=show)
-    return [*lines(result), f"report: {result.report}"]
+        return lines(small_deflection(command=repeat, on_progress=show, **kept))
 
 
 def _refuse(options: dict[str, Any], asked: str) -> None:

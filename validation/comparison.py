@@ -129,11 +129,10 @@ class Comparison:
 
     @property
     def changed_keys(self) -> dict[str, tuple[Any, Any]]:
-        """Keys of the scenarios that differ, with both values; None where a scenario does not have the key."""
-        both = zip(self.histories, self.names, strict=True)
-        left, right = (flat_keys(_scenario(history, name)) for history, name in both)
-        keys = [*left, *(key for key in right if key not in left)]
-        return {key: (left.get(key), right.get(key)) for key in keys if left.get(key) != right.get(key)}
+        """Keys of the scenarios that differ, with both values; "not given" where one does not have the key."""
+        left, right = (flat_keys(_scenario(history)) for history in self.histories)
+        both = {key: (left.get(key, "not given"), right.get(key, "not given")) for key in {**left, **right}}
+        return {key: (a, b) for key, (a, b) in both.items() if a != b}
 
     @property
     def warnings(self) -> list[tuple[str, str]]:
@@ -144,33 +143,36 @@ class Comparison:
                 found.setdefault(text, []).append(name)
         return [(" and ".join(names), text) for text, names in found.items()]
 
-    def findings(self) -> list[str]:
-        """Return how outcomes, events and contact states differ, in sentences."""
+    @property
+    def event_table(self) -> pd.DataFrame:
+        """A row for each event: kind and state, times (s) and impulses (N s) of both, differences."""
+        rows = []
+        for pair in self.events:
+            row: dict[str, Any] = {"kind": pair.event.kind.value, "state": pair.event.state.name.lower()}
+            for side, event in (("left", pair.left), ("right", pair.right)):
+                row |= {f"{side}_time": event and event.time, f"{side}_impulse": event and event.normal_impulse}
+            row |= {"time_difference": pair.time_difference, "impulse_difference": pair.impulse_difference}
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    def summary(self) -> list[str]:
+        """Return how outcomes, events, contact states and scenarios differ, and the warnings, in sentences."""
         left, right = self.names
-        alone = (*self.only_left, *self.only_right)
+        alone, changed = (*self.only_left, *self.only_right), self.changed_keys
         one = len(set(self.outcomes)) == 1
-        found = [
+        return [
             f"{left} and {right}, {self.span[0]:g} to {self.span[1]:g} s",
             f"outcome: {self.outcomes[0]}" if one else f"outcomes: {', '.join(self.outcomes)}",
             f"events: {len(self.shared)} shared, {len(self.only_left)} only in {left}, "
             f"{len(self.only_right)} only in {right}; largest time difference {self.largest_shift:.2g} s",
-        ]
-        found += [
-            f"  only in {left if pair.left else right}: {pair.kind} at {pair.event.time:.6f} s"
-            for pair in alone[:LISTED]
-        ]
-        found += [f"  and {len(alone) - LISTED} more"] if len(alone) > LISTED else []
-        return [*found, f"contact states differ in {100.0 * self.state_disagreement:.2g} % of the time"]
-
-    def summary(self) -> list[str]:
-        """Return the findings, the keys of the scenarios that differ, and the warnings of both runs."""
-        left, right = self.names
-        changed = self.changed_keys
-        count = f"{len(changed)} keys differ" if len(changed) != 1 else "1 key differs"
-        return [
-            *self.findings(),
-            f"scenarios: {count}",
-            *(f"  {key}: {_shown(a)} in {left}, {_shown(b)} in {right}" for key, (a, b) in changed.items()),
+            *(
+                f"  only in {left if pair.left else right}: {pair.kind} at {pair.event.time:.6f} s"
+                for pair in alone[:LISTED]
+            ),
+            *([f"  and {len(alone) - LISTED} more"] if len(alone) > LISTED else []),
+            f"contact states differ in {100.0 * self.state_disagreement:.2g} % of the time",
+            f"scenarios: {len(changed)} keys differ" if len(changed) != 1 else "scenarios: 1 key differs",
+            *(f"  {key}: {a} in {left}, {b} in {right}" for key, (a, b) in changed.items()),
             *(f"warning ({names}): {text}" for names, text in self.warnings),
         ]
 
@@ -182,7 +184,6 @@ class Comparison:
 def compare(
     left: History,
     right: History,
-    variables: Sequence[str] | None = None,
     *,
     names: tuple[str, str] = ("left", "right"),
     max_shift: float | None = None,
@@ -198,8 +199,6 @@ def compare(
     ----------
     left, right : History
         Of beams or of user-defined systems.
-    variables : sequence of str, optional
-        Names of the variables to compare; default: all that both have.
     names : tuple of str
         What the two are called, in tables.
     max_shift : float, optional
@@ -213,7 +212,7 @@ def compare(
     Raises
     ------
     InputError
-        In one line, if the histories have no time in common, or a variable is unknown or not comparable.
+        In one line, if the histories have no time in common.
 
     Examples
     --------
@@ -236,7 +235,8 @@ def compare(
         raise InputError(f"max_shift = {limit}: should be a time in s, 0 or more")
     logs = [[event for event in h.events if start <= event.time <= end] for h in (left, right)]
     pairs = pair_events(logs[0], logs[1], limit)
-    wanted, skipped = _chosen(left, right, variables)
+    reasons = _obstacles(left, right)
+    wanted, skipped = [n for n in reasons if not reasons[n]], {n: why for n, why in reasons.items() if why}
     clocks = times, _on_common_clock(times, pairs, end - start)
     return Comparison(
         names,
@@ -367,35 +367,26 @@ def _on_common_clock(times: tuple[Array, Array], pairs: Sequence[EventPair], len
     return found[0], found[1]
 
 
-def _chosen(left: History, right: History, wanted: Sequence[str] | None) -> tuple[list[str], dict[str, str]]:
-    """Return names of the variables to compare, and why others are not; what is asked for has to be possible."""
-    every = dict.fromkeys([*map(str, left.data.data_vars), *map(str, right.data.data_vars)])
-    # what decides the meaning of the coordinates
-    both = zip((left, right), ("left", "right"), strict=True)
-    shapes = [_scenario(history, name).get("discretization") for history, name in both]
-    why = {name: _obstacle(left, right, name, shapes[0] == shapes[1]) for name in every}
-    for name in wanted or ():
-        if name not in every:
-            raise InputError(f"variables: {name!r}: should be among {', '.join(every)}")
-        if why[name]:
-            raise InputError(f"variables: {name!r}: {why[name]}")
-    names = [name for name in (every if wanted is None else wanted) if not why[name]]
-    return names, {name: reason for name, reason in why.items() if reason}
-
-
-def _obstacle(left: History, right: History, name: str, same_shapes: bool) -> str:
-    """Return why a variable cannot be compared, "" if it can."""
-    if name == "state":
-        return "contact states are compared as state_disagreement"
-    for history, side in ((left, "left"), (right, "right")):
-        if name not in history.data.data_vars:
-            return f"the {side} history does not have it"
-    if left[name].dims != right[name].dims:
-        return "other dimensions"
-    if name in _COORDINATES and not same_shapes:
-        return "coordinates of other shape functions"
-    sizes = [{d: n for d, n in h[name].sizes.items() if d not in ("time", "station")} for h in (left, right)]
-    return "" if sizes[0] == sizes[1] else "other numbers of coordinates"
+def _obstacles(left: History, right: History) -> dict[str, str]:
+    """Return why each variable cannot be compared, "" if it can."""
+    found = {"state": "contact states are compared as state_disagreement"}
+    same_shapes = len({str(_scenario(history).get("discretization")) for history in (left, right)}) == 1
+    for name in map(str, {**left.data.data_vars, **right.data.data_vars}):
+        both = left.data.get(name), right.data.get(name)
+        if name in found:
+            continue
+        if both[0] is None or both[1] is None:
+            found[name] = f"the {'left' if both[0] is None else 'right'} history does not have it"
+        elif both[0].dims != both[1].dims:
+            found[name] = "other dimensions"
+        elif name in _COORDINATES and not same_shapes:
+            found[name] = "coordinates of other shape functions"
+        else:
+            free = [
+                d for d in both[0].dims if d not in ("time", "station") and both[0].sizes[d] != both[1].sizes[d]
+            ]
+            found[name] = "other numbers of coordinates" if free else ""
+    return found
 
 
 def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> pd.DataFrame:
@@ -421,13 +412,9 @@ def _measures(left: History, right: History, span: tuple[float, float], limit: f
     return frame
 
 
-def _shown(value: Any) -> str:
-    return "not given" if value is None else str(value)
-
-
-def _scenario(history: History, name: str) -> dict[str, Any]:
+def _scenario(history: History) -> dict[str, Any]:
     """Return the sections of the scenario of a history, none of a user-defined system."""
-    return parse_toml(history.scenario_toml, f"scenario of the {name} history")
+    return parse_toml(history.scenario_toml, "scenario of the history")
 
 
 # --- report
@@ -467,17 +454,7 @@ def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
         "max_shift": found.max_shift,
         "largest_shift": found.largest_shift,
         "state_disagreement": found.state_disagreement,
-        "events": [
-            {
-                "kind": pair.event.kind.value,
-                "state": pair.event.state.name.lower(),
-                "left_time": pair.left and pair.left.time,
-                "right_time": pair.right and pair.right.time,
-                "time_difference": pair.time_difference,
-                "impulse_difference": pair.impulse_difference,
-            }
-            for pair in found.events
-        ],
+        "events": found.event_table.to_dict("records"),
         "variables": found.variables.rename_axis("name").reset_index().to_dict("records"),
         "measures": found.measures.rename_axis("name").reset_index().to_dict("records"),
         "skipped": dict(found.skipped),
@@ -487,55 +464,44 @@ def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
 
 def report(found: Comparison, command: str) -> Report:
     """Return the report; `command` repeats it."""
-    from oblique_impact.validation.report import Cell, Report, Section, Table, Text, cell
+    from oblique_impact.validation.report import Report, Section, Table, Text, cell
 
     left, right = found.names
-    _, *sentences = found.findings()
-    sentences += [f"Warning ({names}): {text}" for names, text in found.warnings]
-    keys = [[Cell(key, "code"), _shown(a), _shown(b)] for key, (a, b) in found.changed_keys.items()]
-    scenarios = Table(["key", left, right], keys, "Keys of the scenarios that differ", wide=(1, 2))
-    relative = found.variables.copy()
-    for name in ("plain_rms", "plain_largest", "aligned_rms", "aligned_largest"):
-        relative[name] = (relative[name] / relative["scale"].where(relative["scale"] > 0.0, 1.0)).astype(float)
-    variables = [
-        [Cell(name, "code"), unit.removeprefix("1"), cell(scale, 4)]
-        + [cell(value, 6 if place % 3 == 2 else 2) for place, value in enumerate(rest)]
-        for name, unit, scale, *rest in relative.itertuples()
-    ]
-    columns = ["variable", "unit", "scale", "rms, same time", "largest", "at (s)"]
-    columns += ["rms, aligned", "largest", "at (s)"]
+    variables = found.variables.rename_axis("variable").reset_index()
+    scale = variables["scale"].where(variables["scale"] > 0.0, 1.0).astype(float)
+    for name in _COLUMNS[2:]:
+        small = not name.endswith("_at")
+        values = (variables[name] / scale if small else variables[name]).astype(float)
+        variables[name] = [cell(value, 2 if small else 6) for value in values]
     caption = (
         "Differences relative to the scale, the range of the values: at the same time; and aligned, on a clock in "
         "which shared events coincide."
     )
-    events = []
-    for number, pair in enumerate(found.events, 1):
-        times = [cell(event and event.time, 9) for event in pair]
-        impulses = [cell(event and (event.normal_impulse or None), 9) for event in pair]
-        events.append([number, pair.kind, *times, cell(pair.time_difference, 2), *impulses])
-    heads = ["", "event", f"{left}: t (s)", f"{right}: t (s)", "difference (s)"]
-    heads += [f"{name}: impulse (N s)" for name in found.names]
-    measures = [
-        [name, unit, *(cell(value, 9) for value in values)] for name, unit, *values in found.measures.itertuples()
-    ]
-    measured = Table(["", "unit", left, right, "difference"], measures)
+    events = {"kind": "event", "state": "then", "left_time": f"{left}: t (s)", "right_time": f"{right}: t (s)"}
+    events |= {"time_difference": "difference (s)"}
+    events |= {"left_impulse": f"{left}: impulse (N s)", "right_impulse": f"{right}: impulse (N s)"}
+    headings = {"variable": "variable", "unit": "unit", "scale": "scale", "plain_rms": "rms, same time"}
+    headings |= {"plain_largest": "largest", "plain_at": "at (s)", "aligned_rms": "rms, aligned"}
+    headings |= {"aligned_largest": "largest", "aligned_at": "at (s)"}
+    measures = found.measures.rename_axis("measure").reset_index().rename(columns={"left": left, "right": right})
     skipped = "; ".join(f"{name}: {why}" for name, why in found.skipped.items())
+    table = found.event_table
     return Report(
         f"{left} and {right}",
         f"Two runs side by side, from {found.span[0]:g} to {found.span[1]:g} s. Differences are those of {right} "
         f"from {left}.",
         command,
-        overview=[
-            *(Text(sentence) for sentence in sentences),
-            scenarios if keys else Text("The scenarios are the same."),
-            _picture(found),
-        ],
+        overview=[*(Text(sentence) for sentence in found.summary()[1:]), _picture(found)],
         sections=[
             Section(
-                "Variables", [Table(columns, variables, caption), Text(f"Not compared: {skipped}.", note=True)]
+                "Variables",
+                [
+                    Table.of_frame(variables, caption, 4, columns=headings),
+                    Text(f"Not compared: {skipped}.", note=True),
+                ],
             ),
-            Section("Events", [Table(heads, events)]),
-            *([Section("Collisions and energies", [measured])] if measures else []),
+            *([Section("Events", [Table.of_frame(table, digits=9, columns=events)])] if len(table) else []),
+            *([Section("Collisions and energies", [Table.of_frame(measures, digits=9)])] if len(measures) else []),
         ],
     )
 

@@ -143,7 +143,7 @@ def validate(
 
     Examples
     --------
-    >>> from validation import validate
+    >>> from oblique_impact.validation import validate
     >>> results = validate(only=["rigid-impact"], quick=True, workers=1)
     >>> [result.id for result in results if result.verdict == "fail"]
     []

@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from oblique_impact.scenario import scenario, schema, sections
-from oblique_impact.scenario.schema import key_schemas, words_of
+from oblique_impact.scenario.schema import key_schemas, range_text
 from oblique_impact.scenario.units import Unit
 
 
@@ -43,7 +43,7 @@ def _about(section: str) -> str:
 
 
 def _allowed(key: dict[str, Any]) -> str:
-    words = re.sub(r'("[^"]*"|true|false)', r"``\1``", words_of(key))
+    words = re.sub(r'("[^"]*"|true|false)', r"``\1``", range_text(key))
     return words.replace(">=", "≥").replace("<=", "≤")
 
 

@@ -1,4 +1,4 @@
-"""A second mechanics: a plane, geometrically exact beam in absolute coordinates, without a floating frame.
+"""An independent formulation: a plane, geometrically exact beam in absolute coordinates.
 
 `simulate`         a scenario with this beam, as a history: `discretization.method = "absolute"`
 `ExactBeam`        elements, strains, energies, forces

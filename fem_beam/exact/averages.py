@@ -15,15 +15,15 @@ from typing import NamedTuple
 from oblique_impact.fem_beam.exact.beam import Complex
 from oblique_impact.fem_beam.exact.sections import Array
 
-#: steps of a stretch that are kept: one before an instant, three behind it, and one that may be joined
-_KEPT = 5
+#: steps that are stored: one before an instant, three after it, and one that may be joined
+_STORED = 5
 #: a step shorter than this part of both of its neighbours does not turn the sign of what they turn: it is taken
 #: together with one of them
 _SHORT = 0.5
 
 
 class Forces(NamedTuple):
-    """Force N + i Q (N) in the turned sections and moment (N m) at the Gauss points; what holds a point (N)."""
+    """Force N + i Q (N) in the rotated sections and moment (N m) at Gauss points; reaction at the contact (N)."""
 
     force: Complex
     moment: Array
@@ -52,18 +52,18 @@ class _Mean(NamedTuple):
 
 
 class Averages:
-    """The mean forces of a stretch of steps, and the instants at which forces are wanted.
+    """The mean forces of a smooth stretch of steps, and the instants at which forces are requested.
 
     Instants are given in ascending order, each between the steps that it lies between.
     """
 
     def __init__(self) -> None:
         self._means: list[_Mean] = []
-        self._wanted: list[tuple[float, Callable[[Forces], None]]] = []
+        self._requests: list[tuple[float, Callable[[Forces], None]]] = []
 
-    def want(self, time: float, give: Callable[[Forces], None]) -> None:
-        """Call `give` with the forces at an instant (s) as soon as they are known; not if no step is near."""
-        self._wanted.append((time, give))
+    def request(self, time: float, store: Callable[[Forces], None]) -> None:
+        """Call `store` with the forces at an instant (s) as soon as they are known; not if no step is near."""
+        self._requests.append((time, store))
 
     def add(self, start: float, end: float, forces: Forces) -> None:
         """Take the mean forces of the next step."""
@@ -75,26 +75,26 @@ class Averages:
                 self._join_last()
         means.append(new)
         # three steps behind an instant are enough, at the beginning of the stretch too
-        while self._wanted and len(means) > 2 and means[-3].start >= self._wanted[0][0]:
-            self._settle()
-        del means[:-_KEPT]
+        while self._requests and len(means) > 2 and means[-3].start >= self._requests[0][0]:
+            self._answer_request()
+        del means[:-_STORED]
 
     def cut(self) -> None:
         """End the stretch: forces may jump here."""
         if len(self._means) > 1 and self._means[-1].length < _SHORT * self._means[-2].length:
             self._join_last()
-        while self._wanted:
-            self._settle()
+        while self._requests:
+            self._answer_request()
         self._means.clear()
 
     def _join_last(self) -> None:
         last = self._means.pop()
         self._means[-1] = self._means[-1].joined(last)
 
-    def _settle(self) -> None:
-        time, give = self._wanted.pop(0)
+    def _answer_request(self) -> None:
+        time, store = self._requests.pop(0)
         if self._means:
-            give(self._at(time))
+            store(self._at(time))
 
     def _at(self, time: float) -> Forces:
         """Return the forces at an instant: between middles of steps, or beyond the last or the first of them."""

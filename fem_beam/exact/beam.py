@@ -40,7 +40,7 @@ _SMALL = 1e-2
 
 
 class Fields(NamedTuple):
-    """What strains are made of, at points of the beam."""
+    """Rotation and derivatives at points of the beam, from which strains follow."""
 
     tangent: Complex  # r'
     rotation: Array  # phi
@@ -55,7 +55,7 @@ class Resultants(NamedTuple):
 
 
 class StepStart(NamedTuple):
-    """What the forces of a step need of its beginning, at the Gauss points."""
+    """Quantities at the beginning of a step, at the Gauss points, for the forces of the step."""
 
     fields: Fields
     turn: Complex  # exp(i phi)
@@ -215,7 +215,7 @@ class ExactBeam:
     # --- forces
 
     def step_start(self, q: Array) -> StepStart:
-        """Return what :meth:`step_forces` needs of the nodal values (3 n,) at the beginning of a step."""
+        """Return the input of :meth:`step_forces` from the nodal values (3 n,) at the beginning of a step."""
         at = self.fields(q)
         turn = np.exp(1j * at.rotation)
         return StepStart(at, turn, strains(at, turn))

@@ -1,4 +1,4 @@
-"""What a run leaves as a history: the variables of all methods, in the floating frame that the scenario names."""
+"""The history of a run in absolute coordinates: the variables of all methods, in the scenario's floating frame."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.clearance import closest, facing, nearest, slope_warnings
+from oblique_impact.beam.clearance import closest, facing_surface, slope_warnings, smallest_distance
+from oblique_impact.beam.convergence import unconverged_results
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.determinacy import without_limit
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import station_points
-from oblique_impact.beam.plausibility import doubts
+from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import Instant, State
 from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
 from oblique_impact.fem_beam.exact.run import Run
@@ -49,7 +49,7 @@ def simulate(
     tangent frame, or that of the mean axis, and displacements are those in this frame.  `sections` and the
     `motion` of a driven root replace those of the scenario.
     """
-    # a step that overflows has not converged, and says so
+    # overflow in a step is handled: the iterations do not converge
     with np.errstate(all="ignore"):
         run, started = Run(scenario, on_progress, sections, motion), time.perf_counter()
         run.execute()
@@ -116,9 +116,9 @@ class _Frame:
         variables["station"] = self.stations.x
         summary = summarize(record, samples, wall, macro_gap(s))
         summary["clearance"] = closest(variables, s.beam.length)
-        summary["without_limit"] = list(without_limit(s))
+        summary["without_limit"] = list(unconverged_results(s))
         summary["warnings"] = [
-            *doubts(s),
+            *implausible_values(s),
             *slope_warnings(s, variables, summary["slope_ends"]),
             *energy_warnings(summary["energy"], np.max(samples.kinetic), s.solver.scheme),
         ]
@@ -205,8 +205,10 @@ class _Frame:
             if self.scenario.contact_fibre != 0.0:
                 phi = self.q[:, 2::NODE]
                 section = turn * np.exp(1j * (phi @ t.values.T))
-                z, tangent = facing(self.scenario, t.x, (z, tangent), (section, 1j * (phi @ t.slopes.T) * section))
-            found["clearance"], found["clearance_at"] = nearest(t.x, z, tangent, slope)
+                z, tangent = facing_surface(
+                    self.scenario, t.x, (z, tangent), (section, 1j * (phi @ t.slopes.T) * section)
+                )
+            found["clearance"], found["clearance_at"] = smallest_distance(t.x, z, tangent, slope)
         return found
 
     def _section_forces(self, part: slice) -> dict[str, Array]:

@@ -14,7 +14,7 @@ from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import AtEnd, EventKind
-from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.fem_beam.exact.averages import Averages, Forces
 from oblique_impact.fem_beam.exact.beam import ExactBeam
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
@@ -30,18 +30,18 @@ from oblique_impact.scenario.scenario import Scenario
 #: a guard that has fallen within this part of a step has fallen at its beginning
 _AT_ONCE = 1e-6
 #: so many transitions at one instant are chattering
-_MOST_AT_ONCE = 40
+_MAX_AT_ONCE = 40
 #: tolerance of Newton's iterations that rounding leaves possible
 _LEAST_TOLERANCE = 1e-12
 _NO_IMPULSE = Impulse(0.0, 0.0, 0.0)
 _REPORT = 0.1  # s of computing between two reports of progress
-#: steps that are timed, after which the time of the whole run is told: some hundredths of a second
+#: steps that are timed to estimate the time of the whole run: some hundredths of a second
 _TIMED = 20
 _WAIT = 10.0  # s; a shorter run is not worth a line
 
 
 class Sample(NamedTuple):
-    """What is kept of an instant."""
+    """State and forces at an instant."""
 
     time: float
     stage: Stage
@@ -77,7 +77,7 @@ def _rows(table: object) -> list[float]:
 
 
 def _duration(seconds: float) -> str:
-    """Return a time of computing in words."""
+    """Format a computing time."""
     for size, unit in ((3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.0f} {unit}"
@@ -135,20 +135,20 @@ class Run:
         """March to the end, to a named outcome, or to an interrupt."""
         solver, end = self.scenario.solver, self.scenario.end_time
         count = ceil(end / solver.output_interval - 1e-9)
-        stops = [min(k * solver.output_interval, end) for k in range(1, count)] + [end]
+        instants = [min(k * solver.output_interval, end) for k in range(1, count)] + [end]
         breaks = self.motion.breakpoints if self.scenario.root.kind == "driven" else ()
         self._sample()
         try:
-            for stop in stops:
-                for part in sorted({stop, *(b for b in breaks if self.time < b <= stop)}):
-                    self._march_to(part)
-                    if part in breaks and part < stop:
+            for instant in instants:
+                for until in sorted({instant, *(b for b in breaks if self.time < b <= instant)}):
+                    self._march_to(until)
+                    if until in breaks and until < instant:
                         self._averages.cut()
                 self._sample()
-                if stop in breaks:
+                if instant in breaks:
                     self._averages.cut()
-        except PhysicsStop as stopped:
-            self.record.outcome = stopped.outcome
+        except RunEnded as ended:
+            self.record.outcome = ended.outcome
             self._sample()
         except KeyboardInterrupt:
             self.record.outcome = Outcome.INTERRUPTED
@@ -161,15 +161,15 @@ class Run:
 
     # --- steps
 
-    def _march_to(self, stop: float) -> None:
+    def _march_to(self, end: float) -> None:
         """March to an instant, in equal steps that are at most as long as the state asks for."""
-        while self.time < stop:
-            left = stop - self.time
+        while self.time < end:
+            left = end - self.time
             length = left / ceil(left / self._longest() - 1e-9)
             last = length >= left * (1.0 - 1e-12)
             started = time.perf_counter()
             if self._try(length) and last:
-                self.time = stop
+                self.time = end
             now, notice = time.perf_counter(), ""
             if len(self._timed) < _TIMED:
                 self._timed.append(now - started)
@@ -180,7 +180,7 @@ class Run:
                 self._report(Status(self.time, self.scenario.end_time, self.phase.state, events, notice))
 
     def _expected(self) -> str:
-        """Say how long the run will take, by the steps that were timed; nothing if that is short."""
+        """Return the estimated computing time of the run as text; "" if it is short."""
         solver, step = self.scenario.solver, float(np.median(self._timed))
         left = self.scenario.end_time - self.time
         free, near = (step * left / length for length in (solver.free_step, solver.contact_step))
@@ -193,13 +193,13 @@ class Run:
         return f"{words}, {_duration(near)} if it stays within {reach} of it, at {1e3 * step:.2g} ms a step"
 
     def _longest(self) -> float:
-        """Longest step (s) in the present state."""
+        """Return the longest step (s) that the present state allows."""
         solver, contact = self.scenario.solver, self.scenario.contact.enabled
         near = contact and self._side * self.slope.place(self.stage).gap < NEAR * self.scenario.beam.length
         return min(solver.contact_step, solver.free_step) if near else solver.free_step
 
     def _try(self, length: float) -> bool:
-        """Take a step, or the part of it up to the first transition; True if it was the whole."""
+        """Take a step, or the part of it up to the first transition; return whether it was the whole step."""
         step, found = self._step(length, self._contact()), None
         for kind in self._guards() if self.scenario.contact.enabled else ():
             if self._guard(kind, step, length) < 0.0:
@@ -214,14 +214,14 @@ class Run:
             self._accept(self._step(at, self._contact()), at)
         self._change(kind)
         if len(self.record.events) > MAX_EVENTS:
-            raise PhysicsStop(Outcome.TOO_MANY_EVENTS)
+            raise RunEnded(Outcome.TOO_MANY_EVENTS)
         self._recent = 0 if at > 0.0 else self._recent + 1
-        if self._recent > _MOST_AT_ONCE:
-            raise PhysicsStop(Outcome.CHATTERING)
+        if self._recent > _MAX_AT_ONCE:
+            raise RunEnded(Outcome.CHATTERING)
         return False
 
     def _step(self, length: float, contact: Contact | None) -> Step:
-        """Return a step with a contact; raises PhysicsStop if its iterations do not converge."""
+        """Return a step with a contact; raises RunEnded if its iterations do not converge."""
         try:
             return advance(
                 self.beam,
@@ -234,7 +234,7 @@ class Run:
                 tolerance=max(self.scenario.solver.tolerance, _LEAST_TOLERANCE),
             )
         except NotConvergedError:
-            raise PhysicsStop(Outcome.NOT_CONVERGED) from None
+            raise RunEnded(Outcome.NOT_CONVERGED) from None
 
     def _held(self, at: float) -> Array:
         """Values of the prescribed unknowns at an instant (s)."""
@@ -251,7 +251,7 @@ class Run:
         return Contact(self.slope, friction=-self._kinetic * self.phase.direction)
 
     def _accept(self, step: Step, length: float) -> None:
-        """Go to the end of a step and book what it did."""
+        """Go to the end of a step and add its impulses and losses to the totals."""
         before, after = self.slope.place(self.stage), self.slope.place(step.stage)
         gained = dict.fromkeys(Quadratures._fields, 0.0)
         relaxation = self.scenario.beam.kelvin_voigt / length
@@ -282,7 +282,7 @@ class Run:
     # --- contact states
 
     def _guards(self) -> tuple[EventKind | AtEnd, ...]:
-        """Return what may happen next."""
+        """Return the kinds of transition that the present state allows."""
         if self.phase.state is State.FREE:
             return (EventKind.IMPACT,)
         ends = (AtEnd.SLIDES_OFF,) if self.slope.extent else ()
@@ -293,7 +293,7 @@ class Run:
         )
 
     def _guard(self, kind: EventKind | AtEnd, step: Step, length: float) -> float:
-        """Return a function that is positive at the end of a step before something has happened."""
+        """Return the guard of a transition at the end of a step: positive as long as it has not happened."""
         after = self.slope.place(step.stage)
         if kind is EventKind.IMPACT:
             return self._side * after.gap
@@ -325,7 +325,7 @@ class Run:
         self._sample()
         if kind is AtEnd.SLIDES_OFF:
             self._pass_end(kind, place)
-            # what the spring still stores springs back in vain
+            # the energy still in the spring is lost to the beam
             loss = self.totals.stop_loss + self.slope.energy(place)
             self.totals, kind = self.totals._replace(stop_loss=loss), EventKind.RELEASE
         if kind is EventKind.RELEASE:
@@ -342,7 +342,7 @@ class Run:
         self._sample()
 
     def _pass_end(self, how: AtEnd, place: Place) -> None:
-        """Keep how an end of the slope is passed."""
+        """Record how an end of the slope is passed."""
         self._side = 1.0 if how is AtEnd.COMES_BACK else -1.0
         end = min(self.slope.extent, key=lambda along: abs(along - place.slip))
         self.record.passages.append(records.Passage(self.time, how, place.slip, end))
@@ -378,15 +378,20 @@ class Run:
         stored = 0.5 * self.slope.stiffness * opened.depth**2
         loss = gained.friction_loss + gained.stop_loss
         contact = records.Contact(
-            *(opened.start, self.time, gained.normal_impulse, gained.tangential_impulse),
-            *(opened.peak_force, stored, loss),
+            start=opened.start,
+            end=self.time,
+            normal_impulse=gained.normal_impulse,
+            tangential_impulse=gained.tangential_impulse,
+            peak_force=opened.peak_force,
+            peak_energy=stored,
+            energy_loss=loss,
         )
         self.record.contacts.append(contact)
         self._open = None
         return self._event(EventKind.RELEASE, place or self.slope.place(self.stage)).with_share(contact)
 
     def _sample(self) -> None:
-        """Keep the present instant; the forces inside of the beam follow when the next steps are known."""
+        """Store a sample; the section forces follow when the next steps are known."""
         place = self.slope.place(self.stage)
         force = 0.0 if self.phase.state is State.FREE else self.slope.force(place)
         sticks, number = self.phase.state is State.STICK, len(self.samples)
@@ -395,7 +400,7 @@ class Run:
         forces = Forces(*at_once, 0.0)
         self.samples.append(Sample(self.time, self.stage, self.phase.state, place, force, tangential, forces))
 
-        def give(forces: Forces) -> None:
+        def store(forces: Forces) -> None:
             sample = self.samples[number]._replace(forces=forces)
             if sticks:
                 # stick ends where the mean of a step is at the edge of the cone: at its end it would be beyond
@@ -403,4 +408,4 @@ class Run:
                 sample = sample._replace(tangential_force=min(max(forces.reaction, -edge), edge))
             self.samples[number] = sample
 
-        self._averages.want(self.time, give)
+        self._averages.request(self.time, store)

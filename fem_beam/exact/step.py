@@ -48,7 +48,7 @@ class Held(NamedTuple):
 
 
 class PointLoad(Protocol):
-    """What acts on one node, as a function of its unknowns at both ends of a step."""
+    """Forces on one node, as a function of its unknowns at both ends of a step."""
 
     @property
     def node(self) -> int:
@@ -69,7 +69,7 @@ class Stage(NamedTuple):
 
 
 class Step(NamedTuple):
-    """What a step leaves."""
+    """Result of a step."""
 
     stage: Stage  # at its end
     reaction: float  # N, mean force that keeps the node of a `PointLoad` where it is
@@ -105,7 +105,7 @@ def advance(
     viscosity : float
         Kelvin-Voigt damping (s).
     point : PointLoad, optional
-        A stop.
+        Contact with the elastic stop.
     tolerance : float
         Increment at which the iterations end, relative to the length and to 1 rad.
 

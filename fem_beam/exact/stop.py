@@ -19,7 +19,7 @@ from oblique_impact.scenario.scenario import Scenario
 
 
 class Place(NamedTuple):
-    """Where the contact point is: gap and slip (m), and their rates (m/s)."""
+    """Kinematics of the contact point: gap and slip (m), and their rates (m/s)."""
 
     gap: float
     slip: float
@@ -60,7 +60,7 @@ class Slope:
         return np.array([np.cos(self.angle), np.sin(self.angle)])
 
     def place(self, stage: Stage) -> Place:
-        """Return where the contact point is, and how it moves."""
+        """Return gap, slip and their rates at a state."""
         at, (height, along) = slice(NODE * self.node, NODE * (self.node + 1)), self.offsets
         q, v = stage.q[at], stage.v[at]
         r, (n, t) = self.point(q), (self.rows(u, q) for u in (self.normal, self.tangent))
@@ -75,7 +75,7 @@ class Slope:
         return np.append(u, -self.fibre * float(u @ [np.cos(q[2]), np.sin(q[2])]))
 
     def mean_rows(self, u: Array, q0: Array, q1: Array) -> tuple[Array, float]:
-        """Return their means over a step, times q1 - q0 the displacement, and how the last of them turns."""
+        """Return the mean rows over a step and the rate of the last; times q1 - q0 they give the displacement."""
         quotient, rate = divided_difference(q0[2], q1[2])
         along = self.fibre * (u[0] - 1j * u[1]) * 1j
         return np.append(u, float(np.real(along * quotient))), float(np.real(along * rate))

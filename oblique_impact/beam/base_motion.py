@@ -1,4 +1,4 @@
-"""Base motions: how a driven root turns.
+"""Base motions: prescribed rotations of a driven root.
 
 `BaseMotion`               the contract, for user-defined motions too
 `ConstantSpeed`, `SpinUp`  the built-in motions
@@ -20,12 +20,12 @@ from oblique_impact.kernels.laws import Law, compiled_law
 if TYPE_CHECKING:
     from oblique_impact.scenario.sections import RootSection
 
-_WINDOWS, _WINDOW = 32, 1e-4  # how many short windows of the run are looked at, and their length in its duration
-_ACCURACY = 1e-6
+#: short windows of the run in which derivatives are checked, their length over its duration, relative tolerance
+_WINDOWS, _WINDOW, _ACCURACY = 32, 1e-4, 1e-6
 
 
 class Drive(NamedTuple):
-    """Angular acceleration of a driven root, as kernels need it: of a spin-up, or a user-defined one."""
+    """Angular acceleration of a driven root, as kernels read it: of a spin-up, or a user-defined one."""
 
     spin_rate: float = 0.0  # rad/s, at the end of the spin-up
     spin_up_time: float = 0.0  # s
@@ -63,7 +63,7 @@ class Turn(NamedTuple):
 
 
 class BaseMotion(ABC):
-    """How a driven root turns: a dataclass whose fields are numbers, with one function of time.
+    """A prescribed rotation of the root: a dataclass whose fields are numbers, with one function of time.
 
     ``turn(t, *fields)`` returns angle since the start, speed and acceleration.  It is compiled by numba: numbers,
     ``math`` and ``numpy`` functions of numbers, conditions and loops.
@@ -85,7 +85,7 @@ class BaseMotion(ABC):
     ...         )
     """
 
-    #: what the dataclass decorator adds
+    # added by the dataclass decorator
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
     @staticmethod
@@ -104,11 +104,11 @@ class BaseMotion(ABC):
 
     @property
     def drive(self) -> Drive:
-        """The acceleration as kernels need it; raises InputError if it cannot be compiled."""
+        """The acceleration as kernels read it; raises InputError if it cannot be compiled."""
         return Drive(law=compiled_law(type(self).turn, 1, tuple(map(float, astuple(self))), entry=2))
 
     def check(self, end_time: float) -> None:
-        """Raise InputError if this cannot be compiled, or its parts do not fit together before `end_time` (s)."""
+        """Raise InputError if this cannot be compiled, or the speed or acceleration is not the derivative."""
         _, name = self.drive, type(self).__name__
         if self.at(0.0).angle != 0.0:
             raise InputError(f"{name}: the angle at t = 0 is {self.at(0.0).angle:g}, should be 0")
@@ -141,7 +141,7 @@ class ConstantSpeed(BaseMotion):
 
     @property
     def drive(self) -> Drive:
-        """The acceleration as kernels need it."""
+        """The acceleration as kernels read it."""
         return Drive()
 
 
@@ -167,7 +167,7 @@ class SpinUp(BaseMotion):
 
     @property
     def drive(self) -> Drive:
-        """The acceleration as kernels need it."""
+        """The acceleration as kernels read it."""
         return Drive(float(self.spin_rate), float(self.spin_up_time))
 
     @property

@@ -1,4 +1,4 @@
-"""A scenario's beam, reduced or in all its nodes: its model for the kernels, its energies, its points of mass."""
+"""The beam of a scenario, reduced or in all its nodes: its compiled model, energies and residual flexibility."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Beam:
 
     @cached_property
     def model(self) -> BeamModel | NodalModel:
-        """Everything the kernels need, a :class:`~oblique_impact.kernels.system.System`."""
+        """The compiled model, a :class:`~oblique_impact.kernels.system.System`."""
         s, o, kept = self.scenario, self.operators, self.foreshortening
         frame, n = floating_frame, self.operators.size
         full = s.discretization.kinetics == "full"
@@ -123,7 +123,7 @@ class Beam:
         )
 
     def _load_and_slope(self) -> dict[str, Any]:
-        """Fields that both models have."""
+        """Fields of both compiled models."""
         s, (normal_offset, tangential_offset) = self.scenario, self.scenario.slope.offsets
         return {
             "gravity": s.gravity,
@@ -138,22 +138,22 @@ class Beam:
 
     @cached_property
     def residual_flexibility(self) -> Array:
-        """Flexibility (2, 2) of what the coordinates leave out at the contact point, see there."""
+        """Residual flexibility (2, 2) at the contact point, see `oblique_impact.beam.residual_flexibility`."""
         return residual_flexibility(self.operators, clamped=self.scenario.discretization.frame == "tangent")
 
     @property
     def residual_compliance(self) -> float:
-        """Compliance (m/N) at the contact point, transverse to the beam, of what the coordinates leave out."""
+        """Residual compliance (m/N) at the contact point, transverse to the beam."""
         return float(self.residual_flexibility[0, 0])
 
     def residual(self, q: Array) -> Residual:
-        """Return what the coordinates q (d,) leave out of the contact point."""
+        """Return the residual flexibility of the contact along the normal, at the coordinates q (d,)."""
         s = self.scenario
         massless = s.contact.normal == "rigid" and s.contact.point_inertia == "none"
         if not massless and not s.contact.residual_flexibility:
             return Residual()
         tilt = float(self.split(q)[0]) - s.slope.angle
-        across, turning = np.cos(tilt), 0.0  # what deflection and turn of the section do to the gap
+        across, turning = np.cos(tilt), 0.0  # derivatives of the gap by deflection and rotation of the section
         if s.contact_fibre != 0.0:
             phi = self.foreshortening * float(self.operators.contact_slope @ self.split(q)[1:])
             turning = -s.contact_fibre * (np.sin(tilt) + np.cos(tilt) * phi)
@@ -240,7 +240,7 @@ class FullBeam(Beam):
 
     @cached_property
     def model(self) -> NodalModel:
-        """Everything the kernels need, a :class:`~oblique_impact.kernels.system.System`."""
+        """The compiled model, a :class:`~oblique_impact.kernels.system.System`."""
         s, o, frame, rigid = self.scenario, self.operators, nodal_frame, self.operators.rigid
         shortening = o.contact_shortening * float(s.contact.shortening)
         bands = np.zeros((5, HALF_BANDWIDTH + 1, self.size))

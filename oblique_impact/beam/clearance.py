@@ -1,4 +1,4 @@
-"""How far the whole beam stays from the slope, or passes below it: only one point of it is in contact.
+"""Clearance of the whole beam from the slope, of which only one point is in contact.
 
 Distances are those of the axis, positive on the free side; pictures draw the surface half the beam's depth lower.
 With `contact.surface = "section"` they are those of the beam's face that looks at the slope.  Points are complex
@@ -25,10 +25,10 @@ Indices = NDArray[np.int64]
 Points = NDArray[np.complex128]
 _Function = Callable[[Points, Points], Array]
 
-#: depth below the contact point, over the length, that is worth a warning: less than pictures show, more than the
+#: depth below the contact point, over the length, that gives a warning: less than pictures show, more than the
 #: kinematics of second order leave out (an eighth of the fourth power of the bending slope: 1e-5 at 0.1 rad)
 NOTICEABLE = 1e-4
-#: distances this close, over the length, are equal: of a touch the first instant is told
+#: difference of distances, over the length, that is rounding: of equal ones the first instant counts
 EQUAL = 1e-9
 BLOCK = 1024  # samples that are processed at a time: larger arrays leave the cache
 _HALVINGS = 12  # of a cell between two stations; a chord over so short a part of it errs by its square
@@ -72,15 +72,15 @@ def _clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array
         if beam.scenario.contact_fibre != 0.0:
             curvature = np.asarray(stations.curvatures @ q[:, 1:].T).T
             turned = tangent, turn * curvature * (1j - beam.foreshortening * bending)
-            z, tangent = facing(beam.scenario, stations.points, (z, tangent), turned)
+            z, tangent = facing_surface(beam.scenario, stations.points, (z, tangent), turned)
         height, along = slope.offsets
-        return nearest(stations.points, z - (along + 1j * height), tangent, slope)
+        return smallest_distance(stations.points, z - (along + 1j * height), tangent, slope)
 
 
-def facing(
+def facing_surface(
     scenario: Scenario, x: Array, axis: tuple[Points, Points], turn: tuple[Points, Points]
 ) -> tuple[Points, Points]:
-    """Return the face of the beam that looks at the slope, and its derivative in x, at the stations x (m).
+    """Return the face of the beam on the side of the slope, and its derivative in x, at the stations x (m).
 
     `axis` is that of the beam and `turn` the direction, of length 1, that its sections have turned to from that of
     the axis, each with its derivative in x and of shape (samples, stations).
@@ -90,7 +90,7 @@ def facing(
     return axis[0] + 1j * fibre * turn[0], axis[1] + 1j * (rise * turn[0] + fibre * turn[1])
 
 
-def nearest(x: Array, z: Points, tangent: Points, slope: SlopeSection) -> tuple[Array, Array]:
+def smallest_distance(x: Array, z: Points, tangent: Points, slope: SlopeSection) -> tuple[Array, Array]:
     """Smallest distance (m) of each sample's axis, and its place (m).
 
     The axis is known at the stations x (m), with its derivative in x: z and tangent (samples, stations).  Besides
@@ -101,8 +101,8 @@ def nearest(x: Array, z: Points, tangent: Points, slope: SlopeSection) -> tuple[
     distance = _distance(slope, z)
     station = np.argmin(distance, axis=1)
     rows, found, places = [samples], [distance[samples, station]], [x[station]]
-    # functions that are zero at such places; on the edge itself the distance jumps: what counts is whether the
-    # axis passes below it
+    # functions that are zero at such places; where the axis crosses an end of the slope the distance jumps:
+    # there the height counts
     guides: list[tuple[_Function, bool]] = [(lambda z, tangent: tangent.imag, False)]
     for end in slope.extent:
         guides.append((lambda z, tangent, end=end: z.real - end, True))  # type: ignore[misc]
@@ -155,9 +155,9 @@ def _root(
 
 
 def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] | None:
-    """Where and when the beam comes closest to the slope, or passes deepest below it: distance, x (m), time (s).
+    """Return the smallest distance (m) of a run from the slope, its place x (m) and its first time (s).
 
-    It is the first instant at which the distance is the smallest one of the run.  None without contact.
+    Negative below the slope.  None if contact is disabled.
     """
     distance = np.asarray(variables.get("clearance", np.nan))
     if not np.isfinite(distance).any():
@@ -170,33 +170,34 @@ def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] |
 def slope_warnings(
     scenario: Scenario, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]
 ) -> list[str]:
-    """Say where the beam passes below the slope, and how its contact point leaves the slope at an end.
+    """Return warnings if the beam passes below the slope, or its contact point leaves the slope at an end.
 
-    The depth of the contact point, in an elastic stop or after a fixed step, is no passing, unless it is below the
-    line of the slope beyond an end.  `passages` are those of the summary's `slope_ends`.
+    The depth of the contact point itself, in an elastic stop or after a fixed step, does not count, unless it is
+    below the line of the slope beyond an end.  `passages` are those of the summary's `slope_ends`.
     """
     if "clearance" not in variables:
         return []
-    slope, point, room = scenario.slope, scenario.contact.point, NOTICEABLE * scenario.beam.length
-    said = []
+    slope, point, tolerance = scenario.slope, scenario.contact.point, NOTICEABLE * scenario.beam.length
+    warnings = []
     c, s = np.cos(slope.angle), np.sin(slope.angle)
     height = variables["tip_y"] * c - variables["tip_x"] * s - slope.offsets[0]
-    past = np.full(height.shape, bool(slope.extent) and bool(height[0] < -room))
+    past = np.full(height.shape, bool(slope.extent) and bool(height[0] < -tolerance))
     for passage in passages:
         past[variables["time"] > passage["time"]] = passage["how"] != "comes back"
     deeper = np.where(past, 0.0, np.minimum(height, 0.0)) - variables["clearance"]
     k = int(np.argmax(np.nan_to_num(deeper, nan=0.0, posinf=0.0)))
-    if deeper[k] > room:
+    if deeper[k] > tolerance:
         depth, x = -1e3 * variables["clearance"][k], variables["clearance_at"][k]
         digits = np.format_float_positional(depth, 2, unique=False, fractional=False, trim="-")
         why = f"x = {point:g} m has passed an end of it" if past[k] else f"only x = {point:g} m is in contact"
-        said.append(f"passes {digits} mm below the slope at x = {x:.3g} m; {why}")
+        warnings.append(f"passes {digits} mm below the slope at x = {x:.3g} m; {why}")
     left = [passage for passage in passages if passage["how"] != "comes back"]
     if left:
-        one, (first, last) = left[0], slope.extent
+        passage, (first, last) = left[0], slope.extent
         more = f" (the first of {len(left)} in slope_ends)" if len(left) > 1 else ""
-        said.append(
-            f"x = {point:g} m {one['how']} slope.extent = [{first:g}, {last:g}] at t = {one['time']:.6g} s, "
-            f"{one['place']:.6g} m along the slope{more}: contact with the end itself is left out"
+        warnings.append(
+            f"x = {point:g} m {passage['how']} slope.extent = [{first:g}, {last:g}] at "
+            f"t = {passage['time']:.6g} s, {passage['place']:.6g} m along the slope{more}: "
+            "contact with the end itself is left out"
         )
-    return said
+    return warnings

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.errors import InputError
-from oblique_impact.scenario.shapes import DEGREE, at, rows_of
+from oblique_impact.scenario.shapes import DEGREE, rows_of, value_at
 from oblique_impact.scenario.tables import Table
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: 1/s^2; E I/(m L^4) of what can be computed with: the numbers in between go to its square, and far beyond
+#: 1/s^2; bounds of E I/(m L^4): its square and more occur in the computation, and must be floating-point numbers
 FREQUENCY_SQUARES = (1e-60, 1e60)
 
 
@@ -45,7 +45,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class ShapedProfile(Profile):
-    """What follows from a shape whose sizes are linear between the rows: a polynomial of x there."""
+    """A property of a shape whose sizes are linear between the rows: a polynomial of x there."""
 
     function: Callable[[Array | float], Array]
 
@@ -88,7 +88,7 @@ class Sections:
         def profile(name: str) -> Profile:
             value = getattr(beam, name)
             plain = Profile.of(value, beam.length)
-            return ShapedProfile(plain.x, plain.values, partial(at, beam.section, name)) if varies else plain
+            return ShapedProfile(plain.x, plain.values, partial(value_at, beam.section, name)) if varies else plain
 
         return cls(
             beam.length,
@@ -129,7 +129,7 @@ class Sections:
         return self._outer(x, 1) + self.tip_mass * (self.hub_radius + self.length)
 
     def outer_inertia_moment(self, x: Array | float) -> Array:
-        """Moment int_x^L m (r + xi) (xi - x) dxi (kg m^2) about x of what lies outside of it, in a unit turn."""
+        """Return int_x^L m (r + xi) (xi - x) dxi (kg m^2): moment about x of the inertia forces outside of it."""
         r, L = self.hub_radius, self.length
         own = self._outer(x, 2) - (r + np.asarray(x)) * self._outer(x, 1)
         return np.asarray(own + self.tip_mass * (r + L) * (L - np.asarray(x)))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -13,15 +12,16 @@ from numpy.typing import NDArray
 from scipy.linalg import eigvals
 
 from oblique_impact.beam.cross_sections import Sections, check_numbers
-from oblique_impact.beam.operators import Undeformed, discretization
+from oblique_impact.beam.operators import discretization
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.scenario import Scenario, require_scenario
 
 Array = NDArray[np.float64]
 
 #: frequencies per speed, and the fastest spin (rad/s)
-MOST, FASTEST = 100, 1e9
-#: contacts less than this many elastic periods apart, or than this part of sqrt(length/gravity), belong together
+MAX_COUNT, MAX_SPEED = 100, 1e9
+#: contacts less than this many elastic periods apart, or less than this part of sqrt(length/gravity), belong to
+#: one macro-collision
 ELASTIC_PERIODS, PENDULUM_PART = 2.0, 0.1
 #: shape functions, and points of the quadrature between two rows of a table, of the lowest elastic frequency
 _SHAPES, _POINTS = 10, 14
@@ -89,12 +89,12 @@ def natural_frequencies(
     require_scenario(scenario, "natural_frequencies")
     check_numbers(Sections.from_scenario(scenario))
     rates = [float(speed) for speed in speeds]
-    if not rates or not all(abs(rate) <= FASTEST for rate in rates):
+    if not rates or not all(abs(rate) <= MAX_SPEED for rate in rates):
         shown = ",".join(f"{rate:g}" for rate in rates) or "()"
-        raise InputError(f"--speeds {shown}: should be finite numbers in rad/s, at most {FASTEST:g}")
+        raise InputError(f"--speeds {shown}: should be finite numbers in rad/s, at most {MAX_SPEED:g}")
     wanted = max(4, scenario.discretization.modes) if count is None else count
-    if not 1 <= wanted <= MOST:
-        raise InputError(f"--count {wanted}: should be from 1 to {MOST}")
+    if not 1 <= wanted <= MAX_COUNT:
+        raise InputError(f"--count {wanted}: should be from 1 to {MAX_COUNT}")
     beam = discretization(scenario.discretization.method).spectrum(scenario)
     return Frequencies(
         np.array(rates),
@@ -108,14 +108,9 @@ def lowest_elastic_frequency(scenario: Scenario) -> float:
 
     On a pin, with its hub, or clamped, as in :func:`natural_frequencies`.  By Rayleigh and Ritz with ten
     polynomials, whatever the discretization: to 1e-9 for a uniform beam, to about a hundredth for sections that
-    change abruptly.
+    change abruptly.  0 if mass or stiffness is out of the range of floating-point numbers.
     """
-    return _lowest_elastic_frequency(Undeformed.of(scenario))
-
-
-@lru_cache(maxsize=8)
-def _lowest_elastic_frequency(which: Undeformed) -> float:
-    sections = Sections.from_scenario(which.scenario)
+    sections = Sections.from_scenario(scenario)
     length = sections.length
     nodes, weights = legendre.leggauss(_POINTS)
     edges = np.concatenate([[0.0], sections.kinks, [length]]) / length
@@ -125,7 +120,7 @@ def _lowest_elastic_frequency(which: Undeformed) -> float:
     masses, stiffnesses = sections.mass_per_length(x * length), sections.bending_stiffness(x * length)
     mass, stiffness = float(masses.max()), float(stiffnesses.max())  # scales, that extremes do not overflow
     if not (0.0 < mass < math.inf and 0.0 < stiffness < math.inf):
-        return 0.0  # of no beam; one that is to be marched is refused
+        return 0.0
     # point masses of the quadrature and the tip's, their distances from the axis, all over length and scales
     points = np.append(w * (masses / mass), sections.tip_mass / (mass * length))
     arms = sections.hub_radius / length + np.append(x, 1.0)
@@ -137,7 +132,7 @@ def _lowest_elastic_frequency(which: Undeformed) -> float:
     curvatures = 4.0 * legendre.legval(2.0 * x - 1.0, legendre.legder(shapes, 2))
     turns = np.zeros(_SHAPES)
     hub = sections.hub_inertia / (mass * length**3) if sections.hub_inertia > 0.0 else 0.0
-    if which.root.kind != "driven":  # each takes so much of the rigid rotation that it has no angular momentum
+    if scenario.root.kind != "driven":  # each takes so much of the rigid rotation that it has no angular momentum
         turns = -(values * points) @ arms / (points @ arms**2 + hub)
         values = values + np.outer(turns, arms)
     M = (values * points) @ values.T + hub * np.outer(turns, turns)

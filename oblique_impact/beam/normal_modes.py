@@ -15,7 +15,7 @@ from oblique_impact.beam.floating_frame import (
 )
 from oblique_impact.kernels.system import NormalModes
 
-_UNCOUPLED = 1e-9  # of the damping of two modes, by what it couples them
+_UNCOUPLED = 1e-9  # coupling of two modes by damping, over the largest damping, that is rounding
 
 
 def normal_modes(model: BeamModel) -> NormalModes | None:

@@ -1,4 +1,4 @@
-"""BeamOperators: the one thing a discretization hands over."""
+"""BeamOperators: the matrices and tables of a discretized beam, and how they are obtained."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property, lru_cache
 from numbers import Number
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,8 @@ from scipy.sparse import csr_array, issparse
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.kernels.workspace import own_numbers
-
-if TYPE_CHECKING:
-    from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.scenario.sections import BeamSection, DiscretizationSection, RootSection
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.scenario.sections import ContactSection
 
 Array = NDArray[np.float64]
 #: a matrix of operators, (n, n) or (points, n): dense, or a `csr_array` of a nodal model
@@ -50,7 +48,7 @@ class StationTable:
 
 @dataclass(frozen=True)
 class BeamOperators:
-    """Everything the physics knows about a discretized beam, in SI units.
+    """Matrices, vectors and tables of a discretized beam, in SI units.
 
     n shape functions Phi (row) of the arc-length label x in [0, length]; r = hub_radius.  With m(x) the
     mass per length, in which a tip mass is a point mass at x = length (theory: Sec. 1 of the documentation;
@@ -118,10 +116,6 @@ class BeamOperators:
 
         In the mean-axis frame those of the beam with its hub.  A nodal model has its rigid rotation among them.
         """
-        return self._frequencies.copy()
-
-    @cached_property
-    def _frequencies(self) -> Array:  # runs that differ in the slope alone have the same operators
         if issparse(self.K):
             factor, mass = self.curvature_factor.toarray(), self.elastic_mass.toarray()
             return np.asarray(np.linalg.norm(factor @ eigenvectors(factor, mass), axis=0))
@@ -223,25 +217,9 @@ def station_points(length: float, contact_point: float) -> Array:
     return points
 
 
-@dataclass(frozen=True)
-class Undeformed:
-    """A scenario as far as its beam at rest goes: those with equal beams are equal."""
-
-    beam: BeamSection
-    root: RootSection
-    discretization: DiscretizationSection
-    contact_point: float
-    scenario: Scenario = field(compare=False)
-
-    @classmethod
-    def of(cls, scenario: Scenario) -> Undeformed:
-        """Return the beam of a scenario."""
-        return cls(scenario.beam, scenario.root, scenario.discretization, scenario.contact.point, scenario)
-
-
 @runtime_checkable
 class Discretization(Protocol):
-    """How a beam becomes a finite number of coordinates: a module or an object with this function."""
+    """A discretization of the beam: a module or an object with this function."""
 
     def build_operators(self, scenario: Scenario) -> BeamOperators:
         """Return the operators of the beam of a scenario, whose section `discretization` it may read."""
@@ -249,7 +227,7 @@ class Discretization(Protocol):
 
 def discretization(method: str) -> Any:
     """Return the package of a built-in discretization: `modal`, `fem_beam` or `fem_beam.exact`."""
-    # each is built on this module
+    # imported here because each of them imports this module
     if method == "modal":
         from oblique_impact import modal
 
@@ -263,19 +241,28 @@ def discretization(method: str) -> Any:
 def build_operators(scenario: Scenario, user_defined: Discretization | None = None) -> BeamOperators:
     """Discretize the beam of `scenario` with the method that it names, or with a user-defined one.
 
-    Those of the last few beams are kept, for studies whose runs differ in other things; their arrays are
-    read-only.  A user-defined discretization is asked each time: what it reads is not known here.  Raises
+    Operators of the built-in methods are cached, as runs of a study often have the same beam, and their arrays are
+    read-only.  Those of a user-defined discretization are not: which keys it reads is not known here.  Raises
     InputError for arrays that are not real.
     """
     if user_defined is not None:
         operators: BeamOperators = contiguous(user_defined.build_operators(scenario))
         return operators
-    return _kept(Undeformed.of(scenario))
+    return _cached_operators(_beam_alone(scenario))
 
 
-@lru_cache(maxsize=8)
-def _kept(which: Undeformed) -> BeamOperators:
-    scenario = which.scenario
+def _beam_alone(scenario: Scenario) -> Scenario:
+    """Return a scenario in which only the keys that operators depend on are kept: equal beams are equal."""
+    return Scenario.model_construct(
+        beam=scenario.beam,
+        root=scenario.root,
+        contact=ContactSection(point=scenario.contact.point),
+        discretization=scenario.discretization,
+    )
+
+
+@lru_cache(maxsize=8)  # finite elements take a tenth of a second
+def _cached_operators(scenario: Scenario) -> BeamOperators:
     operators: BeamOperators = discretization(scenario.discretization.method).build_operators(scenario)
     stations = operators.stations
     for part in (operators, stations, stations.quadrature):
@@ -286,10 +273,10 @@ def _kept(which: Undeformed) -> BeamOperators:
 
 
 def contiguous(operators: Any) -> Any:
-    """Return operators, or a table of them, with arrays of float64 in C order and numbers of float.
+    """Return operators, or a table of them, with contiguous arrays of float64 and numbers of type float.
 
-    Those of another package may be views or of other types, and kernels read what they are compiled for.  Raises
-    InputError for complex numbers.
+    User-defined ones may be views or of other types, which compiled kernels do not read.  Raises InputError for
+    complex numbers.
     """
     changed: dict[str, Any] = {}
     for part in fields(operators):

@@ -1,4 +1,4 @@
-"""Implausible values, mostly wrong units, which are named before a run."""
+"""Implausible values of a scenario, mostly wrong units."""
 
 from __future__ import annotations
 
@@ -13,44 +13,44 @@ from oblique_impact.scenario.scenario import Scenario
 
 #: Pa; from rubber to diamond
 MODULI = (1e6, 1.3e12)
-#: Pa; of what beams are made of, for a guess at the unit that was meant
+#: Pa; range of common materials, to guess the unit that was meant
 _COMMON = (1e9, 1.3e12)
 #: kg/m^3; from plastic foam to more than osmium
 DENSITIES = (20.0, 3e4)
 #: radius of gyration over length, above which Euler-Bernoulli theory does not hold
-STOUT = 0.2
+MAX_GYRATION = 0.2
 #: (beta L)^2 of the first mode of a clamped beam
 _FIRST_MODE = 3.5160
-#: part of critical damping in the first bending mode: metal beams have below 0.01, bolted structures up to this
-HEAVY = 0.05
+#: damping ratio of the first bending mode: metal beams have below 0.01, bolted structures up to this
+MAX_DAMPING = 0.05
 
 
-def doubts(scenario: Scenario) -> list[str]:
+def implausible_values(scenario: Scenario) -> list[str]:
     """Return a line for each implausible value, beginning with its key; none for plausible scenarios."""
     with np.errstate(all="ignore"):
         sections = Sections.from_scenario(scenario)
         return [
-            *_of_material(scenario),
-            *_of_shape(scenario, sections),
-            *_of_damping(scenario),
-            *_of_slope_and_step(scenario, sections),
+            *_material(scenario),
+            *_shape(scenario, sections),
+            *_damping(scenario),
+            *_slope_and_step(scenario, sections),
         ]
 
 
-def _of_material(s: Scenario) -> Iterator[str]:
+def _material(s: Scenario) -> Iterator[str]:
     modulus, density = s.beam.youngs_modulus, s.beam.density
     if not MODULI[0] <= modulus <= MODULI[1]:
         meant = next((unit for unit in (1e6, 1e9) if _COMMON[0] <= modulus * unit <= _COMMON[1]), None)
         guess = f'; did you mean "{modulus * meant / 1e9:g} GPa"?' if meant else ""
-        like = "softer than rubber" if modulus < MODULI[0] else "stiffer than diamond"
-        yield f"beam.youngs_modulus: {modulus:g} Pa is {like}{guess}"
+        compared = "softer than rubber" if modulus < MODULI[0] else "stiffer than diamond"
+        yield f"beam.youngs_modulus: {modulus:g} Pa is {compared}{guess}"
     if not DENSITIES[0] <= density <= DENSITIES[1]:
         guess = f'; did you mean "{density:g} g/cm^3"?' if 0.2 <= density < DENSITIES[0] else ""
-        like = "lighter than foam" if density < DENSITIES[0] else "denser than metal"
-        yield f"beam.density: {density:g} kg/m^3 is {like}{guess}"
+        compared = "lighter than foam" if density < DENSITIES[0] else "denser than metal"
+        yield f"beam.density: {density:g} kg/m^3 is {compared}{guess}"
 
 
-def _of_shape(s: Scenario, sections: Sections) -> Iterator[str]:
+def _shape(s: Scenario, sections: Sections) -> Iterator[str]:
     length = s.beam.length
     stiffness = np.min(sections.bending_stiffness(sections.second_moment.x))
     # m g L^4/(8 E I) of the beam, M g L^3/(3 E I) of the tip mass, which is in the total mass
@@ -64,7 +64,7 @@ def _of_shape(s: Scenario, sections: Sections) -> Iterator[str]:
     radii = np.sqrt(sections.second_moment(x) / sections.area(x))
     radius = float(np.max(radii))
     gyration = f"the radius of gyration, sqrt(I/A) = {radius:.3g} m"
-    if not radius <= STOUT * length:
+    if not radius <= MAX_GYRATION * length:
         more = f"is more than a fifth of beam.length = {length:g} m: Euler-Bernoulli theory does not hold"
         yield f"beam.second_moment: {gyration}, {more}"
     fibres = sections.fibre_distance(x)
@@ -74,7 +74,7 @@ def _of_shape(s: Scenario, sections: Sections) -> Iterator[str]:
         yield f"beam.outer_fibre: {fibres[worst]:g} m is less than {there}: no section is like that"
 
 
-def _of_damping(s: Scenario) -> Iterator[str]:
+def _damping(s: Scenario) -> Iterator[str]:
     beam, frequency = s.beam, lowest_elastic_frequency(s)
     if not 0.0 < frequency < math.inf:
         return
@@ -84,12 +84,12 @@ def _of_damping(s: Scenario) -> Iterator[str]:
         "modal_damping_ratio": (beam.modal_damping_ratio, f"{beam.modal_damping_ratio:g}"),
     }
     for key, (ratio, value) in ratios.items():
-        if ratio > HEAVY:
+        if ratio > MAX_DAMPING:
             share = f"{100.0 * ratio:.3g} % of critical damping in the first bending mode ({frequency:.4g} rad/s)"
             yield f"beam.{key}: {value} is {share}, motion and impulses depend on it; metal beams have below 1 %"
 
 
-def _of_slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
+def _slope_and_step(s: Scenario, sections: Sections) -> Iterator[str]:
     angle, step = s.slope.angle, s.solver.free_step
     if s.contact.enabled and abs(angle) > math.pi:
         degrees = f"{math.degrees(angle):.0f} degrees"

@@ -1,31 +1,31 @@
-"""Settings recommended for a beam of one's own: floating frame, number of modes, a little damping."""
+"""Recommended settings for a user's beam: discretization, floating frame, number of modes, light damping."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from typing import Any
 
-from oblique_impact.beam.cross_sections import Sections, check_numbers
-from oblique_impact.beam.determinacy import (
+from oblique_impact.beam.convergence import (
     LIGHT,
-    frame_of_many,
+    frame_for_many_modes,
     is_stiff,
     light_damping,
     modes_for_stop,
-    modes_that_resolve,
+    modes_to_resolve_damping,
 )
+from oblique_impact.beam.cross_sections import Sections, check_numbers
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
 
-#: modes of a beam whose stop asks for no more
+#: modes of a beam whose stop needs no more
 _LEAST = 6
 
 
 def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenario, list[str]]:
-    """Return a scenario with the discretization and damping that suit its beam and stop, and why.
+    """Return a scenario with recommended discretization and damping for its beam and stop, and the reasons.
 
-    Assumed modes where the sections are uniform, else those of finite elements; as many as the stop asks for; the
-    floating frame that bears so many; the damping of a plain metal beam where none is given.
+    Assumed modes where the sections are uniform, else those of finite elements; as many as the stop needs; the
+    floating frame that allows so many; the damping of a plain metal beam where none is given.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     Raises
     ------
     InputError
-        For a beam whose numbers cannot be computed with.
+        For a beam whose frequencies floating-point numbers cannot hold.
     """
     check_numbers(Sections.from_scenario(scenario))
     beam, contact = scenario.beam, scenario.contact
     varies = any(isinstance(value, tuple) for value in (beam.area, beam.second_moment)) or beam.tip_mass > 0.0
-    frame = frame_of_many(scenario)
+    frame = frame_for_many_modes(scenario)
     damped = beam.kelvin_voigt or beam.modal_damping_ratio or beam.mass_proportional
     light = light_damping(scenario)
     share = f"{100.0 * LIGHT:g} % of critical in the first bending mode, as of a plain metal beam; measure yours"
@@ -60,14 +60,14 @@ def recommended(scenario: Scenario, kept: Collection[str] = ()) -> tuple[Scenari
     }
     wanted = {key: value for key, value in wanted.items() if key not in kept}
     values = {key: value for key, (value, _) in wanted.items()}
-    if "discretization.modes" not in kept:  # with many elements, of which the higher half of the modes is poor
+    if "discretization.modes" not in kept:  # with many elements: the higher half of their modes is inaccurate
         values["discretization.modes"] = _LEAST
         values["discretization.elements"] = max(MAX_MODES, scenario.discretization.elements)
     found = _with(scenario, values)
     if "discretization.modes" not in kept:
         count, why = _LEAST, "few are enough"
         if contact.enabled and is_stiff(found) and found.beam.kelvin_voigt > 0.0:
-            count, why = modes_that_resolve(found, found.beam.kelvin_voigt), "resolve the damping"
+            count, why = modes_to_resolve_damping(found, found.beam.kelvin_voigt), "resolve the damping"
         if contact.enabled and contact.normal == "spring":
             needed = modes_for_stop(found, contact.stiffness, _LEAST) or MAX_MODES + 1
             if needed >= count:
@@ -84,6 +84,6 @@ def _with(scenario: Scenario, values: dict[str, Any]) -> Scenario:
 
 
 _FRAMES = {
-    "mean-axis": "bears any number of modes with first-order kinetics",
+    "mean-axis": "allows any number of modes with first-order kinetics",
     "tangent": "of a root that is driven or at a hub's radius",
 }

@@ -1,4 +1,4 @@
-"""Residual flexibility: the static compliance of the modes that a reduced beam leaves out.
+"""Residual flexibility: static compliance of the truncated modes of a reduced beam.
 
 MacNeal, Computers & Structures 1 (1971) 581-601; Craig and Chang (1977) for bodies with rigid motion: the static
 compliance of the whole beam at the contact point, under a unit load that the inertia of the frame's rigid motion
@@ -18,7 +18,7 @@ _ROUNDING = 1e-9  # of the whole compliance: a residual below it is the rounding
 
 
 def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array:
-    """Deflection and turn of the section at x = `point` (m) by a unit force and a unit moment there, (2, 2).
+    """Return deflection and rotation at x = `point` (m) under a unit force and a unit moment there, (2, 2).
 
     That is int M_i M_k/(E I) with the bending moments M of the two loads (m/N, 1/N; 1/N, 1/(N m)).  A clamped beam
     carries a load to its root.  One that is free to turn, on a pin or with its hub, is accelerated: the inertia
@@ -38,14 +38,14 @@ def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array
 
 
 def static_compliance(sections: Sections, point: float, clamped: bool) -> float:
-    """Deflection (m/N) of the point at x = `point` (m) by a unit force there."""
+    """Return the deflection (m/N) of the point at x = `point` (m) under a unit force there."""
     return float(static_flexibility(sections, point, clamped)[0, 0])
 
 
 def residual_flexibility(operators: BeamOperators, clamped: bool) -> Array:
-    """Flexibility (2, 2) of deflection and turn at the contact point that the shape functions leave out.
+    """Return the flexibility (2, 2) of deflection and rotation at the contact point that the modes leave out.
 
-    Zero if they leave none of the deflection out.
+    Zero if they represent the whole deflection.
     """
     shapes = np.stack([operators.contact_shape, operators.contact_slope])
     stiffness = operators.K.toarray() if issparse(operators.K) else operators.K
@@ -55,5 +55,5 @@ def residual_flexibility(operators: BeamOperators, clamped: bool) -> Array:
 
 
 def residual_compliance(operators: BeamOperators, clamped: bool) -> float:
-    """Transverse compliance (m/N) at the contact point that the shape functions leave out; 0 if none."""
+    """Return the transverse compliance (m/N) at the contact point that the modes leave out; 0 if none."""
     return float(residual_flexibility(operators, clamped)[0, 0])

@@ -17,8 +17,8 @@ import numpy as np
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import Array, Matrix, cumulative_weights
 
-#: quadrature points times samples that are processed at a time: larger arrays leave the cache
-_AT_A_TIME = 32_000
+#: quadrature points times samples in one block: larger arrays leave the cache
+_BLOCK_SIZE = 32_000
 
 _SUMS = 10
 
@@ -52,7 +52,7 @@ class Motion(NamedTuple):
 
 
 class _Points(NamedTuple):
-    """The points of the quadrature, panel after panel, for the kernel."""
+    """The points of the quadrature, panel after panel."""
 
     arms: Array  # (nq,) m, from the axis of rotation
     weights: Array  # (nq,) m
@@ -116,8 +116,8 @@ def displacements_along(beam: Beam, q: Array, qd: Array) -> tuple[Array, Array, 
 
 
 def _blocks(samples: int, points: int, block: int | None = None) -> Iterator[slice]:
-    """Parts of the samples, so small that arrays over them and the points of the quadrature stay in the cache."""
-    block = block or max(1, _AT_A_TIME // points)
+    """Return blocks of samples, so small that arrays over them and the quadrature points stay in the cache."""
+    block = block or max(1, _BLOCK_SIZE // points)
     return (slice(start, start + block) for start in range(0, samples, block))
 
 
@@ -153,10 +153,10 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
 
 
 def _sums(beam: Beam, points: _Points, spins: Array, B: Array) -> tuple[Array, Array]:
-    """Return what :func:`_sum_along` adds up: for the whole beam with its tip mass, and up to the stations."""
+    """Return the sums of :func:`_sum_along`: over the whole beam with its tip mass, and up to the stations."""
     stations, sections = beam.operators.stations, beam.operators.sections
     table, samples = stations.quadrature, B.shape[2]
-    # damping proportional to mass is a load from outside; the other kinds act inside, as a share of the moment
+    # mass-proportional damping is an external load; the other kinds are part of the bending moment
     loads = B.copy()
     loads[:, 2] += beam.scenario.beam.mass_proportional * B[:, 1]
     sums = np.zeros((table.points.size // table.order + 1, _SUMS, samples))

@@ -1,6 +1,6 @@
-"""How far the small-deflection model of the floating frame is off: estimates measured against the exact beam.
+"""Estimated errors of the small-deflection model of the floating frame, fitted to the exact beam.
 
-The floating frame bends linearly and knows the shortening to the second order, so that its errors grow with the
+In the floating frame bending is linear and the shortening of second order, so that errors grow with the
 square of the deflection w over the length L:
 
     |dw|/w = (c_held + c_free f + c_torque/j) (w/L)^2 + c_spin f Omega T w/L,    f = 1/(1 + 10 j)^2
@@ -12,9 +12,9 @@ kinetics drop. In the tangent frame these also take B^T (C - M1) B = 0.05 w^2 rh
 root, and a light hub has little more: a torque on the hub shows that (c_torque). T = sqrt(3 J_beam L/(E I)) is
 the unit of time of the beam: the first frequencies of a uniform one are 3.52/T with a held and 15.4/T with a
 pinned root. The numbers were fitted to random loads, spins and hubs, and tried on others
-(`benchmarks/small_deflection.py`, and the page "Absolute coordinates" of the documentation). Not judged so well is
-a light hub whose beam falls, in the tangent frame and first-order kinetics: within a factor of three, and by up to
-ten too low near j = 0.1, where the weight excites higher modes in place of the first.
+(`benchmarks/small_deflection.py`, and the page "Absolute coordinates" of the documentation).  It is less accurate
+for a light hub whose beam falls, in the tangent frame and first-order kinetics: within a factor of three, and up
+to ten times too low near j = 0.1, where the weight excites higher modes in place of the first.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from oblique_impact.scenario.scenario import Scenario
 
 #: slope of the first hinged mode at the root, squared, times the beam's inertia over its modal mass
 _MODAL = 10.0
-#: c_held: bending without its geometric stiffening is too soft.  What first-order kinetics drop makes up for most
-#: of that, and for more where the beam turns under its load, at 2/T or faster
+#: c_held: bending without its geometric stiffening is too soft.  The terms that first-order kinetics drop
+#: compensate most of that, and more where the beam turns under its load, at 2/T or faster
 _HELD_FULL, _HELD_FIRST, _HELD_TURNING, _TURNING = 2.4, 0.9, 0.3, 2.0
 #: frame, first-order kinetics -> c_free, c_torque, c_spin: w is measured in the frame, see `_FROM_TANGENT`
 _FREE = {
@@ -41,7 +41,7 @@ _FREE = {
     ("mean-axis", True): (11.5, 0.14, 0.09),
     ("mean-axis", False): (6.0, 0.0, 0.05),
 }
-#: inertia about the root that six clamped modes leave a beam without a hub, over its own
+#: inertia about the root of a beam without a hub that six clamped modes leave, over its own
 _LEFT = 2e-4
 #: without the shortening a spin has no centrifugal stiffness, whatever the deflection: error over (Omega T)^2
 _ZEROTH = 0.25
@@ -50,12 +50,12 @@ _FORCE = 1.0
 #: deflection of the tip from the tangent over that from the mean axis, first hinged mode; and the hub's inertia
 #: over the beam's that takes half of what is above 1
 _FROM_TANGENT, _HALF = 3.7, 0.4
-#: relative error that is worth a warning
+#: relative error that gives a warning
 NOTICEABLE = 0.1
 
 
 def root_freedom(scenario: Scenario) -> float:
-    """Return how freely the root turns: from 0, driven, to 1, on a pin or with a hub without inertia."""
+    """Return the factor f of a root that turns freely: 0 if driven, 1 on a pin or with a hub without inertia."""
     return 0.0 if scenario.root.kind == "driven" else (1.0 + _MODAL * _hub(scenario)) ** -2
 
 
@@ -114,7 +114,7 @@ def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> tuple[float, f
 def deflection_warnings(
     scenario: Scenario, deflection: float, spin: float = 0.0, touched: bool = True
 ) -> list[str]:
-    """Say where small deflections are no longer small.
+    """Return a warning if the deflection is too large for the model.
 
     `deflection` (m) and `spin` (rad/s) are the largest ones of a run, `touched` says whether there was a contact.
     """

@@ -1,4 +1,4 @@
-"""The application: all commands, their exit codes, errors in one line."""
+"""Command line interface: all commands, exit codes, errors in one line."""
 
 from __future__ import annotations
 
@@ -26,8 +26,18 @@ _COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"
 COMMANDS: dict[str, Callable[..., None]] = {
     command.__name__: command
     for command in (
-        *(scenarios, init, run, render, modes, refine, compare, sweep, export),
-        *(validate, reproduce, schema),
+        scenarios,
+        init,
+        run,
+        render,
+        modes,
+        refine,
+        compare,
+        sweep,
+        export,
+        validate,
+        reproduce,
+        schema,
     )
 }
 
@@ -38,7 +48,7 @@ def application() -> Any:
     app = typer.Typer(name="oblique-impact", help=about, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.callback()(_program)
     for name, command in COMMANDS.items():
-        # a short help that is given is not cut off
+        # typer would cut off a short help of its own making
         short = (command.__doc__ or "").partition("\n\n")[0]
         app.command(name, short_help=" ".join(short.split()))(command)
     group: Any = typer.main.get_command(app)
@@ -72,13 +82,13 @@ def _program(
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: exit 0 done, 1 stopped by the physics, 2 bad input, 130 interrupted."""
     given = sys.argv[1:] if arguments is None else arguments
-    if _COMPLETE in os.environ:  # the shell asks what may stand here
+    if _COMPLETE in os.environ:  # the shell asks for completions
         application().main(prog_name="oblique-impact", complete_var=_COMPLETE)
     try:
         code = _call(given or ["--help"])
-    except KeyboardInterrupt as stop:
-        words = () if isinstance(stop, Interrupted) else stop.args
-        print_note(": ".join(["interrupted", *map(str, words)]))
+    except KeyboardInterrupt as interrupt:
+        details = () if isinstance(interrupt, Interrupted) else interrupt.args
+        print_note(": ".join(["interrupted", *map(str, details)]))
         code = Outcome.INTERRUPTED.exit_code
     sys.exit(code)
 
@@ -90,8 +100,8 @@ def _call(arguments: list[str]) -> int:
         # typer's own main would swallow interrupts
         with command.make_context("oblique-impact", arguments) as context:
             command.invoke(context)
-    except typer.Exit as stop:
-        return stop.exit_code
+    except typer.Exit as end:
+        return end.exit_code
     except InputError as error:
         print_note(str(error))
     except MemoryError as error:

@@ -1,4 +1,4 @@
-"""What commands share: arguments and options, results on standard output, notes on standard error."""
+"""Shared parts of commands: arguments and options, results on standard output, notes on standard error."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from oblique_impact.machine import cores
 
 
 def _scenarios(incomplete: str) -> list[str]:
-    """Return the built-in cases that begin so, for a shell that completes; files it knows itself."""
+    """Return the built-in cases that begin with `incomplete`, for shell completion."""
     from oblique_impact.scenario.scenario import builtin_names
 
     return [name for name in builtin_names() if name.startswith(incomplete)]
 
 
 def _keys(incomplete: str) -> list[str]:
-    """Return the keys of a scenario that begin so, for a shell that completes."""
+    """Return the keys of a scenario that begin with `incomplete`, for shell completion."""
     from oblique_impact.scenario.schema import key_schemas
 
     return [f"{name}=" for name in key_schemas() if name.startswith(incomplete)]
@@ -76,7 +76,7 @@ def print_line(line: str) -> None:
 
 
 def print_text(text: str, err: bool = False) -> None:
-    """Print text as it is; a reader that is gone, as of `| head` or a closed terminal, changes nothing."""
+    """Print text unchanged; a closed pipe (`| head`) or terminal is no error."""
     try:
         typer.echo(text, err=err)
     except OSError as error:
@@ -92,9 +92,9 @@ def print_note(line: str) -> None:
 
 
 def minutes(what: str, seconds: float, workers: int | None) -> str:
-    """Return how long many computations take that need so many seconds of one core; nothing if that is short.
+    """Return the expected minutes of computations that take `seconds` on one core, as text; "" if short.
 
-    `seconds` are those of a fast machine with compiled kernels; slow ones take three times as long.
+    They are those of a fast machine with compiled kernels; slow ones take three times as long.
     """
     used = min(workers or cores(), cores())
     least = seconds / used / 60.0

@@ -1,4 +1,4 @@
-"""Progress bars on standard error; nothing is drawn where that is no terminal."""
+"""Progress bars on standard error, if that is a terminal."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _console(console: Console | None) -> Console:
 
 @contextmanager
 def _drawn(bar: Progress) -> Iterator[Progress]:
-    """Draw a bar while the block runs, and print once what is compiled meanwhile."""
+    """Draw a bar while the block runs, and print each kernel that is compiled."""
     known: list[str] = []
 
     def show_name(name: str) -> None:

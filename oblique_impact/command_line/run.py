@@ -29,23 +29,23 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate a scenario; writes scenario.toml, history.nc, events.csv and summary.json."""
-    from oblique_impact.beam.plausibility import doubts
+    from oblique_impact.beam.plausibility import implausible_values
     from oblique_impact.command_line.progress_bars import progress_bar
     from oblique_impact.files import writing
     from oblique_impact.scenario.scenario import Scenario
     from oblique_impact.simulation import simulate
 
     chosen = Scenario.load(scenario, changes)
-    warnings = doubts(chosen)
-    for warning in [*warnings, *_large(chosen)]:
+    warnings = implausible_values(chosen)
+    for warning in [*warnings, *_size_notes(chosen)]:
         print_note(f"warning: {warning}")
     with writing(out) as folder:
         replaced = (folder / "history.nc").exists()
         try:
             with progress_bar() as on_progress:
                 history = simulate(chosen, on_progress)
-        except Interrupted as stop:
-            history = stop.history
+        except Interrupted as interrupt:
+            history = interrupt.history
         history.save(folder)
     lines = summary_lines(history, folder, replaced, warnings)
     print_result(lines, {**history.summary, "results": folder}, as_json)
@@ -55,19 +55,19 @@ def run(
         raise typer.Exit(outcome.exit_code)
 
 
-def _large(scenario: Scenario) -> Iterator[str]:
-    """Say beforehand that a history will be large."""
-    from oblique_impact.history.size import LARGE, MEMORY, expected_size, in_words
+def _size_notes(scenario: Scenario) -> Iterator[str]:
+    """Yield a note if the history will be large."""
+    from oblique_impact.history.size import LARGE, MEMORY, expected_size, size_text
 
     size = expected_size(scenario)
     if size > LARGE:
-        needs = f"about {in_words(size)} on disk and {in_words(MEMORY * size)} of memory"
+        needs = f"about {size_text(size)} on disk and {size_text(MEMORY * size)} of memory"
         yield f"the history will take {needs}; a longer solver.output_interval makes it smaller"
 
 
 def summary_lines(history: History, folder: Path, replaced: bool, known: Sequence[str] = ()) -> Iterator[str]:
-    """Yield what a run was like, for a terminal; `known` warnings, which were printed before, are not repeated."""
-    from oblique_impact.history.summary import LOSSES, balance_in_words
+    """Yield the summary of a run in lines; `known` warnings, which were printed before, are left out."""
+    from oblique_impact.history.summary import LOSSES, balance_text
 
     summary, energy = history.summary, history.summary["energy"]
     yield f"{summary['outcome']}: t = {summary['end_time']:.6g} s, {summary['events']} events"
@@ -79,7 +79,7 @@ def summary_lines(history: History, folder: Path, replaced: bool, known: Sequenc
             f"(gap < {history.macro_gap:.2g} s), {m['normal_impulse']:.5g} N s{peak}"
         )
     losses = ", ".join(f"{name} {energy[f'lost_{name}']:.4g}" for name in LOSSES)
-    yield f"  energy: {balance_in_words(energy)}"
+    yield f"  energy: {balance_text(energy)}"
     yield f"  lost: {losses} J"
     unaccounted, steps, seconds = energy["unaccounted"], summary["steps"], summary["wall_time"]
     yield f"  unaccounted: {unaccounted:.2e} J; {steps} steps, {seconds:.2f} s"

@@ -1,4 +1,4 @@
-"""The command `scenarios`: the built-in cases, and what happens in each."""
+"""The command `scenarios`: the built-in cases."""
 
 from __future__ import annotations
 

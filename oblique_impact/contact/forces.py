@@ -1,4 +1,4 @@
-"""Contact forces of each state. No stepping and no transitions here.
+"""Contact forces in each contact state.
 
 The force of a rigid contact follows from the constraint on the acceleration level with Baumgarte's
 stabilization, Z'' + c Z' + k Z = 0 (Yuan et al. 2016, Secs. 4 and 5; Baumgarte 1972).  With the
@@ -44,7 +44,7 @@ from oblique_impact.kernels.laws import Law
 from oblique_impact.kernels.system import System
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, copy, dot
 
-#: what a solution of the contact problem can say about itself
+#: status of a solution of the contact problem
 OK, MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION = 0, 1, 2, 3
 
 #: relative determinant of the 2 x 2 system of a sticking contact, which is rounding where it is smaller
@@ -70,7 +70,7 @@ def spring_force(depth: float, rate: float, stiffness: float, damping: float) ->
 
 @inlined
 def _law_force(law: Law | None, stop: Stop, depth: float, rate: float) -> float:
-    """Force (N) of a stop's own law, which may be negative; the compiler drops one of the two."""
+    """Force (N) of the law of a stop alone, which may be negative; the compiler drops one of the two branches."""
     if law is None:
         return spring_force(depth, rate, stop.stiffness, stop.damping)
     return law(depth, rate)
@@ -78,7 +78,7 @@ def _law_force(law: Law | None, stop: Stop, depth: float, rate: float) -> float:
 
 @jitable
 def own_force(stop: Stop, depth: float, rate: float) -> float:
-    """Force (N) of a stop at its own depth (m) and rate (m/s), never negative."""
+    """Force (N) of the stop alone at its compression (m) and rate (m/s), never negative."""
     return max(0.0, _law_force(stop.law, stop, depth, rate))
 
 
@@ -344,7 +344,7 @@ def accelerate(system: System, phase: Phase, t: float, q: Array, qd: Array, w: W
 def guards_of(phase: Phase, c: Instant) -> Guards:
     """Guards of the state at an instant with its forces; 1 where a state has none."""
     if phase.state == FREE:
-        return Guards(phase.surface.side * c.gap if phase.surface.watched else 1.0, 1.0, 1.0, 1.0, 1.0)
+        return Guards(phase.surface.side * c.gap if phase.surface.enabled else 1.0, 1.0, 1.0, 1.0, 1.0)
     end = 1.0
     if phase.surface.last < 1e300:  # about the distance from the nearer end, but smooth
         end = (
@@ -364,5 +364,5 @@ def guards_of(phase: Phase, c: Instant) -> Guards:
             definite,
             end,
         )
-    room = phase.stick.static * c.normal_force
-    return Guards(normal, room - c.tangential_force, room + c.tangential_force, 1.0, end)
+    limit = phase.stick.static * c.normal_force  # of the friction cone
+    return Guards(normal, limit - c.tangential_force, limit + c.tangential_force, 1.0, end)

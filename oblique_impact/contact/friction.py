@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from oblique_impact.errors import InputError
 
-_MOST_BRANCHES = 10_000
-_FAR = 10.0  # m/s beyond the last kink, where a law is still looked at
+_MAX_BRANCHES = 10_000
+_FAR = 10.0  # m/s beyond the last kink: the speed at which its last branch is checked
 
 
 class Branch(NamedTuple):
@@ -49,7 +49,7 @@ class FrictionLaw(ABC):
             self._check_side(start, direction)
 
     def _check_side(self, branch: Branch, direction: int) -> None:
-        for _ in range(_MOST_BRANCHES):
+        for _ in range(_MAX_BRANCHES):
             inner, outer = (branch.lower, branch.upper)[::direction]
             if not branch.lower < branch.upper:
                 raise InputError(f"{type(self).__name__}: the branch at {inner:g} m/s is empty")
@@ -62,7 +62,7 @@ class FrictionLaw(ABC):
             branch = self.branch(outer, direction)
             if (branch.lower, branch.upper)[::direction][0] != outer:
                 raise InputError(f"{type(self).__name__}: no branch begins at {outer:g} m/s, where another ends")
-        raise InputError(f"{type(self).__name__}: has more than {_MOST_BRANCHES} branches")
+        raise InputError(f"{type(self).__name__}: has more than {_MAX_BRANCHES} branches")
 
     @abstractmethod
     def branch(self, slip_rate: float, direction: int) -> Branch:

@@ -11,7 +11,7 @@ import numpy as np
 
 from oblique_impact.contact.forces import SINGULAR
 from oblique_impact.contact.state import Instant
-from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.errors import Outcome, RunEnded
 
 
 class Impulse(NamedTuple):
@@ -54,7 +54,7 @@ def routh_impulse(instant: Instant, restitution: float, friction: float) -> Impu
 
 
 class ImpactLaw(ABC):
-    """What happens to the velocities when the gap closes."""
+    """Law of impacts: impulses as the gap closes on a rigid stop."""
 
     restitution: float
 
@@ -78,7 +78,7 @@ class NewtonImpact(ImpactLaw):
 
 @dataclass(frozen=True)
 class RouthImpact(ImpactLaw):
-    """Frictional impact after Routh with Poisson's restitution; raises PhysicsStop where it jams."""
+    """Frictional impact after Routh with Poisson's restitution; raises RunEnded where it jams."""
 
     friction: float
     restitution: float = 0.0
@@ -87,7 +87,7 @@ class RouthImpact(ImpactLaw):
         try:
             return routh_impulse(instant, restitution, self.friction)
         except ValueError:
-            raise PhysicsStop(Outcome.PAINLEVE) from None
+            raise RunEnded(Outcome.PAINLEVE) from None
 
 
 class _FrictionalImpact:
@@ -121,17 +121,17 @@ class _FrictionalImpact:
         growth = self._rates()[1]
         return -self._slip_rate / growth if self._slip_rate * growth < 0.0 else inf
 
-    def _stop_slipping(self, step: float) -> None:
+    def _end_slip(self, step: float) -> None:
         self._move(step)
         self._slip_rate = 0.0
         self._ratio = self._ratio_at(0.0)
 
     def advance(self, step: float) -> None:
-        """Let the normal impulse grow by `step`."""
-        to_stop = self._to_zero_slip()
-        if to_stop < step:
-            self._stop_slipping(to_stop)
-            step -= to_stop
+        """Increase the normal impulse by `step`."""
+        to_zero_slip = self._to_zero_slip()
+        if to_zero_slip < step:
+            self._end_slip(to_zero_slip)
+            step -= to_zero_slip
         self._move(step)
 
     def advance_to_end_of_compression(self) -> float:
@@ -139,15 +139,15 @@ class _FrictionalImpact:
         for _ in range(2):
             growth = self._rates()[0]
             to_end = -self._gap_rate / growth if growth > 0.0 else inf
-            to_stop = self._to_zero_slip()
-            if to_end < inf and abs(to_stop - to_end) <= SINGULAR * to_end:
+            to_zero_slip = self._to_zero_slip()
+            if to_end < inf and abs(to_zero_slip - to_end) <= SINGULAR * to_end:
                 # both at once, as they do in a system of one degree of freedom; rounding must not choose
-                self._stop_slipping(to_end)
+                self._end_slip(to_end)
                 return self.normal
-            if to_end <= to_stop:
+            if to_end <= to_zero_slip:
                 if to_end == inf:
                     break
                 self._move(to_end)
                 return self.normal
-            self._stop_slipping(to_stop)
+            self._end_slip(to_zero_slip)
         raise ValueError("compression never ends: the impact jams at this friction coefficient")

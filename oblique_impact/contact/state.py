@@ -21,16 +21,14 @@ class State(IntEnum):
 
 
 class Stop(NamedTuple):
-    """Normal law of a contact, as kernels need it; by default a rigid stop.
+    """Normal law of a contact, as kernels read it; by default a rigid stop.
 
     A compliant stop pushes with a function of the depth d = -Z_n and its rate: of Hunt and Crossley's spring,
     stiffness d (1 + damping d'), or of a user-defined law.
     """
 
     compliant: bool = False
-    massless: bool = (
-        False  # a rigid stop, but the contact point has no inertia: only what is left out is compliant
-    )
+    massless: bool = False  # a rigid stop under a contact point without inertia, see `MasslessPoint`
     stiffness: float = 0.0  # N/m
     damping: float = 0.0  # s/m
     law: Law | None = None  # lambda_n(d, d') in the place of the spring's
@@ -56,18 +54,16 @@ class Baumgarte(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """Where there is something to touch."""
+    """Extent of the slope, and the side of it on which the contact point is."""
 
-    watched: bool = True  # False: contact is switched off
-    side: float = (
-        1.0  # of the line of the slope on which the contact point flies: 1 above it, -1 below it, past an end
-    )
+    enabled: bool = True  # False: contact is switched off
+    side: float = 1.0  # in flight: 1 above the line of the slope, -1 below it, past an end
     first: float = -inf  # m along the slope: its ends, where contact ends
     last: float = inf
 
 
 class Residual(NamedTuple):
-    """What the coordinates of a body leave out of its contact point, from the beginning of a contact to its end.
+    """Residual flexibility of the contact point, that of the modes left out; constant during a contact.
 
     The modes above the last one are compliant too: without inertia they are a spring and a dashpot behind the
     contact point, in series with the stop.  A point without inertia rests on a rigid stop whatever the coordinates
@@ -80,7 +76,7 @@ class Residual(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """A contact state with all its parameters, as kernels need it."""
+    """A contact state with all its parameters, as kernels read it."""
 
     state: int = FREE
     stop: Stop = Stop()
@@ -117,7 +113,7 @@ NO_CONTACT = Instant(0.0, 0.0, 0.0, 0.0)
 
 
 class Guards(NamedTuple):
-    """Functions that are positive while a contact state persists; which one falls tells what follows."""
+    """Guards: positive while a contact state persists; the first that falls decides the transition."""
 
     # the distance from the line of the slope in flight; in contact the normal force, or the depth in a
     # compliant stop
@@ -130,7 +126,7 @@ class Guards(NamedTuple):
 
 NORMAL, LOWER, UPPER, DEFINITE, END = range(5)
 GUARDS = 5
-#: not a guard but what a scheme finds at the end of a step: sliding contact sticks, or sticking contact slides
+#: not a guard: a scheme found at the end of a step that sliding contact sticks, or sticking contact slides
 SWITCHED = 5
 
 

@@ -18,7 +18,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.kernels.laws import compiled_law
 from oblique_impact.kernels.workspace import Array
 
-_DEPTHS = (1e-9, 1e-6, 1e-3)  # m; where a law is tried before a run
+_DEPTHS = (1e-9, 1e-6, 1e-3)  # m; where a user-defined law is checked before a run
 
 
 class ContactLaw(ABC):
@@ -40,7 +40,7 @@ class ContactLaw(ABC):
     ...         return stiffness * depth**1.5 * (1.0 + damping * rate)
     """
 
-    #: what the dataclass decorator adds
+    # added by the dataclass decorator
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
     @staticmethod
@@ -49,7 +49,7 @@ class ContactLaw(ABC):
         """Return the normal force (N)."""
 
     def check(self, end_time: float) -> None:
-        """Raise InputError if this cannot be compiled or is no law of a stop; called before a run."""
+        """Raise InputError if the law cannot be compiled or is attractive; called before a run."""
         for depth in _DEPTHS:
             force = stop_force(self.stop, Residual(), -depth, 0.0)
             if not force < 1e300 or self.normal_force(depth, 0.0, *self._numbers) < 0.0:
@@ -58,7 +58,7 @@ class ContactLaw(ABC):
 
     @property
     def stop(self) -> Stop:
-        """The law as kernels need it; InputError if it cannot be compiled."""
+        """The law as kernels read it; raises InputError if it cannot be compiled."""
         return Stop(compliant=True, law=compiled_law(type(self).normal_force, 2, self._numbers))
 
     def force(self, instant: Instant) -> float:
@@ -116,7 +116,7 @@ class ElasticStop(ContactLaw):
 
     @property
     def stop(self) -> Stop:
-        """The law as kernels need it."""
+        """The law as kernels read it."""
         return Stop(compliant=True, stiffness=float(self.stiffness), damping=float(self.damping))
 
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:
@@ -149,7 +149,7 @@ class MasslessPoint(ContactLaw):
 
     @property
     def stop(self) -> Stop:
-        """The law as kernels need it."""
+        """The law as kernels read it."""
         return Stop(compliant=True, massless=True)
 
     def compression(self, residual: Residual, gap: Array, gap_rate: Array, force: Array) -> Array:

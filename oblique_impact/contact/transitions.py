@@ -32,18 +32,18 @@ from oblique_impact.contact.state import (
     Tolerances,
 )
 from oblique_impact.contact.stops import ContactLaw
-from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.errors import Outcome, RunEnded
 
 #: squared sine between the contact rows (in the metric of the inverse mass matrix) below which they count as
 #: parallel: a stick force of such rows would be larger than any friction cone, and known to no digit
-_PARALLEL = 1e-11  # the rows are known to about 1e-13, a sine to 3e-6
+_PARALLEL = 1e-11
 #: a tangential row whose square is below 1e-11 times this part of the normal one's is rounding (1e-24 of 1,024
 #: elements that lie along the slope)
 _NO_ROW = 1e-9
 
 
 class EventKind(Enum):
-    """What happened; the values are those of the column `kind` in events.csv."""
+    """Kind of an event; the values are those of the column `kind` in events.csv."""
 
     IMPACT = "impact"
     REBOUND = "rebound"
@@ -59,7 +59,7 @@ class EventKind(Enum):
 
 
 class AtEnd(Enum):
-    """How the contact point leaves a slope with ends, and comes back; the values are those in summary.json."""
+    """Passages of the contact point at an end of the slope; the values are those in summary.json."""
 
     SLIDES_OFF = "slides off"
     FALLS_PAST = "falls past"
@@ -67,34 +67,34 @@ class AtEnd(Enum):
 
 
 class Transition(NamedTuple):
-    """The next phase, the event to record and what changes the velocities.
+    """The next phase, the event to record and the impulses that change the velocities.
 
     Without an event it is a kink of the friction law, or the contact point crosses the line of the slope beyond
     its ends.
 
-    `impulse` is that of an impact.  `arrest` is what the friction force does within a step to stop the slip; it is
-    booked with the finite forces.  `stop` names the reason why no contact state exists after the impulse; the run
-    ends there.
+    `impulse` is that of an impact.  `arrest` is the impulse of friction that ends the slip within a step; it is
+    booked with the finite forces.  `failure` names the reason why no contact state exists after the impulse; the
+    run ends there.
     """
 
     phase: Phase
     kind: EventKind | None
     impulse: Impulse | None = None
     arrest: Impulse | None = None
-    stop: Outcome | None = None
+    failure: Outcome | None = None
     at_end: AtEnd | None = None
 
 
 class ContactProbe(Protocol):
-    """The contact problem at the front of a run, and what an impulse would make of it."""
+    """The contact problem at the present state of a run, before and after an impulse."""
 
     @property
     def instant(self) -> Instant:
-        """The contact problem as it is."""
+        """The contact problem at the present state."""
 
     @property
     def residual(self) -> Residual:
-        """What the coordinates leave out of the contact point."""
+        """Residual flexibility of the contact point."""
 
     def after(self, impulse: Impulse) -> Instant:
         """Return the contact problem with the velocities that `impulse` leaves."""
@@ -104,7 +104,7 @@ class ContactProbe(Protocol):
 
 
 class StickCriterion(NamedTuple):
-    """How a scheme that does not locate transitions tells stick from slip; see `can_stick`."""
+    """How a scheme that does not locate transitions distinguishes stick from slip; see `can_stick`."""
 
     stopping_time: float  # s; the length of a step, or infinite for the paper's literal criterion
 
@@ -119,16 +119,16 @@ class ContactMachine:
 
     Parameters
     ----------
-    friction, impact : FrictionLaw, ImpactLaw
-        The laws of the contact.
+    friction, impact_law : FrictionLaw, ImpactLaw
+        Tangential law, and law of impacts on a rigid stop.
     tolerances : Tolerances
         What counts as zero.
     baumgarte : Baumgarte
         Stabilization of the contact constraints.
     stick_criterion : StickCriterion, optional
-        Of a scheme that tells stick from slip at the ends of its steps.  Default: transitions are located.
-    stop : ContactLaw, optional
-        A compliant stop; then contact begins and ends without an impulse. Default: a rigid one.
+        Of a scheme that distinguishes stick from slip at the ends of its steps.  Default: transitions are located.
+    contact_law : ContactLaw, optional
+        Law of a compliant stop; then contact begins and ends without an impulse.  Default: a rigid stop.
     extent : tuple of float
         Ends of the slope, [first, last] in m along it; empty without ends.
     """
@@ -136,21 +136,21 @@ class ContactMachine:
     def __init__(
         self,
         friction: FrictionLaw,
-        impact: ImpactLaw,
+        impact_law: ImpactLaw,
         tolerances: Tolerances,
         baumgarte: Baumgarte = Baumgarte(),
         stick_criterion: StickCriterion | None = None,
-        stop: ContactLaw | None = None,
+        contact_law: ContactLaw | None = None,
         extent: tuple[float, ...] = (),
     ) -> None:
-        self.friction, self.impact, self.stop = friction, impact, stop
+        self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
         self.tolerances = tolerances
         self._stick_criterion = stick_criterion
         self._open = Phase()
         self.extent = extent
         self._first, self._last = (float(end) for end in extent) if extent else (-inf, inf)
         self._closed = Phase(
-            stop=stop.stop if stop else Stop(),
+            stop=contact_law.stop if contact_law else Stop(),
             stick=Stick(-1.0 if friction.static is None else float(friction.static)),
             stabilization=Baumgarte(*map(float, baumgarte)),
             surface=Surface(first=self._first, last=self._last),
@@ -168,7 +168,7 @@ class ContactMachine:
         return slip < self._first or slip > self._last
 
     def start(self, probe: ContactProbe) -> Transition:
-        """State at the start of a run, which may touch the slope or already press on it."""
+        """Return the state at the start of a run, which may touch the slope or already press on it."""
         instant, tolerances = probe.instant, self.tolerances
         if instant.gap < -tolerances.gap and self._is_beyond(instant.slip):
             return Transition(self._below(), None)
@@ -177,9 +177,9 @@ class ContactMachine:
         return self.touch(probe)
 
     def after_guard(self, phase: Phase, guard: int, probe: ContactProbe) -> Transition:
-        """State after `guard` of `phase` fell; raises PhysicsStop where none exists."""
+        """Return the transition after `guard` of `phase` fell; raises RunEnded where no state exists."""
         if guard == DEFINITE:
-            raise PhysicsStop(Outcome.PAINLEVE)
+            raise RunEnded(Outcome.PAINLEVE)
         if phase.state == State.FREE:
             if phase.surface.side < 0.0:
                 return Transition(self.free(), None, at_end=AtEnd.COMES_BACK)
@@ -201,16 +201,16 @@ class ContactMachine:
         return self._at_zero_slip(phase, probe)
 
     def touch(self, probe: ContactProbe) -> Transition:
-        """Impact of a closing contact, or a grazing contact that closes without one; none beyond an end."""
+        """Return the transition as the gap closes: an impact or a grazing contact; none beyond an end."""
         if self._is_beyond(probe.instant.slip):
             return Transition(self._below(), None, at_end=AtEnd.FALLS_PAST)
-        if self.stop is not None:
+        if self.contact_law is not None:
             opened = self._closed._replace(residual=Residual(*map(float, probe.residual)))
             return Transition(self.closed(inclined(opened, probe.instant), opened), EventKind.IMPACT)
         if probe.instant.gap_rate >= -self.tolerances.velocity:
             phase = self.closed(probe.instant, ahead=probe.slip_rate_ahead)
             return Transition(phase, None if phase.state == State.FREE else EventKind.IMPACT)
-        restitution = self.impact.restitution
+        restitution = self.impact_law.restitution
         impulse = self._impulse(probe.instant, restitution)
         after = probe.after(impulse)
         if restitution > 0.0 and self._bounces_accumulate(after):
@@ -220,18 +220,18 @@ class ContactMachine:
             return Transition(self.free(), EventKind.REBOUND, impulse)
         try:
             phase = self.closed(after)
-        except PhysicsStop as stop:
+        except RunEnded as ended:
             sliding = self._slide(self._closed, after.slip_rate, _direction(after.slip_rate))
-            return Transition(sliding, EventKind.IMPACT, impulse, stop=stop.outcome)
+            return Transition(sliding, EventKind.IMPACT, impulse, failure=ended.outcome)
         kind = EventKind.REBOUND if phase.state == State.FREE else EventKind.IMPACT
         return Transition(phase, kind, impulse)
 
     def _impulse(self, instant: Instant, restitution: float) -> Impulse:
         """Return the impulse of the impact law in plain numbers: a user-defined one may have others."""
-        return Impulse(*map(float, self.impact.impulse(instant, restitution)))
+        return Impulse(*map(float, self.impact_law.impulse(instant, restitution)))
 
     def _bounces_accumulate(self, after: Instant) -> bool:
-        """Whether the bounces still to come end before the next one could be told apart.
+        """Whether the remaining bounces accumulate at once: a Zeno sequence too short to resolve.
 
         With a gap acceleration -a the bounces rise by v^2 / (2 a), e^2 as high each time: a Zeno sequence.  One
         that does not rise above the slope, below which a fixed step has found it, is no bounce either.
@@ -246,17 +246,17 @@ class ContactMachine:
     def closed(
         self, instant: Instant, contact: Phase | None = None, ahead: Callable[[], float] | None = None
     ) -> Phase:
-        """State of a contact with zero gap and zero gap rate, or of one with a compliant stop.
+        """Return the state of a contact with zero gap and gap rate, or of one on a compliant stop.
 
         `contact` is an earlier phase of the same contact; `ahead` is `ContactProbe.slip_rate_ahead` if the instant
-        is that of the front.  Raises PhysicsStop (Painleve, redundant constraints) where no state exists.
+        is the present one.  Raises RunEnded (Painleve, redundant constraints) where no state exists.
         """
         contact = contact or self._closed
         static, rate = self.friction.static, instant.slip_rate
         if static is None:
             return self._slide_or_free(contact, instant, self._direction_without_stick(instant, ahead))
         if abs(rate) > self.tolerances.velocity:
-            # slip that a step can stop is found at its end, unless the paper's criterion asks for the force alone
+            # slip that ends within a step is found at its end, unless the force alone decides (the paper)
             if (
                 self._stick_criterion is None
                 or self._stick_criterion.arrests
@@ -279,13 +279,13 @@ class ContactMachine:
 
     def _unstabilized(self, instant: Instant) -> Instant:
         """Return an instant at which Baumgarte's stabilization of the normal constraint does nothing."""
-        return instant if self.stop is not None else instant._replace(gap=0.0, gap_rate=0.0)
+        return instant if self.contact_law is not None else instant._replace(gap=0.0, gap_rate=0.0)
 
     def _redundant(self, instant: Instant) -> bool:
         """Whether the tangential row of a rigid contact adds nothing to the normal one, but for rounding."""
         determinant = instant.a_nn * instant.a_tt - instant.a_nt * instant.a_nt
         least = _PARALLEL * instant.a_nn * (instant.a_tt + _NO_ROW * instant.a_nn)
-        return self.stop is None and determinant <= least
+        return self.contact_law is None and determinant <= least
 
     def _direction_without_stick(self, instant: Instant, ahead: Callable[[], float] | None) -> int:
         """Direction of slip of a law that always slips; of a contact at rest that in which it begins to move."""
@@ -300,8 +300,8 @@ class ContactMachine:
         slope dictates, whatever the friction.
         """
         rate = self._turning_rate(instant, ahead)
-        if rate == 0.0 and self.stop is None and instant.gap_acceleration < 0.0:
-            raise PhysicsStop(Outcome.REDUNDANT_CONSTRAINTS)
+        if rate == 0.0 and self.contact_law is None and instant.gap_acceleration < 0.0:
+            raise RunEnded(Outcome.REDUNDANT_CONSTRAINTS)
         return _direction(rate)
 
     def _turning_rate(self, instant: Instant, ahead: Callable[[], float] | None) -> float:
@@ -311,20 +311,20 @@ class ContactMachine:
         rounding: it slips as the beam shortens by bending, with the third power of time.
         """
         later = ahead() if ahead else 0.0
-        if self.stop is not None:
+        if self.contact_law is not None:
             return instant.slip_rate or later
         normal = -instant.gap_acceleration / instant.a_nn
         return later or instant.slip_acceleration + instant.a_nt * normal
 
     def _slide_or_free(self, contact: Phase, instant: Instant, direction: int) -> Phase:
         phase = self._slide(contact, instant.slip_rate, direction)
-        if self.stop is not None:
+        if self.contact_law is not None:
             if not can_slide(phase, instant.slip_rate):
-                raise PhysicsStop(Outcome.PAINLEVE)
+                raise RunEnded(Outcome.PAINLEVE)
             return phase
         force = sliding_force(phase, self._unstabilized(instant))
         if force.status != OK:
-            raise PhysicsStop(Outcome.PAINLEVE)
+            raise RunEnded(Outcome.PAINLEVE)
         pushes = force.normal > 0.0
         if self._stick_criterion:  # a contact noticed below the slope is pushed out by its stabilization
             pushes = pushes or sliding_force(phase, instant).normal > 0.0
@@ -335,11 +335,11 @@ class ContactMachine:
         return contact._replace(state=int(State.SLIP), friction=Branch(*map(float, branch)))
 
     def _arrest(self, contact: Phase, instant: Instant) -> Transition:
-        """Stop the slip that a step can stop: the impulse along the slope leaves the gap rate as it is."""
+        """Set the slip velocity to zero by an impulse that leaves the gap rate unchanged."""
         phase = _stick(contact, instant)
         if self._stick_criterion is None or not self._stick_criterion.arrests:
             return Transition(phase, EventKind.STICK)
-        if self.stop is not None:
+        if self.contact_law is not None:
             arrest = impulse_of(instant, 0.0, -instant.slip_rate / instant.a_tt)
         else:
             per_rate = instant.slip_rate / (instant.a_nn * instant.a_tt - instant.a_nt * instant.a_nt)

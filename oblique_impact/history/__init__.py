@@ -1,1 +1,1 @@
-"""What a run leaves behind."""
+"""Histories: samples, events and summary of a run."""

@@ -1,4 +1,4 @@
-"""The rows of the event log, as JSON in a history's attributes and as CSV."""
+"""Rows of the event log: JSON in the attributes of a history, and CSV."""
 
 from __future__ import annotations
 
@@ -11,10 +11,18 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.marching.records import Event
 
-#: columns of an event's row, in SI units; the first seven are those of the contract of the file formats
+#: columns of events.csv, in SI units; other programs read the first seven in this order
 EVENT_COLUMNS = (
-    *("time", "kind", "normal_impulse", "normal_velocity", "tangential_velocity", "energy_loss", "state"),
-    *("tangential_impulse", "peak_force", "peak_energy"),
+    "time",
+    "kind",
+    "normal_impulse",
+    "normal_velocity",
+    "tangential_velocity",
+    "energy_loss",
+    "state",
+    "tangential_impulse",
+    "peak_force",
+    "peak_energy",
 )
 
 
@@ -25,7 +33,7 @@ def event_row(event: Event) -> list[Any]:
 
 
 def event_of(row: Sequence[Any]) -> Event:
-    """Return the event of a row; raises ValueError or KeyError if it is none."""
+    """Return the event of a row; raises ValueError or KeyError for other rows."""
     given = dict(zip(EVENT_COLUMNS, row, strict=True))
     return Event(**{**given, "kind": EventKind(given["kind"]), "state": State[given["state"].upper()]})
 

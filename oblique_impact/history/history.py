@@ -20,7 +20,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv
 from oblique_impact.history.interpolation import Side, dataset_at
-from oblique_impact.history.summary import balance_in_words
+from oblique_impact.history.summary import balance_text
 from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 FORMAT = "oblique-impact history 2"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
-#: attributes of a file that are no attributes of the data
+#: attributes of a file that belong to other parts of a history than its data
 _OWN = ("format", "scenario", "events", "contacts", "summary")
 
 
@@ -79,13 +79,13 @@ class History:
 
     def __repr__(self) -> str:
         """Describe the run in a few lines."""
-        return "\n".join(_digest(self))
+        return "\n".join(_describe(self))
 
     def _repr_html_(self) -> str:
         """Describe the run in a notebook, with the macro-collisions in a table."""
         from pandas import DataFrame
 
-        lines = "<br>".join(escape(line) for line in _digest(self)[:4])
+        lines = "<br>".join(escape(line) for line in _describe(self)[:4])
         table = DataFrame(self.macro_collisions).to_html(index=False, float_format="{:.6g}".format)
         return f"<div>{lines}{table if self.macro_collisions else ''}</div>"
 
@@ -96,7 +96,7 @@ class History:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run ended."""
+        """The named outcome of the run."""
         return next(outcome for outcome in Outcome if outcome.label == self.summary["outcome"])
 
     @property
@@ -183,8 +183,9 @@ class History:
         """
         if self.scenario is None:
             raise InputError("beam_at: this is the history of a system that is no beam")
-        now, radius = self.at(time, side), self.scenario.root.hub_radius
-        z = np.exp(1j * now["theta"].values) * (radius + now["station"] + now["ux"] + 1j * now["uy"]).values
+        sample, radius = self.at(time, side), self.scenario.root.hub_radius
+        along = radius + sample["station"] + sample["ux"] + 1j * sample["uy"]
+        z = np.exp(1j * sample["theta"].values) * along.values
         return np.stack([z.real, z.imag], axis=1)
 
     def plot(self) -> Figure:
@@ -271,7 +272,7 @@ class History:
     def _of_one_dataset(cls, data: xr.Dataset) -> History:
         """Return the history of a file's dataset; raises errors of many kinds for parts missing or damaged."""
         if data.attrs.get("format") != FORMAT:
-            raise InputError(f"it has not the format of this version ({FORMAT})")
+            raise InputError(f"its format is not that of this version ({FORMAT})")
         for name in (*OF_A_SYSTEM, *(OF_A_BEAM if "theta" in data else ())):
             if name not in data.variables:
                 raise InputError(f"it has no variable {name!r}")
@@ -285,8 +286,8 @@ class History:
         )
 
 
-def _digest(history: History) -> list[str]:
-    """Return what a history holds and what happened, in at most ten lines."""
+def _describe(history: History) -> list[str]:
+    """Describe a history and its macro-collisions in at most ten lines."""
     s, sizes = history.summary, history.data.sizes
     kind = "a beam" if history.scenario else "a system"
     parts = ", ".join(f"{count} {name}s" for name, count in sizes.items() if name != "time")
@@ -296,7 +297,7 @@ def _digest(history: History) -> list[str]:
         f"<History of {kind}: {s['outcome']} at {s['end_time']:.6g} s, {s['steps']} steps>",
         f"  samples     {sizes['time']} ({parts}); {len(history.data.variables)} variables",
         f"  events      {len(history.events)}, {len(history.contacts)} contacts",
-        f"  energy      {balance_in_words(energy)}, unaccounted {energy['unaccounted']:.1e}",
+        f"  energy      {balance_text(energy)}, unaccounted {energy['unaccounted']:.1e}",
     ]
     if lost:
         lines.append(f"  lost (J)    {', '.join(lost)}")
@@ -310,7 +311,7 @@ def _digest(history: History) -> list[str]:
 
 
 def require_history(value: object, where: str) -> None:
-    """Raise InputError, in one line that begins with `where`, if a value is no history."""
+    """Raise InputError, in one line that begins with `where`, if a value is not a History."""
     if not isinstance(value, History):
         makers = "simulate(SCENARIO) and History.load(PATH) return one"
         raise InputError(f"{where}: history = {short(value)}: should be a History; {makers}")

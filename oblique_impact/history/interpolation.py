@@ -1,4 +1,4 @@
-"""Values of a history between samples and at jumps."""
+"""Interpolation of a history between samples; values on either side of a jump."""
 
 from __future__ import annotations
 

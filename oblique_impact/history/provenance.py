@@ -1,4 +1,4 @@
-"""What made a result: version, commit, and a digest of the numeric source.
+"""Provenance of a result: version, commit, and a digest of the numeric source.
 
 Two results with the same digest were computed by the same formulas, whatever the version says.
 """
@@ -13,25 +13,25 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
-#: packages whose source decides about the numbers of a run
+#: packages whose source determines the numbers of a run
 NUMERIC_PACKAGES = ("oblique_impact", "oblique_impact.modal", "oblique_impact.fem_beam")
-#: sub-packages that lie in a wheel inside of `oblique_impact`, in a checkout beside it: digested by themselves
-_APART = ("modal", "fem_beam", "renders", "validation")
+#: sub-packages that are inside of `oblique_impact` in a wheel, but beside it in a checkout: digested separately
+_SEPARATE = ("modal", "fem_beam", "renders", "validation")
 _DIGITS = 16
 
 
 def provenance() -> dict[str, str]:
-    """Return what makes the results of this process: `version`, `numeric_source`, in a checkout its `commit`."""
+    """Return the provenance of this process: `version`, `numeric_source`, in a checkout its `commit`."""
     made = {"version": package_version(), "numeric_source": source_digest(NUMERIC_PACKAGES)}
     return {**made, "commit": commit()} if commit() else made
 
 
-def described(made: Mapping[str, str]) -> str:
+def provenance_line(made: Mapping[str, str]) -> str:
     """Return a provenance in one line, for the head of a report and the metadata of a picture."""
-    words = [f"oblique-impact {made.get('version', 'of an unknown version')}"]
-    words += [f"commit {made['commit']}"] if "commit" in made else []
-    words += [f"numeric source {made['numeric_source']}"] if "numeric_source" in made else []
-    return ", ".join(words)
+    parts = [f"oblique-impact {made.get('version', 'of an unknown version')}"]
+    parts += [f"commit {made['commit']}"] if "commit" in made else []
+    parts += [f"numeric source {made['numeric_source']}"] if "numeric_source" in made else []
+    return ", ".join(parts)
 
 
 def package_version() -> str:
@@ -59,7 +59,7 @@ def source_digest(packages: tuple[str, ...]) -> str:
         spec = find_spec(package)
         for folder in sorted(spec.submodule_search_locations or () if spec else ()):
             for file in sorted(Path(folder).rglob("*.py")):
-                if file.relative_to(folder).parts[0] in _APART:
+                if file.relative_to(folder).parts[0] in _SEPARATE:
                     continue
                 digest.update(file.relative_to(folder).as_posix().encode())
                 digest.update(file.read_bytes())
@@ -72,9 +72,9 @@ def commit() -> str:
     top = Path(__file__).parents[2]
     if not (top / ".git").exists():
         return ""
-    words = ["git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    command = ["git", "-C", str(top), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
     try:
-        found = subprocess.run(words, capture_output=True, text=True, timeout=5.0, check=True)
+        found = subprocess.run(command, capture_output=True, text=True, timeout=5.0, check=True)
     except (OSError, subprocess.SubprocessError):
         return ""
     return found.stdout.strip()

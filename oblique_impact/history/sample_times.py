@@ -1,4 +1,4 @@
-"""The times of samples: unique and ascending.
+"""Unique, ascending times of samples.
 
 At a jump a history has two samples.  The left one stands at the time of the event, the right one at the next
 larger floating-point number, so that each time names one sample: xarray's `.sel` and `.interp` and ParaView's
@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 
 
 def ascending(times: Array) -> Array:
-    """Return times (samples,) in s, each that is not above the one before moved to the next larger number."""
+    """Return times (samples,) in s, in which repeated ones are moved to the next larger number."""
     found = np.array(times, dtype=float)
     for k in np.flatnonzero(np.diff(found) <= 0.0) + 1:
-        # one that is moved may meet the next: go on until there is room
+        # a time that is moved may equal the next one
         while k < found.size and found[k] <= found[k - 1]:
             found[k] = np.nextafter(found[k - 1], np.inf)
             k += 1
@@ -25,17 +25,17 @@ def ascending(times: Array) -> Array:
 
 
 def jumps(times: Array) -> NDArray[np.bool_]:
-    """Tell for each but the last of the times (samples,) whether the next one is the other side of a jump."""
+    """Return a mask (samples - 1,): True at the left side of a jump."""
     return np.asarray(times[1:] == np.nextafter(times[:-1], np.inf))
 
 
 def pieces(times: Array) -> list[NDArray[np.intp]]:
-    """Return the numbers of the samples between jumps, as one array for each smooth piece."""
+    """Return the indices of the samples between jumps, an array for each smooth piece."""
     return list(np.split(np.arange(times.size), np.flatnonzero(jumps(times)) + 1))
 
 
 def last_sample(times: Array, at: ArrayLike) -> NDArray[np.intp]:
-    """Return the number of the last sample at or before instants `at` (s), the right-hand one at a jump.
+    """Return the index of the last sample at or before instants `at` (s), the right-hand one at a jump.
 
     It is -1 for instants before the first sample.
     """
@@ -49,5 +49,5 @@ def last_sample(times: Array, at: ArrayLike) -> NDArray[np.intp]:
 
 
 def first_sample(times: Array, at: ArrayLike) -> NDArray[np.intp]:
-    """Return the number of the first sample at or after instants `at` (s), the left-hand one at an event."""
+    """Return the index of the first sample at or after instants `at` (s), the left-hand one at an event."""
     return np.asarray(np.searchsorted(times, at, side="left"))

@@ -1,4 +1,4 @@
-"""The samples of a run, and the variables of a history that follow from them."""
+"""Samples of a run, and the variables of a history computed from them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from oblique_impact.marching.records import Segment
 #: an array of any kind of number with a row for each sample
 Column = np.ndarray[Any, Any]
 
-
+#: columns of `Samples.scalars`
 GAP, SLIP, GAP_RATE, SLIP_RATE = range(4)
 LAMBDA_N, LAMBDA_T = Instant._fields.index("normal_force"), Instant._fields.index("tangential_force")
 
@@ -66,7 +66,7 @@ def gather(
     energies: Callable[[Array, Array, Array], Energies],
     transform: Callable[[Array], Array] | None = None,
 ) -> Samples:
-    """Put the samples of segments, at least one, together.
+    """Concatenate the samples of at least one segment.
 
     Each has `size` coordinates that were marched; `energies` takes times (samples,), coordinates and velocities
     (samples, size); `transform` maps coordinates linearly to those of the samples.
@@ -84,7 +84,7 @@ def gather(
 
 
 def beam_variables(beam: Beam, samples: Samples, section_forces: bool = True) -> dict[str, Column]:
-    """Return the variables of a beam's history; without `section_forces` only displacements along the beam."""
+    """Return the variables of the history of a beam, along it only displacements without `section_forces`."""
     s = samples
     found = {**s.variables(), **_at_the_contact(beam, s), "station": beam.operators.stations.points}
     if section_forces:
@@ -99,7 +99,7 @@ def beam_variables(beam: Beam, samples: Samples, section_forces: bool = True) ->
 
 
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
-    """Return the variables of a beam's frame and of its contact point; its deflection is that of the axis."""
+    """Return the variables of the frame and the contact point of a beam; the deflection is that of the axis."""
     o, fibre = beam.operators, beam.scenario.contact_fibre
     radius = o.sections.hub_radius + o.contact_point
     theta, B, Bd = samples.q[:, 0], samples.q[:, 1:], samples.qd[:, 1:]
@@ -124,7 +124,7 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
     }
 
 
-def warnings_of(beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]) -> list[str]:
+def range_warnings(beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return warnings about ranges of validity; `passages` are those of the summary's `slope_ends`."""
     deflection, spin = largest_motion(beam, variables)
     touched = bool(np.any(variables["state"] > 0))

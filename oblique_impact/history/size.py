@@ -8,7 +8,7 @@ from oblique_impact.history.variables import VARIABLES
 from oblique_impact.scenario.consistency import coordinates
 from oblique_impact.scenario.scenario import Scenario
 
-#: bytes of a file; before a run with a larger one it is said how large
+#: bytes of a file above which the command line prints its size before the run
 LARGE = 1e9
 #: memory that a run takes at its end over the size of its file, which is made in memory: 2.2 for 1e5 samples
 MEMORY = 2.2
@@ -16,13 +16,13 @@ _STATIONS = 33
 
 
 def expected_size(scenario: Scenario) -> float:
-    """Return the size (bytes) of the file of a history; samples at events, which nobody knows, are left out."""
+    """Return the estimated size (bytes) of the file of a history, without the samples at events."""
     lengths = {"time": 1, "coordinate": coordinates(scenario.discretization), "station": _STATIONS}
     # a variable without time is negligible
     values = sum(prod(lengths[d] for d in v.dimensions) for v in VARIABLES.values() if "time" in v.dimensions)
     return 8.0 * values * (scenario.end_time / scenario.solver.output_interval + 1.0)
 
 
-def in_words(size: float) -> str:
-    """Return a number of bytes in GB or MB."""
+def size_text(size: float) -> str:
+    """Format a number of bytes in GB or MB."""
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"

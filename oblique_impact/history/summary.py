@@ -1,11 +1,11 @@
 """The summary of a run, as in summary.json: outcome, macro-collisions, energy balance, costs, versions.
 
-The balance of energy says what impact, friction, damping and the scheme took, and what does not add up:
+The energy balance accounts for losses by impacts, friction, damping and the scheme:
 
     initial + supplied - lost_impact - lost_friction - lost_damping - lost_scheme - final = unaccounted
 
 Losses are integrated along with the motion (friction, damping, stabilization) or summed over the
-impacts; energies are evaluated from the states.  `unaccounted` is therefore a check on both.
+impacts; energies are evaluated from the states.  `unaccounted` is therefore an independent check of both.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from oblique_impact.marching.equations import (
 )
 from oblique_impact.marching.records import Contact, Event, Record
 
-#: where energy is lost, as the entries `lost_impact` and so on of a ledger say
+#: causes of energy loss: the entries `lost_impact`, `lost_friction`, ... of a ledger
 LOSSES = ("impact", "friction", "damping", "scheme")
-#: energy that a scheme takes is worth a warning above this part of all losses, and above this part of the largest
+#: energy lost to a scheme gives a warning above this part of all losses, and above this part of the largest
 #: kinetic energy of the run: less than that changes speeds by less than 0.05 %, also where nothing else is lost
 NOTICEABLE_SHARE, NEGLIGIBLE_ENERGY = 0.03, 1e-3
 _REPORTED_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray")
@@ -56,7 +56,7 @@ class Ledger:
 def balance(
     initial: float, parts: tuple[float, float, float, float], quadratures: Array, events: list[Event]
 ) -> Ledger:
-    """Close the balance of a run.
+    """Return the energy balance of a run.
 
     Parameters
     ----------
@@ -90,8 +90,8 @@ def balance(
     )
 
 
-def balance_in_words(energy: Mapping[str, float]) -> str:
-    """Return the balance of energy of a run as a sum, "3.01 - 1.52 lost = 1.49 J"; parts of 0 are left out."""
+def balance_text(energy: Mapping[str, float]) -> str:
+    """Return the energy balance as text, "3.01 - 1.52 lost = 1.49 J"; terms of 0 are left out."""
     supplied, lost = energy["supplied"], sum(energy[f"lost_{name}"] for name in LOSSES)
     rounding = 1e-7 * max(abs(energy["initial"]), abs(energy["final"]))
     parts = f"{energy['initial']:.6g}"
@@ -103,7 +103,7 @@ def balance_in_words(energy: Mapping[str, float]) -> str:
 
 
 def energy_warnings(energy: Mapping[str, float], largest_kinetic: float, scheme: str) -> list[str]:
-    """Return warnings about energy that the integration scheme took, or that nothing accounts for.
+    """Return warnings about energy lost to the integration scheme, and about unaccounted energy.
 
     `energy` is a :class:`Ledger` as a dictionary, `largest_kinetic` the largest kinetic energy of the run (J),
     `scheme` the name of the scheme.
@@ -111,30 +111,30 @@ def energy_warnings(energy: Mapping[str, float], largest_kinetic: float, scheme:
     losses = sum(abs(energy[f"lost_{name}"]) for name in LOSSES)
     rounding = 1e-9 * max(abs(energy["initial"]), abs(energy["final"]))
     small = max(NOTICEABLE_SHARE * losses, NEGLIGIBLE_ENERGY * largest_kinetic, rounding)
-    taken, open_ = energy["lost_scheme"], energy["unaccounted"]
+    lost, unaccounted = energy["lost_scheme"], energy["unaccounted"]
     steps = "take shorter steps (solver.free_step, solver.contact_step)"
     if scheme == "event":
         steps = "take a smaller solver.tolerance"
     found = []
-    if abs(taken) > small:
-        did, share = "took" if taken > 0.0 else "added", 100.0 * abs(taken) / losses
+    if abs(lost) > small:
+        did, share = "took" if lost > 0.0 else "added", 100.0 * abs(lost) / losses
         remedy = steps
         if scheme == "generalized-alpha":
             remedy += ", solver.rho_infinity nearer to 1, or the damping that the beam has (beam.kelvin_voigt)"
         if scheme == "fixed-step":
             remedy += ', or solver.scheme = "event"'
         found.append(
-            f"solver.scheme: the integration {did} {abs(taken):.3g} J, {share:.2g} % of what is lost in all: "
+            f"solver.scheme: the integration {did} {abs(lost):.3g} J, {share:.2g} % of what is lost in all: "
             f"the motion after the contacts is not that of the beam; {remedy}"
         )
-    if abs(open_) > small:
-        found.append(f"solver.scheme: {open_:.3g} J of the energy balance are unaccounted for; {steps}")
+    if abs(unaccounted) > small:
+        found.append(f"solver.scheme: {unaccounted:.3g} J of the energy balance are unaccounted for; {steps}")
     return found
 
 
 @dataclass(frozen=True)
 class MacroCollision:
-    """Contacts that follow each other within the macro gap (SI units)."""
+    """A macro-collision: contacts less than the macro gap apart (SI units)."""
 
     start: float
     end: float
@@ -169,7 +169,7 @@ def macro_collisions(contacts: Sequence[Contact], macro_gap: float) -> list[Macr
 
 
 def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -> dict[str, Any]:
-    """Return summary.json of a run, without what only a beam has: `clearance`, `without_limit` and `warnings`.
+    """Return the summary of a run, without the entries of beams: `clearance`, `without_limit` and `warnings`.
 
     `wall` is the wall time of the marching (s); contacts less than `macro_gap` (s) apart are one macro-collision.
     """

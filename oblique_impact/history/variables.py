@@ -1,4 +1,4 @@
-"""The variables of a history: names, dimensions, units, meanings."""
+"""Variables of a history: names, dimensions, units, meanings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = np.ndarray[Any, Any]
 
 
 class Variable(NamedTuple):
-    """Dimensions, unit and meaning of a variable, and what to know before it is used."""
+    """Dimensions, unit, meaning of a variable, and a note on its use."""
 
     dimensions: tuple[str, ...]
     units: str

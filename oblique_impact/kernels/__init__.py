@@ -1,1 +1,1 @@
-"""What is compiled."""
+"""Compiled numeric source: the protocol of systems, dense and banded algebra, numba."""

@@ -1,4 +1,4 @@
-"""Functions that only kernels call are compiled as far as a kernel needs: neither optimized nor made machine code.
+"""Lower helpers to LLVM IR only: the kernel that calls them compiles everything once.
 
 numba optimizes each function with all that it calls and makes machine code of it, and then does so again for its
 callers, up to the kernel.  For functions that nobody else calls all but the last is in vain, and it was half of

@@ -1,4 +1,4 @@
-"""What is compiled, and how: numeric source is written once and runs compiled or interpreted.
+"""Compiling with numba: numeric source is written once and runs compiled or interpreted.
 
 `jitable`            marks a function that kernels call
 `kernel`             makes an entry point: compiled for packed systems, interpreted for user-defined ones in Python

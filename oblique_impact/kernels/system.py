@@ -1,11 +1,11 @@
-"""The protocol behind the hybrid algorithm: what contact states and schemes ask of a mechanical system.
+"""The protocol of mechanical systems that contact states and schemes rest on.
 
     M(t, q) q'' = Q(t, q, q') + D_n^T lambda_n + D_tau^T lambda_tau,
     Z_n'' = D_n q'' + z_n,   Z_tau'' = D_tau q'' + z_tau
 
 `System`            the methods that kernels call; packed systems (named tuples) bring compiled ones
 `MechanicalSystem`  the contract for a small user-defined system, which runs interpreted through the same source
-`Workspace`         the arrays that these methods fill, `vectors_of` gives them names
+`Workspace`         the arrays that these methods fill
 `Evaluation`        the numbers that come back
 """
 
@@ -26,7 +26,7 @@ __all__ = ["ContactRows", "MechanicalSystem", "System"]
 
 @compiled_protocol
 class System(Protocol):
-    """What kernels call.
+    """Methods that kernels call.
 
     Dense systems take all but `evaluate` from :class:`~oblique_impact.kernels.dense.DenseAlgebra`.
     """

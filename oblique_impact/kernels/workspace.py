@@ -1,4 +1,4 @@
-"""The arrays of a run and the numbers of an evaluation: what systems fill and contact states and schemes read."""
+"""Arrays and numbers that systems fill and that contact states and schemes read."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def new_workspace(size: int) -> Workspace:
 
 
 class Evaluation(NamedTuple):
-    """What a system says of itself at an instant besides its arrays (SI units)."""
+    """Numbers of an evaluated system, besides its arrays (SI units)."""
 
     gap: float
     slip: float

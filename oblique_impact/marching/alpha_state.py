@@ -67,7 +67,7 @@ def step_length(c: Coefficients, h: float) -> StepLength:
 
 
 class AlgorithmState(NamedTuple):
-    """What the scheme carries from step to step: the state vector behind the quadratures."""
+    """State of the scheme from step to step, kept behind the quadratures of the state vector."""
 
     reported: Array  # (d + 2,) acceleration and contact forces of the algorithm's own mean
     acceleration: Array  # (d,) q''
@@ -109,7 +109,7 @@ def algorithm_state(y: Array, d: int) -> AlgorithmState:
 
 
 class Iterations(NamedTuple):
-    """What is known of the iterations of a step, for each effective matrix."""
+    """Convergence of the iterations of a step, for each effective matrix."""
 
     contraction: Array  # (3,) ratio of the residuals; negative: not known
     rounded: Array  # (3,) residuals below which they do not fall; 0: not known

@@ -41,12 +41,12 @@ NOT_CONVERGED = -FAILED_ITERATION
 # effective matrices of the step in flight, of the step in and near contact, of a step of another length
 FLIGHT_STEP, CONTACT_STEP, CUT_STEP = 0, 1, 2
 
-_MOST_ITERATIONS = 60  # three to five are usual; those of damped fine meshes after an impact take some thirty
+_MOST_ITERATIONS = 60  # a few are usual: a step that needs more is given up
 _CLOSED = 10.0  # tolerances of velocity: the error of the velocity in a contact that counts as zero
 #: a contraction is measured anew only now and then: until then it is taken to be 5 % worse with every step
 _FADING = 1.05
 #: iterations have stalled if a residual stays above this part of the one before; corrections of up to so many
-#: tolerances are then taken for rounding (1e4: K q of 256 elements)
+#: tolerances are then taken for rounding
 _STALLED, _ROUNDING = 0.25, 1e4
 _ALIKE = 2.0  # residuals by rounding differ by less than this factor from step to step
 #: a residual that in so many iterations has not fallen below this part of its least is rounding, and so may be a
@@ -56,7 +56,7 @@ _FLAT, _FLAT_ITERATIONS, _FLAT_ROUNDING = 0.7, 3, 1e6
 
 
 class Step(NamedTuple):
-    """What a step of the scheme returns besides the new state vector."""
+    """Result of a step of the scheme besides the new state vector."""
 
     status: int  # OK, the reason why there is no solution, or NOT_CONVERGED
     end: Instant  # the contact at its end, with its forces
@@ -86,7 +86,7 @@ def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -
 
 @jitable
 def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
-    """How far the contact forces and the motion are from the contact's laws (m/s)."""
+    """Return the residual (m/s) of the contact laws at the forces and the motion."""
     normal, tangential, push = abs(c.gap_rate), abs(c.slip_rate), conjugate(phase, c)
     if phase.stop.compliant:
         normal = abs(stop_force(phase.stop, phase.residual, c.gap, c.gap_rate) - push) * c.a_nn * velocity
@@ -207,7 +207,7 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
                 accurate = change <= rounding * tolerance
                 iterations.rounded[slot] = _ALIKE * left if accurate else 0.0
             if accurate and (not contact or _contact_defect(phase, end, step.velocity) <= closed):
-                if not contact and phase.surface.watched:
+                if not contact and phase.surface.enabled:
                     e = system.approach(t + h, q, qd, contact, w)
                     end = moved(end, e, 0.0, 0.0, e.supplied_power)
                 return Step(OK, end, rank_one)

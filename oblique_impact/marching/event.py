@@ -60,12 +60,12 @@ from oblique_impact.marching.scheme import (
 )
 from oblique_impact.marching.search import UNDEFINED, DenseStep, first_fall
 
-# as Hairer, Norsett and Wanner (Sec. II.4) advise, but for the largest growth of a step
+# as in the codes of Hairer, Norsett and Wanner (Sec. II.4)
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 6.0
 _EXPONENT = -1.0 / 8.0
 #: of the tolerance: a second of motion takes thousands of steps, whose errors add up
 _SHARE_OF_A_STEP = 0.02
-#: an exponential step costs as much as so many others at least, and so many are taken before another one is tried
+#: an exponential step should replace so many others at least; so many are taken before another one is tried
 _EXPONENTIAL_COST, _PATIENCE = 4.0, 8
 _SMALLEST, _SMALLEST_TIME = 1e-14, 1e-3  # smaller steps, as a part of the time (in time scales), are lost
 #: corrections of the end of a step on an event; four converge from the dense output, which is of order 7
@@ -130,8 +130,8 @@ def _land(
     return 0, length
 
 
-class Attempt(NamedTuple):
-    """What became of a step; an accepted one ends in s.y_new, with its dense output in F if that was needed."""
+class TriedStep(NamedTuple):
+    """Result of trying a step; an accepted one ends in s.y_new, with its dense output in F if that was needed."""
 
     status: int
     accepted: bool
@@ -145,18 +145,18 @@ class Attempt(NamedTuple):
 
 
 @jitable
-def _attempt(step: DenseStep, now: Position, due: bool, tolerance: float) -> Attempt:
+def _try_step(step: DenseStep, now: Position, due: bool, tolerance: float) -> TriedStep:
     """Try a step, and end it at the first guard that falls; `due` if samples are wanted inside of it."""
     system, phase, t, length, y = step.system, step.phase, step.t, step.h, step.y
     s, stages = step.scratch, step.stages
     status, c, speed = take_stages(system, phase, t, y, length, 1, STAGES, stages.K, s.work, s.y_new)
     error = error_norm(length, y, stages, s, tolerance) if status == 0 else np.inf
     if not error <= 1.0:
-        return Attempt(status, False, min(_step_factor(error), 1.0), length, NO_GUARD, c.gap, speed, 0.0, 0.0)
+        return TriedStep(status, False, min(_step_factor(error), 1.0), length, NO_GUARD, c.gap, speed, 0.0, 0.0)
     factor, gap, guard = _step_factor(error), phase.surface.side * c.gap, NO_GUARD
     peak, depth, landed = 0.0, 0.0, length
     # the contact point cannot have reached the slope within the step
-    clear = phase.state == FREE and (not phase.surface.watched or min(now.gap, gap) > 2.0 * length * speed)
+    clear = phase.state == FREE and (not phase.surface.enabled or min(now.gap, gap) > 2.0 * length * speed)
     if due or not clear:
         status, _, _ = take_stages(
             system, phase, t, y, length, STAGES + 1, DENSE_STAGES - 1, stages.K, s.work, s.at
@@ -170,7 +170,7 @@ def _attempt(step: DenseStep, now: Position, due: bool, tolerance: float) -> Att
             status, landed = _land(system, phase, t, y, place * length, rate, guard, s, stages.K)
     # a contact problem without a solution further on in this step: approach that point
     accepted = status == 0 and guard != UNDEFINED
-    return Attempt(status, accepted, factor if accepted else _SHRINK, landed, guard, gap, speed, peak, depth)
+    return TriedStep(status, accepted, factor if accepted else _SHRINK, landed, guard, gap, speed, peak, depth)
 
 
 @jitable
@@ -236,7 +236,7 @@ def march_event(
             break
         length, end, whole = _extent(now, h, exponential, limits)
         due = now.sample * limits.interval < now.t + length
-        tried = _attempt(DenseStep(system, phase, now.t, length, y, s, stages), now, due, tolerance)
+        tried = _try_step(DenseStep(system, phase, now.t, length, y, s, stages), now, due, tolerance)
         status = tried.status
         if not tried.accepted:
             rejected += 1

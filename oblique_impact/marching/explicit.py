@@ -51,7 +51,7 @@ class _NoSolutionError(Exception):
 
 
 class _End(NamedTuple):
-    """What a step left."""
+    """State, contact and guards at the end of a step."""
 
     t: float
     y: Array

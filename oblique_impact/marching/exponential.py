@@ -49,9 +49,7 @@ LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
 WORTHWHILE = 5e3
 
 
-class Exponential(NamedTuple):
-    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
-
+class _Tables(NamedTuple):
     lengths: Array  # (levels,) s
     shapes: Array  # (d, d)
     projection: Array  # (d, d)
@@ -69,7 +67,12 @@ class Exponential(NamedTuple):
     ends: Array  # (2, d) z and z' somewhere, or their errors
     memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)
 
-    described = "with exponential steps"  # type: ignore[misc]  # mypy wants fields alone
+
+class Exponential(_Tables):
+    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
+
+    __slots__ = ()
+    described = "with exponential steps"
 
 
 def new_exponential(modes: NormalModes, interval: float) -> Exponential:
@@ -290,7 +293,7 @@ class Position(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """What the steps of a flight need."""
+    """Arguments of the steps of a flight."""
 
     system: Any
     phase: Phase
@@ -324,7 +327,7 @@ def try_exponential_step(
         h = tables.lengths[level]
         inside = int(h / interval * (1.0 + _SAME)) - 1  # samples
         fits = here if inside >= 0 else t + h <= following + _SAME * interval
-        near = phase.surface.watched and now.gap <= _CLEAR * h * now.speed
+        near = phase.surface.enabled and now.gap <= _CLEAR * h * now.speed
         if fits and not near and t + h <= limits.t_stop and now.kept + inside + 2 < s.samples.times.shape[0]:
             error, speed = _step(flight, t, y, level)
             if error <= 1.0:
@@ -332,7 +335,7 @@ def try_exponential_step(
                 end = following if abs(end - following) <= _SAME * interval else end
                 status, c = derivative(flight.system, phase, end, s.y_new, s.work, flight.K[1])
                 gap = phase.surface.side * c.gap
-                if status == 0 and (not phase.surface.watched or min(now.gap, gap) > _CLEAR * h * speed):
+                if status == 0 and (not phase.surface.enabled or min(now.gap, gap) > _CLEAR * h * speed):
                     count = _store_samples(flight, now, y, level, here, inside)
                     copy(s.y_new, y)
                     copy(flight.K[1], flight.K[0])

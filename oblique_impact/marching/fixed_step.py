@@ -61,7 +61,7 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
     if phase.state == FREE:
         return (
             NORMAL
-            if phase.surface.watched and phase.surface.side * c.gap < 0.0 and phase.surface.side * c.gap_rate < 0.0
+            if phase.surface.enabled and phase.surface.side * c.gap < 0.0 and phase.surface.side * c.gap_rate < 0.0
             else NO_GUARD
         )
     if c.normal_force <= 0.0:

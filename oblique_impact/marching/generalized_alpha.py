@@ -266,7 +266,7 @@ def march_alpha(
         if count >= capacity or steps >= limits.most_steps:
             reason = LIMIT_REACHED
             break
-        flying = phase.state == FREE and (not phase.surface.watched or phase.surface.side * gap > control.near)
+        flying = phase.state == FREE and (not phase.surface.enabled or phase.surface.side * gap > control.near)
         wanted = control.far_step if flying else control.near_step
         if wanted != h:
             origin, done, h = t, 0, wanted
@@ -289,7 +289,7 @@ def march_alpha(
             break
         flight_stale, contact_stale = flight_stale and slot != FLIGHT_STEP, contact_stale and slot != CONTACT_STEP
         step = _report(attempt, length, step)
-        if phase.state != FREE or phase.surface.watched:
+        if phase.state != FREE or phase.surface.enabled:
             step, fallen, length = _cut(attempt, step)
             if step.status != 0:
                 status = step.status

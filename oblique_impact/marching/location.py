@@ -12,7 +12,7 @@ import numpy as np
 
 from oblique_impact.kernels.jit import compiled_protocol, jitable
 
-_GOLDEN = 0.381966011250105
+_GOLDEN = 0.381966011250105  # (3 - sqrt 5)/2
 _NARROW = 1e-7  # of a step: how closely a least value is looked for
 
 

@@ -17,7 +17,7 @@ from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
-from oblique_impact.errors import Outcome, PhysicsStop
+from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching import scheme as base
 from oblique_impact.marching.equations import (
@@ -36,7 +36,9 @@ from oblique_impact.marching.sampling import Observation, contact_problem, obser
 from oblique_impact.marching.scheme import Limits, Prepared, Progress, StepState, arm, new_scratch
 
 MAX_EVENTS = 100_000
-_CLUSTER, _CLUSTER_TIME = 40, 1e-9  # so many transitions within so much of the run are chattering
+#: so many transitions within so much of the run are chattering
+_CLUSTER, _CLUSTER_TIME = 40, 1e-9
+#: smallest eigenvalue of the mass matrix, of that at the start: below it a run that fails is taken to be singular
 _NEARLY_SINGULAR = 0.05
 #: of the beam's length: beyond it a small-deflection model says nothing
 LARGEST_DEFLECTION = 0.5
@@ -60,7 +62,7 @@ _FAILURES = {
 
 
 class Status(NamedTuple):
-    """What a progress display is told."""
+    """Where a run is, for a progress display."""
 
     time: float
     end_time: float
@@ -70,7 +72,7 @@ class Status(NamedTuple):
 
 
 class _Pace:
-    """How many steps a call takes where a scheme leaves it open: about a tenth of a second of computing.
+    """Number of steps of a call where a scheme leaves it open: about a tenth of a second of computing.
 
     So progress and interrupts are prompt.  Where a call ends does not change the steps.
     """
@@ -108,8 +110,8 @@ class Run:
         self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances)
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
         self._prepared = Prepared(problem.system, self._scratch, own)
-        self._front = StepState(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
-        self._phase = problem.machine.free()._replace(surface=Surface(watched=bool(problem.contact)))
+        self._now = StepState(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
+        self._phase = problem.machine.free()._replace(surface=Surface(enabled=bool(problem.contact)))
         self._before: Phase | None = None
         self._open: OpenContact | None = None
         self._initial_inertia = 0.0
@@ -118,7 +120,7 @@ class Run:
         self._recent: deque[float] = deque(maxlen=_CLUSTER)
 
     def execute(self) -> Record:
-        """March to the end, to the named outcome that stops the physics, or to an interrupt."""
+        """March to the end, to a named outcome, or to an interrupt."""
         self._started = perf_counter()
         record = self.record
         try:
@@ -126,11 +128,11 @@ class Run:
                 self._begin()
             self._initial_inertia = self._inertia()
             self._enter(None)
-            stops = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
-            for stop in [*sorted(stops), self.problem.end_time]:
-                self._march_to(stop)
-        except PhysicsStop as stopped:
-            record.outcome, record.message = stopped.outcome, stopped.message
+            ends = [t for t in self.problem.breakpoints if 0.0 < t < self.problem.end_time]
+            for end in [*sorted(ends), self.problem.end_time]:
+                self._march_to(end)
+        except RunEnded as ended:
+            record.outcome, record.message = ended.outcome, ended.message
         except KeyboardInterrupt:
             record.outcome = Outcome.INTERRUPTED
         if record.outcome is Outcome.INTERRUPTED and record.segments:
@@ -144,15 +146,15 @@ class Run:
     def _return_to_last_sample(self) -> None:
         """Go back to the last sample: an interrupt may have come between a call and its bookkeeping."""
         last = self.record.segments[-1]
-        self._front = self._front._replace(t=float(last.times[-1]))
+        self._now = self._now._replace(t=float(last.times[-1]))
         self._y[: last.states.shape[1]] = last.states[-1]
 
     def _stored(self) -> float:
-        """Energy (J) that an elastic stop, and the residual flexibility with it, holds at the front."""
-        stop = self.problem.machine.stop
-        if stop is None or self._phase.state == State.FREE:
+        """Energy (J) that an elastic stop, and the residual flexibility with it, holds now."""
+        law = self.problem.machine.contact_law
+        if law is None or self._phase.state == State.FREE:
             return 0.0
-        return stop.energy(
+        return law.energy(
             float(self.record.segments[-1].observation.column("gap")[-1]), self._phase.residual.compliance
         )
 
@@ -164,27 +166,25 @@ class Run:
             self._sample(self._phase)
         self._apply(self._phase, transition, probe)
 
-    def _march_to(self, stop: float) -> None:
+    def _march_to(self, end: float) -> None:
         problem, size = self.problem, self.problem.q0.size
         while True:
             counted = problem.scheme.steps_per_call(size)
-            limits = Limits(float(stop), float(problem.output_interval), counted or self._pace.steps)
+            limits = Limits(float(end), float(problem.output_interval), counted or self._pace.steps)
             started = perf_counter()
-            progress = problem.scheme.march(
-                self._prepared, self._phase, self._before, self._front, self._y, limits
-            )
+            progress = problem.scheme.march(self._prepared, self._phase, self._before, self._now, self._y, limits)
             self._pace.learn(progress.steps, perf_counter() - started)
-            self._front = progress.state
+            self._now = progress.state
             self._keep(progress)
             if self._report is not None:
                 state = State(self._phase.state)
-                self._report(Status(self._front.t, problem.end_time, state, len(self.record.events)))
+                self._report(Status(self._now.t, problem.end_time, state, len(self.record.events)))
             if progress.reason == base.AT_STOP:
                 return
             if progress.reason == base.AT_GUARD:
                 self._pass_guard(progress.guard)
             elif progress.reason < 0:
-                raise PhysicsStop(self._cause(_FAILURES[progress.reason]))
+                raise RunEnded(self._cause(_FAILURES[progress.reason]))
             self._foresee_steps()
 
     def _cause(self, failure: Outcome) -> Outcome:
@@ -202,7 +202,7 @@ class Run:
 
         Steps of a given length are counted before a run, by a rule of the scenario.
         """
-        taken, time = self.record.steps + self.record.rejected, self._front.t
+        taken, time = self.record.steps + self.record.rejected, self._now.t
         before, since = self._paced
         if taken - before < PACE_STEPS:
             return
@@ -212,27 +212,25 @@ class Run:
         if self.problem.scheme.name == "event" and needed > MOST_STEPS:
             words = f"The run would need about {needed:.2g} steps, more than {MOST_STEPS:.0e}"
             remedy = 'solver.scheme = "generalized-alpha", whose steps the fastest vibration does not shorten'
-            raise PhysicsStop(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
+            raise RunEnded(Outcome.TOO_MANY_STEPS, f"{words}; use {remedy}, or a shorter end_time.")
         seconds = (needed - taken) * (perf_counter() - self._started) / taken
         if before == 0 and seconds > LONG and self._report is not None:
-            told = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
+            notice = f"about {seconds / 60.0:.0f} minutes to go, {needed:.2g} steps in all"
             if self.problem.scheme.name == "event":
-                told += '; solver.scheme = "generalized-alpha" takes longer ones'
-            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), told)
+                notice += '; solver.scheme = "generalized-alpha" takes longer ones'
+            status = Status(time, self.problem.end_time, State(self._phase.state), len(self.record.events), notice)
             self._report(status)
 
     def _inertia(self) -> float:
-        """Smallest eigenvalue of the mass matrix at the front, or what the system has in its place."""
+        """Smallest eigenvalue of the mass matrix now, or what the system has in its place."""
         d, y, work = self.problem.q0.size, self._y, self._scratch.work
-        _, e, _ = contact_problem(self.problem.system, self._front.t, y[:d], y[d : 2 * d], work)
+        _, e, _ = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], work)
         return float(self.problem.system.definiteness(e.rank_one, work))
 
     def _relative_inertia(self) -> float:
-        """Effective inverse normal mass of the sliding contact at the front, relative to that without friction."""
+        """Effective inverse normal mass of the sliding contact now, relative to that without friction."""
         d, y = self.problem.q0.size, self._y
-        defined, _, c = contact_problem(
-            self.problem.system, self._front.t, y[:d], y[d : 2 * d], self._scratch.work
-        )
+        defined, _, c = contact_problem(self.problem.system, self._now.t, y[:d], y[d : 2 * d], self._scratch.work)
         return guards_of(self._phase, c).definite if defined else 1.0
 
     def _pass_guard(self, guard: int) -> None:
@@ -245,7 +243,7 @@ class Run:
         self._enter(leaving)
 
     def _probe(self) -> Probe:
-        return Probe(self.problem, self._phase, self._front.t, self._y, self._scratch.work)
+        return Probe(self.problem, self._phase, self._now.t, self._y, self._scratch.work)
 
     def _apply(self, leaving: Phase, transition: Transition, probe: Probe) -> None:
         """Apply the impulse, log the event, open or close a contact, take the new phase."""
@@ -270,7 +268,7 @@ class Run:
         finite = self._track_contact(leaving, impulse, transition.kind)
         if transition.kind is not None:
             event = Event(
-                self._front.t,
+                self._now.t,
                 transition.kind,
                 impulse.normal,
                 impulse.tangential,
@@ -282,19 +280,19 @@ class Run:
             self.record.events.append(event.with_share(finite) if finite else event)
         if transition.at_end is None:
             self._account_for_penetration(leaving, before.gap)
-        if transition.stop is not None:
-            raise PhysicsStop(transition.stop)
+        if transition.failure is not None:
+            raise RunEnded(transition.failure)
 
     def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
-        """Keep how an end of the slope is passed; what an elastic stop still stores there is lost."""
+        """Record how an end of the slope is passed; the energy still in an elastic stop is lost."""
         end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
-        self.record.passages.append(Passage(self._front.t, how, instant.slip, end))
-        stop = self.problem.machine.stop
-        if how is AtEnd.SLIDES_OFF and stop is not None:
-            self._quadratures()[STOP_LOSS] += stop.energy(instant.gap, leaving.residual.compliance)
+        self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
+        law = self.problem.machine.contact_law
+        if how is AtEnd.SLIDES_OFF and law is not None:
+            self._quadratures()[STOP_LOSS] += law.energy(instant.gap, leaving.residual.compliance)
 
     def _jump(self, impulse: Impulse, probe: Probe) -> None:
-        """Let an impulse change the velocities."""
+        """Change the velocities by an impulse."""
         d, jump = self.problem.q0.size, probe.velocity_jump(impulse)
         self._quadratures()[SUPPLIED] += probe.supply(impulse, jump)
         self._y[d : 2 * d] += jump
@@ -304,25 +302,25 @@ class Run:
 
         Located contacts begin and end at zero gap; a fixed step notices them late.
         """
-        stop = self.problem.machine.stop
-        if stop is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
+        law = self.problem.machine.contact_law
+        if law is None or (leaving.state == State.FREE) == (self._phase.state == State.FREE):
             return
         found = -1.0 if leaving.state == State.FREE else 1.0
         compliance = max(leaving.residual.compliance, self._phase.residual.compliance)
-        self._quadratures()[STABILIZATION_LOSS] += found * stop.energy(gap, compliance)
+        self._quadratures()[STABILIZATION_LOSS] += found * law.energy(gap, compliance)
 
     def _track_contact(self, leaving: Phase, impulse: Impulse, kind: EventKind | None) -> Contact | None:
         """Open or close a contact; returns the share of the finite force of one that is closed."""
         if leaving.state == State.FREE and kind is not None:
             self._open = OpenContact(
-                self._front.t, impulse, self._quadratures().copy(), self._phase.residual.compliance
+                self._now.t, impulse, self._quadratures().copy(), self._phase.residual.compliance
             )
         return self._close_contact() if self._phase.state == State.FREE else None
 
     def _close_contact(self) -> Contact | None:
         if self._open is None:
             return None
-        contact, finite = self._open.closed(self._front.t, self._quadratures(), self.problem.machine.stop)
+        contact, finite = self._open.closed(self._now.t, self._quadratures(), self.problem.machine.contact_law)
         self.record.contacts.append(contact)
         self._open = None
         return finite
@@ -331,29 +329,29 @@ class Run:
         return self._y[2 * self.problem.q0.size :][:QUADRATURES]
 
     def _watch_for_chattering(self) -> None:
-        t = self._front.t
+        t = self._now.t
         cluster = _CLUSTER_TIME * self.problem.end_time
         if len(self._recent) == _CLUSTER and t - self._recent[0] < cluster:
-            raise PhysicsStop(Outcome.CHATTERING)
+            raise RunEnded(Outcome.CHATTERING)
         self._recent.append(t)
         if len(self.record.events) > MAX_EVENTS:
-            raise PhysicsStop(Outcome.TOO_MANY_EVENTS)
+            raise RunEnded(Outcome.TOO_MANY_EVENTS)
 
     def _enter(self, leaving: Phase | None) -> None:
         """Begin a phase: sample its right-hand values and arm its guards.
 
         Output samples continue with the next multiple of the interval.
         """
-        t, self._before = self._front.t, leaving
+        t, self._before = self._now.t, leaving
         sample = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9)) + 1
-        self._front = StepState(t, self._front.h, sample, t, 0, 0)
+        self._now = StepState(t, self._now.h, sample, t, 0, 0)
         self._y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
         contact = self._sample(self._phase)
         arm(self._phase, self._scratch, guards_of(self._phase, contact))
 
     def _sample(self, phase: Phase) -> Instant:
-        """Keep the front as a sample; returns the contact there."""
-        found = self._observe(phase, np.array([self._front.t]), self._y[None, :])
+        """Keep where the run is as a sample; returns the contact there."""
+        found = self._observe(phase, np.array([self._now.t]), self._y[None, :])
         return Instant(*found.instants[0].tolist())
 
     def _keep(self, progress: Progress) -> None:
@@ -365,11 +363,11 @@ class Run:
         large = self._large_deflection(states)
         if large.any():
             count = int(np.argmax(large))
-            self._front, self._y[:] = self._front._replace(t=float(times[count])), states[count]
+            self._now, self._y[:] = self._now._replace(t=float(times[count])), states[count]
         if count:
             self._observe(self._phase, times[:count], states[:count])
         if large.any() or self._large_deflection(self._y[None]).any():
-            raise PhysicsStop(self._cause(Outcome.LARGE_DEFLECTION))
+            raise RunEnded(self._cause(Outcome.LARGE_DEFLECTION))
         if self._open is not None:
             self._open.peak_force = max(self._open.peak_force, progress.peak_force)
             self._open.depth = max(self._open.depth, progress.depth)
@@ -397,8 +395,8 @@ class Run:
 
     def _compression(self, phase: Phase, observation: Observation) -> Array:
         """Compression (m) of the stop itself, 0 of a rigid one and in flight."""
-        stop, gap = self.problem.machine.stop, observation.column("gap")
-        if stop is None or phase.state == State.FREE:
+        law, gap = self.problem.machine.contact_law, observation.column("gap")
+        if law is None or phase.state == State.FREE:
             return np.zeros_like(gap)
         rate, force = observation.column("gap_rate"), observation.column("normal_force")
-        return stop.compression(phase.residual, gap, rate, force)
+        return law.compression(phase.residual, gap, rate, force)

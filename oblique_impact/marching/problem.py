@@ -1,4 +1,4 @@
-"""What the loop marches."""
+"""A system with its laws, scheme and times, ready to be marched."""
 
 from __future__ import annotations
 

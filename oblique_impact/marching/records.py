@@ -1,4 +1,4 @@
-"""What a run leaves behind: samples, events, contacts."""
+"""Record of a run: samples, events, contacts."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Contact(NamedTuple):
 
 @dataclass
 class OpenContact:
-    """What is known of a contact that is still closed."""
+    """A contact that is still closed."""
 
     start: float
     impulse: Impulse  # that it began with
@@ -77,11 +77,11 @@ class OpenContact:
     peak_force: float = 0.0
     depth: float = 0.0  # m
 
-    def closed(self, end: float, quadratures: Array, stop: ContactLaw | None) -> tuple[Contact, Contact]:
+    def closed(self, end: float, quadratures: Array, law: ContactLaw | None) -> tuple[Contact, Contact]:
         """Return the contact that ends at `end`, and the share of its finite force."""
         gained = quadratures - self.quadratures
         normal, tangential = float(gained[NORMAL_IMPULSE]), float(gained[TANGENTIAL_IMPULSE])
-        stored = stop.energy(-self.depth, self.compliance) if stop else 0.0
+        stored = law.energy(-self.depth, self.compliance) if law else 0.0
         loss = float(gained[FRICTION_LOSS] + gained[STOP_LOSS])
         finite = Contact(self.start, end, normal, tangential, self.peak_force, stored, loss, self.compliance)
         whole = finite._replace(
@@ -104,14 +104,14 @@ class Segment(NamedTuple):
 
 @dataclass
 class Record:
-    """Everything a run leaves behind."""
+    """Record of a run."""
 
     segments: list[Segment] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
     passages: list[Passage] = field(default_factory=list)
     outcome: Outcome = Outcome.COMPLETED
-    message: str = ""  # what a person is told of the outcome, if not the outcome's own sentence
+    message: str = ""  # about the outcome, if not the outcome's own sentence
     stored: float = 0.0  # J, in an elastic stop at the end
     steps: int = 0
     rejected: int = 0

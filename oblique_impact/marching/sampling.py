@@ -16,7 +16,7 @@ INSTANT, EVALUATION = len(Instant._fields), len(Evaluation._fields)
 
 
 class Observation(NamedTuple):
-    """What is known at samples besides the state vector, each row one sample."""
+    """Accelerations and contacts at samples, each row one sample."""
 
     qdd: Array  # (samples, d)
     instants: Array  # (samples, 13), a column for each field of `Instant`

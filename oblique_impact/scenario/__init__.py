@@ -1,1 +1,1 @@
-"""What to simulate."""
+"""Scenarios: what is simulated."""

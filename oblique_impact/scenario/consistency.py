@@ -1,4 +1,4 @@
-"""What keys of different sections of a scenario exclude: plain checks, each with its own line of words."""
+"""Consistency of the keys of different sections of a scenario."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 MAX_STEPS = 1_000_000_000
 MAX_VALUES = 500_000_000
 
-#: a start this close to the slope (relative to the beam's length) touches it
+#: initial gap (over the beam's length) below which the beam touches the slope
 TOUCHING = 1e-12
-#: a node of a given mesh this close to a place (relative to the beam's length) is there
+#: distance (over the beam's length) at which a node of a given mesh is at a point
 ON_NODE = 1e-9
-#: a contact point closer to the root than this part of the length has no lever
+#: least distance of the contact point from the root, over the length: its lever arm
 _LEAST_POINT = 1e-3
 
 
 def check(scenario: Scenario) -> None:
-    """Raise InputError, in one line, for the first keys that do not fit together."""
+    """Raise InputError, in one line, for the first keys that are inconsistent."""
     # each may rely on those before it
     _check_root(scenario)
     _check_beam(scenario)
@@ -35,7 +35,7 @@ def check(scenario: Scenario) -> None:
 
 
 def coordinates(discretization: DiscretizationSection) -> int:
-    """Count the generalized coordinates, the angle of the frame among them."""
+    """Return the number of generalized coordinates, the angle of the frame included."""
     d = discretization
     return 1 + (6 * d.elements if d.method == "absolute" else d.modes or 2 * d.elements)
 
@@ -147,7 +147,7 @@ def _check_discretization(s: Scenario) -> None:
 
 def _check_solver(s: Scenario) -> None:
     interval = s.solver.output_interval
-    # of one sample in memory: states and accelerations, results at 33 stations, scalars
+    # numbers of one sample in memory: states and accelerations, results at 33 stations, scalars
     values = 3 * coordinates(s.discretization) + 8 * 33 + 60
     if s.end_time / interval * values > MAX_VALUES:
         words = f"gives {s.end_time / interval:.3g} samples of {values} values"

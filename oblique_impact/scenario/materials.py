@@ -13,8 +13,8 @@ class Material(NamedTuple):
     source: str
 
 
-#: keys of [beam] that a material gives
-GIVEN = ("density", "youngs_modulus")
+#: properties of a material, by their keys in [beam]
+MATERIAL_PROPERTIES = ("density", "youngs_modulus")
 MATERIALS = {
     "steel": Material(7850.0, 210e9, "EN 1993-1-1:2005, 3.2.6 (modulus); EN 1993-1-2:2005, 3.2.2 (density)"),
     "stainless-steel": Material(7900.0, 200e9, "EN 10088-1:2014, annex E, grade 1.4301"),

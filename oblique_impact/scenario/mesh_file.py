@@ -46,7 +46,7 @@ def read_nodes(path: Path) -> list[float]:
 
 
 def take_mesh(data: dict[str, Any], folder: Path) -> None:
-    """Put the nodes of `discretization.mesh`, a path from `folder`, in its place into the data of a scenario.
+    """Replace `discretization.mesh`, a path from `folder`, by its nodes in the data of a scenario.
 
     Raises InputError as `read_nodes`, or if the nodes are given as well.
     """

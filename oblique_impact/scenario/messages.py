@@ -1,4 +1,4 @@
-"""Error messages in one line: which key, its value, what is allowed, and what may have been meant."""
+"""Error messages in one line: the key, its value, what is allowed, and the most similar word."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def refused(key: str, value: Any, allowed: str) -> InputError:
 
 
 def did_you_mean(word: Any, known: Iterable[str], quote: str = "") -> str:
-    """Return "; did you mean WORD?" with the most similar of the known words, or nothing if none is similar."""
+    """Return "; did you mean WORD?" with the most similar of the known words, "" if none is similar."""
     close = difflib.get_close_matches(str(word)[:100], list(known), n=1)
     return f"; did you mean {quote}{close[0]}{quote}?" if close else ""
 
 
 def one_of(word: Any, known: Iterable[str]) -> str:
-    """Return "should be one of A, B", and which of them may have been meant."""
+    """Return "should be one of A, B", with the most similar of them."""
     known = list(known)
     return f"should be one of {', '.join(known)}{did_you_mean(word, known)}"

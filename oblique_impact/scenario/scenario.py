@@ -1,4 +1,4 @@
-"""What to simulate: a frozen, validated model in SI units; TOML in and out; the built-in cases."""
+"""The scenario of a simulation: a frozen, validated model in SI units; TOML files; the built-in cases."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_v
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario import consistency
-from oblique_impact.scenario.materials import GIVEN, MATERIALS
+from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.schema import commented
@@ -29,7 +29,7 @@ from oblique_impact.scenario.sections import (
     SlopeSection,
     SolverSection,
 )
-from oblique_impact.scenario.shapes import FOLLOWING, fibre_distance, following
+from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, fibre_distance, shape_property
 from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key
 from oblique_impact.scenario.units import Unit
 
@@ -37,17 +37,17 @@ from oblique_impact.scenario.units import Unit
 MAX_FILE = 1_000_000
 #: table of a resolved file: values that were not given and follow other keys
 DERIVED = "derived"
-#: keys that may follow others
+#: keys whose values may be derived from others
 FOLLOWERS = (
     "contact.point",
     "discretization.frame",
     "solver.scheme",
-    *(f"beam.{name}" for name in (*FOLLOWING, *GIVEN)),
+    *(f"beam.{name}" for name in (*SHAPE_PROPERTIES, *MATERIAL_PROPERTIES)),
 )
 
 
 def _with_derived(schema: dict[str, Any]) -> None:
-    """Let files have the table of derived values."""
+    """Add the table of derived values of resolved files to the schema."""
     names = {name: {"description": "of a resolved file: follows other keys"} for name in FOLLOWERS}
     schema["properties"][DERIVED] = {"type": "object", "properties": names, "additionalProperties": False}
 
@@ -65,7 +65,7 @@ class Scenario(Section):
 
     model_config = ConfigDict(validate_default=True, title="oblique-impact", json_schema_extra=_with_derived)
 
-    title: Annotated[str, Field(max_length=200)] = key("", "what pictures, films and pages call the run")
+    title: Annotated[str, Field(max_length=200)] = key("", "title of the run in pictures, films and pages")
     end_time: Annotated[Positive, Unit("s")] = key(1.0, "duration of the run")
     gravity: Annotated[float, Field(ge=0.0, le=1e6), Unit("m/s^2")] = key(
         9.8, "acceleration of gravity, downwards"
@@ -78,16 +78,16 @@ class Scenario(Section):
     discretization: DiscretizationSection = DiscretizationSection()
     solver: SolverSection = SolverSection()
 
-    # --- keys that follow others as long as they are not given
+    # --- keys derived from others unless they are given
 
     @field_validator("beam")
     @classmethod
     def _shape_and_material(cls, beam: BeamSection) -> BeamSection:
         found: dict[str, Any] = {}
         if beam.section.shape:
-            found |= {name: following(beam.section, name) for name in FOLLOWING}
+            found |= {name: shape_property(beam.section, name) for name in SHAPE_PROPERTIES}
         if beam.material:
-            found |= {name: getattr(MATERIALS[beam.material], name) for name in GIVEN}
+            found |= {name: getattr(MATERIALS[beam.material], name) for name in MATERIAL_PROPERTIES}
         return beam.with_defaults(**found)
 
     @field_validator("contact")
@@ -108,12 +108,12 @@ class Scenario(Section):
             return solver.with_defaults(scheme="energy-consistent")
         return solver.with_defaults(scheme="generalized-alpha" if discretization.is_nodal else "event")
 
-    # --- keys that do not fit
+    # --- unknown and inconsistent keys
 
     @model_validator(mode="before")
     @classmethod
     def _keys_of_other_sections(cls, data: Any) -> Any:
-        """Say in which section an unknown key is known."""
+        """Raise InputError for a key of another section, and name that section."""
         if not isinstance(data, dict):
             return data
         sections = _sections()
@@ -143,7 +143,7 @@ class Scenario(Section):
             model = cast("type[Section]", model.model_fields[name].annotation)
         return validated(path, model.model_fields[key], value)
 
-    # --- what follows from the keys
+    # --- derived quantities
 
     @property
     def is_nodal(self) -> bool:
@@ -152,12 +152,12 @@ class Scenario(Section):
 
     @property
     def is_absolute(self) -> bool:
-        """Whether the beam is in absolute coordinates, with mechanics of its own."""
+        """Whether the beam is the geometrically exact one in absolute coordinates."""
         return self.discretization.method == "absolute"
 
     @property
     def contact_fibre(self) -> float:
-        """Place (m) of the contact point in its section, across the beam: 0 on the axis, negative below it."""
+        """Transverse coordinate (m) of the contact point in its section: 0 on the axis, negative below it."""
         if self.contact.surface == "axis":
             return 0.0
         facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
@@ -252,15 +252,18 @@ class Scenario(Section):
         flat = flat_keys(data)
         # sizes of other shapes are left out
         data["beam"]["section"] = {key: value for key, value in data["beam"]["section"].items() if value}
-        derived = tomlkit.dumps({DERIVED: {path: flat[path] for path in self._following()}})
+        derived = tomlkit.dumps({DERIVED: {path: flat[path] for path in self._derived_keys()}})
         return f"{commented(data)}\n# not given: these values follow other keys\n{derived}"
 
-    def _following(self) -> list[str]:
-        """Return the keys whose values follow other keys."""
-        beam = (*FOLLOWING,) * bool(self.beam.section.shape) + (*GIVEN,) * bool(self.beam.material)
-        keys = [*FOLLOWERS[:3], *(f"beam.{name}" for name in beam)]
-        split = [(path, *path.split(".")) for path in keys]
-        return [path for path, name, key in split if key not in getattr(self, name).model_fields_set]
+    def _derived_keys(self) -> list[str]:
+        """Return the keys of this scenario whose values are derived from others."""
+        keys = ["contact.point", "discretization.frame", "solver.scheme"]
+        if self.beam.section.shape:
+            keys += [f"beam.{name}" for name in SHAPE_PROPERTIES]
+        if self.beam.material:
+            keys += [f"beam.{name}" for name in MATERIAL_PROPERTIES]
+        given = {f"{section}.{key}" for section in _sections() for key in getattr(self, section).model_fields_set}
+        return [key for key in keys if key not in given]
 
 
 def _sections() -> dict[str, type[Section]]:
@@ -270,7 +273,7 @@ def _sections() -> dict[str, type[Section]]:
 
 
 def _drop_derived(data: dict[str, Any]) -> None:
-    """Take out of a file's data what its table of derived values lists: it follows other keys again.
+    """Remove the values that a file lists as derived, so that they follow other keys again.
 
     A value that is not the listed one was changed by hand since, and stays.  Raises InputError.
     """
@@ -285,7 +288,7 @@ def _drop_derived(data: dict[str, Any]) -> None:
 
 
 def require_scenario(value: object, where: str) -> Scenario:
-    """Return a value if it is a scenario; else raises InputError, in one line that begins with `where`."""
+    """Return a value if it is a Scenario; else raise InputError, in one line that begins with `where`."""
     if not isinstance(value, Scenario):
         makers = "Scenario.builtin(NAME), Scenario.load(FILE) and Scenario(...) make one"
         raise InputError(f"{where}: scenario = {short(value)}: should be a Scenario; {makers}")

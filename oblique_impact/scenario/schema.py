@@ -28,8 +28,8 @@ _WIDTH = 108
 def scenario_schema(out: str | os.PathLike[str] | None = None) -> dict[str, Any]:
     """Return the JSON Schema of scenario files, for editors that complete and check them.
 
-    Each key has its meaning, the range or the words that it takes, its default, and its SI unit (`unit`).  Which
-    keys exclude each other is not in it: that is checked when a scenario is read.
+    Each key has its meaning, its range or its choices, its default, and its SI unit (`unit`).  The schema does not
+    say which keys exclude each other: that is checked when a scenario is read.
 
     Parameters
     ----------
@@ -92,17 +92,17 @@ def _of_keys(model: type[BaseModel], prefix: str) -> dict[str, dict[str, Any]]:
     return found
 
 
-def words_of(schema: dict[str, Any]) -> str:
-    """Return what a key takes in words: "number, > 0", "whole number, >= 0, <= 100", '"rigid", "spring"'."""
+def range_text(schema: dict[str, Any]) -> str:
+    """Return the range of a key as text: "number, > 0", "whole number, >= 0, <= 100", '"rigid", "spring"'."""
     if "enum" in schema:
         return ", ".join(f'"{name}"' for name in schema["enum"])
     if "anyOf" in schema:
         tables = ["or a table of pairs [x, value]"] if schema["anyOf"][-1]["type"] == "array" else []
-        return ", ".join([words_of(schema["anyOf"][0]), *tables])
+        return ", ".join([range_text(schema["anyOf"][0]), *tables])
     if schema["type"] == "array":
         items = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
         count = "two" if schema.get("maxItems") == 2 else "list of"
-        return f"{count} {words_of(items).replace('number', 'numbers', 1)}"
+        return f"{count} {range_text(items).replace('number', 'numbers', 1)}"
     plain = {"boolean": "true, false", "string": "text"}
     if schema["type"] in plain:
         return plain[schema["type"]]
@@ -112,8 +112,8 @@ def words_of(schema: dict[str, Any]) -> str:
 
 
 def comment_of(schema: dict[str, Any]) -> str:
-    """Return the meaning of a key with its unit and what it takes, for a comment in a file."""
-    words = words_of(schema)
+    """Return the meaning of a key with its unit and range, for a comment in a file."""
+    words = range_text(schema)
     if schema.get("unit", "1") != "1":
         words = re.sub("numbers?", rf"\g<0> in {schema['unit']}", words, count=1)
     return f"{schema['description']} ({words})"

@@ -19,7 +19,7 @@ _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 def key(default: T, meaning: str) -> T:
-    """Return the default of a key together with its meaning, which every text about the key is made from."""
+    """Return the default of a key with its meaning, from which comments, schema and documentation are made."""
     return Field(default=default, description=meaning)
 
 

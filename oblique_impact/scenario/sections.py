@@ -1,6 +1,6 @@
-"""Sections of a scenario: each key with its unit, range, default and meaning, and what keys of a section exclude.
+"""Sections of a scenario: each key with its unit, range, default and meaning, and the checks within a section.
 
-What keys of different sections exclude is in :mod:`oblique_impact.scenario.consistency`.
+Checks across sections are in :mod:`oblique_impact.scenario.consistency`.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from oblique_impact.scenario.materials import GIVEN
+from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.section import Section, key
-from oblique_impact.scenario.shapes import FOLLOWING, SHAPES, SIZES, misfit
+from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, size_conflict
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
 from oblique_impact.scenario.units import Unit
 
@@ -32,7 +32,8 @@ class CrossSection(Section):
     """The cross-section by its shape; sizes are numbers, or tables [[x, value], ...] from x = 0 to the length."""
 
     shape: Literal["", "rectangle", "circle", "tube", "i-beam"] = key(
-        "", "shape of the cross-section, of which area, second moment and outer fibre follow; none: they are given"
+        "",
+        "shape of the cross-section, which gives area, second moment and outer fibre; none: they are given",
     )
     width: Annotated[Size, Unit("m")] = key(0.0, "size across the plane of motion (rectangle, i-beam)")
     height: Annotated[Size, Unit("m")] = key(0.0, "size in the plane of motion (rectangle, i-beam)")
@@ -52,7 +53,7 @@ class CrossSection(Section):
                 raise refused(size, value, f"is no size of {named}, which takes {takes}")
             if value == 0.0 and size in sizes:
                 raise refused(size, value, f"should be greater than 0 for {named}")
-        if wrong := misfit(self):
+        if wrong := size_conflict(self):
             raise refused("shape", self.shape, f"these sizes are not possible: {wrong}")
         return self
 
@@ -83,7 +84,7 @@ class BeamSection(Section):
 
     @model_validator(mode="after")
     def _given_once(self) -> Self:
-        for name, followers in (("section.shape", FOLLOWING), ("material", GIVEN)):
+        for name, followers in (("section.shape", SHAPE_PROPERTIES), ("material", MATERIAL_PROPERTIES)):
             named = self.section.shape if name == "section.shape" else self.material
             for follower in followers if named else ():
                 if follower in self.model_fields_set:
@@ -102,12 +103,12 @@ class BeamSection(Section):
     def tables(self) -> dict[str, Table]:
         """Return the keys of this section that are given as tables over x."""
         values = {f"section.{size}": getattr(self.section, size) for size in SIZES}
-        values |= {name: getattr(self, name) for name in FOLLOWING}
+        values |= {name: getattr(self, name) for name in SHAPE_PROPERTIES}
         return {name: value for name, value in values.items() if isinstance(value, tuple)}
 
 
 class RootSection(Section):
-    """How the beam is held at x = 0."""
+    """The support of the beam at x = 0."""
 
     kind: Literal["pin", "hub", "driven"] = key(
         "pin", "a frictionless pin, a hub with inertia and torque, or a root whose angle is prescribed"
@@ -115,7 +116,7 @@ class RootSection(Section):
     hub_radius: Annotated[NonNegative, Unit("m")] = key(0.0, "distance of the root from the axis of rotation")
     inertia: Annotated[NonNegative, Unit("kg m^2")] = key(0.0, "moment of inertia of the hub")
     torque: Annotated[Finite, Unit("N m")] = key(0.0, "torque on the hub")
-    profile: Literal["hold", "constant-speed", "spin-up"] = key("hold", "how a driven root turns")
+    profile: Literal["hold", "constant-speed", "spin-up"] = key("hold", "prescribed rotation of a driven root")
     spin_rate: Annotated[Finite, Unit("rad/s")] = key(
         0.0, "angular velocity of a driven root, the final one of a spin-up"
     )
@@ -137,7 +138,7 @@ class RootSection(Section):
 
     @property
     def is_moved(self) -> bool:
-        """Whether the root turns as prescribed, or stands off the axis."""
+        """Whether the rotation of the root is prescribed, or the root is off the axis."""
         return self.kind == "driven" or self.hub_radius > 0.0
 
 
@@ -176,7 +177,7 @@ class SlopeSection(Section):
 class ContactSection(Section):
     """The contact between the beam's point `point` and the slope."""
 
-    enabled: bool = key(True, "whether the slope is there at all")
+    enabled: bool = key(True, "whether there is a slope; false: free motion")
     point: Annotated[Positive, Unit("m")] = key(
         1.0, "place of the contact point along the beam; not given: the beam's length"
     )
@@ -198,21 +199,21 @@ class ContactSection(Section):
     )
     point_inertia: Literal["kept", "none"] = key(
         "kept",
-        "whether the contact point has the inertia that the discretization gives it, and meets a rigid stop by "
-        "an impact, or `none`: it rests on the stop through the flexibility of what the discretization leaves out",
+        "whether the contact point has the inertia of the discretization, with impacts on a rigid stop, or "
+        "`none`: it rests on the stop through the residual flexibility of the discretization, without impacts",
     )
     residual_flexibility: bool = key(
-        True, "whether an elastic stop knows the static flexibility of the modes that are left out"
+        True, "whether the static flexibility of the truncated modes is in series with an elastic stop"
     )
     shortening: bool = key(
-        True, "whether gap and slip know the foreshortening of the beam up to the contact point"
+        True, "whether gap and slip include the foreshortening of the beam up to the contact point"
     )
     friction: Literal["frictionless", "hybrid", "modified-coulomb"] = key("hybrid", "the tangential law")
     mu_static: NonNegative = key(0.3, "static coefficient of friction")
     mu_kinetic: NonNegative = key(0.3, "kinetic coefficient of friction")
     regularization: Annotated[tuple[NonNegative, NonNegative], Field(strict=False), Unit("m/s")] = key(
         (1e-3, 1e-2),
-        "slip velocities v0 < v1 between which the modified Coulomb law grows from nothing to its full force",
+        "slip velocities v0 < v1 between which the modified Coulomb law grows from 0 to its full force",
     )
 
     @field_validator("regularization")
@@ -245,7 +246,7 @@ class ContactSection(Section):
 
 
 class DiscretizationSection(Section):
-    """How the beam becomes a finite number of coordinates."""
+    """The discretization of the beam."""
 
     method: Literal["modal", "fem", "absolute"] = key(
         "modal",
@@ -254,14 +255,14 @@ class DiscretizationSection(Section):
     )
     frame: Literal["tangent", "mean-axis"] = key(
         "tangent",
-        "the floating frame: tangent to the root (clamped shapes), or the mean axis (shapes that turn at the "
-        "root), which is the default of the full nodal model",
+        "the floating frame: tangent to the root (clamped shapes), or the mean axis (shapes that rotate at "
+        "the root), which is the default of the full nodal model",
     )
     kinetics: Literal["zeroth-order", "first-order", "full"] = key(
         "first-order", "order of the kinetic energy in the elastic coordinates"
     )
     modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = key(
-        2, "number of modes; of finite elements: reduced to so many of their own modes, 0: the full nodal model"
+        2, "number of modes; finite elements are reduced to so many of their own modes, 0: the full nodal model"
     )
     elements: Annotated[int, Field(ge=1, le=MAX_ELEMENTS)] = key(32, "number of finite elements")
     mesh: str = key(
@@ -327,7 +328,7 @@ class DiscretizationSection(Section):
 
 
 class SolverSection(Section):
-    """How time is marched."""
+    """The marching scheme, its steps and tolerances."""
 
     scheme: Literal["event", "fixed-step", "generalized-alpha", "energy-consistent"] = key(
         "event",

@@ -21,7 +21,7 @@ DEGREE = 4
 
 
 class Shape(NamedTuple):
-    """The sizes (m) of a shape, by the names of their keys, and what follows from numbers or arrays of them."""
+    """A shape: names of its sizes (m), and its properties as functions of numbers or arrays of them."""
 
     sizes: tuple[str, ...]
     area: Callable[..., Any]  # m^2
@@ -63,13 +63,13 @@ SHAPES = {
         lambda width, height, flange_thickness, web_thickness: 0.5 * height,
     ),
 }
-#: sizes of a shape that are at most a part of another one
+#: sizes of a shape that are limited by a part of another one
 _INSIDE = {
     "tube": (("thickness", 0.5, "diameter"),),
     "i-beam": (("flange_thickness", 0.5, "height"), ("web_thickness", 1.0, "width")),
 }
-#: what follows from the sizes, by the names of its keys in [beam]
-FOLLOWING = ("area", "second_moment", "outer_fibre")
+#: properties of a shape, by their keys in [beam]
+SHAPE_PROPERTIES = ("area", "second_moment", "outer_fibre")
 SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape.sizes))
 
 
@@ -79,15 +79,15 @@ def rows_of(section: CrossSection) -> list[float]:
     return sorted({x for table in tables if isinstance(table, tuple) for x, _ in table})
 
 
-def at(section: CrossSection, name: str, x: Any) -> Any:
-    """Return a size, or the area, second moment or outer fibre of a section at places x (m), of the shape of x."""
+def value_at(section: CrossSection, name: str, x: Any) -> Any:
+    """Return a size, or the area, second moment or outer fibre of a section, at x (m), of the shape of x."""
     import numpy as np
 
     if name in SIZES:
         size = getattr(section, name)
         return np.interp(x, *np.array(size).T) if isinstance(size, tuple) else size + 0.0 * np.asarray(x)
     shape = SHAPES[section.shape]
-    return getattr(shape, name)(**{size: at(section, size, x) for size in shape.sizes})
+    return getattr(shape, name)(**{size: value_at(section, size, x) for size in shape.sizes})
 
 
 def fibre_distance(beam: BeamSection, x: float) -> float:
@@ -95,14 +95,14 @@ def fibre_distance(beam: BeamSection, x: float) -> float:
     import numpy as np
 
     if beam.section.shape:
-        return float(at(beam.section, "outer_fibre", x))
+        return float(value_at(beam.section, "outer_fibre", x))
     size = beam.outer_fibre or beam.area
     value = float(np.interp(x, *np.array(size).T)) if isinstance(size, tuple) else size
     return value if beam.outer_fibre else math.sqrt(value / math.pi)
 
 
-def following(section: CrossSection, name: str) -> float | Table | None:
-    """Return the area, second moment or outer fibre: a number, or the rows where sizes have some.
+def shape_property(section: CrossSection, name: str) -> float | Table | None:
+    """Return the area, second moment or outer fibre: a number, or a table with the rows of the sizes.
 
     None without a shape, or if a size is missing.
     """
@@ -112,14 +112,13 @@ def following(section: CrossSection, name: str) -> float | Table | None:
     rows = rows_of(section)
     if not rows:
         return float(getattr(shape, name)(**{size: getattr(section, size) for size in shape.sizes}))
-    return tuple((x, float(at(section, name, x))) for x in rows)
+    return tuple((x, float(value_at(section, name, x))) for x in rows)
 
 
-def misfit(section: CrossSection) -> str:
-    """Return in words which size does not fit into which other one, at any row; or nothing."""
+def size_conflict(section: CrossSection) -> str:
+    """Return as text which size is too large for another one, at any row; "" if none."""
     for thin, part, whole in _INSIDE.get(section.shape, ()):
-        if any(
-            float(at(section, thin, x)) > part * float(at(section, whole, x)) for x in rows_of(section) or [0.0]
-        ):
-            return f"{thin} is more than {'half of ' if part < 1.0 else ''}{whole}"
+        for x in rows_of(section) or [0.0]:
+            if float(value_at(section, thin, x)) > part * float(value_at(section, whole, x)):
+                return f"{thin} is more than {'half of ' if part < 1.0 else ''}{whole}"
     return ""

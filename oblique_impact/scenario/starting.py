@@ -1,4 +1,4 @@
-"""Scenarios to start from: the built-in cases with what happens in each, and files with every key explained."""
+"""Scenarios to start from: the built-in cases, and files with every key explained."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from oblique_impact.scenario.scenario import Scenario, builtin_names, builtin_te
 from oblique_impact.scenario.schema import commented
 from oblique_impact.scenario.section import Section
 
-#: when the macro-collisions of each built-in case begin (s), as `History.macro_collisions` tells
+#: starts (s) of the macro-collisions of each built-in case, as in `History.macro_collisions`
 _COLLISIONS: dict[str, tuple[float, ...]] = {
     "paper": (0.317, 0.676, 0.926),
     "bouncing": (0.317, 0.644, 0.908),
@@ -29,12 +29,12 @@ _COLLISIONS: dict[str, tuple[float, ...]] = {
     "tapered": (0.315,),
 }
 _HOW = """\
-# Numbers are in SI units; a text with a unit, such as "12 mm", will do as well. A key behind a "#" has the
-# value that holds without it: take the # away to change it."""
+# Numbers are in SI units; texts with a unit, such as "12 mm", are allowed too. A key behind a "#" has its
+# default value: remove the # to change it."""
 
 
 class BuiltinCase(NamedTuple):
-    """A built-in scenario in words."""
+    """Description of a built-in scenario."""
 
     name: str
     happens: str  # in a sentence or two
@@ -66,7 +66,7 @@ def start_scenario(
 ) -> Scenario:
     """Write a scenario file to start from, each key below its meaning, unit and range; returns the scenario.
 
-    Keys that `base` does not give stand behind a "#", with the values that hold without them.
+    Keys that `base` does not give stand behind a "#", with their default values.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def start_scenario(
     Returns
     -------
     Scenario
-        What the file says.
+        The scenario of the file.
 
     Raises
     ------
@@ -118,6 +118,6 @@ def _given(section: Section, name: str = "") -> Iterator[str]:
 
 
 def _about(name: str) -> str:
-    """Return what the comment at the head of a built-in case says."""
+    """Return the comment at the head of a built-in case."""
     head = takewhile(lambda line: line.startswith("#"), builtin_text(name).splitlines())
     return " ".join(line.removeprefix("#").strip() for line in head)

@@ -12,7 +12,7 @@ _PLACE = re.compile(r"(.*) \(at line (\d+), column (\d+)\)", re.DOTALL)
 
 
 def parse_toml(text: str, what: str) -> dict[str, Any]:
-    """Parse a file's text; `what` it is begins the one line of an InputError."""
+    """Parse a file's text; raises InputError, in one line that begins with `what`."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:

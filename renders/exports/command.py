@@ -187,7 +187,7 @@ def sides(time: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return -1 for samples left of a jump, 1 for those right of it, 0 elsewhere."""
     jump = jumps(time)
     right, left = np.append(False, jump), np.append(jump, False)
-    return right.astype(np.int64) - (left & ~right)
+    return np.where(right, 1, np.where(left, -1, 0))
 
 
 def export_command(

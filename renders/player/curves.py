@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import first_sample, last_sample
-from oblique_impact.problem import stop_of
+from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.envelope import drawn
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.player.numbers import fixed
@@ -97,7 +97,7 @@ def _values(history: History, name: str) -> Array:
 def _stop_energy(geometry: BeamGeometry) -> Array:
     """Return the energy (J) of an elastic stop, (samples,); 0 of a rigid one."""
     history, times = geometry.history, geometry.times
-    energy, stop = np.zeros(times.size), stop_of(geometry.scenario)
+    energy, stop = np.zeros(times.size), contact_law_of(geometry.scenario)
     if stop is None or not geometry.scenario.contact.enabled:
         return energy
     for contact in history.contacts:

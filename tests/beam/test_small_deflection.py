@@ -18,7 +18,7 @@ from oblique_impact.beam.small_deflection import (
     largest_motion,
     root_freedom,
 )
-from oblique_impact.history.samples import warnings_of
+from oblique_impact.history.samples import range_warnings
 from oblique_impact.problem import beam_of
 
 ROOT = Path(__file__).parents[2]
@@ -152,7 +152,7 @@ def test_runs_warn_by_their_own_deflection_whatever_its_sign():
         "state": np.zeros(2, dtype=int),
     }
     for sign in (1.0, -1.0):
-        (line,) = warnings_of(beam_of(pinned), {"uy": sign * np.array([[0.0, 0.1], [0.0, -0.01]]), **still}, [])
+        (line,) = range_warnings(beam_of(pinned), {"uy": sign * np.array([[0.0, 0.1], [0.0, -0.01]]), **still}, [])
         assert line.startswith("largest deflection 0.1 m, 10 % of the length")
     for modulus, lines in (("5e7", 1), ("68.952e9", 0)):
         words = [f"beam.youngs_modulus={modulus}", "contact.enabled=false", MEAN, "end_time=0.4"]

@@ -167,7 +167,7 @@ def test_guards_are_positive_inside_their_state(size, seed):
     assert_allclose(free, [c.gap, 1.0, 1.0, 1.0, 1.0])
     below = guards(Phase(surface=Surface(side=-1.0)))[0]  # the line of the slope, beyond an end
     assert_allclose(below, [-c.gap, 1.0, 1.0, 1.0, 1.0])
-    assert_allclose(guards(Phase(surface=Surface(watched=False)))[0], np.ones(5))
+    assert_allclose(guards(Phase(surface=Surface(enabled=False)))[0], np.ones(5))
     slip, c = guards(sliding(0.1, 2.0, -0.5, 0.25))
     definite = 1.0 + (0.1 + 2.0 * slip_rate) * c.a_nt / c.a_nn
     assert c.slip_rate == slip_rate

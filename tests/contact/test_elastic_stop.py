@@ -56,7 +56,7 @@ def test_ledger_on_an_elastic_stop(scheme, friction):
 def test_what_a_damped_stop_takes_is_the_energy_of_the_ball():
     """2 kg with 3 m/s, and without weight: m (v^2 - v'^2)/2."""
     start = np.array([0.0, 0.3]), np.array([0.0, -3.0])
-    history = simulate_system(Particle(above=0.0, mass=2.0), *start, 0.5, stop=ElasticStop(5e3, 0.2))
+    history = simulate_system(Particle(above=0.0, mass=2.0), *start, 0.5, contact_law=ElasticStop(5e3, 0.2))
     taken = 3.0**2 - float(history["qd"][-1, 1]) ** 2
     assert history.summary["energy"]["lost_damping"] == pytest.approx(taken, rel=1e-9)
     assert taken > 1.0

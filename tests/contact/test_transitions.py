@@ -30,7 +30,7 @@ from oblique_impact.contact.state import (
     Tolerances,
 )
 from oblique_impact.contact.transitions import ContactMachine, EventKind, StickCriterion, Transition
-from oblique_impact.errors import PhysicsStop
+from oblique_impact.errors import RunEnded
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching import loop
 from tests.systems import Block, incline
@@ -88,7 +88,7 @@ def test_plastic_impact_then_slip_in_the_direction_of_motion(slip_rate):
     assert transition.impulse == (1.5, 0.0, 0.5 * 1.5 * 3.0)
     assert slides(transition.phase, np.sign(slip_rate), 0.3)
     assert transition.phase.stabilization == (20.0, 1e6)
-    assert transition.stop is None
+    assert transition.failure is None
 
 
 def test_the_direction_of_slip_is_that_after_the_impact():
@@ -169,7 +169,7 @@ def test_zero_slip_where_the_sticking_force_pulls_is_a_release():
 
 
 @pytest.mark.parametrize(("guard", "direction"), [(LOWER, -1), (UPPER, 1)])
-def test_stick_gives_way_against_the_friction_force(guard, direction):
+def test_stick_ends_against_the_friction_force(guard, direction):
     # lambda_tau = +mu_s lambda_n (guard LOWER) holds against a drive in the negative direction
     probe = Probe(slip_acceleration=direction * 4.0, slip_rate=-direction * 1e-15)
     transition = machine(Coulomb(0.4, 0.3)).after_guard(STICK._replace(stick=Stick(0.4)), guard, probe)
@@ -200,7 +200,7 @@ PAINLEVE = {"a_nn": 1.0, "a_nt": 4.0, "a_tt": 20.0, "slip_rate": 1.0}  # 1 - 0.3
 
 
 def test_painleve_configuration_is_named_and_never_divided_by():
-    with pytest.raises(PhysicsStop) as stop:
+    with pytest.raises(RunEnded) as stop:
         machine().closed(Probe(**PAINLEVE).instant)
     assert stop.value.outcome is Outcome.PAINLEVE
     # sliding the other way there is an answer: 1 + 0.3 * 4 > 0
@@ -208,7 +208,7 @@ def test_painleve_configuration_is_named_and_never_divided_by():
 
 
 def test_sliding_into_a_painleve_configuration():
-    with pytest.raises(PhysicsStop) as stop:
+    with pytest.raises(RunEnded) as stop:
         machine().after_guard(SLIP_UP, DEFINITE, Probe(**PAINLEVE))
     assert stop.value.outcome is Outcome.PAINLEVE
 
@@ -236,7 +236,7 @@ def test_redundant_constraints_turn_as_the_motion_dictates(slip_bias):
 
 
 def test_redundant_constraints_at_rest_are_named():
-    with pytest.raises(PhysicsStop) as stop:
+    with pytest.raises(RunEnded) as stop:
         machine().closed(one_freedom(1.0, 0.0, -3.0, 0.0, 0.0).instant)
     assert stop.value.outcome is Outcome.REDUNDANT_CONSTRAINTS
 
@@ -315,7 +315,7 @@ def test_block_pulled_by_a_growing_force_sticks_then_slips_then_lifts_off():
 def test_bouncing_ball_comes_to_rest_at_its_accumulation_point(restitution):
     height, g = 0.3, 9.8
     history = simulate_system(
-        incline(0.0), [0.0, height], [0.0, 0.0], 2.5, friction=Frictionless(), impact=NewtonImpact(restitution)
+        incline(0.0), [0.0, height], [0.0, 0.0], 2.5, friction=Frictionless(), impact_law=NewtonImpact(restitution)
     )
     kinds = [event.kind.value for event in history.events]
     assert set(kinds[:-1]) == {"rebound"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import History, InputError, Scenario, simulate
-from oblique_impact.beam.clearance import nearest
+from oblique_impact.beam.clearance import smallest_distance
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.modal.eigenfunctions import Eigenfunctions
@@ -243,14 +243,14 @@ def straight(height, rise, begin=0.0, stations=5):
 def test_a_corner_between_two_stations(stations):
     """The axis falls through the end of a ledge: the depth is that on the edge, not that of a station."""
     x, z, tangent = straight(0.2, -0.6, stations=stations)
-    distance, place = nearest(x, z, tangent, SlopeSection(extent=(0.0, 0.37)))
+    distance, place = smallest_distance(x, z, tangent, SlopeSection(extent=(0.0, 0.37)))
     at = 0.37 / 0.8
     assert (distance[0], place[0]) == pytest.approx((0.2 - 0.6 * at, at), abs=1e-8)
 
 
 def test_an_axis_beside_the_obstacle_keeps_its_distance():
     x, z, tangent = straight(-0.1, 0.0, begin=0.5)
-    distance, place = nearest(x, z, tangent, SlopeSection(extent=(0.0, 0.2)))
+    distance, place = smallest_distance(x, z, tangent, SlopeSection(extent=(0.0, 0.2)))
     assert (distance[0], place[0]) == pytest.approx((np.hypot(0.3, 0.1), 0.0))
 
 
@@ -258,7 +258,7 @@ def test_a_sag_between_two_stations():
     """Height 0.1 - x (1 - x): a parabola, which Hermite's cubics meet; its lowest point lies inside of a cell."""
     x = np.array([0.0, 0.4, 1.0])
     z, tangent = x[None] + 1j * (0.1 - x * (1.0 - x))[None], 1.0 + 1j * (2.0 * x - 1.0)[None]
-    distance, place = nearest(x, z, tangent, SlopeSection())
+    distance, place = smallest_distance(x, z, tangent, SlopeSection())
     assert (distance[0], place[0]) == pytest.approx((-0.15, 0.5), abs=1e-7)
 
 

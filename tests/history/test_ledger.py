@@ -13,7 +13,7 @@ from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.history.summary import Ledger, MacroCollision, balance, balance_in_words, macro_collisions
+from oblique_impact.history.summary import Ledger, MacroCollision, balance, balance_text, macro_collisions
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.records import Contact, Event, OpenContact
 from oblique_impact.scenario.scenario import builtin_names
@@ -62,7 +62,7 @@ def test_energy_that_the_scheme_takes_is_warned_of(run):
 def test_the_balance_in_words_adds_up(run):
     """What it starts with, plus what is supplied, less what is lost."""
     for name, changes in (("spin-up", ("end_time=2",)), ("paper", ())):
-        sum_, final = balance_in_words(run(name, *changes).balance).removesuffix(" J").split(" = ")
+        sum_, final = balance_text(run(name, *changes).balance).removesuffix(" J").split(" = ")
         parts = [float(part) for part in re.findall(r"-?\d\S*", sum_.replace(" - ", " -"))]
         assert sum(parts) == pytest.approx(float(final), abs=2e-5 * max(map(abs, parts)))
         assert ("supplied" in sum_, "lost" in sum_) == (name == "spin-up", name == "paper")

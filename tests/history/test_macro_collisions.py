@@ -92,7 +92,7 @@ def ball(**options):
         np.array([0.0, 1.0]),
         np.zeros(2),
         3.0,
-        impact=NewtonImpact(0.5),
+        impact_law=NewtonImpact(0.5),
         **options,
     )
 

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from oblique_impact import History
-from oblique_impact.history.provenance import NUMERIC_PACKAGES, described, provenance, source_digest
+from oblique_impact.history.provenance import NUMERIC_PACKAGES, provenance, provenance_line, source_digest
 
 TOP = Path(__file__).parents[2]
 FOLDERS = ("oblique_impact", "modal", "fem_beam")
@@ -41,4 +41,4 @@ def test_every_result_says_what_made_it(run, tmp_path):
     assert made == provenance()
     assert made["numeric_source"] == source_digest(NUMERIC_PACKAGES)
     for value in made.values():
-        assert value in described(made)
+        assert value in provenance_line(made)

@@ -149,7 +149,7 @@ def test_pendulum_between_bounces():
     k = math.sin(1.25)
     to_stop = ellipk(k * k) + ellipkinc(math.asin(math.sin(0.5) / k), k * k)
     history = simulate_system(
-        Pendulum(1.0), [2.5], [0.0], 3.1 * to_stop, impact=NewtonImpact(1.0), scheme=EventScheme(1e-12)
+        Pendulum(1.0), [2.5], [0.0], 3.1 * to_stop, impact_law=NewtonImpact(1.0), scheme=EventScheme(1e-12)
     )
     assert [event.time for event in history.events] == pytest.approx([to_stop, 3.0 * to_stop], abs=1e-11)
     speed = math.sqrt(2.0 * (math.cos(1.0) - math.cos(2.5)))
@@ -175,7 +175,7 @@ END = 1.5
 
 def first_event(system):
     """First event of a slow variable that would run from 0 to END at 1 m/s in a single step."""
-    history = simulate_system(system, [0.0], [1.0], END, impact=NewtonImpact(1.0), output_interval=1e3 * END)
+    history = simulate_system(system, [0.0], [1.0], END, impact_law=NewtonImpact(1.0), output_interval=1e3 * END)
     if not history.events:
         assert history.summary["steps"] == 1
         return None
@@ -300,7 +300,7 @@ def test_ball_on_a_vibrating_table(frequency):
 def test_moving_table_balances_its_energy():
     """An elastic table moving up at 2 m/s returns a ball that falls at 3 m/s at 7 m/s."""
     table = Table(2e-3 / math.pi * 1e3, math.pi)  # at t = 0: 2 m/s, no acceleration
-    history = simulate_system(table, [0.0], [-3.0], 0.01, impact=NewtonImpact(1.0), output_interval=1e-3)
+    history = simulate_system(table, [0.0], [-3.0], 0.01, impact_law=NewtonImpact(1.0), output_interval=1e-3)
     assert history.events[0].time == 0.0
     assert float(history["qd"][1, 0]) == pytest.approx(7.0, rel=1e-12)
     energy = history.summary["energy"]
@@ -406,7 +406,7 @@ def test_short_bounces_inside_a_fraction_of_a_step(speed):
         [0.0, height],
         [1.0, 0.0],
         1.0,
-        impact=NewtonImpact(e),
+        impact_law=NewtonImpact(e),
         output_interval=1e3,
         gap_tolerance=1e-12,
     )
@@ -422,7 +422,7 @@ def test_short_bounces_inside_a_fraction_of_a_step(speed):
 def test_a_bounce_that_outlasts_many_others_keeps_every_landing():
     """Elastic bounces: the n-th landing comes after 2 n - 1 fall times, with one step growing in each flight."""
     history = simulate_system(
-        incline(0.0), [0.0, 0.2], [0.0, 0.0], 5.0, impact=NewtonImpact(1.0), output_interval=10.0
+        incline(0.0), [0.0, 0.2], [0.0, 0.0], 5.0, impact_law=NewtonImpact(1.0), output_interval=10.0
     )
     fall = math.sqrt(0.4 / 9.8)
     landings = fall * (2.0 * np.arange(1, len(history.events) + 1) - 1.0)

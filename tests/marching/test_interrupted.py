@@ -62,7 +62,7 @@ def test_an_interrupt_between_a_leg_and_its_bookkeeping(run, monkeypatch):
 
     def interrupted(self, *arguments):
         progress = march(self, *arguments)
-        legs.append(progress.front.t)
+        legs.append(progress.state.t)
         if len(legs) == 4:
             signal.raise_signal(signal.SIGINT)
         return progress

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 import pyvista as pv
 
-from oblique_impact.history.provenance import described, provenance
+from oblique_impact.history.provenance import provenance, provenance_line
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.renders import export
 from oblique_impact.renders.exports.command import FRAMES, chosen_samples
@@ -104,7 +104,7 @@ UNITS = {
 def test_field_data_say_what_it_is(exported):
     history, frames = exported
     fields = frames[-1].fields
-    assert fields["made_by"].startswith(described(provenance()))
+    assert fields["made_by"].startswith(provenance_line(provenance()))
     assert fields["scenario"] == history.scenario_toml
     assert fields["events"] == history.events_csv()
     assert fields["warnings"].splitlines() == history.summary["warnings"]

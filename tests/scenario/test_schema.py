@@ -11,7 +11,7 @@ import pytest
 
 from oblique_impact import InputError, Scenario, scenario_schema
 from oblique_impact.scenario.scenario import builtin_names, builtin_text
-from oblique_impact.scenario.schema import comment_of, key_schemas, words_of
+from oblique_impact.scenario.schema import comment_of, key_schemas, range_text
 from oblique_impact.scenario.toml import flat_keys, set_key
 
 # the unit of each key, written down a second time
@@ -132,9 +132,9 @@ def test_bounds_in_words_are_those_of_the_models():
     """What the words exclude is refused, and the bound itself is what the sign says."""
     checked = 0
     for path, schema in key_schemas().items():
-        for sign, text in re.findall(r"([<>]=?) (-?[\d.e-]+)", words_of(schema)):
+        for sign, text in re.findall(r"([<>]=?) (-?[\d.e-]+)", range_text(schema)):
             bound = float(text)
-            step = 1.0 if words_of(schema).startswith("whole") else abs(bound) * 1e-6 + 1e-9
+            step = 1.0 if range_text(schema).startswith("whole") else abs(bound) * 1e-6 + 1e-9
             value = bound if "=" not in sign else bound + (step if "<" in sign else -step)
             value = int(value) if step == 1.0 else value
             with pytest.raises(InputError, match=re.escape(path)):
@@ -151,7 +151,7 @@ def test_bounds_in_words_are_those_of_the_models():
         ("beam.modal_damping_ratio", "damping ratio of each elastic mode (number, >= 0, < 1)"),
         ("discretization.elements", "number of finite elements (whole number, >= 1, <= 4096)"),
         ("slope.origin", "a point of the slope, [x, y] from the axis of the root (two numbers in m)"),
-        ("contact.enabled", "whether the slope is there at all (true, false)"),
+        ("contact.enabled", "whether there is a slope; false: free motion (true, false)"),
         ("contact.normal", 'a rigid stop or an elastic one ("rigid", "spring")'),
     ],
 )

@@ -102,7 +102,9 @@ def test_a_mass_on_a_power_law_stop_leaves_as_it_came():
 
     speed, n, k = 0.5, 1.5, 1e6
     mass = Block(lambda t, q, qd: (0.0, 0.0))
-    history = simulate_system(mass, [0.0, 1e-3], [0.0, -speed], 0.03, stop=Power(k, n), output_interval=1e-3)
+    history = simulate_system(
+        mass, [0.0, 1e-3], [0.0, -speed], 0.03, contact_law=Power(k, n), output_interval=1e-3
+    )
     begin, end = times(history)
     depth = ((n + 1) * 0.5 * speed**2 / k) ** (1.0 / (n + 1))
     assert begin == pytest.approx(1e-3 / speed, abs=1e-12)

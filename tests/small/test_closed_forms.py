@@ -219,7 +219,7 @@ def test_a_ball_bounces_half_as_fast_each_time_and_comes_to_rest(friction, schem
     Restitution acts on the normal velocity alone; without motion along the ground friction changes nothing.
     """
     h, end = 2e-3, 1.0
-    history = completed(dropped(scheme, h, end, impact=NewtonImpact(0.5), friction=friction))
+    history = completed(dropped(scheme, h, end, impact_law=NewtonImpact(0.5), friction=friction))
     kinds, times = kinds_of(history), times_of(history)
     assert kinds == ["rebound"] * (len(kinds) - 1) + ["impact"]
     exact = FALL * (1.0 + 2.0 * np.cumsum(0.5 ** np.arange(4)) - 2.0)
@@ -268,7 +268,9 @@ def test_a_ball_leaves_an_elastic_stop_as_fast_as_it_came(law, scheme):
     """
     chosen, h = LAWS[law], 1e-3
     end = FALL + CONTACT_TIME + 0.05
-    history = completed(dropped(scheme, h, end, 4.0, friction=chosen.make(UNSCALED), stop=ElasticStop(STIFFNESS)))
+    history = completed(
+        dropped(scheme, h, end, 4.0, friction=chosen.make(UNSCALED), contact_law=ElasticStop(STIFFNESS))
+    )
     assert kinds_of(history) == ["impact", "release"]
     impulse = 2.0 * LANDING_SPEED + GRAVITY * CONTACT_TIME
     along = slide(impulse, 4.0, 0.0, 1.0, chosen).speed
@@ -445,7 +447,7 @@ def test_a_rod_struck_with_friction_by_rouths_method(case, scheme):
     start = rod.at(np.radians(angle), 0.1), rod.moving(np.radians(angle), (along, down))
     history = completed(
         simulate_system(
-            rod, *start, 0.11, impact=RouthImpact(mu, e), friction=Coulomb(mu, mu), scheme=scheme_of(scheme, h)
+            rod, *start, 0.11, impact_law=RouthImpact(mu, e), friction=Coulomb(mu, mu), scheme=scheme_of(scheme, h)
         )
     )
     normal, tangential, slip, gap = VALUES["6f"][case]
@@ -477,12 +479,12 @@ SCALES = {
 
 
 def _bouncing(scheme: str, scale: Scale) -> History:
-    return dropped(scheme, 4e-3, 0.8, 0.5, scale, impact=NewtonImpact(0.5), friction=Coulomb(0.3, 0.3))
+    return dropped(scheme, 4e-3, 0.8, 0.5, scale, impact_law=NewtonImpact(0.5), friction=Coulomb(0.3, 0.3))
 
 
 def _elastic(scheme: str, scale: Scale) -> History:
     stop = ElasticStop(STIFFNESS * scale.stiffness)
-    return dropped(scheme, 2e-3, 0.35, 4.0, scale, stop=stop, friction=Coulomb(0.3, 0.3))
+    return dropped(scheme, 2e-3, 0.35, 4.0, scale, contact_law=stop, friction=Coulomb(0.3, 0.3))
 
 
 CASES = {

@@ -54,5 +54,5 @@ def test_a_speed_that_rounding_changes_has_the_scale_of_its_way():
     """Forces of an undeformed rod are rounding: a gap of a centimetre is not closed at t = 0."""
     for elements in (8, 10, 20):
         rod, stop = bouncing_bar(elements, 0.0), ElasticStop(30.0)
-        history = simulate_system(rod, rod.at(1e-2), np.full(elements, -10.0), 2e-3, stop=stop)
+        history = simulate_system(rod, rod.at(1e-2), np.full(elements, -10.0), 2e-3, contact_law=stop)
         assert history.contacts[0].start == pytest.approx(1e-3, rel=1e-9)

@@ -48,8 +48,8 @@ SYSTEMS = {
     "two masses": (TwoMasses(), np.zeros(3), np.zeros(3), {}),
     "pulled mass": (PulledMass(stiffness=20.0, pull=0.2), [0.0, 0.0], [0.0, 0.0], {}),
     "mass on a belt": (Particle(above=-GRAVITY, stiffness=40.0, belt_speed=0.3), [0.0, 0.0], [0.0, 0.0], {}),
-    "ball on a spring": (Particle(above=-GRAVITY), [0.0, 0.05], [0.3, 0.0], {"stop": ElasticStop(1e4)}),
-    "bouncing ball": (Particle(above=-GRAVITY), [0.0, 0.2], [0.3, 0.0], {"impact": NewtonImpact(0.5)}),
+    "ball on a spring": (Particle(above=-GRAVITY), [0.0, 0.05], [0.3, 0.0], {"contact_law": ElasticStop(1e4)}),
+    "bouncing ball": (Particle(above=-GRAVITY), [0.0, 0.2], [0.3, 0.0], {"impact_law": NewtonImpact(0.5)}),
     "rod": (ROD, ROD.at(1.2, 0.05), np.zeros(3), {}),
 }
 

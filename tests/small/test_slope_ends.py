@@ -75,7 +75,7 @@ def swing(name, start, first, restitution, end):
     q0, qd0, impact = np.array([0.0, start]), np.array([1.0, 0.0]), NewtonImpact(restitution)
     return completed(
         simulate_system(
-            system, q0, qd0, end, impact=impact, scheme=scheme(name), extent=(first, 2.0), output_interval=0.05
+            system, q0, qd0, end, impact_law=impact, scheme=scheme(name), extent=(first, 2.0), output_interval=0.05
         )
     )
 
@@ -116,7 +116,7 @@ def test_what_an_elastic_stop_stores_at_its_end_is_lost_with_the_contact(name):
             np.array([speed, 0.0]),
             0.3,
             scheme=scheme(name),
-            stop=ElasticStop(stiffness),
+            contact_law=ElasticStop(stiffness),
             extent=(-1.0, way),
             output_interval=0.01,
             baumgarte=Baumgarte(0.0, 0.0),

@@ -13,8 +13,8 @@ import pytest
 
 from oblique_impact import InputError, Progress, Scenario
 from oblique_impact.errors import Interrupted
-from oblique_impact.validation.studies import measure, study
-from oblique_impact.validation.studies.parallel import Crash, check_limits, compute_each, map_parallel
+from oblique_impact.validation.studies import measure
+from oblique_impact.validation.studies.parallel import Crash, compute_each, map_parallel
 from oblique_impact.validation.studies.study import TABLE, Limits, Run, run_study
 from tests.processes import interrupt, started, wait_for
 
@@ -112,17 +112,6 @@ def test_failures_are_rows_with_their_reason(monkeypatch):
     assert (row["outcome"], row["message"]) == ("error", "FloatingPointError: over flow")
 
 
-def test_warnings_with_other_numbers_are_the_same():
-    found = measure.same_warnings([("a", "2 modes are few"), ("b", "3 modes are few\nhot"), ("c", "")])
-    assert found == [("2 modes are few", ["a", "b"]), ("hot", ["b"])]
-
-
-def test_the_energy_of_a_row_is_the_larger_of_the_first_and_the_last(run):
-    """At rest at 45 degrees above the pin: m g L/2 sin 45 degrees, of which collisions take a part."""
-    row = measure.measure(run("paper", "end_time=0.4"), ())
-    assert row["energy"] == pytest.approx(2766.7 * 3.14e-4 * 9.8 * 0.5 * math.sin(math.pi / 4), rel=1e-9)
-
-
 # --- processes
 
 
@@ -147,20 +136,6 @@ def test_an_item_that_takes_its_process_down_costs_itself_alone():
     assert found == {0: ("a", "1"), 1: ("b", "1"), 3: ("c", "1"), 4: ("d", "1"), 5: ("e", "1")}
 
 
-@pytest.mark.parametrize(
-    ("limits", "words"),
-    [
-        (("nonsense", None, None), "tcp://host:8786"),
-        (("tcp://h:1", 2, None), "a cluster has its own workers"),
-        ((None, None, 0.0), "--timeout"),
-        ((None, None, math.nan), "--timeout"),
-    ],
-)
-def test_limits_that_cannot_be_are_one_line(limits, words):
-    with pytest.raises(InputError, match=words):
-        check_limits(*limits)
-
-
 LONG = """
 quantities = ["impulse"]
 changes.end_time = 0.4
@@ -181,15 +156,3 @@ def test_ctrl_c_in_a_terminal_keeps_what_is_done(tmp_path, monkeypatch):
     assert "Traceback" not in err
     assert "of 400 runs are kept" in err
     assert len(pd.read_parquet(tmp_path / "a" / TABLE)) > 0
-
-
-def test_rows_are_on_disk_before_the_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(study, "_SAVE_EVERY", 0.0)
-    seen = []
-
-    def look(progress):
-        if progress.done:
-            seen.append(len(pd.read_parquet(tmp_path / TABLE)))
-
-    run_study(runs(), tmp_path, limits=HERE, on_progress=look)
-    assert seen == [1, 2, 3]

@@ -29,8 +29,14 @@ _SMOOTH = ("contact.normal=spring", "contact.friction=frictionless", "solver.out
 _MEAN = "discretization.frame=mean-axis"
 _ABSOLUTE = ("discretization.method=absolute", _MEAN, *_SMOOTH)
 _NODAL = (
-    *("discretization.method=fem", "discretization.modes=0", "discretization.elements=32", _MEAN, *_SMOOTH),
-    *("solver.free_step=2e-5", "solver.contact_step=2e-6", "solver.rho_infinity=0.9"),
+    "discretization.method=fem",
+    "discretization.modes=0",
+    "discretization.elements=32",
+    _MEAN,
+    *_SMOOTH,
+    "solver.free_step=2e-5",
+    "solver.contact_step=2e-6",
+    "solver.rho_infinity=0.9",
 )
 #: steps of the exact beam in flight and in contact, with which its own error is about a tenth of the tolerances
 _STEPS = ("solver.free_step=2e-4", "solver.contact_step=1e-5")
@@ -174,7 +180,9 @@ def falling_beam() -> list[Measurement]:
     found = []
     # rotary inertia takes 4e-5 of the speed; at a pin the deflection of the tip is a difference of large terms
     for name, unit, relative in (
-        *(("theta_dot", "rad/s", 2e-4), ("deflection", "m", 5e-3), ("energy_elastic", "J", 1e-2)),
+        ("theta_dot", "rad/s", 2e-4),
+        ("deflection", "m", 5e-3),
+        ("energy_elastic", "J", 1e-2),
     ):
         found.append(
             within(name.replace("_", " "), float(exact[name]), float(nodal[name]), unit, relative, text, name)
@@ -314,10 +322,21 @@ def slenderness() -> list[Measurement]:
 def friction() -> list[Measurement]:
     """The arm of the contact force is cos φ + μ sin φ on the way in and cos φ - μ sin φ on the way out."""
     words = [
-        *("contact.normal=spring", "contact.stiffness=1e4", "contact.mu_kinetic=0.2", "contact.mu_static=0.2"),
-        *("gravity=0", "discretization.method=absolute", "discretization.elements=2", "end_time=0.05"),
-        *("contact.friction=hybrid", "solver.contact_step=2e-5", "solver.output_interval=1e-4"),
-        *("slope.origin=[0.2, 0.0]", "slope.angle=0.8", "initial.angle=0.8", "initial.angular_velocity=-1.0"),
+        "contact.normal=spring",
+        "contact.stiffness=1e4",
+        "contact.mu_kinetic=0.2",
+        "contact.mu_static=0.2",
+        "gravity=0",
+        "discretization.method=absolute",
+        "discretization.elements=2",
+        "end_time=0.05",
+        "contact.friction=hybrid",
+        "solver.contact_step=2e-5",
+        "solver.output_interval=1e-4",
+        "slope.origin=[0.2, 0.0]",
+        "slope.angle=0.8",
+        "initial.angle=0.8",
+        "initial.angular_velocity=-1.0",
     ]
     scenario = Scenario.builtin("rigid-limit", words)
     phi = float(np.arcsin(scenario.slope.offsets[0] / scenario.beam.length))

@@ -1,4 +1,4 @@
-"""A rigid stop under a beam with internal damping: what has a limit, and three ways to it."""
+"""A rigid stop under a beam with internal damping: convergence to the limit, in three discretizations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tangent against mean-axis frame: two descriptions of one beam."""
+"""Tangent against mean-axis frame, for the same beam."""
 
 from __future__ import annotations
 

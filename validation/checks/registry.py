@@ -1,4 +1,4 @@
-"""What a check is, and how one is added: write a function in a module of this package.
+"""Checks and their registry; to add a check, write a function in a module of this package.
 
     check = checks_of("statics", "Statics")
 
@@ -53,7 +53,7 @@ _ORDER = (
 
 @dataclass(frozen=True)
 class Measurement:
-    """A computed number, what it is held against, and how far apart the two may be (absolute, in `unit`)."""
+    """A computed number, its reference and the absolute tolerance (in `unit`)."""
 
     quantity: str
     computed: float
@@ -116,7 +116,7 @@ class Check:
         return "quick" if self.seconds <= QUICK_SECONDS else "full"
 
     def evidence(self) -> Evidence:
-        """Compute; an exception is a failure with its name, not the end of the others."""
+        """Compute the measurements; an exception is a failed check with its name."""
         try:
             found = self.function()
         except Exception as error:  # a check reports whatever goes wrong

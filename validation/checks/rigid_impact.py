@@ -53,7 +53,7 @@ class HeldTip(ContactMachine):
     def touch(self, probe: ContactProbe) -> Transition:
         """Close the contact for good."""
         return Transition(
-            self._slide(self._closed, 0.0, 1), EventKind.IMPACT, self.impact.impulse(probe.instant, 0.0)
+            self._slide(self._closed, 0.0, 1), EventKind.IMPACT, self.impact_law.impulse(probe.instant, 0.0)
         )
 
 
@@ -91,8 +91,13 @@ def impulse_law() -> Evidence:
     """Steps of 0.4 h²/c; the mesh is a low-pass filter of the exact force, which is a distribution."""
     found, curves = [], {}
     for elements, rho, allowed in (
-        *((32, 0.0, 0.02), (32, 0.5, 0.02), (64, 0.0, 0.02), (64, 0.5, 0.02)),
-        *((128, 0.0, 0.005), (128, 0.5, 0.01), (128, 0.8, 0.02)),
+        (32, 0.0, 0.02),
+        (32, 0.5, 0.02),
+        (64, 0.0, 0.02),
+        (64, 0.5, 0.02),
+        (128, 0.0, 0.005),
+        (128, 0.5, 0.01),
+        (128, 0.8, 0.02),
     ):
         step = 0.4 * (LENGTH / elements) ** 2 / WAVE
         times, impulse, _ = held_tip(elements, step, rho, 2.05e-3)

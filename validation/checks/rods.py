@@ -31,7 +31,7 @@ def bouncing_bar(elements: int, gravity: float = 10.0) -> ElasticRod:
 
 
 def strike(rod: ElasticRod, speed: float, end_time: float, scheme: Scheme | None = None) -> History:
-    """Let the undeformed rod begin to touch the wall at t = 0 and at a speed (m/s).
+    """Run the undeformed rod that touches the wall at t = 0 with a speed (m/s).
 
     By default trapezoidal steps of a fifth of the time that a wave takes through an element.
     """
@@ -41,7 +41,7 @@ def strike(rod: ElasticRod, speed: float, end_time: float, scheme: Scheme | None
         rod.at(0.0),
         np.full(rod.size, -speed),
         end_time,
-        stop=ElasticStop(rod.end_stiffness),
+        contact_law=ElasticStop(rod.end_stiffness),
         scheme=scheme or GeneralizedAlphaScheme(step, step, 1.0),
         output_interval=end_time / 100.0,
     )

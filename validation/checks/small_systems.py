@@ -111,7 +111,12 @@ def bouncing_ball() -> list[Measurement]:
     found, text, gap = [], source("6e"), 1e-18
     for e, key in ((0.5, "e05"), (0.8, "e08")):
         history = simulate_system(
-            Particle(above=-_G), np.array([0.0, 1.0]), np.zeros(2), 5.0, impact=NewtonImpact(e), gap_tolerance=gap
+            Particle(above=-_G),
+            np.array([0.0, 1.0]),
+            np.zeros(2),
+            5.0,
+            impact_law=NewtonImpact(e),
+            gap_tolerance=gap,
         )
         last = history.events[-1]
         left = 2.0 * sqrt(8.0 * gap / _G) / (1.0 - e) + 1e-11
@@ -223,7 +228,7 @@ def bar_impact() -> list[Measurement]:
             np.array([pi / 4]),
             np.zeros(1),
             0.318,
-            impact=RouthImpact(mu, e),
+            impact_law=RouthImpact(mu, e),
             friction=Coulomb(mu, mu) if mu else Frictionless(),
         )
         event = history.events[0]
@@ -282,7 +287,7 @@ def hunt_crossley() -> list[Measurement]:
             np.array([0.0, 0.3]),
             np.array([0.0, -speed]),
             0.5,
-            stop=ElasticStop(5e3, c),
+            contact_law=ElasticStop(5e3, c),
             output_interval=1e-2,
         )
         rebound = float(history["qd"].values[-1, 1])

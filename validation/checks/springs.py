@@ -26,7 +26,7 @@ _METHODS = {
 
 
 def strike(stiffness: float, end_time: float, *discretization: str) -> History:
-    """Let the straight beam turn onto a spring that its end touches at t = 0."""
+    """Run the straight beam that turns onto a spring, which its end touches at t = 0."""
     return run(
         "paper",
         "gravity=0.0",
@@ -106,7 +106,7 @@ def mass_on_spring() -> list[Measurement]:
         np.array([0.0, height]),
         np.array([0.0, -speed]),
         0.5,
-        stop=ElasticStop(stiffness),
+        contact_law=ElasticStop(stiffness),
         output_interval=1e-3,
     )
     impact, release = history.events

@@ -60,7 +60,7 @@ Rule = Callable[[Models], Finding]
 class Claim:
     """One claim of the paper: where, what it says, the rule in words and as a function.
 
-    `case` is the group of the runs it is judged on, see :func:`~oblique_impact.validation.paper.cases.cases`.
+    `case` is the group of the runs it is judged on, see ``cases``.
     """
 
     id: str

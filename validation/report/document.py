@@ -66,11 +66,6 @@ def cell(value: Entry, digits: int = 6) -> Cell:
     return Cell(number(value, max(digits, 9) if whole else digits), "number")
 
 
-def number_cells(*values: str | float | None, digits: int = 6) -> list[Cell]:
-    """Return cells that stand under the right end of their heading."""
-    return [Cell(value, "number") if isinstance(value, str) else cell(value, digits) for value in values]
-
-
 @dataclass(frozen=True)
 class Text:
     """A paragraph of plain text; `note` sets it smaller."""
@@ -92,12 +87,22 @@ class Table:
     block: str = "table"
 
     @classmethod
-    def of_frame(cls, frame: pd.DataFrame, caption: str = "", digits: int = 6, wide: Sequence[int] = ()) -> Table:
-        """Return the table of a pandas frame; `frame.attrs["units"]` holds units by column."""
-        units = frame.attrs.get("units", {})
-        columns = [with_unit(str(name), units.get(name, "1")) for name in frame.columns]
-        rows = [[cell(value, digits) for value in row] for row in frame.itertuples(index=False)]
-        return cls(columns, rows, caption, wide)
+    def of_frame(
+        cls,
+        frame: pd.DataFrame,
+        caption: str = "",
+        digits: int = 6,
+        wide: Sequence[int] = (),
+        columns: Mapping[str, str] | None = None,
+    ) -> Table:
+        """Return the table of a pandas frame, or of some `columns` of it under other headings.
+
+        ``frame.attrs["units"]`` holds units by column.
+        """
+        units, names = frame.attrs.get("units", {}), columns or {name: str(name) for name in frame.columns}
+        headings = [with_unit(heading, units.get(name, "1")) for name, heading in names.items()]
+        rows = [[cell(value, digits) for value in row] for row in frame[list(names)].itertuples(index=False)]
+        return cls(headings, rows, caption, wide)
 
     @property
     def verdicts(self) -> bool:

@@ -8,8 +8,8 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-from oblique_impact.history.provenance import described, versions
 from oblique_impact.history.provenance import provenance as made
+from oblique_impact.history.provenance import provenance_line, versions
 
 PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
 
@@ -17,7 +17,7 @@ PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray",
 def provenance() -> list[tuple[str, str]]:
     """Return lines (name, value) for the head of every report."""
     numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
-    return [("made by", described(made())), ("versions", numbers), ("machine", machine())]
+    return [("made by", provenance_line(made())), ("versions", numbers), ("machine", machine())]
 
 
 def provenance_data() -> dict[str, Any]:

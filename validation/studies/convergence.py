@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import brentq
 
 from oblique_impact.validation.report import number
@@ -73,15 +74,10 @@ class Analysis:
 
     Attributes
     ----------
-    differences : tuple of float
-        Value minus that of the level before; NaN for the first level and where one is missing; shape (levels,).
-    observed_orders : tuple of float
-        Of each level with the two before it; NaN without these, and where the differences have different signs or
-        one is zero; shape (levels,).
-    richardson_limits, grid_convergence_indices : tuple of float
-        At that order, the index in the unit of the value; NaN without a positive order; shape (levels,).
-    above_noise : tuple of bool
-        Whether the differences of a level and of the one before are well above the noise; shape (levels,).
+    levels : DataFrame
+        A row for each level: size, value, difference (from the level before), observed_order, richardson_limit and
+        grid_convergence_index (unit of the value) of it with the two before, above_noise (whether both differences
+        are well above the noise); NaN where there is none, as where the differences have different signs.
     two_level_index : float
         Grid convergence index of the last two levels alone (safety factor 3); NaN without two.
     noise : float
@@ -96,18 +92,14 @@ class Analysis:
         In what alone it converges, like " in the step", where that is not the number of modes or elements.
     """
 
-    differences: tuple[float, ...]
-    observed_orders: tuple[float, ...]
-    richardson_limits: tuple[float, ...]
-    grid_convergence_indices: tuple[float, ...]
-    above_noise: tuple[bool, ...]
+    levels: pd.DataFrame
     two_level_index: float
     noise: float
-    verdict: str
-    order: float
-    limit: float
-    uncertainty: float
-    reason: str
+    verdict: str = ""
+    order: float = math.nan
+    limit: float = math.nan
+    uncertainty: float = math.nan
+    reason: str = ""
     within: str = ""
 
     @property
@@ -227,7 +219,7 @@ def analyse(
     if h.shape != f.shape or h.ndim != 1 or not np.all(h > 0.0) or not np.all(np.diff(h) < 0.0):
         raise ValueError(f"sizes {sizes} should fall, one for each of {len(values)} values")
     floor = max(noise, ROUNDING * float(np.max(np.abs(f[np.isfinite(f)]), initial=0.0)))
-    d = np.concatenate([[math.nan], np.diff(f)])
+    d = np.diff(f, prepend=math.nan)
     count, known = h.size, np.isfinite(f)
     orders, limits, indices = (np.full(count, math.nan) for _ in range(3))
     above = np.zeros(count, dtype=bool)
@@ -237,48 +229,43 @@ def analyse(
             orders[i] = p = observed_order(d[i - 1], d[i], float(h[i - 2] / h[i - 1]), ratio)
             above[i] = min(abs(d[i - 1]), abs(d[i])) > ABOVE_NOISE * floor
             if p > 0.0:
-                limits[i], indices[i] = (
-                    richardson_limit(f[i], d[i], ratio, p),
-                    grid_convergence_index(d[i], ratio, p),
-                )
+                limits[i] = richardson_limit(f[i], d[i], ratio, p)
+                indices[i] = grid_convergence_index(d[i], ratio, p)
     pair = math.nan
     if count > 1 and known[-2:].all():
         pair = grid_convergence_index(d[-1], float(h[-2] / h[-1]), declared or 1.0, SAFETY_OF_TWO)
     bound = tolerance * max(abs(float(f[-1])), scale) if known[-1] else 0.0
-    draft = Analysis(
-        differences=tuple(d.tolist()),
-        observed_orders=tuple(orders.tolist()),
-        richardson_limits=tuple(limits.tolist()),
-        grid_convergence_indices=tuple(indices.tolist()),
-        above_noise=tuple(above.tolist()),
-        two_level_index=pair,
-        noise=floor,
-        verdict="",
-        order=math.nan,
-        limit=math.nan,
-        uncertainty=math.nan,
-        reason="",
+    levels = pd.DataFrame(
+        {
+            "size": h,
+            "value": f,
+            "difference": d,
+            "observed_order": orders,
+            "richardson_limit": limits,
+            "grid_convergence_index": indices,
+            "above_noise": above,
+        }
     )
-    return _verdict(draft, h, known, bound, declared)
+    return _verdict(Analysis(levels, pair, floor), bound, declared)
 
 
-def _verdict(a: Analysis, h: np.ndarray, known: np.ndarray, bound: float, declared: float | None) -> Analysis:
+def _verdict(a: Analysis, bound: float, declared: float | None) -> Analysis:
     """Return the analysis with its verdict; `bound` is the tolerated uncertainty."""
-    if not known[-3:].all() or h.size < 3:
+    h, d, known = a.levels["size"].tolist(), a.levels["difference"].abs().tolist(), a.levels["value"].notna()
+    if not known.iloc[-3:].all() or len(h) < 3:
         missing = "the finest level does not have it"
-        reason = "fewer than three successive levels up to the finest have it" if known[-1] else missing
+        reason = "fewer than three successive levels up to the finest have it" if known.iloc[-1] else missing
         return replace(a, verdict=NO_VERDICT, reason=reason)
     if not math.isfinite(a.noise):
         reason = "a tighter tolerance of the scheme loses the quantity altogether"
         return replace(a, verdict=NOT_CONFIRMED, reason=reason)
-    before, now = abs(a.differences[-2]), abs(a.differences[-1])
+    before, now = d[-2:]
     level, verdict, reason = _observed(a, declared)
     order, limit, uncertainty = math.nan, math.nan, SAFETY * max(before, now)
     if verdict == CONVERGING:
-        order, limit = a.observed_orders[level], a.richardson_limits[level]
+        order, limit = a.levels.loc[level, ["observed_order", "richardson_limit"]].tolist()
         # below the noise a difference says nothing any more: its place is taken by the noise
-        last, ratio = max(now, a.noise), float(h[-2] / h[-1])
-        uncertainty = grid_convergence_index(last, ratio, min(order, declared or order))
+        uncertainty = grid_convergence_index(max(now, a.noise), h[-2] / h[-1], min(order, declared or order))
     uncertainty = max(uncertainty, a.noise)
     calm = now < before or max(before, now) <= max(NEGLIGIBLE * bound, ABOVE_NOISE * a.noise)
     if uncertainty <= bound and calm:
@@ -292,17 +279,17 @@ def _observed(a: Analysis, declared: float | None) -> tuple[int, str, str]:
 
     `CONVERGING` is a confirmed order, that of this level.
     """
-    d = [abs(difference) for difference in a.differences]
+    d, orders, above = a.levels["difference"].abs(), a.levels["observed_order"], a.levels["above_noise"]
     level, noise = len(d) - 1, ABOVE_NOISE * a.noise
-    at_floor = d[-1] <= noise
+    at_floor = d.iloc[-1] <= noise
     while level > 1 and d[level] <= noise:
         level -= 1
     ending = ", until the noise is reached" if at_floor else ""
-    if level < 2 or not a.above_noise[level]:
+    if level < 2 or not above[level]:
         if at_floor:
             return level, NOT_CONFIRMED, f"the last difference is zero or below {ABOVE_NOISE:g} times the noise"
         return level, NOT_CONVERGING, "differences within the noise are followed by a larger one"
-    order = a.observed_orders[level]
+    order = orders[level]
     # NaN where a level lacks the quantity, which compares false
     larger = [d[level] >= d[k] for k in (level - 1, level - 2) if k > 0]
     if math.isnan(order):
@@ -313,7 +300,7 @@ def _observed(a: Analysis, declared: float | None) -> tuple[int, str, str]:
     if order < LOWEST_ORDER:
         fall = "the differences grow" if order <= 0.0 else "the differences hardly fall"
         return level, NOT_CONVERGING, f"{fall}: observed order {order:.2f}"
-    earlier = a.observed_orders[level - 1] if level > 2 and a.above_noise[level - 1] else math.nan
+    earlier = orders[level - 1] if level > 2 and above[level - 1] else math.nan
     if abs(order - earlier) <= AGREEMENT * max(order, earlier):
         return level, CONVERGING, f"the last two observed orders agree: {earlier:.2f}, {order:.2f}{ending}"
     if declared and abs(order - declared) <= AGREEMENT * declared:

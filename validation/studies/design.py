@@ -6,17 +6,17 @@ import itertools
 import json
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import resources
 from operator import attrgetter
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import tomli_w
-from pydantic import Field
+from pydantic import Field, model_validator
 from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
@@ -39,22 +39,50 @@ Keys = Annotated[list[str], Field(min_length=1)]
 Values = Annotated[list[Any], Field(min_length=1, max_length=MAX_RUNS)]
 
 
-class AxisSection(Section):
-    """One axis: `key` (or `keys` that take the same value) with `values`, or with `range` and `count`."""
+class KeysSection(Section):
+    """What one direction of a sweep changes: `key`, or `keys` that take the same value."""
 
     key: str | None = None
     keys: Keys | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The keys."""
+        return tuple(self.keys or ()) if self.key is None else (self.key,)
+
+    @model_validator(mode="after")
+    def _check_keys(self) -> Self:
+        if (self.key is None) == (self.keys is None):
+            raise InputError("key: takes key, or keys that have the same value; exactly one of them")
+        _check_keys(self.names, "key" if self.keys is None else "keys")
+        return self
+
+
+class AxisSection(KeysSection):
+    """One axis: `key` or `keys` with `values`, or with `range` and `count`."""
+
     values: Values | None = None
     range: Range | None = None
     count: Annotated[int, Field(ge=2, le=MAX_RUNS)] | None = None
     spacing: Spacing | None = None
 
+    @model_validator(mode="after")
+    def _check_values(self) -> Self:
+        if (self.values is None) == (self.range is None):
+            both = "not both" if self.range is not None else "one of them is needed"
+            raise InputError(f"values: takes values, or range with count; {both}")
+        if self.range is None:
+            for name in ("count", "spacing"):
+                if getattr(self, name) is not None:
+                    raise InputError(f"{name} = {short(getattr(self, name))}: only with range, not with values")
+        elif self.count is None:
+            raise InputError(f"count: missing; how many values from {self.range[0]} to {self.range[1]}?")
+        return self
 
-class SampledSection(Section):
+
+class SampledSection(KeysSection):
     """One direction of a sample."""
 
-    key: str | None = None
-    keys: Keys | None = None
     range: Range
     spacing: Spacing = "linear"
 
@@ -72,6 +100,14 @@ class TableSection(Section):
 
     keys: Keys
     rows: Annotated[list[Annotated[list[Any], Field(min_length=1)]], Field(min_length=1, max_length=MAX_RUNS)]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _check_keys(self.keys, "keys")
+        for number, row in enumerate(self.rows):
+            if len(row) != len(self.keys):
+                raise InputError(f"rows.{number} = {short(row)}: should have one value a key, {len(self.keys)}")
+        return self
 
 
 class SweepFile(Section):
@@ -112,7 +148,7 @@ class Dimension:
     @property
     def unit(self) -> str:
         """SI unit, "1" for numbers without one, "" for words and switches."""
-        return unit_of(self.keys[0])
+        return Unit(key_schemas()[self.keys[0]].get("unit", "")).shown
 
 
 @dataclass(frozen=True)
@@ -177,11 +213,6 @@ def defaults() -> dict[str, Any]:
     return flat_keys(Scenario().model_dump())
 
 
-def unit_of(key: str) -> str:
-    """Return the SI unit of a key, "1" for numbers without one, "" for words and switches."""
-    return Unit(key_schemas()[key].get("unit", "")).shown
-
-
 def shipped_names() -> list[str]:
     """Return the names of the shipped sweeps."""
     return sorted(p.name[:-5] for p in _shipped().iterdir() if p.name.endswith(".toml"))
@@ -229,11 +260,12 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         is_file = file.scenario.endswith(".toml") and os.path.isfile(beside)
         base = Scenario.load(str(beside) if is_file else file.scenario)
     changes = flat_keys(file.changes)
-    for key in changes:
-        _check_key(key, "changes")
+    _check_keys(changes, "changes")
     _check_size(file)
     blocks = [_axis(axis, f"axes.{n}", base) for n, axis in enumerate(file.axes or ())]
-    blocks += [_table(file.table)] if file.table else []
+    if file.table:
+        columns = tuple(Dimension((key,)) for key in file.table.keys)
+        blocks.append(_Block(columns, file.table.rows, grid=False))
     cubes = {"latin_hypercube": file.latin_hypercube, "sobol": file.sobol}
     blocks += [_sample(cube, name, base) for name, cube in cubes.items() if cube]
     keys = [key for block in blocks for key in block.keys]
@@ -291,16 +323,19 @@ def _column(key: str, values: list[Any]) -> list[Any]:
     return [math.nan if isinstance(value, str) else value for value in values]
 
 
-def _check_key(key: str, where: str) -> None:
+def _check_keys(keys: Iterable[str], where: str) -> None:
+    """Raise InputError for the first that is no key of a scenario."""
     known = list(defaults())
-    if key in known:
-        return
-    section, dot, _ = key.rpartition(".")
-    inside = [k for k in known if dot and k.startswith(f"{section}.")]
-    sections = ", ".join(dict.fromkeys(k.partition(".")[0] for k in known if "." in k))
-    words = ", ".join(inside) or f"{', '.join(k for k in known if '.' not in k)}, SECTION.KEY of {sections}"
-    meant = did_you_mean(key, known)
-    raise InputError(f"{where} = {short(key)}: not a key of a scenario; known here: {words}{meant}")
+    for key in keys:
+        if key not in known:
+            section, dot, _ = key.rpartition(".")
+            inside = [k for k in known if dot and k.startswith(f"{section}.")]
+            sections = ", ".join(dict.fromkeys(k.partition(".")[0] for k in known if "." in k))
+            words = (
+                ", ".join(inside) or f"{', '.join(k for k in known if '.' not in k)}, SECTION.KEY of {sections}"
+            )
+            line = f"not a key of a scenario; known here: {words}{did_you_mean(key, known)}"
+            raise InputError(f"{where} = {short(key)}: {line}")
 
 
 def _check_size(file: SweepFile) -> None:
@@ -316,34 +351,15 @@ def _check_size(file: SweepFile) -> None:
 
 
 def _axis(axis: AxisSection, where: str, base: Scenario) -> _Block:
-    keys, spacing = _keys(axis, where), axis.spacing or "linear"
-    if (axis.values is None) == (axis.range is None):
-        both = "not both" if axis.values is not None else "one of them is needed"
-        raise InputError(f"{where}: takes values, or range with count; {both}")
-    if axis.range is None:
-        for name in ("count", "spacing"):
-            if getattr(axis, name) is not None:
-                words = "only with range, not with values"
-                raise InputError(f"{where}.{name} = {short(getattr(axis, name))}: {words}")
-        values = list(axis.values or ())
-    else:
-        if axis.count is None:
-            raise InputError(f"{where}.count: missing; how many values from {axis.range[0]} to {axis.range[1]}?")
+    keys, spacing = axis.names, axis.spacing or "linear"
+    values = list(axis.values or ())
+    if axis.range is not None:
+        assert axis.count is not None
         spread = np.geomspace if spacing == "log" else np.linspace
         values = spread(*_ends(keys, axis.range, spacing, f"{where}.range", base), axis.count).tolist()
         if _whole(keys[0]):
             values = [_rounded(value, keys[0], f"{where}.range") for value in values]
     return _Block((Dimension(keys, spacing),), [[value] * len(keys) for value in values], grid=True)
-
-
-def _table(table: TableSection) -> _Block:
-    for number, key in enumerate(table.keys):
-        _check_key(key, f"table.keys.{number}")
-    for number, row in enumerate(table.rows):
-        if len(row) != len(table.keys):
-            words = f"should have one value a key, {len(table.keys)}"
-            raise InputError(f"table.rows.{number} = {short(row)}: {words}")
-    return _Block(tuple(Dimension((key,)) for key in table.keys), table.rows, grid=False)
 
 
 def _sample(cube: HypercubeSection, name: str, base: Scenario) -> _Block:
@@ -356,7 +372,7 @@ def _sample(cube: HypercubeSection, name: str, base: Scenario) -> _Block:
     dimensions, columns = [], []
     for number, (axis, parts) in enumerate(zip(cube.axes, points.T, strict=True)):
         where = f"{name}.axes.{number}"
-        keys = _keys(axis, where)
+        keys = axis.names
         start, stop = _ends(keys, axis.range, axis.spacing, f"{where}.range", base)
         if _whole(keys[0]):
             low, high = (_rounded(value, keys[0], f"{where}.range") for value in sorted((start, stop)))
@@ -368,17 +384,6 @@ def _sample(cube: HypercubeSection, name: str, base: Scenario) -> _Block:
         dimensions.append(Dimension(keys, axis.spacing))
         columns += [values.tolist()] * len(keys)
     return _Block(tuple(dimensions), list(zip(*columns, strict=True)), grid=False)
-
-
-def _keys(axis: AxisSection | SampledSection, where: str) -> tuple[str, ...]:
-    if (axis.key is None) == (axis.keys is None):
-        raise InputError(f"{where}: takes key, or keys that have the same value; exactly one of them")
-    if axis.key is not None:
-        _check_key(axis.key, f"{where}.key")
-        return (axis.key,)
-    for number, key in enumerate(axis.keys or ()):
-        _check_key(key, f"{where}.keys.{number}")
-    return tuple(axis.keys or ())
 
 
 def _ends(

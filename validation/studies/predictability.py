@@ -52,6 +52,8 @@ MOST_COLLISIONS, MOST_EVENTS = 20, 400
 #: rad
 PERTURBATIONS = (1e-8, 1e-6)
 SHADOWS, MOST_SHADOWS = 4, 1000
+#: what results.json tells of each run
+_RUN = ["offset", "outcome", "message"]
 _KINDS = {PREDICTABLE: "pass", SENSITIVE: "partly", UNPREDICTABLE: "fail", UNKNOWN: "dim"}
 RULE = (
     "Each perturbed run starts at an initial angle that differs by no more than d. The growth of a time t is "
@@ -84,16 +86,8 @@ class CaseResult:
 
     Attributes
     ----------
-    offsets : ndarray, shape (shadows,)
-        Of the initial angle (rad).
-    amplitudes : ndarray, shape (shadows,)
-        Perturbation (rad) to which each run belongs: the smallest that its offset does not exceed.
-    events : ndarray, shape (events,)
-        Times of the unperturbed run (s).
-    shadows : ndarray, shape (shadows, events)
-        The same of the perturbed runs; NaN where one has fewer.
-    growth : ndarray, shape (events,)
-        Of each event's time, bounds and infinities as in `collisions`.
+    events : DataFrame
+        A row for each event of the unperturbed run: time (s) and growth, bounds and infinities as in `collisions`.
     collisions : DataFrame
         A row for each macro-collision: number from 1, start (s) and impulse (N s) of the unperturbed run, the
         fewest and the most contacts among the runs, growth of the start (infinite if the physics stopped a
@@ -102,32 +96,17 @@ class CaseResult:
     unit_time : float
         T (s).
     frame : DataFrame
-        Rows of the runs that did not fail, that of the unperturbed one first, with their offsets.
-    failed : tuple of (float, dict)
-        Offsets and rows of the perturbed runs that failed and are left out.
+        Rows of the runs that did not fail, that of the unperturbed one first, with their offsets (rad).
+    failed : DataFrame
+        Rows of the perturbed runs that failed and are left out.
     """
 
     case: Case
-    perturbations: tuple[float, ...]
-    offsets: Array
-    amplitudes: Array
-    events: Array
-    shadows: Array
-    growth: Array
+    events: pd.DataFrame
     collisions: pd.DataFrame
     unit_time: float
     frame: pd.DataFrame
-    failed: tuple[tuple[float, dict[str, Any]], ...]
-
-    @property
-    def horizon(self) -> float:
-        """Time (s) of the last event before the first one that is not predictable; infinite if all are."""
-        if not self.offsets.size:
-            return math.nan
-        lost = np.flatnonzero(self.growth >= LARGE)
-        if not lost.size:
-            return math.inf
-        return float(self.events[lost[0] - 1]) if lost[0] else 0.0
+    failed: pd.DataFrame
 
     @property
     def remarks(self) -> list[str]:
@@ -139,8 +118,8 @@ class CaseResult:
             words = ": ".join(filter(None, (run["outcome"], run["message"])))
             remarks.append(f"no contact until {run['stopped_at']:.6g} s: {words}")
         remarks += [
-            f"perturbed run at {offset:g} rad left out: {row['outcome']}: {row['message']}"
-            for offset, row in self.failed
+            f"perturbed run at {row['offset']:g} rad left out: {row['outcome']}: {row['message']}"
+            for row in self.failed.to_dict("records")
         ]
         return remarks + [f"warning: {warning}" for warning in run["warnings"].splitlines()]
 
@@ -230,55 +209,42 @@ def predictability(
 
 def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> CaseResult:
     """Judge a case by the frame of its runs, that of offset 0 first; quantities "start:1", "event:1", ..."""
-    failing = frame["outcome"].isin(FAILURES)
-    failed = tuple((row["offset"], row) for row in frame.iloc[1:][failing.iloc[1:]].to_dict("records"))
-    shadows = frame.iloc[1:][~failing.iloc[1:]]
-    frame = pd.concat([frame.iloc[:1], shadows])
-    offsets = shadows["offset"].to_numpy(float)
-    amplitudes = np.array([min(d for d in perturbations if abs(offset) <= d * (1.0 + 1e-9)) for offset in offsets])
+    failing = frame["outcome"].isin(FAILURES) & (frame["offset"] != 0.0)
+    failed, frame = frame[failing], frame[~failing]
+    offsets = frame["offset"].abs().to_numpy(float)[1:]
     events, starts = _known(frame, "event"), _known(frame, "start")
     unit = float(events[0, 0]) if events.size and events[0, 0] > 0.0 else case.scenario.end_time
     # a perturbed run that came to its end without such a time would have had it later, which is a lower bound; one
     # that the physics stopped will never have it
-    ends = np.where(shadows["outcome"] == Outcome.COMPLETED.label, shadows["stopped_at"], math.inf)[:, None]
+    ends = frame["stopped_at"].where(frame["outcome"] == Outcome.COMPLETED.label, math.inf).to_numpy()[1:, None]
     shifts, moved = (
         np.where(np.isnan(times[1:]), ends - times[0], np.abs(times[1:] - times[0])) for times in (starts, events)
     )
-    scale = np.abs(offsets)[:, None] * unit
-    growth, of_events = _largest(shifts / scale), _largest(moved / scale)
+    scale = offsets[:, None] * unit
+    growth = _largest(shifts / scale)
     bounded = np.isnan(starts[1:]).any(axis=0) & np.isfinite(growth)
     count = starts.shape[1]
     impulses, contacts = (_table(frame, f"collision_{kind}", count) for kind in ("impulse", "contacts"))
-    known = np.where(np.isfinite(contacts), contacts, np.nan)
     collisions = pd.DataFrame(
         {
             "collision": np.arange(1, count + 1),
             "start": starts[0],
             "impulse": impulses[0],
-            "fewest_contacts": pd.DataFrame(known).min().to_numpy(),
-            "most_contacts": pd.DataFrame(known).max().to_numpy(),
+            "fewest_contacts": pd.DataFrame(contacts).min().to_numpy(),
+            "most_contacts": pd.DataFrame(contacts).max().to_numpy(),
             "growth": growth,
             "lower_bound": bounded,
             "verdict": [verdict_of(*pair) for pair in zip(growth, bounded, strict=True)],
         }
     )
-    for d in perturbations:
-        group = amplitudes == d
+    below = 0.0
+    for d in sorted(perturbations):
+        group = (offsets > below) & (offsets <= d * (1.0 + 1e-9))
         collisions[f"start_by_{d:g}"] = _largest(shifts[group])
         collisions[f"impulse_by_{d:g}"] = _largest(np.abs(impulses[1:] - impulses[0])[group])
-    return CaseResult(
-        case=case,
-        perturbations=perturbations,
-        offsets=offsets,
-        amplitudes=amplitudes,
-        events=events[0],
-        shadows=events[1:],
-        growth=of_events,
-        collisions=collisions,
-        unit_time=unit,
-        frame=frame,
-        failed=failed,
-    )
+        below = d * (1.0 + 1e-9)
+    growths = pd.DataFrame({"time": events[0], "growth": _largest(moved / scale)})
+    return CaseResult(case, growths, collisions, unit, frame, failed)
 
 
 def verdict_of(growth: float, lower_bound: bool = False) -> str:
@@ -348,22 +314,16 @@ def _data(result: Predictability, command: str) -> dict[str, Any]:
         "rule": list(RULE),
         "cases": [
             {
-                "name": case.case.name,
-                "scenario": case.case.scenario.model_dump(mode="json"),
-                "perturbations": list(case.perturbations),
-                "offsets": case.offsets.tolist(),
-                "unit_time": case.unit_time,
-                "events": case.events.tolist(),
-                "shadows": case.shadows.tolist(),
-                "growth": case.growth.tolist(),
-                "horizon": case.horizon,
-                "failed": [
-                    {"offset": offset, "outcome": row["outcome"], "message": row["message"]}
-                    for offset, row in case.failed
-                ],
-                "collisions": case.collisions.to_dict("records"),
+                "name": found.case.name,
+                "scenario": found.case.scenario.model_dump(mode="json"),
+                "unit_time": found.unit_time,
+                "runs": pd.concat([found.frame, found.failed])[["offset", "outcome", "message"]].to_dict(
+                    "records"
+                ),
+                "events": found.events.to_dict("records"),
+                "collisions": found.collisions.to_dict("records"),
             }
-            for case in result.cases
+            for found in result.cases
         ],
         "times": {"wall_time": result.seconds},
     }
@@ -371,33 +331,19 @@ def _data(result: Predictability, command: str) -> dict[str, Any]:
 
 def report(result: Predictability, command: str) -> Report:
     """Return the report; `command` repeats the study."""
-    most = max((len(case.collisions) for case in result.cases), default=0)
-    rows = []
-    for case in result.cases:
-        cells = [
-            Cell(f"{c.verdict}, {_growth(c, 2)}".rstrip(", –"), _KINDS[c.verdict])
-            for c in case.collisions.itertuples()
-        ]
-        rows.append([case.case.name, *cells, *[Cell("", "dim")] * (most - len(cells))])
-    columns = ["", *(f"collision {n}" for n in range(1, most + 1))]
     return Report(
         "Predictability: runs with perturbed initial angles",
         "Do the times and impulses of an impact mean anything? Perturbed runs start at initial angles that differ "
         "by less than anyone can measure; where they part, nothing that follows is a number of the beam.",
         command,
         result.seconds,
-        facts=[("runs", str(sum(1 + len(case.offsets) + len(case.failed) for case in result.cases)))],
+        facts=[("runs", str(sum(len(found.frame) + len(found.failed) for found in result.cases)))],
         overview=[
-            Table(columns, rows, "Verdicts, with the growth of the start of each macro-collision"),
-            *([_growth_picture(result)] if any(case.events.size for case in result.cases) else []),
+            *([_growth_picture(result)] if any(len(found.events) for found in result.cases) else []),
             Fold("How a verdict is found", [Text(text) for text in RULE]),
         ],
-        sections=[_section(case) for case in result.cases],
+        sections=[_section(found) for found in result.cases],
     )
-
-
-def _growth(c: Any, digits: int) -> str:
-    return ("≥ " if c.lower_bound else "") + number(c.growth, digits)
 
 
 def _growth_picture(result: Predictability) -> Picture:
@@ -405,10 +351,10 @@ def _growth_picture(result: Predictability) -> Picture:
     caption = "Largest growth of the difference of an event's time, from unperturbed to perturbed run, until then."
     with picture(caption, height=3.9) as drawn:
         axes = drawn.figure.subplots()
-        for index, case in enumerate(result.cases):
-            growth = np.maximum.accumulate(np.where(np.isfinite(case.growth), case.growth, 0.0))
-            colour = SERIES[index % len(SERIES)]
-            axes.step(case.events, growth, where="post", color=colour, linewidth=1.4, label=case.case.name)
+        for index, found in enumerate(result.cases):
+            growth = found.events["growth"].replace(math.inf, math.nan).cummax()
+            style: dict[str, Any] = {"color": SERIES[index % len(SERIES)], "label": found.case.name}
+            axes.step(found.events["time"], growth, where="post", linewidth=1.4, **style)
         for level, words in ((SMALL, "predictable below"), (LARGE, "not predictable above")):
             axes.axhline(level, color=GREY, linewidth=0.9, linestyle="--")
             place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
@@ -418,55 +364,21 @@ def _growth_picture(result: Predictability) -> Picture:
     return drawn
 
 
-def _section(case: CaseResult) -> Section:
-    blocks: list[Any] = [Text(case.case.text)] if case.case.text else []
-    blocks += [Text(f"{remark[0].upper()}{remark[1:]}.") for remark in case.remarks]
-    if len(case.collisions):
-        if math.isfinite(case.horizon):
-            blocks.append(Text(f"The last event that is predicted is at {case.horizon:.6g} s."))
-        blocks += [_events_picture(case), _collision_table(case)]
-    return Section(case.case.name, blocks)
-
-
-def _events_picture(case: CaseResult) -> Picture:
-    """Draw the differences of the event times, and the events themselves, a row a run."""
-    caption = (
-        "Left: differences of the event times of the perturbed runs from those of the unperturbed one. Right: "
-        "every event of every run."
-    )
-    with picture(caption, height=4.2) as drawn:
-        left, right = drawn.figure.subplots(1, 2, width_ratios=(1.0, 1.35))
-        colours = {d: SERIES[k % len(SERIES)] for k, d in enumerate(sorted(case.perturbations))}
-        for d, times in zip(case.amplitudes, case.shadows, strict=True):
-            shift = np.abs(times - case.events)
-            left.plot(case.events, np.where(shift > 0.0, shift, np.nan), "-", color=colours[d], lw=0.8)
-        for d, colour in colours.items():
-            left.plot([], [], color=colour, label=f"initial angle ± {d:g} rad")
-        left.set(xlabel="time of the event (s)", ylabel="difference from the unperturbed run (s)", yscale="log")
-        order = np.argsort(case.offsets)
-        shades = ["black", *(colours[d] for d in case.amplitudes[order])]
-        for height, (times, shade) in enumerate(zip([case.events, *case.shadows[order]], shades, strict=True)):
-            right.vlines(times[np.isfinite(times)], height - 0.36, height + 0.36, color=shade, linewidth=0.9)
-        right.set(xlabel="events (s)", ylabel="runs, by initial angle; black: unperturbed", yticks=[])
-        drawn.figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    return drawn
-
-
-def _collision_table(case: CaseResult) -> Table:
-    by = [f"{d:g}" for d in case.perturbations]
-    rows = []
-    for c in case.collisions.to_dict("records"):
-        contacts = dict.fromkeys(f"{c[name]:g}" for name in ("fewest_contacts", "most_contacts"))
-        shifts, changes = ([cell(c[f"{name}_by_{d}"], 2) for d in by] for name in ("start", "impulse"))
-        growth = ("≥ " if c["lower_bound"] else "") + number(c["growth"], 3)
-        texts = [Cell(text, "number") for text in (" to ".join(contacts), growth)]
-        verdict = Cell(c["verdict"], _KINDS[c["verdict"]])
-        numbers = [c["collision"], cell(c["start"], 9), *shifts, cell(c["impulse"], 7), *changes]
-        rows.append([*numbers, *texts, verdict])
-    starts, impulses = ([f"by {d} rad ({unit})" for d in by] for unit in ("s", "N s"))
-    columns = ["collision", "start (s)", *starts, "impulse (N s)", *impulses]
+def _section(found: CaseResult) -> Section:
+    remarks = [Text(f"{remark[0].upper()}{remark[1:]}.") for remark in found.remarks]
+    table = found.collisions.copy()
+    table["growth"] = [
+        Cell(("≥ " if c.lower_bound else "") + number(c.growth, 3), "number") for c in table.itertuples()
+    ]
+    table["verdict"] = [Cell(verdict, _KINDS[verdict]) for verdict in table["verdict"]]
+    shifts = [name for name in table if "_by_" in str(name)]
+    table[shifts] = table[shifts].map(lambda value: cell(value, 2))
+    columns = {"collision": "collision", "start": "start (s)", "impulse": "impulse (N s)"}
+    columns |= {name: f"{name.replace('_', ' ')} rad ({'s' if 'start' in name else 'N s'})" for name in shifts}
+    columns |= {"fewest_contacts": "fewest contacts", "most_contacts": "most", "growth": "growth"}
     caption = (
         "Macro-collisions, and how far the perturbed runs move them; where one ends before a start, the rest of "
         "its time is a lower bound"
     )
-    return Table([*columns, "contacts", "growth", "verdict"], rows, caption)
+    tables = [Table.of_frame(table, caption, 9, columns=columns | {"verdict": "verdict"})] if len(table) else []
+    return Section(found.case.name, [Text(found.case.text), *remarks, *tables])

@@ -142,7 +142,7 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
 
 def _warned(history: History) -> bool:
     """Whether the run warns that its damping is not resolved, or of too many contacts on an elastic stop."""
-    from oblique_impact.beam.determinacy import undetermined
+    from oblique_impact.beam.convergence import convergence_warnings
     from oblique_impact.problem import beam_of
 
     if not history.summary.get("warnings"):
@@ -151,7 +151,7 @@ def _warned(history: History) -> bool:
     # the exact beam has mechanics of its own and no operators to judge by
     if scenario.is_absolute:
         return False
-    return bool(undetermined(beam_of(scenario), [m["contacts"] for m in history.macro_collisions]))
+    return bool(convergence_warnings(beam_of(scenario), [m["contacts"] for m in history.macro_collisions]))
 
 
 def _decided_before(name: str, history: History, touch_down: float) -> bool:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -44,8 +43,8 @@ class Axis:
 
     Attributes
     ----------
-    name, label, unit : str
-        Of the option, and of its levels.
+    label, unit : str
+        Of its levels.
     size : str
         Representative size h, with its unit.
     rising : bool
@@ -56,7 +55,6 @@ class Axis:
         In what a verdict holds that does not add modes or elements.
     """
 
-    name: str
     label: str
     unit: str
     size: str
@@ -65,14 +63,9 @@ class Axis:
     within: str = ""
 
     @property
-    def whole(self) -> bool:
-        """Whether levels are whole numbers."""
-        return self.rising and self.unit == "1"
-
-    @property
-    def heading(self) -> str:
-        """Label and unit of the levels."""
-        return self.label if self.unit == "1" else f"{self.label} ({self.unit})"
+    def numbers(self) -> str:
+        """What levels can be."""
+        return "whole numbers from 1" if self.rising and self.unit == "1" else "numbers above 0"
 
 
 def _elements(scenario: Scenario, level: float) -> Scenario:
@@ -108,15 +101,13 @@ def _tolerances(scenario: Scenario, level: float) -> Scenario:
     return scenario.replace(solver__tolerance=level)
 
 
+#: by the name of the option
 AXES = {
-    axis.name: axis
-    for axis in (
-        Axis("elements", "elements", "1", "1/elements", True, _elements),
-        Axis("modes", "modes", "1", "1/modes", True, _modes),
-        Axis("steps", "free step", "s", "free step (s)", False, _steps, " in the step"),
-        Axis("stiffness", "stiffness", "N/m", "1/stiffness (m/N)", True, _stiffness, " in the stiffness"),
-        Axis("tolerances", "tolerance", "1", "mean step (s)", False, _tolerances, " in the tolerance"),
-    )
+    "elements": Axis("elements", "1", "1/elements", True, _elements),
+    "modes": Axis("modes", "1", "1/modes", True, _modes),
+    "steps": Axis("free step", "s", "free step (s)", False, _steps, " in the step"),
+    "stiffness": Axis("stiffness", "N/m", "1/stiffness (m/N)", True, _stiffness, " in the stiffness"),
+    "tolerances": Axis("tolerance", "1", "mean step (s)", False, _tolerances, " in the tolerance"),
 }
 
 
@@ -142,8 +133,6 @@ class Ladder:
         Order that the method declares, by quantity; those not named have none.
     text : str
         What this ladder shows, for the report.
-    group : str
-        Ladders of one group share a table of verdicts and pictures of comparison.
     base : Scenario, optional
         The scenario itself; `scenario` is then what it is called.
     """
@@ -156,7 +145,6 @@ class Ladder:
     quantities: tuple[str, ...] = ()
     declared: Mapping[str, float] = field(default_factory=dict)
     text: str = ""
-    group: str = ""
     base: Scenario | None = None
 
     def resolved(self, changes: Sequence[str] = (), quantities: Sequence[str] = ()) -> Ladder:
@@ -177,54 +165,69 @@ class Ladder:
 
         A fixed-step run, or one over tolerances, has no noise.
         """
-        label, finest = AXES[self.axis].label, self.scenario_at(self.levels[-1])
-        runs = [
-            Run({"ladder": self.name, "axis": label, "level": level}, self.scenario_at(level), self.quantities)
-            for level in self.levels
-        ]
+        label, scenarios = AXES[self.axis].label, [self.scenario_at(level) for level in self.levels]
+        found = [(label, level, scenario) for level, scenario in zip(self.levels, scenarios, strict=True)]
+        finest = scenarios[-1]
         if self.axis != "tolerances" and finest.solver.scheme != "fixed-step":
-            tighter = finest.replace(solver__tolerance=max(_TIGHTER * finest.solver.tolerance, _TIGHTEST))
-            labels = {"ladder": self.name, "axis": "noise", "level": self.levels[-1]}
-            runs.append(Run(labels, tighter, self.quantities))
+            tighter = max(_TIGHTER * finest.solver.tolerance, _TIGHTEST)
+            found.append(("noise", self.levels[-1], finest.replace(solver__tolerance=tighter)))
         # the finest levels take longest
-        return [replace(run, urgency=number / len(runs)) for number, run in enumerate(runs)]
+        return [
+            Run(
+                {"ladder": self.name, "axis": axis, "level": level},
+                scenario,
+                self.quantities,
+                urgency=n / len(found),
+            )
+            for n, (axis, level, scenario) in enumerate(found)
+        ]
+
+    @property
+    def within(self) -> str:
+        """In what it refines at a fixed number of modes, "" if it adds modes or elements."""
+        if self.axis == "elements" and self.scenario_at(self.levels[-1]).discretization.modes > 0:
+            return " in the mesh"
+        return AXES[self.axis].within
 
 
 @dataclass(frozen=True)
 class Study:
-    """Ladders that belong together.
-
-    Attributes
-    ----------
-    tolerance : float
-        Relative uncertainty at which a quantity counts as converged, unless the user says otherwise.
-    compare : str
-        How pictures show the ladders of a group side by side: by their "values", by "errors" (differences from the
-        finest level of the group's first ladder), or not at all ("").
-    """
+    """Ladders that belong together, and the relative uncertainty at which a quantity counts as converged."""
 
     name: str
     title: str
     text: str
     ladders: tuple[Ladder, ...]
     tolerance: float = TOLERANCE
-    compare: str = ""
 
 
 @dataclass(frozen=True)
 class QuantityResult:
-    """Values of one quantity over the levels of a ladder, and what they say.
+    """One quantity over the levels of a ladder, and what its values say.
 
-    `without_limit` says why it has no limit as modes or elements are added, "" if it has.
+    Attributes
+    ----------
+    declared : float or None
+        Order that the method declares.
+    scale : float
+        What a small value is measured by (unit of the value).
+    gaps : tuple of str
+        Why a level does not have it, "" if it does.
+    without_limit : str
+        Why it has no limit as modes or elements are added, "" if it has.
     """
 
     quantity: Quantity
     declared: float | None
     scale: float
-    values: tuple[float, ...]
     gaps: tuple[str, ...]
     analysis: Analysis
     without_limit: str = ""
+
+    @property
+    def values(self) -> list[float]:
+        """Values, coarse to fine; NaN where a level does not have it."""
+        return [float(value) for value in self.analysis.levels["value"]]
 
 
 @dataclass(frozen=True)
@@ -242,11 +245,6 @@ class LadderResult:
         """What was refined."""
         return AXES[self.ladder.axis]
 
-    @property
-    def within(self) -> str:
-        """In what it refines at a fixed number of modes, "" if it adds modes or elements."""
-        return _within(self.ladder)
-
     def quantity(self, name: str) -> QuantityResult:
         """Return the result of one quantity by name; raises KeyError."""
         return {item.quantity.name: item for item in self.results}[name]
@@ -256,11 +254,11 @@ class LadderResult:
         """Sentences about the ladder: what has no limit over modes, uneven events, warnings with their levels."""
         remarks = []
         lost = [item for item in self.results if item.without_limit]
-        if self.within and lost:
+        if self.ladder.within and lost:
             names = ", ".join(item.quantity.name for item in lost)
             remarks.append(
                 f"{names}: no limit as modes or elements are added ({lost[0].without_limit}); "
-                f"what has converged{self.within} has done so at this number of modes or elements alone"
+                f"what has converged{self.ladder.within} has done so at this number of modes or elements alone"
             )
         counts = self.runs["events"][self.runs["outcome"] == Outcome.COMPLETED.label].tolist()
         if len(set(counts)) > 1:
@@ -309,15 +307,15 @@ class StudyResult:
         return "\n".join(lines)
 
 
-def sizes_of(axis: Axis, levels: Sequence[float], mean_steps: Sequence[float]) -> tuple[list[float], str]:
+def sizes_of(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) -> tuple[list[float], str]:
     """Return the sizes h of the levels, and a remark if they are not what the axis promises.
 
     The size that goes with a tolerance is the mean step (s) the run took.  If these do not fall, as with loose
     tolerances whose steps are cut by stability, the root of the tolerance to the scheme's order takes its place.
     """
-    if axis.rising:
+    if AXES[axis].rising:
         return [1.0 / level for level in levels], ""
-    if axis.name == "steps":
+    if axis == "steps":
         return list(levels), ""
     if all(b < a for a, b in pairwise(mean_steps)):
         return list(mean_steps), ""
@@ -327,31 +325,28 @@ def sizes_of(axis: Axis, levels: Sequence[float], mean_steps: Sequence[float]) -
 
 def judge(ladder: Ladder, frame: pd.DataFrame, tolerance: float) -> LadderResult:
     """Judge every quantity of a resolved ladder by the frame of its runs."""
-    axis, count = AXES[ladder.axis], len(ladder.levels)
+    count = len(ladder.levels)
     runs, noisy = frame.iloc[:count], frame.iloc[count:]
-    mean_steps = (runs["stopped_at"] / runs["steps"].clip(lower=1)).tolist()
-    h, remark = sizes_of(axis, ladder.levels, mean_steps)
+    h, remark = sizes_of(ladder.axis, ladder.levels, (runs["stopped_at"] / runs["steps"].clip(lower=1)).tolist())
     finest, finest_scenario = runs.iloc[-1], ladder.scenario_at(ladder.levels[-1])
     lost, results = reasons(finest["undetermined"]), []
     for name in ladder.quantities:
-        q = quantity(name)
-        values = tuple(runs[name].tolist())
+        q, values, noise = quantity(name), runs[name].tolist(), 0.0
         # a run that failed has nothing but its message
         gaps = tuple(
             "" if math.isfinite(row[name]) else reasons(row["gaps"]).get(name, row["message"])
-            for _, row in runs.iterrows()
+            for row in runs.to_dict("records")
         )
-        noise = 0.0
         if len(noisy) and math.isfinite(values[-1]):
             other = float(noisy[name].iloc[0])
             noise = abs(other - values[-1]) if math.isfinite(other) else math.inf
         scale = natural_scale(q.unit, finest_scenario, finest["energy"])
         declared, without_limit = ladder.declared.get(name), lost.get(name, "")
         analysis = analyse(h, values, tolerance=tolerance, scale=scale, noise=noise, declared=declared)
-        analysis = replace(analysis, within=_within(ladder))
-        if without_limit and not analysis.within and analysis.verdict != NO_VERDICT:
+        analysis = replace(analysis, within=ladder.within)
+        if without_limit and not ladder.within and analysis.verdict != NO_VERDICT:
             analysis = analysis.undetermined(without_limit)
-        results.append(QuantityResult(q, declared, scale, values, gaps, analysis, without_limit))
+        results.append(QuantityResult(q, declared, scale, gaps, analysis, without_limit))
     return LadderResult(ladder, runs, tuple(h), remark, tuple(results))
 
 
@@ -434,17 +429,11 @@ def refine(
     >>> result.quantity("theta@end").analysis.verdict
     'converged'
     """
-    from oblique_impact.validation.studies.refinement_report import write_study
+    from oblique_impact.validation.studies.refinement_report import level_frame, report, study_data
     from oblique_impact.validation.studies.shipped import shipped_study
 
-    every = {
-        "elements": elements,
-        "modes": modes,
-        "steps": steps,
-        "stiffness": stiffness,
-        "tolerances": tolerances,
-    }
-    chosen = {axis: tuple(map(float, levels)) for axis, levels in every.items() if levels is not None}
+    every = zip(AXES, (elements, modes, steps, stiffness, tolerances), strict=True)
+    chosen = {axis: tuple(map(float, levels)) for axis, levels in every if levels is not None}
     limits = Limits(workers, scheduler, timeout)
     if within is not None and not 0.0 < within < 1.0:
         raise InputError(f"--within {within}: should be between 0 and 1, relative to the value")
@@ -453,12 +442,9 @@ def refine(
             raise InputError("changes: are for a shipped study; scenario.replace changes a scenario")
         described = _own_study(scenario, name, chosen, quantities)
     else:
-        called = study if isinstance(study, str) else study.name
-        for axis in chosen:
-            raise InputError(f"--{axis} together with --study {called}: a shipped study has its own levels")
-        if scenario is not None:
-            raise InputError(f"scenario together with --study {called}: a shipped study has its own")
         described = shipped_study(study) if isinstance(study, str) else study
+        for given in ("scenario", *(f"--{axis}" for axis in chosen))[scenario is None :]:
+            raise InputError(f"{given} together with --study {described.name}: a shipped study has its own levels")
     started = time.perf_counter()
     # everything that can be refused is refused before a folder appears
     ladders = [ladder.resolved(changes, quantities) for ladder in described.ladders]
@@ -469,22 +455,26 @@ def refine(
         found.append(judge(ladder, frame.iloc[start : start + len(part)], tolerance))
         start += len(part)
     result = StudyResult(described, tolerance, tuple(found), time.perf_counter() - started)
-    return result if out is None else replace(result, report=write_study(Path(out), result, command))
+    if out is None:
+        return result
+    page = report(result, command).write(Path(out), study_data(result, command), level_frame(result))
+    return replace(result, report=page)
 
 
 def parse_levels(axis: str, text: str) -> list[float]:
     """Read the levels of an axis from the command line: numbers separated by commas; raises InputError."""
     try:
-        return [int(part) if AXES[axis].whole else float(part) for part in text.split(",")]
+        return [float(part) for part in text.split(",")]
     except ValueError:
-        raise InputError(f"--{axis} {text}: should be {_numbers(axis)} separated by commas") from None
+        raise InputError(f"--{axis} {text}: should be {AXES[axis].numbers} separated by commas") from None
 
 
 def check_levels(axis: str, levels: Sequence[float]) -> None:
     """Raise InputError unless there are enough levels, each finer than the one before."""
-    rising, whole, text = AXES[axis].rising, AXES[axis].whole, ",".join(f"{level:g}" for level in levels)
+    rising, numbers, text = AXES[axis].rising, AXES[axis].numbers, ",".join(f"{level:g}" for level in levels)
+    whole = numbers.startswith("whole")
     if not all(math.isfinite(v) and (v >= 1.0 and v == int(v) if whole else v > 0.0) for v in levels):
-        raise InputError(f"--{axis} {text}: should be {_numbers(axis)} separated by commas")
+        raise InputError(f"--{axis} {text}: should be {numbers} separated by commas")
     if not FEWEST <= len(levels) <= MOST:
         raise InputError(f"--{axis} {text}: a verdict takes {FEWEST} to {MOST} levels, these are {len(levels)}")
     if not all(b > a if rising else b < a for a, b in pairwise(levels)):
@@ -496,10 +486,10 @@ def lines(result: StudyResult) -> list[str]:
     found = []
     for part in result.ladders:
         found.append(f"{part.ladder.name}:")
-        for level, (_, run) in zip(part.ladder.levels, part.runs.iterrows(), strict=True):
+        for run in part.runs.to_dict("records"):
             if run["outcome"] != Outcome.COMPLETED.label:
                 words = f"{run['outcome']} at t = {run['stopped_at']:.6g} s" if run["steps"] else run["message"]
-                found.append(f"  {part.axis.label} {level:g}: {words}")
+                found.append(f"  {part.axis.label} {run['level']:g}: {words}")
         for item in part.results:
             a, unit = item.analysis, item.quantity.unit.removeprefix("1")
             value, digits = a.rounded(item.values[-1])
@@ -532,11 +522,9 @@ def _own_study(
     scenario: Scenario | None, name: str, chosen: Mapping[str, tuple[float, ...]], quantities: Sequence[str]
 ) -> Study:
     """Describe the user's own ladder."""
-    from oblique_impact.validation.studies.shipped import STUDIES
-
-    options = ", ".join(f"--{axis}" for axis in AXES)
     if not chosen:
-        raise InputError(f"refine: give one of {options} with levels, or --study with one of {', '.join(STUDIES)}")
+        options = ", ".join(f"--{axis}" for axis in AXES)
+        raise InputError(f"refine: give one of {options} with levels, or --study")
     if len(chosen) > 1:
         raise InputError(f"--{' together with --'.join(chosen)}: refine one at a time, the others with --set")
     if scenario is None:
@@ -550,15 +538,3 @@ def _own_study(
     ladder = Ladder(title, name, (), axis, levels, names, declared, base=scenario)
     text = f"The scenario over {AXES[axis].label}, from coarse to fine; everything else stays as it is."
     return Study(title.replace(" ", "-"), title, text, (ladder,))
-
-
-def _within(ladder: Ladder) -> str:
-    """Return in what a ladder refines at a fixed number of modes, "" if it adds modes or elements."""
-    finest: Any = ladder.scenario_at(ladder.levels[-1])
-    if ladder.axis == "elements" and finest.discretization.modes > 0:
-        return " in the mesh"
-    return AXES[ladder.axis].within
-
-
-def _numbers(axis: str) -> str:
-    return "whole numbers from 1" if AXES[axis].whole else "numbers above 0"

@@ -393,10 +393,6 @@ def report(result: SmallDeflection, command: str) -> Report:
         "estimate": "its estimate",
         "outcome": "outcome",
     }
-    tables = {
-        problem: result.points[result.points["problem"] == problem][list(columns)].rename(columns=columns)
-        for problem in MODELS
-    }
     return Report(
         "Where the small-deflection model ends",
         "The floating frame bends linearly, and knows the shortening to the second order. Loads grow along the "
@@ -408,7 +404,8 @@ def report(result: SmallDeflection, command: str) -> Report:
         result.seconds,
         overview=[drawn, Text(_NOTE, note=True)],
         sections=[
-            Section(TITLES[problem], [Table.of_frame(frame, digits=3)]) for problem, frame in tables.items()
+            Section(TITLES[problem], [Table.of_frame(frame, digits=3, columns=columns)])
+            for problem, frame in result.points.groupby("problem", sort=False)
         ],
     )
 

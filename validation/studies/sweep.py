@@ -14,7 +14,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import prepare_folder, write_text
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell
+from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
 from oblique_impact.validation.studies.maps import sweep_pictures
 from oblique_impact.validation.studies.measure import same_warnings
@@ -180,14 +180,13 @@ def lines(result: SweepResult) -> list[str]:
 def report(result: SweepResult, command: str) -> Report:
     """Return the report of a finished sweep; `command` repeats it.  The numbers are in the table."""
     plan, frame = result.plan, result.frame
-    pictures = sweep_pictures(plan, frame)
-    overview: list[Block] = [_outcomes(frame), *_warnings(frame)]
-    if not pictures:
-        overview.append(Text("Pictures are drawn for sweeps with one or two directions.", note=True))
-    unfinished = _unfinished(frame)
+    pictures: list[Block] = list(sweep_pictures(plan, frame))
+    none = Text("Pictures are drawn for sweeps with one or two directions.", note=True)
+    outcomes = frame[["outcome", "regime"]].value_counts().rename("runs").reset_index()
+    warnings = pd.DataFrame(warned(frame)[:_LISTED], columns=["runs", "the first", "warning"])
+    unfinished, names = _unfinished(frame), ["run", "outcome", "stopped_at", "message"]
     more = f"The first {_LISTED} of {len(unfinished)}." if len(unfinished) > _LISTED else ""
-    names = {"run": "run", "outcome": "outcome", "stopped_at": "at (s)", "message": "why"}
-    table = Table.of_frame(unfinished[list(names)].rename(columns=names).head(_LISTED), more, wide=(3,))
+    stopped = Table.of_frame(unfinished.head(_LISTED), more, wide=(3,), columns={name: name for name in names})
     seconds = frame["wall_time"]
     return Report(
         plan.file.title or "Sweep",
@@ -202,11 +201,14 @@ def report(result: SweepResult, command: str) -> Report:
             ("wall time of all runs together", f"{seconds.sum():.1f} s"),
             ("of one run", f"{seconds.mean():.3f} s in the mean, {seconds.max():.3f} s at most"),
         ],
-        overview=overview,
+        overview=[
+            Table.of_frame(outcomes, "How the runs ended; regime is the first macro-collision."),
+            *([Table.of_frame(warnings, "Warnings of the runs.", wide=(2,))] if len(warnings) else []),
+        ],
         sections=[
-            *([Section("Pictures", pictures)] if pictures else []),
+            Section("Pictures", pictures or [none]),
             Section("Directions and quantities", _descriptions(plan, frame)),
-            *([Section("Runs that did not complete", [table])] if len(unfinished) else []),
+            *([Section("Runs that did not complete", [stopped])] if len(unfinished) else []),
         ],
     )
 
@@ -215,31 +217,19 @@ def _unfinished(frame: pd.DataFrame) -> pd.DataFrame:
     return frame[frame["outcome"] != Outcome.COMPLETED.label]
 
 
-def _outcomes(frame: pd.DataFrame) -> Table:
-    rows = [
-        [Cell(outcome, "" if outcome == Outcome.COMPLETED.label else "dim"), regime or "–", count]
-        for (outcome, regime), count in frame[["outcome", "regime"]].value_counts().items()
-    ]
-    return Table(["outcome", "first macro-collision", "runs"], rows, "How the runs ended.")
-
-
-def _warnings(frame: pd.DataFrame) -> list[Block]:
-    rows = [[count, run, text] for count, run, text in warned(frame)]
-    columns = ["runs", "the first", "warning"]
-    return [Table(columns, rows[:_LISTED], "Warnings of the runs.", wide=(2,))] if rows else []
-
-
 def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
-    directions, quantities = [], []
+    """Return tables of what changes from run to run, and of what each run is asked for."""
+    directions = []
     for dimension in plan.dimensions:
         values = frame[dimension.keys[0]]
         numeric = pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
         ends = (values.min(), values.max()) if numeric else (str(values.iloc[0]), str(values.iloc[-1]))
         directions.append([Cell(dimension.label, "code"), dimension.unit, int(values.nunique()), *ends])
-    for q in plan.quantities:
-        values, meaning = frame[q.name], Cell(q.name, "code")
-        least, largest = cell(values.min()), cell(values.max())
-        quantities.append([meaning, q.meaning, q.unit, least, largest, int(values.isna().sum())])
+    asked = frame[[q.name for q in plan.quantities]].agg(["min", "max"]).T
+    quantities = [
+        [Cell(q.name, "code"), q.meaning, q.unit, *asked.loc[q.name], int(frame[q.name].isna().sum())]
+        for q in plan.quantities
+    ]
     caption = "What each run is asked for; the column gaps of the table says why a value is missing."
     columns = ["quantity", "meaning", "unit", "least", "largest", "missing"]
     return [

@@ -1,4 +1,4 @@
-"""Which results of an impact converge as modes or elements are added, and how many a run needs.
+"""Which results of an impact converge under refinement, and how many modes or elements a run needs.
 
 A rigid stop under an undamped Euler-Bernoulli beam has no limit: wave packets as strong as the first one come
 back to the contact from its very beginning, and each of infinitely many contacts magnifies a difference.  Stops
@@ -31,7 +31,7 @@ _NEARLY_RIGID = 1e3
 _MANY_CONTACTS = 20
 #: eta omega of the highest mode that resolves the damping
 _RESOLVED = 0.5
-#: part of critical in the first bending mode, of a plain metal beam: the damping of examples and recommendations
+#: damping ratio of a plain metal beam in its first bending mode, in examples and recommendations
 LIGHT = 0.002
 #: flexibility that is left out of the contact point over that of the stop.  Runs of the paper's beam on 1e5 to
 #: 1e7 N/m (pinned, driven, on a hub; at its tip, at 0.6 m) and of a strip on 1e6 N/m with less have the largest
@@ -43,10 +43,10 @@ _FORCE = ("peak_force",)
 _ALL = ("start", "end", "contacts", "normal_impulse", "tangential_impulse", "peak_force")
 
 
-def without_limit(scenario: Scenario) -> tuple[str, ...]:
-    """Return the entries of macro-collisions that have no limit as modes or elements are added.
+def unconverged_results(scenario: Scenario) -> tuple[str, ...]:
+    """Return the entries of macro-collisions that do not converge as modes or elements are added.
 
-    The start of the first one always has.
+    The start of the first macro-collision always converges.
     """
     if not is_stiff(scenario):
         return ()
@@ -55,27 +55,27 @@ def without_limit(scenario: Scenario) -> tuple[str, ...]:
     return _FORCE if scenario.contact.normal == "rigid" else ()
 
 
-def undetermined(beam: Beam, contacts: Sequence[int]) -> list[str]:
-    """Return warnings about results without a limit; `contacts` counts those of each macro-collision."""
+def convergence_warnings(beam: Beam, contacts: Sequence[int]) -> list[str]:
+    """Return warnings about results that do not converge; `contacts` counts those of each macro-collision."""
     s = beam.scenario
-    many = max(contacts, default=0) > _MANY_CONTACTS
-    if not contacts or not (is_stiff(s) or many):
+    most = max(contacts, default=0)
+    if not contacts or not (is_stiff(s) or most > _MANY_CONTACTS):
         return []
-    viscosity = s.beam.kelvin_voigt
-    if viscosity > 0.0:
-        if viscosity >= _least_viscosity(beam) * (1.0 - 1e-9):
+    damping = s.beam.kelvin_voigt
+    if damping > 0.0:
+        if damping >= _resolved_damping(beam) * (1.0 - 1e-9):
             return []
         return [
-            f"beam.kelvin_voigt: {viscosity:g} s is not resolved by {_size(s)}: times, impulses and forces after "
-            f"the first touch-down are not determined; it takes {_resolving(beam, viscosity)}"
+            f"beam.kelvin_voigt: {damping:g} s is not resolved by {_resolution(s)}: times, impulses and forces "
+            f"after the first touch-down are not determined; it takes {_size_to_resolve(beam, damping)}"
         ]
     under = "under a beam without Kelvin-Voigt damping"
     if s.contact.normal == "rigid":
         cause = f"a rigid stop {under} has no limit as modes or elements are added"
     else:
-        stop = "a stop this stiff" if is_stiff(s) else f"a stop that is met {max(contacts)} times in one collision"
+        stop = "a stop this stiff" if is_stiff(s) else f"a stop that is met {most} times in one collision"
         cause = f"{stop} {under} magnifies small differences like a rigid one, which has no limit"
-    said = (
+    text = (
         f"contact.normal: {cause}: times, impulses and forces after the first touch-down are not determined; "
         "give the beam the damping that it has, beam.kelvin_voigt"
     )
@@ -83,46 +83,48 @@ def undetermined(beam: Beam, contacts: Sequence[int]) -> list[str]:
     if frequency > 0.0:
         light = light_damping(s)
         share = f"{50.0 * light * frequency:.2g} % of critical in its first bending mode"
-        said += f" ({light:g} s is {share} and takes {_resolving(beam, light)})"
-    return [said if s.contact.normal != "rigid" else f'{said}, or contact.normal = "spring", an elastic stop']
+        text += f" ({light:g} s is {share} and takes {_size_to_resolve(beam, light)})"
+    return [text if s.contact.normal != "rigid" else f'{text}, or contact.normal = "spring", an elastic stop']
 
 
-def truncated(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
-    """Return a warning if an elastic stop is not softer than what the discretization leaves out of the beam.
+def truncation_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
+    """Return a warning if the truncated flexibility of the beam is not small against that of an elastic stop.
 
-    The stiffness of the stop is that at the largest force of the run.
+    The stiffness of the stop is the secant one at the largest force of the run.
     """
     force, depth = np.nan_to_num(variables["lambda_n"]), np.nan_to_num(variables["depth"])
     top = int(np.argmax(force))
-    if not depth[top] > 0.0 or _has_no_limit(beam.scenario):
+    if not depth[top] > 0.0 or not _converges(beam.scenario):
         return []
     s, stiffness = beam.scenario, float(force[top] / depth[top])
     left = stiffness * (_element_compliance(beam) if s.is_nodal else beam.residual_compliance)
     if not left > _LEFT_OUT:
         return []
     if s.is_nodal:
-        needed = f"about {_more_elements(s, (left / _LEFT_OUT) ** (1 / 3))}"
+        needed = _more_elements(s, (left / _LEFT_OUT) ** (1 / 3))
     else:
-        needed = _leaving(beam, stiffness, left)
+        # the flexibility left out falls with the third power of the number of modes
+        estimate = math.ceil(s.discretization.modes * (left / _LEFT_OUT) ** (1 / 3))
+        needed = _modes(s, modes_for_stop(s, stiffness, int(0.8 * estimate)) or estimate)
         if not s.contact.residual_flexibility:
             needed += ", with contact.residual_flexibility = true"
     share = f"{left:.2g} times" if left >= 1.0 else f"{100.0 * left:.2g} % of"
     key = "contact.stiffness" if s.contact.normal == "spring" else "contact.normal"
     return [
-        f"{key}: the flexibility that {_size(s)} leave out of the contact point is {share} that of "
+        f"{key}: the flexibility that {_resolution(s)} leave out of the contact point is {share} that of "
         f"the stop: contact forces are not those of the beam; forces within 2 % take {needed}"
     ]
 
 
 def light_damping(s: Scenario) -> float:
-    """Return the Kelvin-Voigt damping (s) of a plain metal beam, in two digits; 0 if nothing bends."""
+    """Return the Kelvin-Voigt damping (s) of a plain metal beam, in two digits; 0 without a bending frequency."""
     frequency = lowest_elastic_frequency(s)
     return float(f"{2.0 * LIGHT / frequency:.2g}") if frequency > 0.0 else 0.0
 
 
-def _has_no_limit(s: Scenario) -> bool:
-    """Whether no number of modes or elements gives the forces of an elastic stop."""
-    return s.beam.kelvin_voigt == 0.0 and is_stiff(s)
+def _converges(s: Scenario) -> bool:
+    """Whether the forces of an elastic stop converge as modes or elements are added."""
+    return s.beam.kelvin_voigt > 0.0 or not is_stiff(s)
 
 
 def is_stiff(s: Scenario) -> bool:
@@ -135,16 +137,16 @@ def is_stiff(s: Scenario) -> bool:
     return s.contact.stiffness * compliance > _NEARLY_RIGID
 
 
-def _size(s: Scenario) -> str:
-    """Return the number of modes or elements of a scenario in words."""
+def _resolution(s: Scenario) -> str:
+    """Return the number of modes or elements of a scenario as text."""
     return f"{s.discretization.elements} elements" if s.is_nodal else f"{s.discretization.modes} modes"
 
 
 def _more_elements(s: Scenario, factor: float) -> str:
-    return f"{math.ceil(s.discretization.elements * factor)} elements"
+    return f"about {math.ceil(s.discretization.elements * factor)} elements"
 
 
-def _least_viscosity(beam: Beam) -> float:
+def _resolved_damping(beam: Beam) -> float:
     """Kelvin-Voigt damping (s) that the discretization just resolves."""
     o, s = beam.operators, beam.scenario
     if not s.is_nodal:
@@ -163,16 +165,15 @@ def _element_compliance(beam: Beam) -> float:
     return float(beam.operators.largest_element**3 / (12.0 * sections.bending_stiffness(x)))
 
 
-def _resolving(beam: Beam, viscosity: float) -> str:
-    """Return how many modes or elements resolve a Kelvin-Voigt damping (s), in words."""
+def _size_to_resolve(beam: Beam, damping: float) -> str:
+    """Return how many modes or elements resolve a Kelvin-Voigt damping (s), as text."""
     s = beam.scenario
     if s.is_nodal:
-        factor = math.sqrt(_least_viscosity(beam) / viscosity)
-        return f"about {_more_elements(s, factor)}"
-    return _modes(s, modes_that_resolve(s, viscosity))
+        return _more_elements(s, math.sqrt(_resolved_damping(beam) / damping))
+    return _modes(s, modes_to_resolve_damping(s, damping))
 
 
-def modes_that_resolve(s: Scenario, viscosity: float) -> int:
+def modes_to_resolve_damping(s: Scenario, damping: float) -> int:
     """Return the number of modes that resolve a Kelvin-Voigt damping (s).
 
     High frequencies are those of the WKB approximation, omega_n = ((n + 1/4) pi)^2/(int (m/(E I))^(1/4) dx)^2
@@ -181,46 +182,36 @@ def modes_that_resolve(s: Scenario, viscosity: float) -> int:
     sections = Sections.from_scenario(s)
     x = np.linspace(0.0, sections.length, 1025)
     slowness = (sections.mass_per_length(x) / sections.bending_stiffness(x)) ** 0.25
-    turns = float(np.trapezoid(slowness, x)) * math.sqrt(_RESOLVED / viscosity) / math.pi
-    return math.ceil(turns - (0.25 if frame_of_many(s) == "mean-axis" else -0.5))
-
-
-def _leaving(beam: Beam, stiffness: float, left: float) -> str:
-    """Return how many modes leave out no more than `_LEFT_OUT` of a stop's flexibility, in words.
-
-    `left` is what they leave out now; it falls with the third power of their number.
-    """
-    estimate = math.ceil(beam.scenario.discretization.modes * (left / _LEFT_OUT) ** (1.0 / 3.0))
-    return _modes(beam.scenario, modes_for_stop(beam.scenario, stiffness, int(0.8 * estimate)) or estimate)
+    turns = float(np.trapezoid(slowness, x)) * math.sqrt(_RESOLVED / damping) / math.pi
+    return math.ceil(turns - (0.25 if frame_for_many_modes(s) == "mean-axis" else -0.5))
 
 
 def modes_for_stop(s: Scenario, stiffness: float, least: int = 2) -> int | None:
     """Return the number of modes, at least `least`, that a stop of this stiffness (N/m) needs.
 
-    So many leave out no more than `_LEFT_OUT` of its flexibility.  None if no number does.
+    With them the truncated flexibility is at most `_LEFT_OUT` of that of the stop.  None if no number suffices.
     """
     d = s.discretization
-    # of elements the higher half of the modes is poor
+    # the higher half of the modes of a mesh is inaccurate
     for count in range(max(least, 1), 1 + min(MAX_MODES, d.elements if d.method == "fem" else MAX_MODES)):
-        other = s.replace(discretization__modes=count, discretization__frame=frame_of_many(s))
+        other = s.replace(discretization__modes=count, discretization__frame=frame_for_many_modes(s))
         if stiffness * Beam(other, build_operators(other)).residual_compliance <= _LEFT_OUT:
             return count
     return None
 
 
-def frame_of_many(s: Scenario) -> str:
+def frame_for_many_modes(s: Scenario) -> str:
     """Return the floating frame for many modes.
 
-    Of a root that turns freely it is the mean axis: first-order kinetics in its tangent frame bear few modes.  A
-    root at a hub's radius has no mean-axis frame.
+    It is the mean axis where the root turns freely, because first-order kinetics in the tangent frame allow few
+    modes there.  A root at a hub's radius has no mean-axis frame.
     """
-    free = s.root.kind != "driven" and s.root.hub_radius == 0.0
-    return "mean-axis" if free else s.discretization.frame
+    return s.discretization.frame if s.root.is_moved else "mean-axis"
 
 
 def _modes(s: Scenario, count: int) -> str:
-    """Return a number of modes in words, with the frame and the elements that so many need."""
-    frame, d = frame_of_many(s), s.discretization
+    """Return a number of modes as text, with the frame and the elements that so many need."""
+    frame, d = frame_for_many_modes(s), s.discretization
     if count > MAX_MODES:
         nodal = ', or the full nodal model (discretization.method = "fem", discretization.modes = 0)'
         return f"more than {MAX_MODES} modes{nodal if frame == 'mean-axis' else ''}"

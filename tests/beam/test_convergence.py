@@ -6,7 +6,7 @@ import re
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.determinacy import undetermined, without_limit
+from oblique_impact.beam.convergence import convergence_warnings, unconverged_results
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.command_line.run import summary_lines
 from oblique_impact.problem import beam_of
@@ -25,7 +25,7 @@ STRIP = (
 
 def said(*changes: str, contacts=(3,)) -> str:
     """The one line about a run of the paper's case, "" for none."""
-    lines = undetermined(beam_of(Scenario.builtin("paper", changes)), contacts)
+    lines = convergence_warnings(beam_of(Scenario.builtin("paper", changes)), contacts)
     assert len(lines) <= 1
     return "".join(lines)
 
@@ -52,7 +52,7 @@ def advice(line: str) -> tuple[str, ...]:
     ],
 )
 def test_what_has_no_limit(changes, names):
-    assert without_limit(Scenario.builtin("paper", changes)) == names
+    assert unconverged_results(Scenario.builtin("paper", changes)) == names
 
 
 @pytest.mark.parametrize(
