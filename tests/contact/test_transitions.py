@@ -128,6 +128,7 @@ def test_bounces_that_accumulate_close_the_contact():
 def test_slow_bounces_off_an_opening_contact_do_not_close_it():
     transition = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-1e-7, gap_acceleration=9.8))
     assert (transition.kind, transition.phase.state) == (EventKind.REBOUND, State.FREE)
+    assert transition.impulse.normal == pytest.approx(1.5e-7)  # restitution is not given up
 
 
 @pytest.mark.parametrize("rate", [0.0, -5e-12, 5e-12])
