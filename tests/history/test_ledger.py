@@ -13,7 +13,14 @@ from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.history.summary import Ledger, MacroCollision, balance, balance_text, macro_collisions
+from oblique_impact.history.summary import (
+    Ledger,
+    MacroCollision,
+    balance,
+    balance_text,
+    energy_warnings,
+    macro_collisions,
+)
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.records import Contact, Event, OpenContact
 from oblique_impact.scenario.scenario import builtin_names
@@ -167,3 +174,23 @@ def test_a_macro_collision_adds_up_its_contacts():
         MacroCollision(0.0, 0.4, 2, 5.0, -10.0, 30.0),
         MacroCollision(0.7, 0.8, 1, 16.0, -32.0, 10.0),
     ]
+
+
+@pytest.mark.parametrize(
+    ("scheme", "remedy", "foreign"),
+    [
+        ("event", "solver.tolerance", "solver.free_step"),
+        ("fixed-step", 'solver.scheme = "event"', "solver.rho_infinity"),
+        ("generalized-alpha", "solver.rho_infinity", 'solver.scheme = "event"'),
+    ],
+)
+def test_a_warning_of_lost_energy_names_keys_of_its_scheme(scheme, remedy, foreign):
+    lost = dict.fromkeys(("lost_impact", "lost_friction", "lost_damping", "lost_scheme"), 1.0)
+    (line,) = energy_warnings({"initial": 8.0, "final": 4.0, "unaccounted": 0.0, **lost}, 8.0, scheme)
+    assert remedy in line
+    assert foreign not in line
+
+
+def test_a_run_that_completes_says_so():
+    history = simulate_system(Particle(above=-9.8), np.array([0.0, 1.0]), np.zeros(2), 0.01)
+    assert history.summary["message"] == history.outcome.sentence != ""
