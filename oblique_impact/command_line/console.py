@@ -70,9 +70,10 @@ def print_line(line: str) -> None:
     """Print a line of a result; on a terminal it is broken between words."""
     console = Console(markup=False, highlight=False)
     if console.file.isatty():
-        console.print(line)
-    else:
-        print_text(line)
+        with console.capture() as broken:
+            console.print(line)
+        line = broken.get().rstrip("\n")
+    print_text(line)
 
 
 def print_text(text: str, err: bool = False) -> None:

@@ -86,5 +86,6 @@ def _drawn(bar: Progress) -> Iterator[Progress]:
 
 def _print(console: Console, line: str) -> None:
     """Print a line that stays, above the bar."""
-    soft_wrap = not console.file.isatty()  # else rich breaks it between words
-    console.print(f"oblique-impact: {line}", soft_wrap=soft_wrap, markup=False, highlight=False)
+    with suppress(OSError):  # of a terminal that is closed: the run goes on until it hears of that
+        soft_wrap = not console.file.isatty()  # else rich breaks it between words
+        console.print(f"oblique-impact: {line}", soft_wrap=soft_wrap, markup=False, highlight=False)
