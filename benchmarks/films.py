@@ -56,9 +56,9 @@ def bare_loop(story: Story, frames: int, out: Path) -> None:
     """Write a film of a tube that swings and bends."""
     prepare()
     geometry = story.geometries[0]
-    surface = geometry.surface(0)
-    mesh = pv.PolyData(surface.points, geometry.faces)
-    mesh.point_data["shown"] = surface.arrays[story.style.quantity]
+    points = geometry.tube(0)[0]
+    mesh = pv.PolyData(points, geometry.solid.faces)
+    mesh.point_data["shown"] = geometry.result(story.style.quantity, 0)
     size = [SUPERSAMPLING * pixels for pixels in story.style.size]
     plotter = cast(Any, pv.Plotter(off_screen=True, window_size=size, lighting="light kit"))
     plotter.render_window.SetMultiSamples(0)
@@ -66,11 +66,11 @@ def bare_loop(story: Story, frames: int, out: Path) -> None:
     plotter.add_mesh(mesh, scalars="shown", clim=(-limit, limit), show_scalar_bar=False)
     plotter.camera_position = "xy"
     open_film(plotter, out, FPS, "")
-    rest, (x, y) = np.array(surface.points), np.array(surface.points[:, :2]).T
+    x, y, z = points.T
     for turn in np.linspace(0.0, 6.0, frames):
         bent = 0.02 * np.sin(np.pi * np.hypot(x, y)) * np.sin(20.0 * turn)
         c, s = np.cos(0.3 * np.sin(turn)), np.sin(0.3 * np.sin(turn))
-        mesh.points = np.stack([c * x - s * (y + bent), s * x + c * (y + bent), rest[:, 2]], axis=1)
+        mesh.points = np.stack([c * x - s * (y + bent), s * x + c * (y + bent), z], axis=1)
         plotter.render()
         picture = Image.fromarray(np.asarray(plotter.screenshot(return_img=True)))
         plotter.mwriter.append_data(np.asarray(picture.reduce(SUPERSAMPLING)))

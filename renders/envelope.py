@@ -1,7 +1,4 @@
-"""Curves that swing faster than pixels can show: a band from least to largest value, and the mean in it.
-
-`page/envelope.js` of the player is the same in its language; the tests hold the two against each other.
-"""
+"""Curves that swing faster than pixels can show: a band from least to largest value, and the mean in it."""
 
 from __future__ import annotations
 
@@ -10,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.signal import find_peaks
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -69,10 +67,6 @@ def fast_spans(x: Array, y: Array, swing: float) -> list[tuple[float, float]]:
 
 def turning_points(y: Array, swing: float) -> Index:
     """Return the samples where the curve turns round, each at least `swing` away from the ones beside it."""
-    from scipy.signal import (
-        find_peaks,  # it loads all of scipy.stats; a process that only moves charts needs neither
-    )
-
     return np.union1d(*(find_peaks(sign * y, prominence=swing)[0] for sign in (1.0, -1.0)))
 
 

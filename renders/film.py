@@ -70,8 +70,12 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
             sheet.write(left, top + 0.6 * margin, name.name, STATE, style.colours.states[name], weight="bold")
         low = sheet.size[1] - 10.0 * unit
         if story.factor != 1.0:
-            note = f"deflection drawn ×{story.factor:g} about the line from pin to contact point"
-            sheet.write(width - margin, low - 1.45 * sheet.pixels(SMALL), note, LINE, va="bottom", ha="right")
+            brief = f"deflection drawn ×{story.factor:g}"
+            note = sheet.write(width - margin, low - 1.45 * sheet.pixels(SMALL), "", LINE, va="bottom", ha="right")
+            room = 0.68 * width - 250.0 * unit - margin  # beside the scale of colours
+            sheet.fit(
+                note, [f"{brief} about the line from pin to contact point", brief, f"×{story.factor:g}"], room
+            )
         sheet.scale_bar(margin, low, bar)
         if not story.overlay:
             sheet.colour_bar(0.32 * width, low, 220.0 * unit, story.colours)
@@ -104,7 +108,7 @@ def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | 
 
     def write(part: Path) -> None:
         with Composer(story, timeline) as composer:
-            open_film(composer.scene.plotter, part, timeline.fps, comment(story.histories, story.factor))
+            open_film(composer.scene.plotter, part, timeline.fps, comment(story.histories))
             for n, (time, rate) in enumerate(zip(timeline.times, timeline.rates, strict=True), start=1):
                 composer.scene.plotter.mwriter.append_data(composer.draw(float(time), float(rate)))
                 if on_frame:
@@ -131,6 +135,6 @@ def _check_times(story: Story, times: Sequence[float]) -> None:
 
 def _save(picture: NDArray[np.uint8], out: Path, story: Story, dpi: float) -> Path:
     info = PngInfo()
-    info.add_itxt("Comment", comment(story.histories, story.factor))
+    info.add_itxt("Comment", comment(story.histories))
     image = Image.fromarray(np.ascontiguousarray(picture))
     return save_whole(out, lambda part: image.save(part, dpi=(dpi, dpi), pnginfo=info))

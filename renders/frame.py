@@ -1,4 +1,4 @@
-"""A frame of a still or a film: the pictures of the scene, charts and text put together."""
+"""A frame of a still or a film: the pictures of the scene, the charts and the text around them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.renders.charts import Chart, energy_curves, force_curves
 from oblique_impact.renders.layout import Box, lay_out
-from oblique_impact.renders.scene import Panel, Scene, View, contact_force
+from oblique_impact.renders.scene import Panel, Scene, View
 from oblique_impact.renders.sheet import HEADING, LINE, NAME, SMALL, STATE, Sheet
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import figure_style
 from oblique_impact.renders.timeline import Timeline, rate_text
-from oblique_impact.renders.title import short
 
 
 class Composer:
@@ -62,7 +61,7 @@ class Composer:
         self._charts = []
         for (found, label), box in zip(curves, plan.charts, strict=False):
             assert self.timeline is not None
-            self._charts.append(Chart(sheet, found, label, box, self.timeline, story))
+            self._charts.append(Chart(sheet, found, label, box, self.timeline.course, story))
 
     @property
     def _top(self) -> float:
@@ -112,11 +111,11 @@ class Composer:
         if story.overlay:
             handles = [Line2D([], [], color=c, linewidth=5.0 * sheet.thin) for c in colours.series]
             sheet.figure.legend(
-                handles[: len(story.labels)],
-                story.labels,
+                handles[: len(story.names)],
+                story.names,
                 loc="upper left",
                 bbox_to_anchor=(x / sheet.size[0], 1.0 - (y - 9.0 * sheet.unit) / sheet.size[1]),
-                ncols=len(story.labels),
+                ncols=len(story.names),
                 fontsize=sheet.points(NAME),
                 handlelength=1.2,
             )
@@ -124,9 +123,9 @@ class Composer:
             state = sheet.write(x, y, "STICK", STATE, weight="bold")
             x += sheet.width_of(state) + 24.0 * sheet.unit
             self._keep(f"state {number}", state)
-            if len(story.labels) > 1:
+            if len(story.names) > 1:
                 name = sheet.write(x, y + 3.0 * sheet.unit, "", NAME)
-                sheet.fit(name, [story.labels[number]], right - x)
+                sheet.fit(name, [story.names[number]], right - x)
         y += 1.5 * sheet.pixels(STATE)
         if self.timeline is not None:
             self._keep(f"rate {number}", sheet.write(left, y, "", LINE, colours.dim))
@@ -151,9 +150,6 @@ class Composer:
         end = (box[0], box[1] + box[3]) if box[0] else (box[2], box[1])
         sheet.rule((box[0], box[1]), end)
         titles = ["contact point, true scale", "contact point"]
-        if story.difference != 1.0:
-            factor = f"difference ×{short(story.difference)}"
-            titles = [f"contact point, {factor}", factor]
         sheet.fit(sheet.write(left, y, "", HEADING, weight="bold"), titles, width)
         y += 1.6 * sheet.pixels(HEADING)
         if self.style.arrow and not story.overlay:
@@ -199,7 +195,7 @@ class Composer:
             words[f"rate {number}"] = ("" if rate is None else rate_text(rate), theme.dim)
         geometry = self.story.geometries[0]
         k = geometry.index(time)
-        force = float(np.linalg.norm(contact_force(geometry, k)))
+        force = float(np.linalg.norm(geometry.contact_force(k)))
         words["force"] = (f"{force:.0f} N", theme.arrow) if force > 0.5 else ("no contact force", theme.dim)
         gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
         # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility

@@ -7,7 +7,6 @@ contact point and nothing else, so that both stay where they are.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,16 +20,13 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
-from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
-Faces = NDArray[np.int64]
+Integers = NDArray[np.int64]
 
 BETWEEN = 1  # rings between two stations
-CAP_RINGS = 6  # of the hemispherical tip cap; twice as many of a mass
-_FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)
-_SMOOTH = 1e100  # what is larger, or no number, has no spline
-_VISIBLE = 0.06  # of the length: what a deviation is magnified to
+#: deformation factors to choose from, and how much of the length the largest deviation may become
+_FACTORS, _VISIBLE = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0), 0.06
 
 #: results along the beam that the surface carries, with their units
 QUANTITIES = {
@@ -43,110 +39,96 @@ QUANTITIES = {
     "bending_stress": "Pa",
     "axial_stress": "Pa",
 }
-
-
-#: variables of a history that pictures, pages and exports are made from
-NEEDED = (
-    *("time", "station", "state", "theta", "theta_dot", "ux", "uy", "ux_dot", "uy_dot"),
-    *("tip_x", "tip_y", "tip_vx", "tip_vy"),
-    *(
-        "moment",
-        "shear",
-        "axial_force",
-        "bending_stress",
-        "lambda_n",
-        "lambda_tau",
-        "gap",
-        "gap_rate",
-        "slip_rate",
-    ),
-    *("deflection", "energy_kinetic", "energy_elastic", "energy_gravity"),
-)
-
-
-@dataclass(frozen=True)
-class Surface:
-    """Points and outward normals (np, 3) of the tube at one sample and its results there."""
-
-    points: Array
-    normals: Array
-    arrays: dict[str, Array]
+#: their variables in a history, of those that are one
+_VARIABLES = {"bending_moment": "moment", "shear_force": "shear", "axial_force": "axial_force"}
 
 
 def contact_gap(history: History) -> Array:
-    """Gap (m) of the contact point itself, (samples,): in contact with a compliant stop its compression, negative.
+    """Return the gap (m) of the contact point itself, (samples,); on a compliant stop its compression, negative.
 
     The variable `gap` is that of the coordinates: what they leave out of the contact point is not in it.
     """
     gap = np.asarray(history["gap"].values, dtype=float)
-    if "depth" not in history or contact_law_of(Scenario.from_toml(history.scenario_toml)) is None:
+    if "depth" not in history or history.scenario is None or contact_law_of(history.scenario) is None:
         return gap
     return np.where(history["state"].values == State.FREE, gap, -history["depth"].values)
 
 
-def _between(values: Array, k: float) -> Array:
-    """Return the values (samples, ...) at the fractional sample k."""
-    low = int(k)
-    if k == low:
-        return np.asarray(values[low])
-    return np.asarray(values[low] + (k - low) * (values[low + 1] - values[low]))
-
-
 class BeamGeometry:
-    """Shapes of the beam at the samples of a history, which has the variables `NEEDED`.
+    """Shapes of the beam at the samples of a history.
 
-    The deformation factor is chosen from the largest deviation of the run if none is given.  Raises InputError if
-    the history lacks a variable (it is not one of a beam) or the factor is not positive and finite.
+    The deformation factor is chosen from the largest deviation of the run if none is given.  Samples are numbers
+    that may lie between two: there everything is linear.
+
+    Raises InputError if the history is not one of a beam or the factor is not positive and finite.
     """
 
     def __init__(self, history: History, factor: float | None = None) -> None:
-        missing = [name for name in NEEDED if name not in history.data.variables]
-        if missing:
-            raise InputError(
-                f"history: has no variable {missing[0]!r}: it is not one of a beam, or of another version"
-            )
+        if history.scenario is None:
+            raise InputError("history: it is not one of a beam")
+        for name in ("theta", "ux_dot", "bending_stress", "lambda_n"):
+            if name not in history:
+                raise InputError(f"history: has no variable {name!r}: it is not one of a beam")
         if factor is not None and not 0.0 < factor < np.inf:
             raise InputError(f"--deformation {factor}: should be a positive number")
         self.history = history
-        self.scenario = Scenario.from_toml(history.scenario_toml)
+        self.scenario = history.scenario
         self.sections = Sections.from_scenario(self.scenario)
-        self._given = factor
-        self._read: dict[str, Array] = {}
-
-    @cached_property
-    def times(self) -> Array:
-        """Times (s) of the samples, ascending."""
-        return self._values("time")
-
-    @cached_property
-    def stations(self) -> Array:
-        """Arc lengths (m) of the stations."""
-        return self._values("station")
-
-    @cached_property
-    def places(self) -> Array:
-        """Arc lengths (m) of the rings: the stations and `BETWEEN` places between two."""
+        self._values: dict[str, Array] = {}
+        self.times, self.stations = self.values("time"), self.values("station")
         parts = np.arange(BETWEEN + 1) / (BETWEEN + 1)
         inner = self.stations[:-1, None] + parts * np.diff(self.stations)[:, None]
-        return np.append(inner.ravel(), self.stations[-1])
+        #: arc lengths (m) of the rings: the stations and `BETWEEN` places between two
+        self.places: Array = np.append(inner.ravel(), self.stations[-1])
+        #: number of the station at the contact point
+        self.touch = int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
+        self.factor = self._fitting_factor() if factor is None else float(factor)
 
-    @cached_property
-    def factor(self) -> float:
-        """Deformation factor: as given, or the round number that shows the largest deviation of the run."""
-        if self._given is not None:
-            return float(self._given)
-        wanted = _VISIBLE * self.scenario.beam.length / max(self._largest_deviation(), 1e-300)
-        return max(f for f in _FACTORS if f <= max(wanted, 1.0))
+    def values(self, name: str) -> Array:
+        """Return a variable of the history, (samples, ...)."""
+        if name not in self._values:  # xarray takes long for single samples
+            self._values[name] = np.asarray(self.history[name].values, dtype=float)
+        return self._values[name]
+
+    def value(self, name: str, k: float) -> Array:
+        """Return a variable of the history at sample k."""
+        return _between(self.values(name), k)
+
+    def index(self, time: float) -> float:
+        """Return the number of the sample at a time (s), at a jump that of its right side."""
+        times = self.times
+        k = int(last_sample(times, time))
+        if k < 0 or k >= times.size - 1:
+            return float(np.clip(k, 0, times.size - 1))
+        # the right side of a jump stands a little after the time of the event
+        return float(k + max(time - times[k], 0.0) / (times[k + 1] - times[k]))
 
     @cached_property
     def true(self) -> BeamGeometry:
         """The same beam without magnification."""
         return self if self.factor == 1.0 else BeamGeometry(self.history, 1.0)
 
+    def _fitting_factor(self) -> float:
+        """Return the round number that shows the largest deviation of the run from the chord."""
+        x, y = self.stations + self.values("ux"), self.values("uy")
+        part = self.stations / self.stations[self.touch]
+        dx, dy = (v - v[:, :1] - part * (v[:, self.touch, None] - v[:, :1]) for v in (x, y))
+        largest = float(np.nanmax(np.hypot(dx, dy), initial=0.0))
+        wanted = _VISIBLE * self.scenario.beam.length / max(largest, 1e-300)
+        return max(f for f in _FACTORS if f <= max(wanted, 1.0))
+
+    # Sizes ----------------------------------------------------------------------------------------------------
+
     @cached_property
     def radii(self) -> Array:
         """Distance (m) of the outer fibre from the axis at the rings, the radius of a round beam."""
         return np.asarray(self.sections.fibre_distance(self.places) * np.ones_like(self.places))
+
+    @cached_property
+    def mass_radius(self) -> float:
+        """Radius (m) of the sphere that a mass at the tip is drawn as, of the beam's density; 0 without one."""
+        volume = self.sections.tip_mass / self.sections.density
+        return max(float(np.cbrt(0.75 * volume / np.pi)), float(self.radii[-1])) if volume > 0.0 else 0.0
 
     @cached_property
     def touch_radius(self) -> float:
@@ -163,12 +145,6 @@ class BeamGeometry:
         """
         return self.touch_radius if self.scenario.contact.surface == "axis" else 0.0
 
-    @cached_property
-    def mass_radius(self) -> float:
-        """Radius (m) of the sphere that a mass at the tip is drawn as, of the beam's density; 0 without one."""
-        volume = self.sections.tip_mass / self.sections.density
-        return max(float(np.cbrt(0.75 * volume / np.pi)), float(self.radii[-1])) if volume > 0.0 else 0.0
-
     @property
     def flat_end(self) -> bool:
         """Whether the beam ends in a plane: one with corners, or one that touches with its edge; not in a mass."""
@@ -179,11 +155,7 @@ class BeamGeometry:
     @cached_property
     def half_width(self) -> float:
         """Largest extent (m) of the beam out of the plane of motion, to one side."""
-        return float(self._solid.offsets[:, 2].max())
-
-    @property
-    def _cap_rings(self) -> int:
-        return 2 * CAP_RINGS if self.mass_radius > 0.0 else CAP_RINGS
+        return float(self.solid.offsets[:, 2].max())
 
     @cached_property
     def slope_axes(self) -> Array:
@@ -191,46 +163,11 @@ class BeamGeometry:
         c, s = np.cos(self.scenario.slope.angle), np.sin(self.scenario.slope.angle)
         return np.array([(c, s), (-s, c)])
 
-    def index(self, time: float) -> float:
-        """Fractional number of the sample at a time (s): between two samples everything is interpolated linearly.
-
-        At a jump it is that of the right-hand value; times outside of the run give its first or last sample.
-        """
-        times = self.times
-        k = int(last_sample(times, time))
-        if k < 0 or k >= times.size - 1:
-            return float(np.clip(k, 0, times.size - 1))
-        # the right side of a jump stands a little after the time of the event
-        return float(k + max(time - times[k], 0.0) / (times[k + 1] - times[k]))
-
-    def value(self, name: str, k: float) -> Array:
-        """Values of a variable of the history at the fractional sample k."""
-        return _between(self._values(name), k)
-
-    def gap(self, k: float) -> float:
-        """Gap (m) of the contact point itself at the fractional sample k, see `contact_gap`."""
-        return float(_between(self._gap, k))
-
-    # Axis -----------------------------------------------------------------------------------------------------
-
-    def stations_at(self, k: float) -> Array:
-        """Inertial positions (stations, 2) of the axis at sample k, without magnification."""
-        x = self.scenario.root.hub_radius + self.stations + self.value("ux", k)
-        return _turned(self.value("theta", k), x, self.value("uy", k))
-
-    def stations_of(self, samples: NDArray[np.int64]) -> Array:
-        """Inertial positions (samples, stations, 2) of the axis at several samples, without magnification."""
-        x = self.scenario.root.hub_radius + self.stations + self._values("ux")[samples]
-        return _turned(self._values("theta")[samples][:, None], x, self._values("uy")[samples])
+    # Contact --------------------------------------------------------------------------------------------------
 
     def contact_point(self, k: float) -> Array:
-        """Inertial position (2,) of the contact point, on the axis or on the beam's face."""
-        on_axis, low = np.asarray(self.stations_at(k)[self._touch]), int(k)
-        if self.scenario.contact_fibre == 0.0:
-            return on_axis
-        part, high = k - low, min(low + 1, self.times.size - 1)
-        across = (1.0 - part) * self._fibre[low] + part * self._fibre[high]
-        return on_axis + _turned(self.value("theta", k), across.real, across.imag)
+        """Return the inertial position (2,) of the contact point, on the axis or on the beam's face."""
+        return np.array([self.value("tip_x", k), self.value("tip_y", k)])
 
     def contact_place(self, k: float) -> Array:
         """Return where the beam touches the drawn slope (3,)."""
@@ -241,195 +178,149 @@ class BeamGeometry:
         tangent, normal = self.slope_axes
         return self.value("lambda_n", k) * normal, self.value("lambda_tau", k) * tangent
 
+    def contact_force(self, k: float) -> Array:
+        """Return the force (3,) of the slope on the beam in the inertial frame (N)."""
+        return np.append(np.nan_to_num(sum(self.contact_forces(k))), 0.0)
+
     @cached_property
     def peak_force(self) -> float:
         """Largest resultant of the contact force (N) that float32 can hold; 0 if there is none."""
-        size = np.hypot(self._values("lambda_n"), self._values("lambda_tau"))
+        size = np.hypot(self.values("lambda_n"), self.values("lambda_tau"))
         return float(np.max(size[size < np.finfo(np.float32).max], initial=0.0))
 
-    def centreline(self, k: float) -> Array:
-        """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
-        return _flat(self._drawn_axis(k))
-
-    def _drawn_axis(self, k: float) -> Array:
-        """Return the drawn axis at the rings, (rings, 2)."""
-        true = self._axis(k)
-        if self.factor == 1.0:
-            return true
-        chord = self._chord(k)
-        return np.asarray(chord + self.factor * (true - chord))
-
-    @cached_property
-    def _touch(self) -> int:
-        """Number of the station at the contact point."""
-        return int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
-
-    @cached_property
-    def _fibre(self) -> NDArray[np.complex128]:
-        """From the axis to the contact point (m) at the samples, in the floating frame."""
-        arm = self.scenario.root.hub_radius + self.stations[self._touch] + self._values("ux")[:, self._touch]
-        tip = self._values("tip_x") + 1j * self._values("tip_y")
-        return np.asarray(
-            tip * np.exp(-1j * self._values("theta")) - arm - 1j * self._values("uy")[:, self._touch]
-        )
-
-    def _axis(self, k: float) -> Array:
-        """Return the true axis at the rings, (rings, 2)."""
-        ux, uy = (self._between(name, k) for name in ("ux", "uy"))
-        x = self.scenario.root.hub_radius + self.places + ux
-        return _turned(self.value("theta", k), x, uy)
-
-    def _chord(self, k: float) -> Array:
-        """Straight line through the root and the contact point, at the rings (rings, 2)."""
-        ends = self.stations_at(k)
-        return np.asarray(
-            ends[0] + (self.places / self.stations[self._touch])[:, None] * (ends[self._touch] - ends[0])
-        )
-
-    def _largest_deviation(self) -> float:
-        """Largest distance (m) of the axis from that line, over all samples and stations."""
-        x, y = self.stations + self._values("ux"), self._values("uy")
-        part = self.stations / self.stations[self._touch]
-        dx, dy = (v - v[:, :1] - part * (v[:, self._touch, None] - v[:, :1]) for v in (x, y))
-        return float(np.nanmax(np.hypot(dx, dy), initial=0.0))
-
-    # Tube -----------------------------------------------------------------------------------------------------
-
-    @cached_property
-    def faces(self) -> Faces:
-        """Triangles and quadrilaterals of the tube in VTK's form (3 or 4, then points), wound outward."""
-        rings = self.places.size + self._cap_rings - 1
-        i, j = np.arange(rings - 1)[:, None], np.arange(SIDES)[None]
-        a, b = i * SIDES + j, i * SIDES + (j + 1) % SIDES
-        quads = np.stack([np.full_like(a, 4), a, b, b + SIDES, a + SIDES], axis=-1).reshape(-1)
-        last, side = (rings - 1) * SIDES, np.arange(SIDES)
-        pole, centre = rings * SIDES, rings * SIDES + 1
-        tip = np.stack([np.full(SIDES, 3), last + side, last + (side + 1) % SIDES, np.full(SIDES, pole)], axis=-1)
-        root = np.stack([np.full(SIDES, 3), np.full(SIDES, centre), (side + 1) % SIDES, side], axis=-1)
-        return np.concatenate([quads, tip.reshape(-1), root.reshape(-1)])
-
-    @cached_property
-    def _solid(self) -> Solid:
-        beam = self.scenario.beam
-        return solid_of(beam, self.places, self.radii, self.mass_radius, self._cap_rings, self.flat_end)
-
-    @cached_property
-    def _template(self) -> tuple[NDArray[np.int64], Array]:
-        """Per point of the solid: its ring, and its offsets (m) along the axis, across it, and out of the plane.
-
-        The rings, those of the tip, its pole, and the centre of the root.
-        """
-        return self._solid.rings, self._solid.offsets
-
-    @cached_property
-    def _directions(self) -> Array:
-        """Outward normals of the solid at its points, along the axis, across it, and out of the plane."""
-        return self._solid.directions
-
-    def surface(self, k: float) -> Surface:
-        """Tube at sample k with all results."""
-        return Surface(*self.tube(k), {name: self.result(name, k) for name in QUANTITIES})
-
-    def tube(self, k: float) -> tuple[Array, Array]:
-        """Points and outward normals (np, 3) of the tube at sample k, whose rings are turned as the sections."""
-        rings, offsets = self._template
-        axis = self._drawn_axis(k)
-        tangent = np.gradient(axis, self.places, axis=0, edge_order=2)
-        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-
-        def turned(vectors: Array) -> Array:
-            plane = vectors[:, :1] * tangent[rings] + vectors[:, 1:2] * normal[rings]
-            return np.concatenate([plane, vectors[:, 2:]], axis=1)
-
-        points = turned(offsets)
-        points[:, :2] += axis[rings]
-        return points, turned(self._directions)
-
-    def result(self, name: str, k: float) -> Array:
-        """Values (np, ...) of one of `QUANTITIES` at the points of the tube at sample k.
-
-        Stresses follow the height in the section.
-        """
-        rings, offsets = self._template
-        if not name.endswith("_stress"):
-            return np.asarray(self._result_along(name, k)[rings])
-        stress = -(self._result_along("bending_moment", k) / self._second_moments)[rings] * offsets[:, 1]
-        if name == "axial_stress":
-            stress += (self._result_along("axial_force", k) / self._areas)[rings]
-        return np.asarray(stress)
-
-    @cached_property
-    def _second_moments(self) -> Array:
-        """Second moments of area (m^4) at the rings."""
-        return self.sections.second_moment(self.places)
-
-    @cached_property
-    def _areas(self) -> Array:
-        """Areas (m^2) at the rings."""
-        return self.sections.area(self.places)
-
-    def outline(self, k: float) -> Array:
-        """Outline (points, 2) of the tube at sample k in the plane: along one side, around the tip and back."""
-        points = self.tube(k)[0][:, :2]
-        sides = points[:-2].reshape(-1, SIDES, 2)
-        return np.concatenate([sides[:, 0], points[-2:-1], sides[::-1, SIDES // 2]])
-
-    def along(self, k: float) -> dict[str, Array]:
-        """Results on the axis at the rings: vectors (rings, 3) in the inertial frame, scalars (rings,).
-
-        The elastic displacement is that from the straight beam in the floating frame, the section's rotation that
-        against this frame.
-        """
-        return {name: self._result_along(name, k) for name in QUANTITIES if not name.endswith("_stress")}
-
-    def _result_along(self, name: str, k: float) -> Array:
-        if name == "elastic_displacement":
-            return _flat(_turned(self.value("theta", k), *(self._between(n, k) for n in ("ux", "uy"))))
-        if name == "velocity":
-            theta, spin = self.value("theta", k), self.value("theta_dot", k)
-            ux, uy, u_rate, v_rate = (self._between(n, k) for n in ("ux", "uy", "ux_dot", "uy_dot"))
-            arm = self.scenario.root.hub_radius + self.places + ux
-            return _flat(_turned(theta, u_rate - spin * uy, v_rate + spin * arm))
-        if name == "section_rotation":
-            return np.asarray(self._splines[1] @ self.value("uy", k))
-        if name == "bending_moment":
-            return self._between("moment", k)
-        return self._linear({"shear_force": "shear"}.get(name, name), k)
-
-    # Samples --------------------------------------------------------------------------------------------------
-
-    def _values(self, name: str) -> Array:
-        if name not in self._read:
-            self._read[name] = np.asarray(self.history[name].values, dtype=float)
-        return self._read[name]
+    def gap(self, k: float) -> float:
+        """Return the gap (m) of the contact point itself at sample k, see `contact_gap`."""
+        return float(_between(self._gap, k))
 
     @cached_property
     def _gap(self) -> Array:
         return contact_gap(self.history)
 
+    # Axis -----------------------------------------------------------------------------------------------------
+
+    def stations_at(self, k: float) -> Array:
+        """Return the inertial positions (stations, 2) of the axis at sample k, without magnification."""
+        x = self.scenario.root.hub_radius + self.stations + self.value("ux", k)
+        return _turned(self.value("theta", k), x, self.value("uy", k))
+
+    def stations_of(self, samples: Integers) -> Array:
+        """Return the inertial positions (samples, stations, 2) of the axis at several samples."""
+        x = self.scenario.root.hub_radius + self.stations + self.values("ux")[samples]
+        return _turned(self.values("theta")[samples][:, None], x, self.values("uy")[samples])
+
+    def centreline(self, k: float) -> Array:
+        """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
+        return _flat(self._axis(k))
+
+    def _axis(self, k: float) -> Array:
+        """Return the drawn axis at the rings, (rings, 2)."""
+        x = self.scenario.root.hub_radius + self.places + self._smooth("ux", k)
+        true = _turned(self.value("theta", k), x, self._smooth("uy", k))
+        if self.factor == 1.0:
+            return true
+        ends, part = self.stations_at(k), (self.places / self.stations[self.touch])[:, None]
+        chord = ends[0] + part * (ends[self.touch] - ends[0])
+        return np.asarray(chord + self.factor * (true - chord))
+
     @cached_property
     def _splines(self) -> tuple[Array, Array]:
-        """Splines that are 1 at a station, 0 at others: values and derivatives (rings, stations) there."""
+        """Splines that are 1 at a station, 0 at others: values and derivatives (rings, stations)."""
         splines = CubicSpline(self.stations, np.eye(self.stations.size))
         return splines(self.places), splines(self.places, 1)
 
-    def _between(self, name: str, k: float) -> Array:
-        """Values of a smooth variable at the rings; the stations exactly."""
+    def _smooth(self, name: str, k: float) -> Array:
+        """Return a smooth variable at the rings, by splines through its values at the stations."""
         values = self.value(name, k)
-        if not np.all(np.abs(values) < _SMOOTH):
-            return self._linear(name, k)
-        found = self._splines[0] @ values
+        found = np.asarray(self._splines[0] @ values)
         found[:: BETWEEN + 1] = values
-        return np.asarray(found)
+        return found
 
-    def _linear(self, name: str, k: float) -> Array:
-        """Values of a variable that may jump at a station."""
-        return np.asarray(np.interp(self.places, self.stations, self.value(name, k)))
+    # Surface --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def solid(self) -> Solid:
+        """Points of the tube beside its axis, and its faces."""
+        return solid_of(self.scenario.beam, self.places, self.radii, self.mass_radius, self.flat_end)
+
+    def tube(self, k: float) -> tuple[Array, Array]:
+        """Return points and outward normals (np, 3) of the tube at sample k; its rings turn with the sections."""
+        solid, axis = self.solid, self._axis(k)
+        tangent = np.gradient(axis, self.places, axis=0, edge_order=2)
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+
+        def turned(vectors: Array) -> Array:
+            plane = vectors[:, :1] * tangent[solid.rings] + vectors[:, 1:2] * normal[solid.rings]
+            return np.concatenate([plane, vectors[:, 2:]], axis=1)
+
+        points = turned(solid.offsets)
+        points[:, :2] += axis[solid.rings]
+        return points, turned(solid.directions)
+
+    def outline(self, k: float) -> Array:
+        """Return the outline (points, 2) of the tube at sample k: along one side, around the tip and back."""
+        points = self.tube(k)[0][:, :2]
+        sides = points[:-2].reshape(-1, SIDES, 2)
+        return np.concatenate([sides[:, 0], points[-2:-1], sides[::-1, SIDES // 2]])
+
+    # Results --------------------------------------------------------------------------------------------------
+
+    def result(self, name: str, k: float) -> Array:
+        """Return one of `QUANTITIES` at the points of the tube, (np, ...), at sample k.
+
+        Stresses follow the height in the section.
+        """
+        rings, offsets = self.solid.rings, self.solid.offsets
+        if not name.endswith("_stress"):
+            return np.asarray(self.along(name, k)[rings])
+        curvature = self.along("bending_moment", k) / self.sections.second_moment(self.places)
+        stress = -curvature[rings] * offsets[:, 1]
+        if name == "axial_stress":
+            stress += (self.along("axial_force", k) / self.sections.area(self.places))[rings]
+        return np.asarray(stress)
+
+    def along(self, name: str, k: float) -> Array:
+        """Return one of `QUANTITIES` but the stresses on the axis at the rings, (rings,), at sample k.
+
+        Vectors, (rings, 3), are in the inertial frame.  The elastic displacement is that from the straight beam in
+        the floating frame, the section's rotation that against this frame.
+        """
+        if name == "bending_moment":
+            return self._smooth("moment", k)
+        if name in _VARIABLES:  # which may jump at a station
+            return np.asarray(np.interp(self.places, self.stations, self.value(_VARIABLES[name], k)))
+        if name == "section_rotation":
+            return np.asarray(self._splines[1] @ self.value("uy", k))
+        theta, ux, uy = self.value("theta", k), self._smooth("ux", k), self._smooth("uy", k)
+        if name == "elastic_displacement":
+            return _flat(_turned(theta, ux, uy))
+        spin, arm = self.value("theta_dot", k), self.scenario.root.hub_radius + self.places + ux
+        return _flat(_turned(theta, self._smooth("ux_dot", k) - spin * uy, self._smooth("uy_dot", k) + spin * arm))
+
+    def at_fibres(self, name: str, samples: Integers | slice = slice(None)) -> tuple[Array, Array]:
+        """Return a scalar result at the lower and at the upper fibre of the stations, (samples, stations) each."""
+        sections, x = self.sections, self.stations
+        if name == "section_rotation":
+            deflection = np.nan_to_num(self.values("uy")[samples], posinf=0.0, neginf=0.0)
+            rotation = CubicSpline(x, deflection, axis=1)(x, 1)
+            return rotation, rotation
+        if name in _VARIABLES:
+            return self.values(_VARIABLES[name])[samples], self.values(_VARIABLES[name])[samples]
+        bending = self.values("moment")[samples] * sections.fibre_distance(x) / sections.second_moment(x)
+        mean = self.values("axial_force")[samples] / sections.area(x) if name == "axial_stress" else 0.0
+        return mean + bending, mean - bending  # a positive moment stretches the lower fibre
+
+
+def _between(values: Array, k: float) -> Array:
+    """Return the values (samples, ...) at sample k."""
+    low = int(k)
+    if k == low:
+        return np.asarray(values[low])
+    return np.asarray(values[low] + (k - low) * (values[low + 1] - values[low]))
 
 
 def _turned(theta: Array | float, x: Array, y: Array) -> Array:
-    """Components (..., 2) in the inertial frame of (x, y) in a frame turned by theta."""
+    """Return the components (..., 2) in the inertial frame of (x, y) in a frame turned by theta."""
     c, s = np.cos(theta), np.sin(theta)
     return np.stack([x * c - y * s, x * s + y * c], axis=-1)
 

@@ -36,14 +36,17 @@ def beam_mesh(history: History, time: float, deformation: float = 1.0) -> pv.Pol
     require_history(history, "to_pyvista")
     geometry = BeamGeometry(history, deformation)
     history.at(time)  # which refuses times outside of the run
-    surface = geometry.surface(geometry.index(time))
-    mesh = pv.PolyData(surface.points, geometry.faces)
-    for name, values in surface.arrays.items():
-        mesh.point_data[name] = values
-    mesh.point_data["Normals"] = surface.normals
-    mesh.point_data.active_normals_name = "Normals"
+    mesh = surface_mesh(geometry, geometry.index(time))
     mesh.set_active_scalars("bending_stress")
     mesh.field_data["time"] = np.array([time])
     mesh.field_data["units"] = ["points = m", *(f"{name} = {unit}" for name, unit in QUANTITIES.items())]
     mesh.field_data["made_by"] = [made_by([history])]
+    return mesh
+
+
+def surface_mesh(geometry: BeamGeometry, k: float) -> pv.PolyData:
+    """Return the surface of the beam at sample k with the results `renders.geometry.QUANTITIES`."""
+    mesh = pv.PolyData(geometry.tube(k)[0], geometry.solid.faces)
+    for name in QUANTITIES:
+        mesh.point_data[name] = geometry.result(name, k)
     return mesh

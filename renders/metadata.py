@@ -1,4 +1,4 @@
-"""Metadata of pictures: what made them, and the warnings of their runs; `exiftool` shows them as the comment."""
+"""Metadata of pictures: what made them, and the warnings of their runs."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ def warnings_of(histories: Iterable[History]) -> list[str]:
     return list(dict.fromkeys(text for history in histories for text in history.summary.get("warnings", ())))
 
 
-def comment(histories: Iterable[History] = (), factor: float = 1.0) -> str:
-    """Return what made a picture, by how much it magnifies deflections, and the warnings of its runs."""
+def comment(histories: Iterable[History] = ()) -> str:
+    """Return what made a picture, and the warnings of its runs."""
     runs = list(histories)
-    magnified = [f"deflection drawn ×{factor:g}"] if factor != 1.0 else []
-    return "; ".join([made_by(runs), *magnified, *(f"warning: {text}" for text in warnings_of(runs))])
+    return "; ".join([made_by(runs), *(f"warning: {text}" for text in warnings_of(runs))])

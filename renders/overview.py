@@ -108,11 +108,9 @@ def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: tuple[fl
         sample = int(last_sample(times, t))
         chord = deflection[sample, -1] * station / station[-1]
         state = int(history["state"][sample])
-        look: dict[str, Any] = {"color": theme.states[state], "linestyle": theme.dashes[state]}
-        axes.plot(station, deflection[sample] - chord, linewidth=1.2, **look)
+        axes.plot(station, deflection[sample] - chord, linewidth=1.2, color=theme.states[state])
     for state in sorted(set(history["state"].values.tolist())):
-        look = {"color": theme.states[state], "linestyle": theme.dashes[state]}
-        axes.plot([], [], label=State(state).name.lower(), **look)
+        axes.plot([], [], label=State(state).name.lower(), color=theme.states[state])
     axes.set(
         xlabel="arc length (m)",
         ylabel="deflection from the chord (mm)",
@@ -157,10 +155,9 @@ def _draw_energy(axes: Axes, histories: dict[str, History], theme: Theme) -> Non
     for history, style in _curves(histories, theme):
         total = sum(history[part].values for part in parts)
         axes.plot(history["time"], total, linewidth=1.8, **style | {"label": f"total, {style['label']}"})
-    looks = zip(parts[:2], theme.energies[:0:-1], theme.dashes[3:1:-1], strict=True)
-    for part, colour, dash in looks:
+    for part, colour in zip(parts[:2], theme.energies[:0:-1], strict=True):
         label = part.removeprefix("energy_")
-        axes.plot(first["time"], first[part], color=colour, linestyle=dash, linewidth=0.8, label=label)
+        axes.plot(first["time"], first[part], color=colour, linewidth=0.8, label=label)
     axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, fontsize=7.5, columnspacing=1.2)

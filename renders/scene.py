@@ -77,7 +77,7 @@ class Scene:
         prepare()
         style = style or story.style
         scale = 1 if interactive else SUPERSAMPLING
-        window: dict[str, Any] = {"off_screen": True, **interactive}
+        window: dict[str, Any] = {"off_screen": not interactive, **interactive}
         window["window_size"] = [scale * pixels for pixels in size]
         self.plotter = cast(Any, pv.Plotter(shape=(1, len(panels)), border=False, lighting="light kit", **window))
         if not interactive:
@@ -209,7 +209,7 @@ class View:
             first, last = span or (geometry.times[0], geometry.times[-1])
             found += [geometry.centreline(geometry.index(t))[::8] for t in np.linspace(first, last, 60)]
             k = int(np.argmax(np.nan_to_num(geometry.history["lambda_n"].values)))
-            force = contact_force(geometry, k)
+            force = geometry.contact_force(k)
             if self._style.arrow and np.any(force):
                 length = _ARROW * geometry.scenario.beam.length
                 found.append(geometry.contact_place(k)[None] - length * force / np.linalg.norm(force))
@@ -240,7 +240,7 @@ class _Beam:
         colour = theme.series[number] if story.overlay else theme.arrow
         # beams in one place are not to show through each other
         self._depth = -0.02 * number * float(geometry.radii.max())
-        self.mesh = pv.PolyData(geometry.tube(0)[0], geometry.faces)
+        self.mesh = pv.PolyData(geometry.tube(0)[0], geometry.solid.faces)
         look: dict[str, Any] = {"color": colour}
         if self._quantity:
             self._size = story.colours.unit[0]
@@ -253,7 +253,7 @@ class _Beam:
         self._shadows = [Shadow(view, geometry, plane, number) for plane in planes]
         self._ghosts, self._newest = [], -1
         for strength in _GHOSTS if style.ghosts and not view._panel.close else ():
-            mesh = pv.PolyData(self.mesh.points, geometry.faces)
+            mesh = pv.PolyData(self.mesh.points, geometry.solid.faces)
             # an opaque mixture with the background: transparent beams would take half of the time of a frame
             mixture = mixed(theme.ghost, theme.background, strength)
             self._ghosts.append((mesh, view.add(mesh, color=mixture, lighting=False, culling="back")))
@@ -319,7 +319,7 @@ class _Beam:
 
     def _point_force(self, k: float) -> None:
         """Let the arrow end just before the point of contact; its length grows with the root of the force."""
-        force, peak = contact_force(self.geometry, k), self.geometry.peak_force
+        force, peak = self.geometry.contact_force(k), self.geometry.peak_force
         size = float(np.linalg.norm(force))
         for actor in self._force:
             actor.visibility = size > 1e-3 * peak
@@ -343,11 +343,6 @@ class _Beam:
         )
         for mark in self._marks:
             mark.points = place[None]
-
-
-def contact_force(geometry: BeamGeometry, k: float) -> Array:
-    """Return the force (3,) of the slope on the beam in the inertial frame (N)."""
-    return np.append(np.nan_to_num(sum(geometry.contact_forces(k))), 0.0)
 
 
 def mixed(colour: str, background: str, part: float) -> str:

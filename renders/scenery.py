@@ -1,4 +1,4 @@
-"""What stands still in a picture: the slope as a solid wedge, the pin, and the ground with what stands on it."""
+"""Solids of what stands still in a picture: slope, pin, ground, and the blocks under them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.ground import DEPTH, FOOT, Ground, depth_of
-from oblique_impact.renders.slope import DrawnSlope
+from oblique_impact.renders.surroundings import FOOT, DrawnSlope, Ground, depth_of
 
 Array = NDArray[np.float64]
 
@@ -37,7 +36,7 @@ def pin(geometry: BeamGeometry) -> pv.PolyData:
         for wide, low, high in ((1.6, -5.0, 1.6), (4.0, -FOOT, -5.0))
     )
     cheeks = [_prism(cheek, 0.4 * r, z) for z in (-side - 0.9 * r, side + 0.9 * r)]
-    whole = pv.merge([*cheeks, _prism(foot, max(DEPTH * r, side + 1.4 * r)), bolt])
+    whole = pv.merge([*cheeks, _prism(foot, max(5.0 * r, side + 1.4 * r)), bolt])
     return pv.PolyData(whole.extract_surface(algorithm="dataset_surface"))
 
 
@@ -61,13 +60,6 @@ def stand(solid: pv.PolyData, ground: Ground) -> pv.PolyData | None:
     middle, half = 0.5 * (base[:, 0].min() + base[:, 0].max()), 0.5 * _STAND * wide
     corners = np.array([(-half, ground.y), (half, ground.y), (half, low), (-half, low)]) + np.array([middle, 0.0])
     return _prism(corners, 0.5 * _STAND * deep)
-
-
-def footprint(solid: pv.PolyData, ground: Ground) -> tuple[float, float, float] | None:
-    """Return where a solid stands on the ground: from left to right, and so far to both sides (m); None if not."""
-    points = np.asarray(solid.points)
-    base = points[np.abs(points[:, 1] - ground.y) < 1e-3 * float(np.ptp(points[:, 1]))]
-    return (float(base[:, 0].min()), float(base[:, 0].max()), float(base[:, 2].max())) if base.size else None
 
 
 def _prism(outline: Array, half_depth: float, z: float = 0.0) -> pv.PolyData:

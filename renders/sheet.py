@@ -37,7 +37,7 @@ class Sheet:
         self._moving: list[Any] = []
 
     def points(self, size: float) -> float:
-        """Size (points) of text on this sheet."""
+        """Return the size (points) on this sheet of text that has some size at the letters of `TEXT`."""
         return max(size * self.style.letters / TEXT, _LEAST * 72.0 / self.style.resolution)
 
     def pixels(self, size: float) -> float:
@@ -51,7 +51,7 @@ class Sheet:
 
     @property
     def thin(self) -> float:
-        """Return the same in points: the width of a thin line."""
+        """Width (points) of a thin line."""
         return self.unit * 72.0 / self.style.resolution
 
     def write(self, left: float, top: float, text: str, size: float, colour: str = "", **how: Any) -> Text:
@@ -70,17 +70,20 @@ class Sheet:
         self._moving += artists
 
     def width_of(self, text: Text) -> float:
-        """Width (pixels) of what is written."""
+        """Return the width (pixels) of what is written."""
         return float(text.get_window_extent(self._canvas.get_renderer()).width)
 
     def fit(self, text: Text, choices: Sequence[str], width: float) -> None:
-        """Write the first of some texts, ever shorter, that is not wider (pixels); the last one is cut."""
-        shortened = [f"{choices[-1][:n]}…" for n in range(len(choices[-1]) - 1, 0, -1)] if choices else []
-        for choice in (*choices, *shortened):
+        """Write the first of some texts, ever shorter, that is not wider (pixels), or none."""
+        for choice in (*choices, ""):
             text.set_text(choice)
             if self.width_of(text) <= width:
                 return
-        text.set_text("")
+
+    def add_axes(self, left: float, top: float, width: float, height: float) -> Any:
+        """Add axes in a box (pixels)."""
+        wide, high = self.size
+        return self.figure.add_axes((left / wide, 1.0 - (top + height) / high, width / wide, height / high))
 
     def rule(self, start: tuple[float, float], end: tuple[float, float], **how: Any) -> Line2D:
         """Draw a line between two places."""
@@ -109,10 +112,7 @@ class Sheet:
     def colour_bar(self, left: float, bottom: float, width: float, scale: ColourScale) -> None:
         """Draw the scale of colours between its title and its labels, which end at `bottom`."""
         thick, high = 12.0 * self.unit, 1.45 * self.pixels(SMALL)
-        low = self.size[1] - bottom + high
-        axes = self.figure.add_axes(
-            (left / self.size[0], low / self.size[1], width / self.size[0], thick / self.size[1])
-        )
+        axes = self.add_axes(left, bottom - high - thick, width, thick)
         mappable = ScalarMappable(Normalize(-1.0, 1.0), self.theme.colour_map)
         bar: Any = self.figure.colorbar(mappable, cax=axes, orientation="horizontal")
         bar.outline.set_visible(False)

@@ -1,4 +1,4 @@
-"""What all pictures of a run share, made once: style, shapes, slope, scale of colours, course of the film."""
+"""What all pictures of a run share: style, shapes, slope, scale of colours, course of the film."""
 
 from __future__ import annotations
 
@@ -8,24 +8,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
-from oblique_impact.renders.ground import Ground, ground_of
-from oblique_impact.renders.slope import DrawnSlope, drawn_slope
 from oblique_impact.renders.style import Style
+from oblique_impact.renders.surroundings import DrawnSlope, Ground, drawn_slope, ground_of
 from oblique_impact.renders.timeline import TimeMap, time_map
-from oblique_impact.renders.title import beam_words, name_of, short
-
-Array = NDArray[np.float64]
+from oblique_impact.renders.title import beam_words, name_of
 
 _ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 _PREFIXES = ((1e10, 1e9, "GPa"), (1e5, 1e6, "MPa"), (1e2, 1e3, "kPa"))  # from which limit on, size, name
-_HELD = np.finfo(np.float32).max  # what is larger cannot be drawn
-_CHUNK = 4096  # samples at a time
 
 
 @dataclass(frozen=True)
@@ -72,30 +65,14 @@ class Story:
         What is shown, and how.
     names : tuple of str
         What the runs are called, where there are several.
-    speed, contact_speed : float or None
-        Physical over film time in flight and in contact; None chooses them.
-    seconds : float or None
-        How long a film of the whole run lasts (s), where speeds are chosen; None: about
-        `renders.timeline.SECONDS`, at round rates.
-    difference : float
-        The second of two runs is drawn so many times as far from the first as it is; 1: as it is.
+    time_map : TimeMap
+        Film time over physical time, from the contacts of the first run.
     """
 
     geometries: tuple[BeamGeometry, ...]
     style: Style
     names: tuple[str, ...]
-    speed: float | None = None
-    contact_speed: float | None = None
-    seconds: float | None = None
-    difference: float = 1.0
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of the drawn beams; curves of charts, which are not magnified, have the plain names."""
-        if self.difference == 1.0:
-            return self.names
-        first, second = self.names
-        return first, f"{second}, difference ×{short(self.difference)}"
+    time_map: TimeMap
 
     @property
     def histories(self) -> tuple[History, ...]:
@@ -149,11 +126,6 @@ class Story:
         """The ground under all runs, if there is one."""
         return ground_of(self.geometries, self.slope)
 
-    @cached_property
-    def time_map(self) -> TimeMap:
-        """Film time over physical time, from the contacts of the first run."""
-        return time_map(self.histories[0], self.speed, self.contact_speed, self.seconds)
-
 
 def story_of(
     histories: Sequence[History],
@@ -161,74 +133,38 @@ def story_of(
     names: Sequence[str] = (),
     speed: float | None = None,
     contact_speed: float | None = None,
-    *,
     seconds: float | None = None,
-    difference: float = 1.0,
 ) -> Story:
-    """Make what the pictures of one to three runs of beams share; arguments as the attributes of `Story`.
+    """Make what the pictures of one to three runs of beams share; speeds and length as `time_map` takes them.
 
     Raises InputError for a history without a beam, too many of them, or a factor that is not positive and finite.
     """
     if not 1 <= len(histories) <= 3:
         raise InputError(f"HISTORY: {len(histories)} given: should be one, two or three")
     style = style or Style()
-    common = min(BeamGeometry(history, style.deformation).factor for history in histories)
-    geometries = tuple(BeamGeometry(history, common) for history in histories)
-    return Story(geometries, style, tuple(names), speed, contact_speed, seconds, difference)
+    geometries = [BeamGeometry(history, style.deformation) for history in histories]
+    common = min(geometry.factor for geometry in geometries)
+    same = tuple(g if g.factor == common else BeamGeometry(g.history, common) for g in geometries)
+    return Story(same, style, tuple(names), time_map(histories[0], speed, contact_speed, seconds))
 
 
 def colour_scale(geometries: Sequence[BeamGeometry], quantity: str) -> ColourScale:
-    """Return the scale that covers a quantity over all samples and all places of the drawn surfaces.
+    """Return the scale that covers a quantity over all samples and stations, at both outer fibres.
 
     Of a run that stopped early it covers 99 of 100 samples, as the last ones may be of any size.
     """
     largest = covered = 0.0
     for geometry in geometries:
-        peaks = peaks_of(geometry, quantity)
-        sound = peaks[peaks < _HELD]
-        if sound.size == 0:
-            continue
-        completed = geometry.history.outcome is Outcome.COMPLETED
-        covered = max(covered, float(np.quantile(sound, 1.0 if completed else 0.99, method="lower")))
-        largest = max(largest, float(sound.max()))
+        with np.errstate(over="ignore", invalid="ignore"):
+            sizes = [np.abs(values).max(axis=1) for values in geometry.at_fibres(quantity)]
+            peaks = np.maximum(*sizes)
+        sound = peaks[peaks < np.finfo(np.float32).max]  # what is larger cannot be drawn
+        if sound.size:
+            completed = geometry.history.outcome is Outcome.COMPLETED
+            covered = max(covered, float(np.quantile(sound, 1.0 if completed else 0.99, method="lower")))
+            largest = max(largest, float(sound.max()))
     limit = round_up(covered)
     return ColourScale(quantity, limit, largest > limit)
-
-
-def peaks_of(geometry: BeamGeometry, quantity: str) -> Array:
-    """Return the largest magnitude of a quantity on the drawn surface at each sample, (samples,), in SI units."""
-    samples = geometry.times.size
-    parts = [slice(k, min(k + _CHUNK, samples)) for k in range(0, samples, _CHUNK)]
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.concatenate([_peaks(geometry, quantity, part) for part in parts])
-
-
-def _peaks(geometry: BeamGeometry, quantity: str, part: slice) -> Array:
-    """Largest magnitude at some samples: stresses are those of the outer fibres, on both sides of the axis."""
-    sections, stations, x = geometry.sections, geometry.stations, geometry.places
-    below = np.clip(np.searchsorted(stations, x, side="right") - 1, 0, stations.size - 2)
-    part_above = (x - stations[below]) / (stations[below + 1] - stations[below])
-
-    def at_rings(name: str, curved: bool) -> Array:
-        values = np.nan_to_num(geometry.history[name].values[part], posinf=np.inf, neginf=-np.inf)
-        found: Array = values[:, below] * (1.0 - part_above) + values[:, below + 1] * part_above
-        smooth = np.all(np.abs(values) < _HELD, axis=1)
-        if curved and smooth.any():
-            found[smooth] = CubicSpline(stations, values[smooth], axis=1)(x)
-        return found
-
-    if quantity in ("shear_force", "axial_force"):
-        shown = at_rings({"shear_force": "shear"}.get(quantity, quantity), False)
-    elif quantity == "section_rotation":
-        deflection = np.nan_to_num(geometry.history["uy"].values[part], posinf=0.0, neginf=0.0)
-        shown = CubicSpline(stations, deflection, axis=1)(x, 1)
-    else:
-        shown = at_rings("moment", True)
-        if quantity != "bending_moment":
-            shown = np.abs(shown) * geometry.radii / sections.second_moment(x)
-        if quantity == "axial_stress":
-            shown = shown + np.abs(at_rings("axial_force", False)) / sections.area(x)
-    return np.asarray(np.max(np.abs(shown), axis=1))
 
 
 def round_up(value: float) -> float:

@@ -1,4 +1,4 @@
-"""How pictures look: one style for every figure, colours that have one meaning each, and what a picture shows."""
+"""How pictures look: themes of colours, matplotlib's settings, and the style of a picture."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ COLOUR_MAP = "RdBu_r"  # diverging, for results in colour
 SLIDE = (40.0 / 3.0, 7.5)  # inches: width and height of a slide in presentations
 TEXT = 10.0  # points: size of text on a slide
 
-Dash = Any  # a line style of matplotlib: its name, or offset and lengths (points)
 ThemeName = Literal["light", "dark", "print", "auto"]
 CameraName = Literal["oblique", "front", "above"]
 Layout = Literal["side-by-side", "overlay"]
@@ -70,7 +69,6 @@ class Theme:
     energies: tuple[str, str, str]  # kinetic, elastic, gravity
     ground: str
     colour_map: str = COLOUR_MAP  # a name that Matplotlib knows
-    dashes: tuple[Dash, ...] = ("-",) * 6  # of curves of states, energies or histories that share a chart
 
 
 LIGHT = Theme(
@@ -116,31 +114,18 @@ PAGE = replace(
     states=("#4f7be0", "#d9580d", "#2b9a4c"),
     series=("#3b82c4", "#df6a1a", "#4c9a3f", "#a86bc0", "#d9515f", "#7d8996"),
 )
-#: greys and dashes in place of hues; the colour map grows lighter from its lowest value to its highest one
-PRINT = Theme(
-    background="#ffffff",
+#: greys in place of hues; the colour map grows lighter from its lowest value to its highest one
+PRINT = replace(
+    LIGHT,
     ink="#000000",
     dim="#404040",
-    line="#d9d9d9",
-    ghost="#8c8c8c",
-    slope="#d0d0d0",
     slope_edge="#404040",
-    pin="#a0a0a0",
     trace="#404040",
     arrow="#000000",
-    states=("#000000",) * 3,
-    series=("#262626", "#808080", "#b8b8b8", "#262626", "#808080", "#b8b8b8"),
-    energies=("#000000", "#000000", "#808080"),
-    ground="#f4f8ff",
+    states=("#8c8c8c", "#000000", "#595959"),
+    series=("#000000", "#808080", "#b8b8b8"),
+    energies=("#595959", "#8c8c8c", "#bfbfbf"),
     colour_map="cividis",
-    dashes=(
-        "-",
-        (0.0, (5.0, 2.0)),
-        (0.0, (1.2, 1.4)),
-        (0.0, (6.0, 2.0, 1.2, 2.0)),
-        (0.0, (3.0, 1.0)),
-        (0.0, (1.0, 3.0)),
-    ),
 )
 THEMES = {"light": LIGHT, "dark": DARK, "print": PRINT}
 #: fields of a `Style` for a purpose
@@ -160,28 +145,25 @@ BARE: dict[str, Any] = {
 @contextmanager
 def figure_style(theme: Theme | None = None) -> Iterator[None]:
     """Apply the style inside a block, with the colours of a theme; leaves matplotlib's settings as they were."""
-    with mpl.rc_context(_SETTINGS | (_colours_of(theme) if theme else {})):
+    settings = dict(_SETTINGS)
+    if theme:
+        settings |= dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), theme.background)
+        ink = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
+        settings |= dict.fromkeys(ink, theme.ink) | {"grid.color": theme.line}
+    with mpl.rc_context(settings):
         yield
-
-
-def _colours_of(theme: Theme) -> dict[Any, Any]:
-    """Return matplotlib's settings for paper and ink of a theme."""
-    paper = dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), theme.background)
-    ink = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
-    return paper | dict.fromkeys(ink, theme.ink) | {"grid.color": theme.line}
 
 
 @dataclass(frozen=True)
 class Style:
-    """What a picture shows, and how.
+    """Say what a picture shows, and how.
 
     Attributes
     ----------
     size : tuple of int
         Width and height (pixels), even.
     theme : {"light", "dark", "print", "auto"}
-        Colours of paper and ink; "print" is black on white and needs no colour to be understood; "auto", as the
-        reader's system is set, is for pages.
+        Colours of paper and ink; "print" has greys alone; "auto", as the reader's system is set, is for pages.
     camera : {"oblique", "front", "above"}
         Where the eye is.
     quantity : str
@@ -234,12 +216,10 @@ class Style:
                 raise InputError(f"{option} {name}: {one_of(name, get_args(names))}")
         if not (320 <= self.size[0] <= 7680 and 120 <= self.size[1] <= 4320):
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: should be from 320x120 to 7680x4320")
-        for option, value, least, most in (
-            ("--letters", self.letters, 4.0, 60.0),
-            ("--dpi", self.dpi, 20.0, 2400.0),
-        ):
-            if value is not None and not least <= value <= most:
-                raise InputError(f"{option} {value:g}: should be from {least:g} to {most:g}")
+        if not 4.0 <= self.letters <= 60.0:
+            raise InputError(f"--letters {self.letters:g}: should be from 4 to 60")
+        if self.dpi is not None and not 20.0 <= self.dpi <= 2400.0:
+            raise InputError(f"--dpi {self.dpi:g}: should be from 20 to 2400")
 
     @classmethod
     def of(cls, preset: str, **changes: Any) -> Style:

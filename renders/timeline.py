@@ -14,7 +14,7 @@ from oblique_impact.history.history import History
 Array = NDArray[np.float64]
 
 FPS, SECONDS = 30, 20.0  # of a film, if not told otherwise
-_SERIES = (1.0, 2.0, 5.0)
+_ROUND = (0.5, 1.0, 2.0, 5.0, 10.0)
 _SHARE = 0.5  # of the film that contacts take
 _RAMP = 1.0  # s of film, from one rate to the other
 _GRID = 20_000
@@ -38,15 +38,15 @@ class TimeMap:
         return float(self.film[-1])
 
     def film_at(self, time: Array | float) -> Array:
-        """Film times (s) at which physical times (s) are shown."""
+        """Return the film times (s) at which physical times (s) are shown."""
         return np.asarray(np.interp(time, self.times, self.film))
 
     def time_at(self, film: Array | float) -> Array:
-        """Physical times (s) shown at film times (s)."""
+        """Return the physical times (s) shown at film times (s)."""
         return np.asarray(np.interp(film, self.film, self.times))
 
     def rate_at(self, time: Array | float) -> Array:
-        """Physical over film time at physical times (s)."""
+        """Return physical over film time at physical times (s)."""
         return np.asarray(np.interp(time, self.times, self.rates))
 
     def part(self, first: float, last: float) -> TimeMap:
@@ -56,8 +56,9 @@ class TimeMap:
         film = self.film_at(times)
         return TimeMap(times, film - film[0], self.rate_at(times))
 
-    def slowed(self, stretch: float) -> TimeMap:
-        """Return the map of a film so many times as long."""
+    def lasting(self, duration: float) -> TimeMap:
+        """Return the map of a film of another length (s): all rates are scaled."""
+        stretch = duration / self.duration
         return TimeMap(self.times, self.film * stretch, self.rates / stretch)
 
 
@@ -111,16 +112,45 @@ def time_map(
         return TimeMap(np.array([first]), np.zeros(1), np.ones(1))
     spans = np.array([(contact.start, contact.end) for contact in history.contacts]).reshape(-1, 2)
     inside = float(np.sum(spans[:, 1] - spans[:, 0]))
-    free = speed or _round((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * aim))
-    closed = min(contact_speed or _round(max(inside, 1e-4) / (_SHARE * aim)), free)
+    free = speed or _round_rate((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * aim))
+    closed = min(contact_speed or _round_rate(max(inside, 1e-4) / (_SHARE * aim)), free)
     grid = _grid(first, last, spans)
-    rate = _rates(grid, spans, free, closed)
-    film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rate[1:] + 1.0 / rate[:-1]))])
-    course = TimeMap(grid, film, rate)
-    if seconds is None or speed or contact_speed:
-        return course
+    rates = np.full(grid.size, free)
+    if spans.size and closed < free:
+        # around contacts the rate grows by a constant factor per film time, d(rate)/d(film) =
+        # rate log(free/closed)/ramp: so it is linear in the physical time from the contact
+        rates = np.minimum(free, closed + np.log(free / closed) / _RAMP * _distance_from(spans, grid))
+    film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rates[1:] + 1.0 / rates[:-1]))])
+    course = TimeMap(grid, film, rates)
     # rounded rates and the ramps around contacts take another time than was asked for
-    return course.slowed(seconds / course.duration)
+    return course if seconds is None or speed or contact_speed else course.lasting(seconds)
+
+
+def _round_rate(rate: float) -> float:
+    """Return the largest of 1, 1/2, 1/5, 1/10... (or 2, 5, 10...) that is not above 1.2 times `rate`."""
+    decade = 10.0 ** np.floor(np.log10(max(rate, 1e-12)))
+    return float(max(s * decade for s in _ROUND if s * decade <= 1.2 * rate or s == _ROUND[0]))
+
+
+def _grid(first: float, last: float, spans: Array) -> Array:
+    """Return physical times fine enough for the ramps and the contacts."""
+    near = np.geomspace(1e-7, 0.05, 200)
+    width = np.maximum(spans[:, 1:] - spans[:, :1], 1e-7)
+    parts = [
+        np.linspace(first, last, _GRID),
+        (spans[:, :1] + width * np.linspace(0.0, 1.0, 200)).ravel(),
+        (spans[:, :1] - near).ravel(),
+        (spans[:, 1:] + near).ravel(),
+    ]
+    return np.unique(np.clip(np.concatenate(parts), first, last))
+
+
+def _distance_from(spans: Array, times: Array) -> Array:
+    """Return the distance (s) of each time from the nearest of the intervals (n, 2), which ascend."""
+    after = np.searchsorted(spans[:, 0], times, side="right")
+    ends = np.append(-np.inf, spans[:, 1])  # of the interval that began last
+    starts = np.append(spans[:, 0], np.inf)  # of the next one
+    return np.asarray(np.maximum(np.minimum(times - ends[after], starts[after] - times), 0.0))
 
 
 def make_timeline(
@@ -158,50 +188,10 @@ def make_timeline(
     if frames is None:
         frames = math.ceil(course.duration * fps - 1e-9) + 1
     else:
-        course = course.slowed((frames - 1) / (course.duration * fps))
+        course = course.lasting((frames - 1) / fps)
     times = course.time_at(np.arange(frames) / fps)
     times[-1] = last
     return Timeline(fps, times, course)
-
-
-def _round(rate: float) -> float:
-    """Largest of 1, 1/2, 1/5, 1/10... (and 2, 5, 10...) that is not above `rate` by more than a fifth."""
-    decade = 10.0 ** np.floor(np.log10(max(rate, 1e-12)))
-    return float(max(s * decade for s in (0.5, *_SERIES, 10.0) if s * decade <= 1.2 * rate or s == 0.5))
-
-
-def _grid(first: float, last: float, spans: Array) -> Array:
-    """Physical times fine enough for the ramps and the contacts."""
-    near = np.geomspace(1e-7, 0.05, 200)
-    width = np.maximum(spans[:, 1] - spans[:, 0], 1e-7)
-    parts = [
-        np.linspace(first, last, _GRID),
-        (spans[:, :1] + width[:, None] * np.linspace(0.0, 1.0, 200)).ravel(),
-        (spans[:, :1] - near).ravel(),
-        (spans[:, 1:] + near).ravel(),
-    ]
-    return np.unique(np.clip(np.concatenate(parts), first, last))
-
-
-def _rates(grid: Array, spans: Array, free: float, closed: float) -> Array:
-    """Rate at each time: `closed` in contacts, growing to `free` around them over about `_RAMP` of film.
-
-    Growth by a constant factor per film time, d(rate)/d(film) = rate log(free/closed)/ramp, makes the rate
-    linear in the physical time from the contact.
-    """
-    if not spans.size or free <= closed:
-        return np.full(grid.size, free)
-    return np.asarray(np.minimum(free, closed + np.log(free / closed) / _RAMP * distance_from(spans, grid)))
-
-
-def distance_from(spans: Array, times: Array) -> Array:
-    """Distance (s) of each time from the nearest of the intervals (n, 2), which ascend without overlap."""
-    ends = np.concatenate([[-np.inf], spans.ravel(), [np.inf]])
-    after = np.searchsorted(ends, times, side="right")
-    inside = (after % 2 == 0) | (ends[after - 1] == times)
-    return np.where(
-        inside, 0.0, np.minimum(times - ends[after - 1], ends[np.minimum(after, ends.size - 1)] - times)
-    )
 
 
 def rate_text(rate: float) -> str:

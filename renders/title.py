@@ -9,7 +9,6 @@ from oblique_impact.scenario.sections import BeamSection
 from oblique_impact.scenario.shapes import SHAPES
 
 _SHAPES = {"circle": "round bar", "rectangle": "rectangular bar", "tube": "tube", "i-beam": "I-beam"}
-_HELD = {"pin": "on a pin", "hub": "on a hub", "driven": "on a driven root"}
 _POWERS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -20,19 +19,19 @@ def name_of(scenario: Scenario) -> str:
 
 def beam_words(scenario: Scenario) -> list[str]:
     """Return the beam and how many coordinates it has, in ever shorter texts."""
-    length, count = f"length {_length(scenario.beam.length)}", _coordinates(scenario)
-    full = f"{_section(scenario.beam)}, {length}"
-    return [f"{full}, {_properties(scenario.beam)}, {count}", f"{full}, {count}", f"{length}, {count}", count]
+    beam, count = scenario.beam, _coordinates(scenario)
+    length = f"length {short(beam.length)} m" if beam.length >= 1.0 else f"length {short(1e3 * beam.length)} mm"
+    full = f"{_section(beam)}, {length}"
+    return [f"{full}, {_material(beam)}, {count}", f"{full}, {count}", f"{length}, {count}", count]
 
 
-def parameters(scenario: Scenario) -> list[str]:
-    """Return the parameters of a run in lines: the beam, how it starts, what it meets, how it was computed."""
-    beam, contact = scenario.beam, scenario.contact
-    lines = [
-        f"{_section(beam)}, length {_length(beam.length)}",
-        _properties(beam),
-        f"{_HELD[scenario.root.kind]}, from {math.degrees(scenario.initial.angle):.3g}°, "
-        f"gravity {scenario.gravity:.3g} m/s²",
+def model_words(scenario: Scenario) -> str:
+    """Return material, start, stop, friction and discretization of a run."""
+    contact, how = scenario.contact, scenario.discretization
+    root = "driven root" if scenario.root.kind == "driven" else scenario.root.kind
+    words = [
+        _material(scenario.beam),
+        f"on a {root}, from {math.degrees(scenario.initial.angle):.3g}°, gravity {scenario.gravity:.3g} m/s²",
     ]
     if contact.enabled:
         stop = f"{contact.normal} stop"
@@ -40,15 +39,12 @@ def parameters(scenario: Scenario) -> list[str]:
             stop = f"rigid stop, restitution {contact.restitution:g}"
         elif contact.normal == "spring":
             stop = f"elastic stop of {short(contact.stiffness)} N/m"
-        friction: str = contact.friction
-        if friction != "frictionless":
-            friction += " friction"
+        friction = "frictionless" if contact.friction == "frictionless" else f"{contact.friction} friction"
         if contact.friction in ("hybrid", "modified-coulomb"):
             friction += f", μ = {contact.mu_kinetic:g}"
-        lines.append(f"slope {math.degrees(scenario.slope.angle):.3g}°, {stop}, {friction}")
-    how = scenario.discretization
+        words.append(f"slope {math.degrees(scenario.slope.angle):.3g}°, {stop}, {friction}")
     frame = "" if how.method == "absolute" else f"{how.frame} frame, {how.kinetics} kinetics, "
-    return [*lines, f"{_coordinates(scenario)}, {frame}{scenario.solver.scheme} scheme"]
+    return "; ".join([*words, f"{_coordinates(scenario)}, {frame}{scenario.solver.scheme} scheme"])
 
 
 def _section(beam: BeamSection) -> str:
@@ -66,7 +62,7 @@ def _section(beam: BeamSection) -> str:
     return f"{beam.material} {words}".strip()
 
 
-def _properties(beam: BeamSection) -> str:
+def _material(beam: BeamSection) -> str:
     """Return the numbers of the material, and a mass at the tip."""
     tip = f", tip mass {short(beam.tip_mass)} kg" if beam.tip_mass else ""
     return f"E = {short(beam.youngs_modulus / 1e9)} GPa, ρ = {beam.density:.4g} kg/m³{tip}"
@@ -74,17 +70,12 @@ def _properties(beam: BeamSection) -> str:
 
 def _coordinates(scenario: Scenario) -> str:
     """Return how many modes or elements there are."""
-    method = scenario.discretization.method
-    modes, elements = (
-        f"{count} {name if count != 1 else name[:-1]}"
-        for count, name in (
-            (scenario.discretization.modes, "modes"),
-            (scenario.discretization.elements, "elements"),
-        )
-    )
-    if method == "fem":
+    how = scenario.discretization
+    modes = "1 mode" if how.modes == 1 else f"{how.modes} modes"
+    elements = "1 element" if how.elements == 1 else f"{how.elements} elements"
+    if how.method == "fem":
         return elements if scenario.is_nodal else f"{elements}, {modes}"
-    return {"modal": modes, "absolute": f"{elements}, absolute coordinates"}.get(method, method)
+    return {"modal": modes, "absolute": f"{elements}, absolute coordinates"}.get(how.method, how.method)
 
 
 def short(value: float) -> str:
@@ -94,7 +85,3 @@ def short(value: float) -> str:
         return f"{float(f'{value:.3g}'):.10g}"
     times = "" if float(mantissa) == 1.0 else f"{float(mantissa):g} × "
     return f"{times}10{str(int(power)).translate(_POWERS)}"
-
-
-def _length(value: float) -> str:
-    return f"{short(value)} m" if value >= 1.0 else f"{short(1e3 * value)} mm"

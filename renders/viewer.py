@@ -5,7 +5,6 @@ Playing follows the course of the films: time is stretched where the beam is in 
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import sys
 from typing import Any
@@ -15,9 +14,9 @@ import numpy as np
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
-from oblique_impact.renders.scene import Panel, Scene, contact_force
+from oblique_impact.renders.scene import Panel, Scene
 from oblique_impact.renders.story import story_of
-from oblique_impact.renders.style import CameraName, Colour, Style, ThemeName
+from oblique_impact.renders.style import Style
 from oblique_impact.renders.timeline import make_timeline
 
 _FPS = 30
@@ -37,7 +36,6 @@ class Viewer:
             f"{story.colours.title}\n",  # else the ticks touch it
             mapper=self.scene.views[0].beams[0].actor.mapper,
             color=theme.ink,
-            n_labels=5,
             fmt="%.4g",
             position_x=0.5,
             position_y=0.03,
@@ -53,9 +51,6 @@ class Viewer:
             color=theme.ink,
             pointa=(0.45, 0.9),
             pointb=(0.95, 0.9),
-            title_height=0.02,
-            tube_width=0.004,
-            slider_width=0.012,
             fmt="%.4f",
         )
         self.plotter.add_key_event("space", self._toggle)
@@ -65,7 +60,7 @@ class Viewer:
         """Show the beam at a time (s), with the contact force that acts on it."""
         self.scene.views[0].move(time)
         k = self.geometry.index(time)
-        force = float(np.linalg.norm(contact_force(self.geometry, k)))
+        force = float(np.linalg.norm(self.geometry.contact_force(k)))
         state = State(int(self.geometry.value("state", int(k)))).name
         self._text.set_text("lower_left", f"t = {time:.5f} s  {state}" + (f"  {force:.4g} N" if force else ""))
         self._frame = int(np.searchsorted(self.times, time))
@@ -84,72 +79,38 @@ class Viewer:
         self.playing = not self.playing
 
 
-def show(
-    history: History,
-    *,
-    quantity: Colour = "bending_stress",
-    deformation: float | None = None,
-    camera: CameraName = "oblique",
-    theme: ThemeName = "light",
-    size: tuple[int, int] = (1280, 720),
-    notebook: bool | None = None,
-) -> Any:
+def show(history: History, style: Style | None = None) -> Any:
     """Open an interactive window on a run: turn and zoom with the mouse, choose the time, play with the space bar.
 
     Parameters
     ----------
     history : History
         Of a beam.
-    quantity : str
-        The result in colour.
-    deformation : float, optional
-        Factor by which the bending is magnified; default: as in pictures.
-    camera : {"oblique", "front", "above"}
-        Where the camera stands at first.
-    theme : {"light", "dark"}
-        Colours.
-    size : tuple of int
-        Of the window (pixels); a view in a notebook is as wide as the page.
-    notebook : bool, optional
-        Whether this is a notebook, where the window is a view in the page (it needs trame); default: found out.
+    style : Style, optional
+        Size of the window (pixels), colours, camera, result in colour, deformation factor.
 
     Returns
     -------
     object
-        In a notebook what it displays, else None, when the window has been closed.
+        In a notebook what PyVista displays there, else None, when the window has been closed.
 
     Raises
     ------
     InputError
-        In one line, for what is no history of a beam, a word that is not known, a notebook without trame, or a
-        system without a display.
+        In one line, for what is no history of a beam, or a system without a display.
 
     Examples
     --------
     >>> from oblique_impact import Scenario, simulate
-    >>> from renders import show
+    >>> from oblique_impact.renders import show
     >>> show(simulate(Scenario.builtin("paper")))  # doctest: +SKIP
     """
     require_history(history, "show")
-    style = Style(size=size, theme=theme, camera=camera, quantity=quantity, deformation=deformation)
-    inside = _in_notebook() if notebook is None else notebook
-    if inside:
-        # trame's part of PyVista: trame alone would be a still picture and a warning
-        if importlib.util.find_spec("trame_pyvista") is None:
-            raise InputError('show: a view in a notebook needs trame: pip install "oblique-impact[notebook]"')
-        viewer = Viewer(history, style, notebook=True)
-        # only what is drawn here has a slider; the page gives the width
-        page = {"width": "100%", "height": f"{size[1]}px", "collapse_menu": True}
-        return viewer.plotter.show(jupyter_backend="server", jupyter_kwargs=page, return_viewer=True)
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    notebook = "ipykernel" in sys.modules
+    screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or not sys.platform.startswith("linux")
+    if not (notebook or screen):
         raise InputError("show: there is no display here; render draws pictures, films and pages without one")
-    viewer = Viewer(history, style, notebook=False)
-    viewer.plotter.add_timer_event(max_steps=10**9, duration=1000 // _FPS, callback=viewer.step)
-    viewer.plotter.show(title="oblique-impact")
-    return None
-
-
-def _in_notebook() -> bool:
-    """Whether this is a kernel of Jupyter."""
-    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
-    return type(shell).__name__ == "ZMQInteractiveShell"
+    viewer = Viewer(history, style or Style(), notebook=notebook)
+    if not notebook:
+        viewer.plotter.add_timer_event(max_steps=10**9, duration=1000 // _FPS, callback=viewer.step)
+    return viewer.plotter.show()

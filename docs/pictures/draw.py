@@ -32,7 +32,6 @@ SCENES: dict[str, Callable[[], Image.Image]] = {
     "film": scenes.film,
     "scenario": scenes.scenario,
     "paraview": scenes.paraview,
-    "absolute-difference": scenes.absolute_difference,
 }
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import tempfile
-from functools import cache
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
@@ -93,23 +92,3 @@ def paraview() -> Image.Image:
         subprocess.run(command, check=True, env=plain, capture_output=True, timeout=300)
         with Image.open(picture) as drawn:
             return drawn.convert("RGB")
-
-
-def absolute_difference() -> Image.Image:
-    """The two mechanics in the fifth contact, from the commands of the page."""
-    floating, exact = absolute_runs()
-    style = Style((1280, 560))
-    return still([floating, exact], style, times=[0.3287], names=["floating", "exact"], magnify_difference=20.0)
-
-
-@cache
-def absolute_runs() -> tuple[History, History]:
-    """Run what `docs/theory/absolute.md` tells to run."""
-    floating = Scenario.builtin("elastic-stop", ["end_time=0.34"])
-    exact = floating.replace(
-        discretization__method="absolute",
-        solver__scheme="energy-consistent",
-        solver__free_step=2e-4,
-        solver__contact_step=1e-5,
-    )
-    return simulate(floating), simulate(exact)

@@ -86,7 +86,7 @@ def _responding(e: Evaluation, w: Workspace, normal: float, tangential: float) -
 
 @jitable
 def _contact_defect(phase: Phase, c: Instant, velocity: float) -> float:
-    """How far the contact forces and the motion are from the contact's laws (m/s)."""
+    """Return the residual (m/s) of the contact laws at the forces and the motion."""
     normal, tangential, push = abs(c.gap_rate), abs(c.slip_rate), conjugate(phase, c)
     if phase.stop.compliant:
         normal = abs(stop_force(phase.stop, phase.residual, c.gap, c.gap_rate) - push) * c.a_nn * velocity

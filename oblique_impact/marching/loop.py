@@ -72,7 +72,7 @@ class Status(NamedTuple):
 
 
 class _Pace:
-    """How many steps a call takes where a scheme leaves it open: about a tenth of a second of computing.
+    """Number of steps of a call where a scheme leaves it open: about a tenth of a second of computing.
 
     So progress and interrupts are prompt.  Where a call ends does not change the steps.
     """
@@ -120,7 +120,7 @@ class Run:
         self._recent: deque[float] = deque(maxlen=_CLUSTER)
 
     def execute(self) -> Record:
-        """March to the end, to the named outcome that stops the physics, or to an interrupt."""
+        """March to the end, to a named outcome, or to an interrupt."""
         self._started = perf_counter()
         record = self.record
         try:
@@ -284,7 +284,7 @@ class Run:
             raise RunEnded(transition.failure)
 
     def _pass_end(self, leaving: Phase, how: AtEnd, instant: Instant) -> None:
-        """Keep how an end of the slope is passed; what an elastic stop still stores there is lost."""
+        """Record how an end of the slope is passed; the energy still in an elastic stop is lost."""
         end = min(self.problem.machine.extent, key=lambda place: abs(place - instant.slip))
         self.record.passages.append(Passage(self._now.t, how, instant.slip, end))
         law = self.problem.machine.contact_law
@@ -292,7 +292,7 @@ class Run:
             self._quadratures()[STOP_LOSS] += law.energy(instant.gap, leaving.residual.compliance)
 
     def _jump(self, impulse: Impulse, probe: Probe) -> None:
-        """Let an impulse change the velocities."""
+        """Change the velocities by an impulse."""
         d, jump = self.problem.q0.size, probe.velocity_jump(impulse)
         self._quadratures()[SUPPLIED] += probe.supply(impulse, jump)
         self._y[d : 2 * d] += jump

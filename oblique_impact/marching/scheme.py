@@ -44,7 +44,7 @@ UNBOUNDED = 1e12  # in units of the scales: beyond it a solution has diverged
 
 
 class StepState(NamedTuple):
-    """Where a march is; with the state vector that is all it needs to go on."""
+    """Time, step and counters of a march; with the state vector all that it needs to continue."""
 
     t: float  # s
     h: float  # s, step to go on with
@@ -55,7 +55,7 @@ class StepState(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """How far a march may go before it returns."""
+    """Bounds of time and steps at which a march returns."""
 
     t_stop: float  # s
     interval: float  # s, of output samples
@@ -63,7 +63,7 @@ class Limits(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """Where a march stopped and what it cost."""
+    """State at which a march returned, the reason, and its costs."""
 
     reason: int
     guard: int
@@ -195,16 +195,16 @@ class Scheme(ABC):
 
     @property
     def stick_criterion(self) -> StickCriterion | None:
-        """How stick and slip are told apart at the ends of steps; None if transitions are located."""
+        """Criterion that distinguishes stick from slip at the ends of steps; None if transitions are located."""
         return None
 
     @property
     def shortest_flight(self) -> float:
-        """Length (s) of flights between bounces that are too short to be told apart."""
+        """Length (s) of flights between bounces below which bounces are taken as accumulated."""
         return 0.0
 
     def buffers(self, ny: int, modes: NormalModes | None, interval: float, end_time: float) -> Any:
-        """Return what this scheme alone needs in a run, for state vectors of `ny` entries; by default None.
+        """Return the buffers of this scheme alone, for state vectors of `ny` entries; by default None.
 
         The system has `modes` where its linear part is known; samples are `interval` (s) apart.
         """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import tempfile
 from dataclasses import asdict, dataclass
@@ -11,26 +10,27 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, prepare_folder
 from oblique_impact.history.history import History, require_history
+from oblique_impact.history.sample_times import jumps
 from oblique_impact.progress import OnProgress, Progress, silent
-from oblique_impact.renders.exports.selection import Selection, sides
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
 from oblique_impact.scenario.messages import one_of
 
 Format = Literal["pvd", "xdmf", "csv"]
 
+FRAMES = 1000  # of an export that asks for nothing else, besides those at events
 #: formats, and what reads them
 READERS = {
     "pvd": "ParaView, PyVista",
     "xdmf": 'ParaView (choose "Xdmf3 Reader S"), PyVista, meshio',
     "csv": "pandas, spreadsheets",
 }
-_FRAME = re.compile(r"[a-z_]+_\d{6,}\.vtp")  # a file in the folder of a PVD export
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,6 @@ class Exported:
     samples: int  # that became frames,
     of: int  # of so many
     span: tuple[float, float]  # first and last time (s)
-    jumps: int  # of which both sides are there
     factor: float  # by which the bending is magnified; 1 for true shapes
 
 
@@ -53,7 +52,6 @@ def export(
     format: Format | None = None,
     every: int | None = None,
     between: tuple[float, float] | None = None,
-    around_events: float | None = None,
     deformation: float = 1.0,
     on_progress: OnProgress = silent,
 ) -> Exported:
@@ -74,8 +72,6 @@ def export(
         are all kept.
     between : tuple of float, optional
         First and last time (s).
-    around_events : float, optional
-        Keep only what is within so many seconds of an event.
     deformation : float
         Factor by which the bending is magnified.
     on_progress : callable, optional
@@ -101,37 +97,28 @@ def export(
     from oblique_impact.renders.exports import writers  # loads VTK
 
     require_history(history, "export")
-    try:
-        target, format = _target(Path(out), format)
-    except OSError as error:  # a name that is too long
-        raise cannot_write(Path(out), error) from None
-    if format == "csv":
-        every = every or 1
-        if deformation != 1.0:
-            raise InputError(f"--deformation {deformation:g}: does not apply to csv, which holds no shapes")
-    samples = Selection(every, between, around_events).samples(history)
+    target, format = _target(Path(out), format)
+    samples = chosen_samples(history, 1 if format == "csv" and every is None else every, between)
     story = story_of([history], Style(deformation=deformation))
     write = {"pvd": writers.write_pvd, "xdmf": writers.write_xdmf, "csv": writers.write_csv}[format]
-    done = 0
-
-    def advance() -> None:
-        nonlocal done
-        done += 1
-        on_progress(Progress(done, samples.size))
-
     prepare_folder(target.parent)
     on_progress(Progress(0, samples.size))
     try:
-        with tempfile.TemporaryDirectory(prefix=f".{target.stem[:40]}.", dir=target.parent) as folder:
+        with tempfile.TemporaryDirectory(prefix=".export.", dir=target.parent) as folder:
             with np.errstate(over="ignore", invalid="ignore"):  # runs that blew up hold numbers of any size
-                made = write(story, samples, Path(folder), target.stem, advance)
-            for path in made:
-                _put(path, target.parent / path.name)
+                made = write(
+                    story, samples, Path(folder), target.stem, lambda n: on_progress(Progress(n, samples.size))
+                )
+            for path in made:  # what is opened last: so it never lists what is not there
+                place = target.parent / path.name
+                if place.is_dir():
+                    shutil.rmtree(place)
+                os.replace(path, place)
     except OSError as error:
         raise cannot_write(target, error) from None
     times = history["time"].values
-    span, jumps = times[samples[[0, -1]]].tolist(), int((sides(times)[samples] > 0).sum())
-    return Exported(target, format, samples.size, times.size, tuple(span), jumps, story.factor)
+    first, last = times[samples[[0, -1]]].tolist()
+    return Exported(target, format, samples.size, times.size, (first, last), story.factor)
 
 
 def _target(out: Path, format: str | None) -> tuple[Path, Format]:
@@ -140,55 +127,83 @@ def _target(out: Path, format: str | None) -> tuple[Path, Format]:
     Raises InputError if the format is unknown or contradicts the suffix, or if something is in the way.
     """
     format = format or out.suffix.lower().removeprefix(".")
-    if not format:
-        raise InputError(f"--format: missing, and --out {out} does not tell it; {one_of(format, READERS)}")
     if format not in READERS:
-        raise InputError(f"--format {format}: {one_of(format, READERS)}")
+        raise InputError(f"--format {format or 'missing'}: {one_of(format, READERS)}")
     if out.suffix and out.suffix.lower() != f".{format}":
         raise InputError(f"--out {out}: should end in .{format} for --format {format}, or have no suffix")
-    target = out if out.suffix else out.parent / f"{out.name}.{format}"
-    if not out.name or target.is_dir():
-        raise InputError(f"--out {target}: is a folder, should be a file")
+    target = out if out.suffix else Path(f"{out}.{format}")
     if format == "xdmf" and ":" in target.name:
         raise InputError(f"--out {target}: a colon ends the name of a file in XDMF: choose another name")
-    frames, numbers = target.with_suffix(""), target.with_suffix(".h5")
-    if format == "pvd" and frames.exists() and not all(map(_FRAME.fullmatch, os.listdir(frames))):
+    # a folder that an earlier export made is replaced, another one is not
+    frames = target.with_suffix("")
+    try:
+        taken = target.is_dir() or (
+            format == "pvd" and frames.is_dir() and any(path.suffix != ".vtp" for path in frames.iterdir())
+        )
+    except OSError as error:  # a name that is too long
+        raise cannot_write(target, error) from None
+    if taken:
         raise InputError(f"--out {target}: the folder {frames} holds other files: choose another name")
+    numbers = target.with_suffix(".h5")
     if format == "xdmf" and numbers.exists() and not target.exists():
         raise InputError(f"--out {target}: {numbers} is in the way and not of an export: choose another name")
     return target, cast(Format, format)
 
 
-def _put(made: Path, place: Path) -> None:
-    """Move a file or a folder into its place; one of an earlier export is replaced."""
-    if place.is_dir():
-        shutil.rmtree(place)
-    os.replace(made, place)
+def chosen_samples(
+    history: History, every: int | None = None, between: tuple[float, float] | None = None
+) -> NDArray[np.int64]:
+    """Return the numbers of the samples that become frames, ascending; see `export`.
+
+    Samples whose shape is not finite (the last ones of a run that diverged) are left out.  Raises InputError if no
+    sample is left.
+    """
+    first, last = between or (-np.inf, np.inf)
+    if every is not None and every < 1:
+        raise InputError(f"--every {every}: should be at least 1")
+    if not first < last:
+        raise InputError(f"--between {first:g},{last:g}: should be two times in s, the first one earlier")
+    time = np.asarray(history["time"].values, dtype=float)
+    side = sides(time)
+    # both sides of a jump are of one instant: a span that ends at an event keeps both
+    instant = np.where(side > 0, np.roll(time, 1), time)
+    shapes = [history[name].values.reshape(time.size, -1) for name in ("theta", "ux", "uy")]
+    wanted = np.isfinite(np.concatenate(shapes, axis=1)).all(axis=1) & (instant >= first) & (instant <= last)
+    if not wanted.any():
+        raise InputError(f"history: no sample is left; it covers {time[0]:g} to {time[-1]:g} s")
+    chosen = np.isin(time, [event.time for event in history.events]) | (side != 0)
+    chosen[-1] = True
+    if every is not None:
+        chosen[::every] = True
+    else:
+        left = np.flatnonzero(wanted)
+        if left.size > FRAMES:
+            left = left[np.searchsorted(time[left], np.linspace(time[left[0]], time[left[-1]], FRAMES))]
+        chosen[left] = True
+    return np.flatnonzero(wanted & chosen)
+
+
+def sides(time: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return -1 for samples left of a jump, 1 for those right of it, 0 elsewhere."""
+    jump = jumps(time)
+    right, left = np.append(False, jump), np.append(jump, False)
+    return np.where(right, 1, np.where(left, -1, 0))
 
 
 def export_command(
-    source: Path, out: Path, format: str | None, selection: Selection, deformation: float
+    source: Path, out: Path, format: str | None, **options: Any
 ) -> tuple[list[str], dict[str, Any]]:
     """Read a history and export it with a progress bar; returns the lines to print, and the same as data.
 
     Raises InputError.
     """
     with counting_bar("export") as show:
-        done = export(
-            History.load(source),
-            out,
-            format=cast(Format, format),
-            **asdict(selection),
-            deformation=deformation,
-            on_progress=show,
-        )
+        done = export(History.load(source), out, format=cast(Format, format), on_progress=show, **options)
     lines = [
-        f"{done.samples} of {done.of} samples, {done.span[0]:g} to {done.span[1]:g} s, "
-        f"both sides of {done.jumps} jumps",
+        f"{done.samples} of {done.of} samples, {done.span[0]:g} to {done.span[1]:g} s",
         f"  {done.format}: {done.file}",
         f"  read by {READERS[done.format]}",
     ]
     if done.format != "csv":
-        shapes = "true shapes" if done.factor == 1.0 else "magnified shapes"
-        lines[0] += f"; {shapes} (deformation factor {done.factor:g})"
+        lines[0] += f"; deformation factor {done.factor:g}"
     return lines, asdict(done)

@@ -10,13 +10,13 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.meshes import surface_mesh
 from oblique_impact.renders.metadata import made_by, warnings_of
 from oblique_impact.renders.scenery import pin, slope_wedge
 from oblique_impact.renders.story import Story
 
 Array = NDArray[np.float64]
 
-FORMAT = "oblique-impact export 2"
 #: units or meanings of the results on the parts, and of the field data of a frame
 UNITS = {
     "points": "m",
@@ -60,18 +60,20 @@ def parts_of(story: Story) -> list[Part]:
     rings = np.arange(geometry.places.size)
     start = geometry.true.tube(0)[0]
 
-    def surface(k: int) -> pv.PolyData:
-        drawn = geometry.surface(k)
-        return _with(pv.PolyData(drawn.points, faces=geometry.faces), drawn.arrays)
-
     def centreline(k: int) -> pv.PolyData:
         line = pv.PolyData(geometry.centreline(k), lines=np.append(rings.size, rings))
-        return _with(line, geometry.along(k))
+        names = [name for name in QUANTITIES if not name.endswith("_stress")]
+        return _with(line, {name: geometry.along(name, k) for name in names})
 
     def reference(k: int) -> pv.PolyData:
-        return _with(pv.PolyData(start, faces=geometry.faces), {"displacement": geometry.true.tube(k)[0] - start})
+        mesh = pv.PolyData(start, faces=geometry.solid.faces)
+        return _with(mesh, {"displacement": geometry.true.tube(k)[0] - start})
 
-    parts = [Part("surface", surface), Part("centreline", centreline), Part("reference", reference)]
+    parts = [
+        Part("surface", lambda k: surface_mesh(geometry, k)),
+        Part("centreline", centreline),
+        Part("reference", reference),
+    ]
     parts.append(_still("pin", pin(geometry)))
     if story.slope is not None:  # last, so that the numbers of the others are always the same
         parts.append(Part("contact_point", lambda k: _contact_point(geometry, k)))
@@ -96,8 +98,7 @@ def _contact_point(geometry: BeamGeometry, k: int) -> pv.PolyData:
     }
     arrays = {name: np.append(vector, 0.0)[None] for name, vector in vectors.items()}
     for name in ("gap", "depth", "gap_rate", "slip_rate", "state"):
-        if name in geometry.history:  # histories of earlier versions have no depth
-            arrays[name] = np.array([float(geometry.value(name, k))])
+        arrays[name] = np.array([float(geometry.value(name, k))])
     return _with(pv.PolyData(np.append(geometry.contact_point(k), 0.0)[None]), arrays)
 
 
@@ -112,7 +113,6 @@ def run_fields(story: Story, parts: list[Part]) -> dict[str, str | float]:
     """Return field data that hold for all frames: what made the run, its scenario, events, units and parts."""
     history = story.histories[0]
     return {
-        "format": FORMAT,
         "made_by": made_by([history]),
         "warnings": "\n".join(warnings_of([history])),
         "scenario": history.scenario_toml,

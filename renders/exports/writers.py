@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from vtkmodules.vtkCommonCore import vtkStringArray
 
 from oblique_impact.history.history import History
+from oblique_impact.renders.exports.command import sides
 from oblique_impact.renders.exports.parts import parts_of, run_fields
-from oblique_impact.renders.exports.selection import sides
 from oblique_impact.renders.story import Story
 
 Integers = NDArray[np.int64]
-Advance = Callable[[], None]
+OnFrame = Callable[[int], None]  # called with the number of frames done
 
 
-def write_pvd(story: Story, samples: Integers, folder: Path, name: str, advance: Advance) -> list[Path]:
+def write_pvd(story: Story, samples: Integers, folder: Path, name: str, on_frame: OnFrame) -> list[Path]:
     """Write `name`.pvd, ParaView's list of files, and the folder `name` with a .vtp file per part and frame.
 
     Slope and pin are written once, and with the pin the field data that hold for all frames.
@@ -40,15 +40,10 @@ def write_pvd(story: Story, samples: Integers, folder: Path, name: str, advance:
                 mesh.cell_data["part"] = np.full(mesh.n_cells, number)
                 _add_fields(mesh, fields if part.moves else run_fields(story, parts))
                 mesh.save(file, recompute_normals=False)
-            ElementTree.SubElement(
-                entries,
-                "DataSet",
-                timestep=repr(fields["time"]),
-                part=str(number),
-                name=part.name,
-                file=f"{name}/{file.name}",
-            )
-        advance()
+            place = f"{name}/{file.name}"
+            entry = {"timestep": repr(fields["time"]), "part": str(number), "name": part.name, "file": place}
+            ElementTree.SubElement(entries, "DataSet", entry)
+        on_frame(frame + 1)
     index = folder / f"{name}.pvd"
     ElementTree.ElementTree(collection).write(index, encoding="utf-8", xml_declaration=True)
     return [frames, index]
@@ -77,7 +72,7 @@ class _CompressedWriter(meshio.xdmf.TimeSeriesWriter):  # type: ignore[misc]
         return f"{self.h5_filename}:/{name}"
 
 
-def write_xdmf(story: Story, samples: Integers, folder: Path, name: str, advance: Advance) -> list[Path]:
+def write_xdmf(story: Story, samples: Integers, folder: Path, name: str, on_frame: OnFrame) -> list[Path]:
     """Write `name`.xdmf and `name`.h5 through meshio, a collection of grids per part.
 
     meshio's `TimeSeriesReader` takes the last collection of a file and knows no points that move: so the surface
@@ -87,27 +82,24 @@ def write_xdmf(story: Story, samples: Integers, folder: Path, name: str, advance
     with chdir(folder), _CompressedWriter(f"{name}.xdmf") as writer:  # its .h5 goes to the current folder
         _add_information(writer.domain, run_fields(story, parts))
         writer.domain.remove(writer.collection)
+        kind = {"GridType": "Collection", "CollectionType": "Temporal"}
         collections = {
-            part.name: ElementTree.SubElement(
-                writer.domain, "Grid", Name=part.name, GridType="Collection", CollectionType="Temporal"
-            )
+            part.name: ElementTree.SubElement(writer.domain, "Grid", kind, Name=part.name)
             for part in reversed(parts)
         }
         cells = {part.name: _cells(writer, part.mesh(int(samples[0])), n) for n, part in enumerate(parts)}
         for frame, fields in enumerate(_frame_fields(story.histories[0], samples)):
             for part in parts:
-                grid = ElementTree.SubElement(
-                    collections[part.name], "Grid", Name=f"{part.name}_{frame:06d}", GridType="Uniform"
-                )
+                attributes = {"Name": f"{part.name}_{frame:06d}", "GridType": "Uniform"}
+                grid = ElementTree.SubElement(collections[part.name], "Grid", attributes)
                 ElementTree.SubElement(grid, "Time", Value=repr(fields["time"]))
                 _add_information(grid, fields)
                 mesh = part.mesh(fields["sample"])
                 grid.extend(cells[part.name])
                 writer.points(grid, np.asarray(mesh.points))
-                writer.point_data(dict(mesh.point_data), grid)
-                if part is parts[0]:
-                    writer.point_data({"position": np.asarray(mesh.points)}, grid)
-            advance()
+                position = {"position": np.asarray(mesh.points)} if part is parts[0] else {}
+                writer.point_data(dict(mesh.point_data) | position, grid)
+            on_frame(frame + 1)
     return [folder / f"{name}.h5", folder / f"{name}.xdmf"]
 
 
@@ -138,7 +130,7 @@ def _frame_fields(history: History, samples: Integers) -> list[dict[str, Any]]:
     return [{"time": float(times[k]), "side": int(side[k]), "sample": int(k)} for k in samples]
 
 
-def write_csv(story: Story, samples: Integers, folder: Path, name: str, advance: Advance) -> list[Path]:
+def write_csv(story: Story, samples: Integers, folder: Path, name: str, on_frame: OnFrame) -> list[Path]:
     """Write the variables over time as the table `name`.csv: a row per sample, units in the first line."""
     history = story.histories[0]
 
@@ -148,6 +140,5 @@ def write_csv(story: Story, samples: Integers, folder: Path, name: str, advance:
 
     file = folder / f"{name}.csv"
     history.time_series.iloc[samples].rename(columns=with_unit).to_csv(file, index=False)
-    for _ in samples:
-        advance()
+    on_frame(samples.size)
     return [file]

@@ -13,19 +13,17 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import first_sample, last_sample
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.player.curves import LEVELS, Chart, Series, charts_of, curve_arrays
 from oblique_impact.renders.player.numbers import fixed, significant
-from oblique_impact.renders.player.selection import FRAMES, chart_points, evenly, frames
+from oblique_impact.renders.player.selection import chart_points, evenly, frames
 from oblique_impact.renders.scale_bar import ScaleBar
 from oblique_impact.renders.story import ColourScale, Story, colour_scale
 from oblique_impact.renders.style import COLOUR_MAP, DARK, LIGHT, Colour
 from oblique_impact.renders.timeline import rate_text
-from oblique_impact.scenario.shapes import value_at
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -66,16 +64,16 @@ class Content:
         return facts, base64.b64encode(zlib.compress(data, 6)).decode("ascii")
 
 
-def content_of(story: Story, count: int = FRAMES) -> Content:
-    """Compute what the page of the first run of `story` shows, with about `count` frames."""
+def content_of(story: Story) -> Content:
+    """Compute what the page of the first run of `story` shows."""
     geometry, course = story.geometries[0].true, story.time_map
     history, times = geometry.history, geometry.times
-    samples, states = frames(history, course, count), history["state"].values.astype(int)
+    samples, states = frames(history, course), history["state"].values.astype(int)
     film, charts = course.film_at(times[samples]), charts_of(geometry)
     points = chart_points([one.values for chart in charts for one in chart.series], samples)
     scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
     axes = geometry.stations_of(samples)
-    touch = int(np.argmin(np.abs(geometry.stations - geometry.scenario.contact.point)))
+    touch = geometry.touch
     path = _path_of(axes[:, touch])
     rates = np.array([float(f"{rate:.3g}") for rate in course.rate_at(times[samples])])
     different, rate = np.unique(rates, return_inverse=True)
@@ -191,32 +189,13 @@ def _arrows(geometry: BeamGeometry, samples: Integers) -> Array:
 
 def _colours(geometry: BeamGeometry, samples: Integers, scales: dict[str, ColourScale]) -> dict[str, NDArray[Any]]:
     """Return the colours of all results at the lower and the upper fibre (frames, stations), 0 to 255."""
-    history, stations, sections = geometry.history, geometry.stations, geometry.sections
-    moment, shear, axial, uy = (
-        np.asarray(history[name].values[samples], dtype=float) for name in ("moment", "shear", "axial_force", "uy")
-    )
+    found = {}
     with np.errstate(over="ignore", invalid="ignore"):
-        bending = moment * sections.fibre_distance(stations) / sections.second_moment(stations)
-        mean = axial / sections.area(stations)
-        rotation = CubicSpline(stations, np.nan_to_num(uy, posinf=0.0, neginf=0.0), axis=1)(stations, 1)
-        lower_upper = {
-            "bending_stress": (bending, -bending),  # a positive moment stretches the lower fibre
-            "axial_stress": (mean + bending, mean - bending),
-            "bending_moment": (moment, moment),
-            "shear_force": (shear, shear),
-            "axial_force": (axial, axial),
-            "section_rotation": (rotation, rotation),
-        }
-    return {
-        f"{name}_{side}": _codes(values, scales[name].limit)
-        for name, both in lower_upper.items()
-        for side, values in zip(("lower", "upper"), both, strict=True)
-    }
-
-
-def _codes(values: Array, limit: float) -> NDArray[Any]:
-    """Return the places of values on a scale from -limit to limit as 0 to 255."""
-    return np.rint(127.5 * (1.0 + np.clip(np.nan_to_num(values / limit), -1.0, 1.0))).astype("u1")
+        for name, scale in scales.items():
+            for side, values in zip(("lower", "upper"), geometry.at_fibres(name, samples), strict=True):
+                part = np.clip(np.nan_to_num(values / scale.limit), -1.0, 1.0)
+                found[f"{name}_{side}"] = np.rint(127.5 * (1.0 + part)).astype("u1")
+    return found
 
 
 def _texts(geometry: BeamGeometry, samples: Integers, charts: list[Chart]) -> dict[str, list[str]]:
@@ -258,15 +237,10 @@ def _outline_facts(story: Story, touch: int) -> dict[str, Any]:
     """Return what is drawn of beam, root and slope, and the colours."""
     geometry, ramp = story.geometries[0], mpl.colormaps[COLOUR_MAP]
     scenario, stations = geometry.scenario, geometry.stations
-    section = scenario.beam.section
-    web = None
-    if section.shape == "i-beam":  # height of the edges of its web
-        web = 0.5 * value_at(section, "height", stations) - value_at(section, "flange_thickness", stations)
     return {
         "touch": touch,
         "stations": stations.tolist(),
         "radius": np.broadcast_to(geometry.sections.fibre_distance(stations), stations.shape).tolist(),
-        "web": None if web is None else np.broadcast_to(web, stations.shape).tolist(),
         "length": scenario.beam.length,
         "hub_radius": scenario.root.hub_radius,
         "pinned": scenario.root.kind == "pin",

@@ -7,14 +7,14 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from oblique_impact.errors import Outcome
+from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.renders.files import save_whole
 from oblique_impact.renders.metadata import made_by, warnings_of
 from oblique_impact.renders.player.content import SPEEDS, content_of
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import DARK, LIGHT
-from oblique_impact.renders.title import parameters
+from oblique_impact.renders.title import model_words
 
 #: scripts of the page, which build on each other in this order
 SCRIPTS = ("run", "canvas", "scene", "charts", "controls")
@@ -24,8 +24,14 @@ def write_player(story: Story, out: Path) -> Path:
     """Write the page of the first run of `story` to the file `out`, whole or not at all; returns the file.
 
     The style of the story gives the theme and the deformation factor with which the page opens; the page has
-    switches; a name of the story is for its title.  Raises InputError with one line if the file cannot be written.
+    switches; a name of the story is for its title.
+
+    Raises InputError for several runs, the theme of print, or a file that cannot be written.
     """
+    if len(story.geometries) > 1:
+        raise InputError(f"HISTORY: {len(story.geometries)} given: a page shows one")
+    if story.style.theme == "print":
+        raise InputError("--theme print: of a page should be one of light, dark, auto")
     content, history = content_of(story), story.histories[0]
     facts, arrays = content.packed()
     loader = PackageLoader("oblique_impact.renders.player", "page")
@@ -35,7 +41,7 @@ def write_player(story: Story, out: Path) -> Path:
         style=story.style,
         themes={"light": LIGHT, "dark": DARK},
         title=story.heading,
-        model="; ".join(parameters(story.geometries[0].scenario)[1:]),
+        model=model_words(story.geometries[0].scenario),
         outcome=_why_it_stopped(history),
         warnings=warnings_of([history]),
         all_events=len(history.events),

@@ -24,20 +24,20 @@ LISTED = 1000  # events or contacts at most
 _BY_FILM = 0.4  # part of the frames that are even in film time; the others follow vibrations, which are faster
 
 
-def frames(history: History, course: TimeMap, count: int = FRAMES) -> Integers:
-    """Choose the samples that become frames, ascending: about `count`, with both sides of every listed event.
+def frames(history: History, course: TimeMap) -> Integers:
+    """Choose the samples that become frames, ascending: about `FRAMES`, with both sides of every listed event.
 
-    All samples in contact are frames if they are less than half of `count`; so are those of the largest force of
+    All samples in contact are frames if they are less than half of them; so are those of the largest force of
     every collision and of the largest stress of the run.
     """
     times = history["time"].values
     contact = np.flatnonzero(history["state"].values != State.FREE)
-    contact = contact[:0] if contact.size > count // 2 else contact
+    contact = contact[:0] if contact.size > FRAMES // 2 else contact
     events = np.array([event.time for event in evenly(history.events)])
     always = [[0, times.size - 1], _extremes(history), first_sample(times, events), last_sample(times, events)]
     film, motion = (values / max(values[-1], 1e-300) for values in (course.film_at(times), _path(history)))
     measure = _BY_FILM * film + (1.0 - _BY_FILM) * motion
-    even = np.searchsorted(measure, np.linspace(0.0, measure[-1], count - contact.size))
+    even = np.searchsorted(measure, np.linspace(0.0, measure[-1], FRAMES - contact.size))
     found = np.unique(np.concatenate([*always, contact, even]).astype(np.int64))
     return found[(found >= 0) & (found < times.size)]
 
@@ -62,20 +62,20 @@ def _extremes(history: History) -> Integers:
     return np.array(found)
 
 
-def evenly(items: Sequence[Item], most: int = LISTED) -> list[Item]:
+def evenly(items: Sequence[Item]) -> list[Item]:
     """Return all items, or of very many some, evenly spread."""
-    return [items[k] for k in np.linspace(0, len(items) - 1, min(len(items), most)).astype(int)]
+    return [items[k] for k in np.linspace(0, len(items) - 1, min(len(items), LISTED)).astype(int)]
 
 
-def chart_points(series: Sequence[Array], kept: Integers, count: int = CHART_POINTS) -> Integers:
-    """Choose about `count` samples, ascending, that keep the extremes of each of `series` (samples,).
+def chart_points(series: Sequence[Array], kept: Integers) -> Integers:
+    """Choose about `CHART_POINTS` samples, ascending, that keep the extremes of each of `series` (samples,).
 
     The samples `kept` are among them.
     """
     size = series[0].size
-    if size <= count:
+    if size <= CHART_POINTS:
         return np.arange(size)
-    edges = np.linspace(0, size, max(1, count // (2 * len(series))) + 1).astype(int)
+    edges = np.linspace(0, size, max(1, CHART_POINTS // (2 * len(series))) + 1).astype(int)
     clean = [np.nan_to_num(values) for values in series]
     found = [
         start + part(values[start:stop])

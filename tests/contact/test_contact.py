@@ -269,6 +269,16 @@ def test_routh_stays_in_the_cone_and_loses_energy(size, seed, restitution):
     assert system.normal @ after >= -1e-12
 
 
+def test_routh_passes_a_painleve_configuration():
+    """a_nn - mu a_nt < 0: sliding drives the bodies together, but the slip stops before compression ends."""
+    instant = Instant(0.0, 0.0, -1.0, 1.0, 1.0, 0.8, 1.0, -9.8, 0.0)
+    impulse = routh_impulse(instant, 0.0, 1.5)
+    first = 1.0 / (1.5 * 1.0 - 0.8)  # until the slip stops; then |a_nt| < mu a_tt: it sticks
+    second = (1.0 + (1.5 * 0.8 - 1.0) * first) / (1.0 - 0.8**2)
+    assert impulse.normal == pytest.approx(first + second, rel=1e-14)
+    assert impulse.tangential == pytest.approx(-1.5 * first - 0.8 * second, rel=1e-14)
+
+
 def test_routh_with_one_degree_of_freedom():
     """Gap and slip stop together: one impulse P with (D_n - mu s D_tau) P = -m w, whatever the rounding."""
     rng = np.random.default_rng(1)

@@ -36,6 +36,10 @@ def test_modified_coulomb_is_the_stated_law(v, direction):
     assert ratio(MODIFIED, v, direction) == pytest.approx(modified_coulomb(v, 0.4, 1e-3, 1e-2), abs=1e-15)
 
 
+def test_modified_coulomb_never_sticks():
+    assert MODIFIED.static is None
+
+
 @pytest.mark.parametrize("kink", [-1e-2, -1e-3, 0.0, 1e-3, 1e-2])
 def test_modified_coulomb_is_continuous_and_direction_picks_the_side_of_a_kink(kink):
     below, above = MODIFIED.branch(kink, -1), MODIFIED.branch(kink, 1)

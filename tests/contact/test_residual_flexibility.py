@@ -165,6 +165,19 @@ def test_friction_without_inertia(scheme):
     assert abs(touches[0].tangential_velocity) < 0.01  # a rigid bar's would be -0.35 m/s
 
 
+@pytest.mark.parametrize(
+    ("scheme", "step", "error"),
+    [("event", 1e-6, 2e-9), ("generalized-alpha", 2e-6, 1e-5), ("generalized-alpha", 1e-6, 3e-6)],
+)
+def test_generalized_alpha_without_inertia_is_of_second_order(scheme, step, error):
+    """On one system of sixteen modes: the end of the first collision, 0.3285031449 s."""
+    changes = (f"solver.scheme={scheme}", f"solver.contact_step={step}", "solver.free_step=1e-5")
+    history = simulate(
+        paper(*MASSLESS, *changes, "contact.friction=frictionless", "discretization.modes=16", "end_time=0.34")
+    )
+    assert history.summary["macro_collisions"][0]["end"] == pytest.approx(0.3285031449, abs=error)
+
+
 def test_nodal_end_without_inertia():
     """Translation and rotation, so mass, static moment and inertia, are kept; 16 elements reach 1.82052 N s."""
     scenario = paper(*MASSLESS, *NODAL, "contact.friction=frictionless", "discretization.elements=16")
@@ -182,11 +195,36 @@ def test_nodal_end_without_inertia():
     assert history.summary["energy"]["lost_impact"] == 0.0
 
 
+def test_an_undamped_end_without_inertia_keeps_its_energy():
+    """Nothing is lost, nothing jumps: the energy of the fall, 3.01004 J, and more than a dozen contacts."""
+    changes = ("beam.kelvin_voigt=0", "solver.rho_infinity=1", "discretization.elements=16", "end_time=0.335")
+    history = simulate(paper(*MASSLESS, *NODAL, *changes, "contact.friction=frictionless"))
+    energy = history.summary["energy"]
+    assert energy["final"] == pytest.approx(3.01004, abs=2e-5)
+    assert abs(energy["lost_scheme"]) < 1e-10
+    assert abs(energy["unaccounted"]) < 1e-5
+    assert history.summary["macro_collisions"][0]["contacts"] > 12
+
+
 def test_a_friction_that_no_force_can_push_ends_by_name():
     """cos beta + mu s sin beta <= 0, mu > cot |beta| = 10.7 at the first touch: no contact force exists."""
     friction = ("contact.mu_static=12", "contact.mu_kinetic=12")
     history = simulate(paper(*MASSLESS, *friction, "discretization.modes=8", "end_time=0.4"))
     assert history.outcome is Outcome.PAINLEVE
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        (("contact.restitution=0.5",), "contact.point_inertia"),
+        (("solver.scheme=fixed-step",), "solver.scheme"),
+        (("discretization.method=fem", "beam.tip_mass=0.1"), "contact.point_inertia"),
+        ((*NODAL, "contact.point=0.5"), "contact.point"),
+    ],
+)
+def test_what_does_not_go_without_inertia_is_refused(changes, key):
+    with pytest.raises(InputError, match=key):
+        paper(*MASSLESS, *changes)
 
 
 def test_a_discretization_that_leaves_nothing_out_is_refused():

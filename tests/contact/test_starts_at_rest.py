@@ -61,6 +61,12 @@ def test_a_tip_at_rest_that_jams_is_named():
     assert simulate(resting(1.2, 0.0, 0.5, "mean-axis", "modal", 4, "event")).outcome is Outcome.PAINLEVE
 
 
+def test_a_beam_at_rest_that_nothing_presses_on_the_slope_flies():
+    history = simulate(resting(-0.2, 0.3, 0.3, "mean-axis", "modal", 4, "event", end_time=0.01, gravity=0.0))
+    assert history.outcome is Outcome.COMPLETED
+    assert not history.events
+
+
 def test_fixed_steps_take_no_rounding_for_a_reversal():
     """A steep beam on a hub: in its first step the tip slips by less than what rounding makes of its speed."""
     start = (-1.5, 0.785398, 0.5, "tangent", "fem", 2, "fixed-step")

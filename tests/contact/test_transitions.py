@@ -15,7 +15,7 @@ from oblique_impact.contact.forces import (
     with_forces,
 )
 from oblique_impact.contact.friction import Branch, Coulomb, Frictionless, ModifiedCoulomb
-from oblique_impact.contact.impacts import NewtonImpact
+from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
 from oblique_impact.contact.state import (
     DEFINITE,
     LOWER,
@@ -125,6 +125,12 @@ def test_bounces_that_accumulate_close_the_contact():
     assert slides(below.phase, 1, 0.3)
 
 
+def test_slow_bounces_off_an_opening_contact_do_not_close_it():
+    transition = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-1e-7, gap_acceleration=9.8))
+    assert (transition.kind, transition.phase.state) == (EventKind.REBOUND, State.FREE)
+    assert transition.impulse.normal == pytest.approx(1.5e-7)  # restitution is not given up
+
+
 @pytest.mark.parametrize("rate", [0.0, -5e-12, 5e-12])
 def test_grazing_without_an_impulse(rate):
     closing = machine().touch(Probe(gap_rate=rate, slip_rate=1.0))
@@ -133,6 +139,16 @@ def test_grazing_without_an_impulse(rate):
     assert slides(closing.phase, 1, 0.3)
     opening = machine().touch(Probe(gap_rate=rate, slip_rate=1.0, gap_acceleration=1.0))
     assert (opening.kind, opening.phase.state, opening.impulse) == (None, State.FREE, None)
+
+
+def test_frictional_impact_law():
+    probe = Probe(gap_rate=-3.0, slip_rate=2.0)
+    transition = machine(Coulomb(0.4, 0.4), RouthImpact(0.4)).touch(probe)
+    assert transition.impulse[:2] == pytest.approx((3.0, -1.2))
+    assert slides(transition.phase, 1, 0.4)
+    stopped = machine(Coulomb(0.4, 0.4), RouthImpact(0.4)).touch(Probe(gap_rate=-3.0, slip_rate=1.0))
+    assert stopped.impulse[:2] == pytest.approx((3.0, -1.0))
+    assert stopped.phase.state == State.STICK
 
 
 # contact -> -------------------------------------------------------------------------------------------------
@@ -166,6 +182,19 @@ def test_zero_slip_where_the_sticking_force_pulls_is_a_release():
             probe = Probe(gap_acceleration=gap_acceleration, slip_acceleration=drive)
             transition = machine().after_guard(SLIP_UP, LOWER, probe)
             assert (transition.kind, transition.phase.state) == (EventKind.RELEASE, State.FREE)
+
+
+def test_static_friction_decides_about_sticking_and_kinetic_friction_about_sliding():
+    probe = Probe(slip_acceleration=-4.0)
+    rough = machine(Coulomb(static=0.5, kinetic=0.3)).after_guard(SLIP_UP, LOWER, probe)
+    assert rough.phase.state == State.STICK
+    smooth = machine(Coulomb(static=0.35, kinetic=0.3)).after_guard(SLIP_UP, LOWER, probe)
+    assert slides(smooth.phase, -1, 0.3)
+
+
+def test_the_edge_of_the_cone_sticks():
+    probe = Probe(gap_acceleration=-10.0, slip_acceleration=5.0)
+    assert machine(Coulomb(0.5, 0.5)).closed(probe.instant).state == State.STICK
 
 
 @pytest.mark.parametrize(("guard", "direction"), [(LOWER, -1), (UPPER, 1)])
@@ -207,6 +236,20 @@ def test_painleve_configuration_is_named_and_never_divided_by():
     assert slides(machine().closed(Probe(**{**PAINLEVE, "slip_rate": -1.0}).instant), -1, 0.3)
 
 
+def test_exactly_singular_is_painleve_too():
+    edge = Probe(a_nn=1.0, a_nt=2.0, a_tt=20.0, slip_rate=1.0)
+    with pytest.raises(RunEnded) as stop:
+        machine(Coulomb(0.5, 0.5)).closed(edge.instant)
+    assert stop.value.outcome is Outcome.PAINLEVE
+
+
+def test_impact_into_a_painleve_configuration_keeps_the_impulse():
+    transition = machine().touch(Probe(**PAINLEVE, gap_rate=-2.0))
+    assert transition.kind is EventKind.IMPACT
+    assert transition.impulse.normal == 2.0
+    assert transition.failure is Outcome.PAINLEVE
+
+
 def test_sliding_into_a_painleve_configuration():
     with pytest.raises(RunEnded) as stop:
         machine().after_guard(SLIP_UP, DEFINITE, Probe(**PAINLEVE))
@@ -233,6 +276,11 @@ def test_redundant_constraints_turn_as_the_motion_dictates(slip_bias):
     # q'' = -gap_bias / normal, so the slip accelerates by tangential q'' + slip_bias
     expected = np.sign(-0.4 / 2.0 * 0.5 + slip_bias)
     assert slides(machine().closed(probe.instant), expected, 0.3)
+
+
+def test_redundant_constraints_that_open_release():
+    probe = one_freedom(2.0, 0.5, 3.0, 0.0, 0.7)
+    assert machine().closed(probe.instant).state == State.FREE
 
 
 def test_redundant_constraints_at_rest_are_named():
@@ -296,6 +344,24 @@ def log(history):
     return [(event.kind.value, event.state.name) for event in history.events]
 
 
+@pytest.mark.parametrize(("mu", "then"), [(0.7, "stick"), (0.3, "reversal")])
+def test_block_thrown_up_an_incline(mu, then):
+    angle, speed = 0.5, 2.0
+    history = simulate_system(incline(angle), [0.0, 0.0], [speed, 0.0], 0.6, friction=Coulomb(mu, mu))
+    up = 9.8 * (math.sin(angle) + mu * math.cos(angle))
+    assert log(history) == [("impact", "SLIP"), (then, "STICK" if then == "stick" else "SLIP")]
+    assert history.events[0].time == 0.0
+    stop = speed / up
+    assert history.events[1].time == pytest.approx(stop, abs=1e-12)
+    down = 0.0 if then == "stick" else 9.8 * (math.sin(angle) - mu * math.cos(angle))
+    travelled = 0.5 * speed * stop - 0.5 * down * (0.6 - stop) ** 2
+    assert float(history["slip"][-1]) == pytest.approx(travelled, abs=1e-11)
+    energy = history.summary["energy"]
+    way = 0.5 * speed * stop + 0.5 * down * (0.6 - stop) ** 2
+    assert energy["lost_friction"] == pytest.approx(mu * 9.8 * math.cos(angle) * way, rel=1e-11)
+    assert abs(energy["unaccounted"]) < 1e-11
+
+
 def test_block_pulled_by_a_growing_force_sticks_then_slips_then_lifts_off():
     """fx = 2 t, fy = t - 9.8: the cone is left at 2 t = 0.5 (9.8 - t), the plane at t = 9.8."""
     block = Block(lambda t, q, qd: (2.0 * t, t - 9.8))
@@ -357,6 +423,15 @@ def test_sliding_towards_painleve_may_stop_in_time(speed):
     assert log(history) == [("impact", "SLIP"), ("stick", "STICK")]
     stop = -math.expm1(-(speed**2) / 196.0) / 0.6
     assert float(history["slip"][-1]) == pytest.approx(stop, abs=1e-9)
+
+
+def test_a_run_stops_at_painleve_with_what_was_computed():
+    """At 100 m/s the block reaches x = 10/6, where the effective inverse mass vanishes, still sliding."""
+    history = simulate_system(Coupled(), [0.0, 0.0], [100.0, 0.0], 1.0, friction=Coulomb(1.5, 1.5))
+    assert history.outcome is Outcome.PAINLEVE
+    assert float(history["slip"][-1]) == pytest.approx(1.0 / 0.6, abs=1e-6)
+    assert float(history["slip_rate"][-1]) > 50.0
+    assert np.all(np.diff(history["time"]) >= 0.0)
 
 
 def test_chattering_is_bounded_and_named(monkeypatch):

@@ -468,7 +468,7 @@ def test_drawn_points_are_those_of_the_history(beam):
     for k in few(beam):
         close(plane(geometry.stations_at(k)), beam.z[k], 1e-12)
         close(plane(geometry.centreline(k))[stations], beam.z[k], 1e-12)
-        close(plane(geometry.along(k)["velocity"])[stations], beam.v[k], 1e-10, 1e-2)
+        close(plane(geometry.along("velocity", k))[stations], beam.v[k], 1e-10, 1e-2)
         close(plane(geometry.contact_point(k)), beam.contact_place[k], 1e-12)
         close(plane(sum(geometry.contact_forces(k))), beam.contact_force[k], 1e-12, 1.0)
         close(plane(beam.history.beam_at(beam.time[k], "left")), beam.z[k], 1e-12)

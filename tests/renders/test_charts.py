@@ -14,7 +14,6 @@ from oblique_impact.renders.charts import Chart, Curve, energy_curves, force_cur
 from oblique_impact.renders.sheet import Sheet
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import LIGHT, STATE_COLOURS
-from oblique_impact.renders.timeline import make_timeline
 
 KINDS = ("kinetic", "elastic", "gravity")
 
@@ -50,7 +49,7 @@ def test_each_curve_has_its_name_and_colour(story, run):
 def charted(story, curves, label, course=None):
     """A chart of curves, 400 x 200 pixels, and its axes."""
     sheet = Sheet((400, 200), story.style)
-    chart = Chart(sheet, curves, label, (0, 0, 400, 200), make_timeline(course or story.time_map), story)
+    chart = Chart(sheet, curves, label, (0, 0, 400, 200), course or story.time_map, story)
     return chart, sheet.figure.axes[0]
 
 
@@ -87,11 +86,10 @@ def test_contacts_are_shaded_where_they_are_and_time_is_on_the_axis(story):
 
 def test_times_of_labels_are_round_and_apart(story):
     for course in (story.time_map, story.time_map.part(0.31, 0.33), story.time_map.part(0.0, 0.2)):
-        times, labels = round_times(course, 500.0, lambda text: 7.0 * len(text))
-        assert len(times) >= 2
+        times, labels = round_times(course, 8)
+        assert 4 <= len(times) <= 8
         np.testing.assert_allclose(times, [float(label) for label in labels], atol=1e-12)
-        at = course.film_at(times) * 500.0 / course.duration
-        assert np.diff(at).min() > 7.0 * max(map(len, labels))
+        assert np.diff(course.film_at(times)).min() > 0.7 * course.duration / 8
 
 
 @pytest.fixture
@@ -149,23 +147,6 @@ def test_the_overview_shows_the_history_in_the_units_that_it_says(panels, run):
     assert [bar.get_height() for bar in axes.containers[0]] == [v if abs(v) > 1e-8 else 0.0 for v in lost]
 
 
-def test_the_overview_shows_both_runs_their_energies_and_losses(panels, run):
-    history, other = run("paper"), run("paper", "contact.friction=frictionless")
-    axes = panels["Energy"]
-    np.testing.assert_allclose(line(axes, "total, b")[1], sum(other[f"energy_{kind}"].values for kind in KINDS))
-    colours = {found.get_label(): found.get_color() for found in axes.lines}
-    assert (colours["elastic"], colours["gravity"]) == LIGHT.energies[1:]
-    axes = panels["Where the energy went"]
-    kinds = [kind.get_text() for kind in axes.get_xticklabels()]
-    said = [float(text.get_text()) for text in axes.texts]
-    for number, one in enumerate((history, other)):
-        lost = np.array([one.summary["energy"][f"lost_{kind}"] for kind in kinds])
-        heights = [bar.get_height() for bar in axes.containers[number]]
-        assert axes.containers[number].get_label() == "ab"[number]
-        np.testing.assert_allclose(heights, lost, atol=1e-8)
-        np.testing.assert_allclose(said[4 * number : 4 * number + 4], lost, rtol=6e-3, atol=1e-8)
-
-
 def test_the_overview_shows_the_beam_where_it_is_at_the_time_beside_it(panels, run):
     history = run("paper")
     axes = panels["The beam up to the first impact"]
@@ -215,22 +196,3 @@ def test_a_campbell_diagram_names_flapwise_and_chordwise(monkeypatch, tmp_path):
         np.testing.assert_allclose(y, start + x)
     marks = [found.get_xdata() for found in axes.lines if np.ptp(found.get_xdata()) == 0.0]
     np.testing.assert_array_equal([mark[0] for mark in marks], [0.0, 6.0])
-
-
-def test_a_run_that_loses_nothing_has_no_bars_of_rounding(run):
-    changes = ("contact.normal=spring", "contact.friction=frictionless", "discretization.frame=mean-axis")
-    history = run("paper", *changes, "end_time=0.33")
-    assert 0.0 < abs(history.summary["energy"]["lost_scheme"]) < 1e-12
-    figure = history.plot()
-    (axes,) = (axes for axes in figure.axes if axes.get_title(loc="left") == "Where the energy went")
-    assert {bar.get_height() for bar in axes.patches} == {0.0}
-    assert axes.get_ylim() == (0.0, 1.0)
-
-
-def test_energy_that_a_scheme_adds_is_a_bar_downwards(run):
-    history = run("paper", "end_time=0.05")
-    energy = history.summary["energy"] | {"lost_scheme": -0.5}
-    figure = replace(history, summary={**history.summary, "energy": energy}).plot()
-    (axes,) = (axes for axes in figure.axes if axes.get_title(loc="left") == "Where the energy went")
-    assert [bar.get_height() for bar in axes.patches] == [0.0, 0.0, 0.0, -0.5]
-    assert axes.texts[-1].get_text() == "-0.5"

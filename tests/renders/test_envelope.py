@@ -57,20 +57,3 @@ def test_rounding_and_jumps_are_no_vibration():
     assert fast_spans(x, steps + noise, 0.01) == []
     assert turning_points(np.zeros(50), 0.01).size == 0
     assert drawn(x[:1], steps[:1], 0.01).y.size == 1
-
-
-def test_a_vibration_may_be_shorter_than_a_period_that_can_be_shown():
-    x = np.concatenate(
-        [np.linspace(0.0, 99.0, 100), np.linspace(100.0, 103.0, 200), np.linspace(104.0, 200.0, 97)]
-    )
-    y = np.where((x >= 100.0) & (x <= 103.0), np.sin(20.0 * x), 0.0)
-    shown = drawn(x, y, 0.1)
-    assert len(shown.bands) == 1
-    assert shown.x.size == shown.y.size
-    assert np.abs(shown.y).max() <= 1.0
-
-
-def test_turning_points_are_those_of_the_sine():
-    x, y = swinging(40.0)
-    found = x[turning_points(y - 0.02 * x, 1.0)]
-    np.testing.assert_allclose(found[-19:], np.arange(30.0, 400.0, 20.0), atol=0.1)

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
 from oblique_impact import InputError
-from oblique_impact.renders.difference import magnify_difference
 from oblique_impact.renders.frame import Composer
-from oblique_impact.renders.scene import SUPERSAMPLING, Panel, Scene, contact_force
+from oblique_impact.renders.scene import Panel, Scene
 from oblique_impact.renders.story import story_of
-from oblique_impact.renders.style import BARE, DARK, LIGHT, PRESETS, Style
+from oblique_impact.renders.style import BARE, Style
 from oblique_impact.renders.timeline import make_timeline
 
 SIZE = (640, 360)
@@ -64,10 +62,10 @@ def projected(scene, points):
 def test_the_beam_is_where_its_points_are_and_red_where_it_is_stretched(story, strongest, camera):
     geometry = story.geometries[0]
     scene, picture = alone(story, strongest, camera=camera)
-    surface = geometry.surface(geometry.index(strongest))
-    pixels, seen = projected(scene, surface.points), surface.normals @ scene.views[0].eye > 0.5
+    points, normals = geometry.tube(geometry.index(strongest))
+    pixels, seen = projected(scene, points), normals @ scene.views[0].eye > 0.5
     scene.close()
-    stress, limit = surface.arrays["bending_stress"], story.colours.limit
+    stress, limit = geometry.result("bending_stress", geometry.index(strongest)), story.colours.limit
     for sign in (-1.0,) if camera == "above" else (-1.0, 1.0):  # the stretched side is the lower one
         chosen = pixels[seen & (sign * stress > 0.5 * limit)].round().astype(int)
         assert len(chosen) > 10
@@ -91,7 +89,7 @@ def test_the_arrow_points_along_the_force_to_the_contact_point(story, strongest)
     others.close()
     orange = (with_arrow[..., 0] - with_arrow[..., 2] > 100) & (np.abs(with_arrow - without).max(axis=2) > 40)
     pixels = np.argwhere(orange)[:, ::-1] - place
-    along = contact_force(geometry, geometry.index(strongest))[:2] * (1.0, -1.0)
+    along = geometry.contact_force(geometry.index(strongest))[:2] * (1.0, -1.0)
     along /= np.linalg.norm(along)
     assert (pixels @ along).max() < 0.0
     assert np.abs(pixels @ (-along[1], along[0])).max() < 10.0
@@ -114,7 +112,7 @@ def test_a_frame_tells_time_state_rate_force_and_gap(story):
     with Composer(story, make_timeline(story.time_map, frames=4)) as composer:
         composer.draw(0.3232, 1 / 384)
         found = words(composer)
-        force = np.linalg.norm(contact_force(geometry, geometry.index(0.3232)))
+        force = np.linalg.norm(geometry.contact_force(geometry.index(0.3232)))
         assert {"t = 0.32320 s", "SLIP", "1/380 of real time", f"{force:.0f} N", "gap 0.000 mm"} <= set(found)
         assert {"force (N)", "energy (J)", "run", story.colours.title} <= set(found)
         assert any(f"×{story.factor:g}" in text for text in found)
@@ -168,35 +166,6 @@ def test_several_runs_share_one_scale_and_one_factor(run):
     assert ranges == [(-limit, limit)] * 2
 
 
-def test_the_bar_has_the_colours_of_the_beam(story):
-    """The middle of the bar is the colour of zero, its ends those of the limits."""
-    with Composer(story) as composer:
-        picture = composer.draw(0.1).astype(int)
-        (axes,) = (axes for axes in composer.sheet.figure.axes if axes.get_xlim() == (-1.0, 1.0))
-        box = axes.get_window_extent()
-    row = picture[SIZE[1] - round(0.5 * (box.y0 + box.y1))]
-    for part in (0.02, 0.5, 0.98):
-        wanted = 255 * np.array(mpl.colormaps["RdBu_r"](part)[:3])
-        np.testing.assert_allclose(row[round(box.x0 + part * box.width)], wanted, atol=14)
-
-
-def test_a_magnified_difference_is_told_where_it_is_drawn(run):
-    """A contact point whose beam is moved away is not at true scale; positions are moved by so much."""
-    first, second = run("paper"), run("paper", "discretization.method=fem")
-    moved = magnify_difference(first, second, 1e6)
-    apart = second.data["theta"].values - first.data["theta"].interp(time=second.data["time"]).values
-    moved_apart = moved.data["theta"].values - first.data["theta"].interp(time=second.data["time"]).values
-    inside = np.isfinite(apart)
-    np.testing.assert_allclose(moved_apart[inside], 1e6 * apart[inside], rtol=1e-6, atol=1e-7)
-    style = Style(SIZE, layout="overlay")
-    for histories, factor in (([first, second], 1.0), ([first, moved], 1e6)):
-        with Composer(story_of(histories, style, ["modal", "fem"], difference=factor)) as composer:
-            composer.draw(0.3)
-            found = words(composer)
-        assert any("true scale" in text for text in found) == (factor == 1.0)
-        assert any("10⁶" in text for text in found) == (factor != 1.0)
-
-
 @pytest.mark.parametrize(
     "style",
     [
@@ -219,20 +188,6 @@ def test_sizes_themes_and_presets(run, style):
     assert picture.std() > 5.0
 
 
-def test_a_preset_is_a_look_that_a_call_may_change():
-    assert Style.of("talk").size == PRESETS["talk"]["size"] == (1920, 1080)
-    assert Style.of("talk", letters=9.0).letters == 9.0
-    assert Style.of("paper").resolution == 300.0
-
-
-@pytest.mark.parametrize("theme", [LIGHT, DARK])
-def test_states_have_one_hue_in_all_themes(theme):
-    """Free is blue, slip orange, stick green; the arrow of a force has the colour of slip."""
-    free, slip, stick = ([int(colour[k : k + 2], 16) for k in (1, 3, 5)] for colour in theme.states)
-    assert (int(np.argmax(free)), int(np.argmax(slip)), int(np.argmax(stick))) == (2, 0, 1)
-    assert theme.arrow == theme.states[1]
-
-
 @pytest.mark.parametrize(
     ("options", "key"),
     [
@@ -248,10 +203,3 @@ def test_unknown_names_are_one_line(options, key):
     with pytest.raises(InputError) as error:
         Style(**options)
     assert str(error.value).startswith(key)
-
-
-def test_the_window_is_averaged_to_the_size_of_the_picture(story):
-    scene, picture = alone(story, 0.1)
-    assert scene.plotter.window_size == [SUPERSAMPLING * pixels for pixels in SIZE]
-    assert picture.shape == (SIZE[1], SIZE[0], 3)
-    scene.close()

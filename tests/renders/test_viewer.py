@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,10 +44,10 @@ def said(viewer: Viewer) -> str:
 def test_the_mesh_is_the_beam_with_its_results(history, pressed):
     mesh = history.to_pyvista(pressed)
     geometry = BeamGeometry(history, 1.0)
-    surface = geometry.surface(geometry.index(pressed))
-    np.testing.assert_array_equal(mesh.points, surface.points)
+    k = geometry.index(pressed)
+    np.testing.assert_array_equal(mesh.points, geometry.tube(k)[0])
     for name in QUANTITIES:
-        np.testing.assert_array_equal(mesh[name], surface.arrays[name])
+        np.testing.assert_array_equal(mesh[name], geometry.result(name, k))
     assert mesh.n_open_edges == 0
     # the bending stress at the outer fibre is that of the history (Pa), the axis that of the beam (m)
     ends = np.abs(mesh["bending_stress"]).max()
@@ -83,22 +82,18 @@ def test_the_window_shows_the_beam_at_the_time_of_the_slider(viewer, history, pr
     force = sum(geometry.contact_forces(k))
     assert said(viewer) == f"t = {pressed:.5f} s  SLIP  {np.linalg.norm(force):.4g} N"
     beam = viewer.scene.views[0].beams[0]
-    np.testing.assert_allclose(beam.mesh.points, geometry.surface(k).points, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(beam.mesh.points, geometry.tube(k)[0], rtol=0, atol=1e-6)
     (bar,) = viewer.plotter.scalar_bars.keys()
     assert bar.strip() == "bending stress (MPa), tension positive"
     low, high = beam.actor.mapper.scalar_range
     assert high == -low
-    assert 0.5 * high < np.abs(geometry.surface(k).arrays["bending_stress"]).max() / 1e6 <= high
+    assert 0.5 * high < np.abs(geometry.result("bending_stress", k)).max() / 1e6 <= high
     viewer.plotter.render()
     picture = np.asarray(viewer.plotter.screenshot(return_img=True))[..., :3].astype(int)
     assert np.sum(picture[..., 0] > picture[..., 2] + 40) > 50
     assert np.sum(picture[..., 2] > picture[..., 0] + 40) > 50
     viewer.go_to(0.1)
     assert said(viewer) == "t = 0.10000 s  FREE"
-
-
-def test_the_slider_starts_where_the_beam_does(viewer):
-    assert viewer._slider.GetRepresentation().GetValue() == viewer.times[0] == 0.0
 
 
 def test_the_space_bar_plays_the_film_and_starts_it_again(viewer):
@@ -117,38 +112,19 @@ def test_the_space_bar_plays_the_film_and_starts_it_again(viewer):
     assert np.all(np.diff(viewer.times) > 0.0)
 
 
-def test_without_a_display_or_trame_it_says_so(history, monkeypatch):
+def test_without_a_display_it_says_so(history, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     if sys.platform.startswith("linux"):
         with pytest.raises(InputError, match=r"^show: there is no display here; render draws"):
             show(history)
-    # trame alone is not enough: PyVista would show a still picture
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: name == "trame" or None)
-    words = r'^show: a view in a notebook needs trame: pip install "oblique-impact\[notebook\]"$'
-    with pytest.raises(InputError, match=words):
-        show(history, notebook=True)
-
-
-def test_in_a_notebook_it_is_drawn_here_and_as_wide_as_the_page(history, monkeypatch):
-    """What a browser draws itself has no slider; tried by hand in JupyterLab too."""
-    seen = {}
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: name)
-    monkeypatch.setattr("pyvista.Plotter.show", lambda plotter, **options: seen.update(options) or plotter.close())
-    show(history, notebook=True, size=(800, 500))
-    assert seen["jupyter_backend"] == "server"
-    assert (seen["jupyter_kwargs"]["width"], seen["jupyter_kwargs"]["height"]) == ("100%", "500px")
 
 
 WINDOW = """
 import sys, threading, time
 import pyvista as pv
 from oblique_impact import History
-from oblique_impact.renders import show
-
-def stop(plotter):
-    plotter.screenshot(sys.argv[2])
-    plotter.close()
+from oblique_impact.renders import Style, show
 
 old = pv.Plotter.show
 def brief(self, **options):
@@ -157,7 +133,7 @@ def brief(self, **options):
     self.screenshot(sys.argv[2])
     self.close()
 pv.Plotter.show = brief
-show(History.load(sys.argv[1]), size=(640, 360))
+show(History.load(sys.argv[1]), Style(size=(640, 360)))
 print("closed")
 """
 
@@ -172,9 +148,3 @@ def test_a_real_window_opens(history, display, tmp_path):
     assert (done.returncode, done.stdout) == (0, "closed\n"), done.stderr
     pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
     assert np.sum(pixels.min(axis=2) < 200) > 500
-
-
-def test_a_system_that_is_no_beam_has_no_mesh(history):
-    other = replace(history, data=history.data.drop_vars("theta"))
-    with pytest.raises(InputError, match="it is not one of a beam"):
-        other.to_pyvista(0.05)

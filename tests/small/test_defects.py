@@ -496,7 +496,8 @@ def interpreted(tmp_path_factory):
 def test_every_scheme_runs_without_the_compiler(name, interpreted):
     """With NUMBA_DISABLE_JIT=1 a short run through an impact and contact is the compiled one, to 1e-9."""
     compiled = simulate(Scenario.builtin("paper").replace(**CLOSE, **INTERPRETED[name]))
-    found = np.load(interpreted / f"{name}.npz")
+    with np.load(interpreted / f"{name}.npz") as file:
+        found = dict(file)
     assert len(compiled.events) > 0
     np.testing.assert_allclose(found["events"], [event.time for event in compiled.events], rtol=0, atol=1e-12)
     for key in ("time", "q", "qd", "lambda_n"):

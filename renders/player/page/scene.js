@@ -79,14 +79,14 @@ function drawInset() {
 
 // Beam -----------------------------------------------------------------------------------------------------------
 
-/** Lower and upper edge of the beam in pixels at heights (m) beside its axis, and the direction of its end. */
-function edgesOf(view, axis, heights = facts.radius) {
+/** Lower and upper edge of the beam in pixels, and the direction of its end. */
+function edgesOf(view, axis) {
   const lower = [], upper = [], points = axis.map((point) => toPixels(view, point));
   let heading = 0;
   points.forEach(([x, y], j) => {
     const [a, b] = [points[Math.max(j - 1, 0)], points[Math.min(j + 1, STATIONS - 1)]];
     heading = Math.atan2(b[1] - a[1], b[0] - a[0]);
-    const r = view.scale * view.thick * heights[j], dx = r * Math.sin(heading), dy = r * Math.cos(heading);
+    const r = view.scale * view.thick * facts.radius[j], dx = r * Math.sin(heading), dy = r * Math.cos(heading);
     lower.push([x - dx, y + dy]);
     upper.push([x + dx, y - dy]);
   });
@@ -131,7 +131,6 @@ function drawBeam(c, view, axis) {
   c.lineWidth = 1.1;
   c.stroke(path);
   if (facts.mass_radius) circle(c, end, view.scale * view.thick * facts.mass_radius, colour.ground, colour.edge, 1.1);
-  if (facts.web) drawFlanges(c, edgesOf(view, axis, facts.web));
 }
 
 /** Whether a piece lies outside of the picture to one side. */
@@ -147,16 +146,6 @@ function shade(c, [p, q, v, u], low, top, heading, reach) {
   c.fillStyle = fill;
   polygon(c, [p, [q[0] + ex, q[1] + ey], [v[0] + ex, v[1] + ey], u]);
   c.fill();
-}
-
-/** Edges of an i-beam's flanges, where its web begins. */
-function drawFlanges(c, { lower, upper }) {
-  c.lineWidth = 0.8;
-  for (const line of [lower, upper]) {
-    c.beginPath();
-    line.forEach((point) => c.lineTo(...point));
-    c.stroke();
-  }
 }
 
 /** An earlier position. */

@@ -1,0 +1,168 @@
+"""What the pictures of a run share: slope, scale of colours, time map, scale bar."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from oblique_impact import InputError
+from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.scale_bar import scale_bar
+from oblique_impact.renders.story import ColourScale, colour_scale, round_up
+from oblique_impact.renders.surroundings import drawn_slope
+from oblique_impact.renders.timeline import SECONDS, make_timeline, time_map
+
+QUANTITIES = ("bending_stress", "axial_stress", "bending_moment", "shear_force", "axial_force", "section_rotation")
+
+
+# Slope --------------------------------------------------------------------------------------------------------
+
+
+def test_what_passes_below_an_unbounded_slope_is_seen_to_do_so(run):
+    """The slope is drawn over every place of the axis that is below it; its surface half a depth lower."""
+    geometry = BeamGeometry(run("mid-span", "slope.extent=[]"))
+    slope, (tangent, normal) = drawn_slope(geometry), geometry.slope_axes
+    places = geometry.stations_of(np.arange(geometry.times.size)) - geometry.scenario.slope.origin
+    below = (places @ tangent)[places @ normal < 0.0]
+    assert slope.ends[0] < below.min()
+    assert slope.ends[1] > below.max()
+    corners = slope.outline - geometry.scenario.slope.origin
+    np.testing.assert_allclose(corners[:2] @ normal, -geometry.touch_radius, atol=1e-12)
+    np.testing.assert_allclose(corners[:2] @ tangent, slope.ends, atol=1e-12)
+    assert np.all(corners[2:] @ normal < corners[0] @ normal)
+
+
+def test_the_ends_of_a_slope_are_those_of_the_scenario_within_reach(run):
+    ledge = BeamGeometry(run("mid-span"))
+    assert drawn_slope(ledge).ends == ledge.scenario.slope.extent
+    wide = drawn_slope(BeamGeometry(run("paper", "end_time=0.01", "slope.extent=[-100.0, 100.0]")))
+    assert np.ptp(wide.ends) < 2.5
+    assert drawn_slope(BeamGeometry(run("paper", "end_time=0.01", "slope.extent=[5.0, 6.0]"))) is None
+    assert drawn_slope(BeamGeometry(run("spin-up", "end_time=0.01"))) is None
+
+
+# Colours ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("case", [("tapered", "end_time=0.34"), ("mid-span",)])
+def test_the_scale_covers_the_drawn_surface(run, case):
+    geometry = BeamGeometry(run(*case))
+    for quantity in QUANTITIES:
+        scale = colour_scale([geometry], quantity)
+        samples = np.linspace(0, geometry.times.size - 1, 25).astype(int)
+        assert max(np.abs(geometry.result(quantity, k)).max() for k in samples) <= 1.01 * scale.limit
+        largest = np.abs(geometry.at_fibres(quantity)).max()
+        assert largest <= scale.limit <= 1.35 * largest
+        assert not scale.exceeded
+
+
+def test_a_run_that_blew_up_is_exceeded_and_says_so(run):
+    history = run("paper")
+    data = history.data.copy(deep=True)
+    data["moment"].values[-2:] = [[1e25], [1e300]]
+    blown = BeamGeometry(replace(history, data=data, summary=history.summary | {"outcome": "diverged"}))
+    scale = colour_scale([blown], "bending_stress")
+    sound = colour_scale([BeamGeometry(history)], "bending_stress")
+    assert 0.5 * sound.limit < scale.limit <= sound.limit
+    assert scale.exceeded
+    labels = [text for _, text in scale.ticks]
+    assert (labels[0][0], labels[-1][0]) == ("≤", "≥")
+
+
+@pytest.mark.parametrize(
+    ("limit", "title", "labels"),
+    [
+        (1e8, "bending stress (MPa), tension positive", ["−100", "−50", "0", "50", "100"]),
+        (2.5e6, "bending stress (MPa), tension positive", ["−2.50", "−1.25", "0", "1.25", "2.50"]),
+        (1.5e10, "bending stress (GPa), tension positive", ["−15.0", "−7.5", "0", "7.5", "15.0"]),
+        (4.0, "bending stress (Pa), tension positive", ["−4", "−2", "0", "2", "4"]),
+    ],
+)
+def test_labels_of_the_scale_are_their_numbers(limit, title, labels):
+    scale = ColourScale("bending_stress", limit, False)
+    assert (scale.title, [text for _, text in scale.ticks]) == (title, labels)
+
+
+def test_the_ends_of_a_scale_are_round_and_not_below():
+    assert [round_up(v) for v in (0.0, 1.0, 86.0, 100.0, 100.1)] == [1.0, 1.0, 100.0, 100.0, 120.0]
+
+
+@pytest.mark.parametrize(
+    ("pixels", "longest", "length", "text"),
+    [
+        (100.0, 80.0, 0.5, "0.5 m"),
+        (3000.0, 80.0, 0.02, "20 mm"),
+        (2e6, 80.0, 2e-5, "20 µm"),
+        (9.0, 80.0, 5.0, "5 m"),
+    ],
+)
+def test_a_scale_bar_has_a_round_length(pixels, longest, length, text):
+    bar = scale_bar(np.array([pixels, 0.0]), longest)
+    assert (bar.length, bar.text) == (pytest.approx(length), text)
+    np.testing.assert_allclose(bar.across, [length * pixels, 0.0])
+
+
+# Time ---------------------------------------------------------------------------------------------------------
+
+
+def test_time_is_stretched_in_contacts(run):
+    history = run("paper")
+    timeline = make_timeline(time_map(history, 0.1, 0.001))
+    for contact in history.contacts:
+        inside = (timeline.times > contact.start) & (timeline.times < contact.end)
+        np.testing.assert_allclose(timeline.rates[inside], 0.001, rtol=1e-3)
+    np.testing.assert_allclose(timeline.rates[timeline.times < 0.2], 0.1, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["paper", "sticking", "spin-up", "mid-span"])
+def test_the_map_of_a_run_ascends_at_round_rates(run, name):
+    history = run(name)
+    course = time_map(history)
+    assert np.all(np.diff(course.times) > 0.0)
+    assert np.all(np.diff(course.film) > 0.0)
+    assert course.times[[0, -1]] == pytest.approx(history["time"].values[[0, -1]], abs=0.0)
+    assert 10.0 < course.duration < 75.0
+    rates = np.diff(course.times) / np.diff(course.film)
+    np.testing.assert_allclose(rates, 0.5 * (course.rates[1:] + course.rates[:-1]), rtol=0.02)
+    for rate in (course.rates.min(), course.rates.max()):
+        assert any(f"{number:.6e}"[:8] in ("1.000000", "2.000000", "5.000000") for number in (rate, 1.0 / rate))
+
+
+@pytest.mark.parametrize("seconds", [6.5, SECONDS])
+@pytest.mark.parametrize("name", ["paper", "spin-up"])
+def test_a_film_is_as_long_as_it_is_asked_to_be(run, name, seconds):
+    history = run(name)
+    course, page = time_map(history, seconds=seconds), time_map(history)
+    assert make_timeline(course, fps=30).duration == pytest.approx(seconds, abs=0.1)
+    if seconds == SECONDS:  # the page's film, stretched evenly
+        times = np.linspace(*page.times[[0, -1]], 501)
+        np.testing.assert_allclose(course.film_at(times) / seconds, page.film_at(times) / page.duration, atol=1e-9)
+
+
+def test_a_part_of_the_film_runs_as_the_whole_film(run):
+    course = time_map(run("paper"))
+    part = make_timeline(course, between=(0.31, 0.335))
+    times = np.linspace(0.31, 0.335, 200)
+    shown = course.film_at(times) - course.film_at(0.31)
+    np.testing.assert_allclose(part.course.film_at(times), shown, atol=1e-9)
+    assert part.times[[0, -1]] == pytest.approx([0.31, 0.335], abs=0.0)
+    exact = make_timeline(course, frames=301)
+    assert exact.times.size == 301
+    np.testing.assert_allclose(exact.course.film_at(exact.times), np.arange(301) / 30, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [
+        ({"fps": 0}, "--fps 0"),
+        ({"between": (0.5, 0.2)}, "--between 0.5,0.2: should be two increasing times from 0 to 1 s"),
+        ({"frames": 1}, "--frames 1"),
+    ],
+)
+def test_senseless_values_are_one_line(run, options, key):
+    with pytest.raises(InputError, match=key):
+        make_timeline(time_map(run("paper")), **options)
+    with pytest.raises(InputError, match="--contact-speed nan"):
+        time_map(run("paper"), contact_speed=float("nan"))
