@@ -21,6 +21,8 @@ from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless
 from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.validation.reference_values import VALUES
 from oblique_impact.validation.small_systems import FreeRod, Particle
 from tests.small.systems import (
@@ -523,3 +525,22 @@ def test_a_scaled_problem_has_the_scaled_solution(case, scheme, scale):
     assert last(found, "q")[end] / factors.length == pytest.approx(last(exact, "q")[end], abs=error)
     assert last(found, "qd")[end] / factors.speed == pytest.approx(last(exact, "qd")[end], abs=error)
     assert last(found, "lambda_n") / factors.force == pytest.approx(last(exact, "lambda_n"), abs=100.0 * error)
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+def test_a_bounce_that_fixed_steps_notice_too_deep_to_rise_above_the_slope_is_none(step):
+    """Dropped from 0.1 m with e = 0.5: each rebound rises out of the slope, in which its step has found it."""
+    history = simulate_system(
+        Particle(above=-9.8),
+        np.array([0.0, 0.1]),
+        np.zeros(2),
+        1.0,
+        impact_law=NewtonImpact(0.5),
+        scheme=FixedStepScheme(step, step),
+    )
+    rebounds = [event.time for event in history.events if event.kind is EventKind.REBOUND]
+    assert history.events[-1].kind is EventKind.IMPACT  # it comes to rest
+    assert len(rebounds) > 3
+    for time in rebounds:
+        after = history.at(time, "right")
+        assert float(after["gap_rate"]) ** 2 / (2.0 * 9.8) > -float(after["gap"])
