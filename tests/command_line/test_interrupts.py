@@ -41,6 +41,12 @@ def test_a_run_keeps_its_history(run, tmp_path, number):
     assert_keeps_its_history(tmp_path)
 
 
+def take_terminal() -> None:
+    """Make standard input the controlling terminal, and hear of its end: `nohup` lets programs ignore that."""
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 def test_a_run_whose_terminal_is_closed_keeps_its_history(run, tmp_path):
     """The terminal sends SIGHUP, and nothing can be written to it any more."""
     run("paper")
@@ -49,7 +55,7 @@ def test_a_run_whose_terminal_is_closed_keeps_its_history(run, tmp_path):
         [*COMMAND, "run", "paper", "--out", str(tmp_path), *LONG],
         **dict.fromkeys(("stdin", "stdout", "stderr"), slave),
         start_new_session=True,
-        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+        preexec_fn=take_terminal,
     )
     os.close(slave)
     try:
