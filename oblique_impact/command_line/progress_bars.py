@@ -75,13 +75,15 @@ def _drawn(bar: Progress) -> Iterator[Progress]:
 
     console = bar.console
     bar.disable = not (console.file.isatty() and console.is_interactive)  # FORCE_COLOR makes no terminal of a pipe
-    bar.start()
+    if not bar.disable:
+        bar.start()
     try:
         with compilations(show_name):
             yield bar
     finally:
-        with suppress(OSError):  # of a terminal that is closed: results are still to be saved
-            bar.stop()
+        if not bar.disable:  # older versions of rich end a bar that was not drawn with an empty line
+            with suppress(OSError):  # of a terminal that is closed: results are still to be saved
+                bar.stop()
 
 
 def _print(console: Console, line: str) -> None:
