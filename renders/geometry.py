@@ -139,9 +139,9 @@ class BeamGeometry:
 
     @property
     def slope_depth(self) -> float:
-        """How far (m) the drawn surface of the slope lies below its line.
+        """Distance (m) of the drawn surface of the slope below its line.
 
-        Where contact is on the axis that is half the depth of the beam: so its face touches what is drawn.
+        It is half the depth of the beam where contact is on the axis, so that the beam's face touches the surface.
         """
         return self.touch_radius if self.scenario.contact.surface == "axis" else 0.0
 

@@ -118,7 +118,7 @@ class Story:
 
     @cached_property
     def slope(self) -> DrawnSlope | None:
-        """What is drawn of the slope of the first run."""
+        """Outline of the slope of the first run; None if there is no slope."""
         return drawn_slope(self.geometries[0])
 
     @cached_property

@@ -35,7 +35,7 @@ class EventPair(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """What happens, and the state after it."""
+        """Kind of the event and the state after it, as "impact -> slip"."""
         return f"{self.event.kind.value} -> {self.event.state.name.lower()}"
 
 

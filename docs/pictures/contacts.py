@@ -191,7 +191,7 @@ def residual_flexibility() -> Figure:
 
 
 def nodal() -> Figure:
-    """What W is made of, and what generalized-alpha leaves of a vibration in a step."""
+    """Draw the coordinates that W couples, and the spectral radius of generalized-alpha over the step."""
     with figure_style(PAGE):
         figure = new_figure(2.9)
         left, right = figure.subplots(1, 2)

@@ -115,7 +115,7 @@ def motion() -> Figure:
 
 
 def _draw_frequencies(axes: Axes) -> None:
-    """What the shortening does: the first chordwise frequency of the spinning beam, with and without C."""
+    """Draw the first chordwise frequency of the spinning beam, with foreshortening (C) and without it."""
     scenario = Scenario.builtin("spin-up", ["discretization.modes=4"])
     operators, rates = build_operators(scenario), np.linspace(0.0, 6.0, 61)
     first = operators.natural_frequencies()[0]

@@ -73,7 +73,7 @@ def scenario() -> Image.Image:
 
 
 def paraview() -> Image.Image:
-    """What ParaView makes of an export by the program of the page; needs `pvpython` and `xvfb-run`."""
+    """Render an export in ParaView by the program of the page; needs `pvpython` and `xvfb-run`."""
     (program,) = (text for text in blocks("paraview.md", "python") if "paraview" in text)
     background = [int(LIGHT.background[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     with tempfile.TemporaryDirectory() as folder:

@@ -78,7 +78,7 @@ class NormalModes(NamedTuple):
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Those of the larger absolute value of each mode (1/s)."""
+        """Eigenvalue of each mode (1/s): of its pair the one with the larger absolute value."""
         root = np.sqrt((0.25 * self.damping * self.damping - self.stiffness).astype(complex))
         return np.asarray(-0.5 * self.damping - root)
 

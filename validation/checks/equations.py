@@ -245,7 +245,7 @@ def contact_rows() -> list[Measurement]:
 
 @check("A beam at rest that is let go starts with the rigid bar's angular acceleration.", seconds=0.2)
 def release() -> Measurement:
-    """That is, theta'' = -3 g cos(theta)/(2 L) in the mean-axis frame, which turns like the rigid body."""
+    """Compare theta'' with -3 g cos(theta)/(2 L): the mean-axis frame turns like the rigid body."""
     scenario = Scenario.builtin("paper", list(_CASES["mean-axis"]))
     beam = Beam(scenario, build_operators(scenario))
     q, qd = beam.initial_state()

@@ -193,7 +193,7 @@ class Plan:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What each run is asked for."""
+        """Quantities that are measured in each run."""
         return tuple(quantity(name) for name in self.runs[0].quantities)
 
     @cached_property

@@ -64,7 +64,7 @@ class Axis:
 
     @property
     def numbers(self) -> str:
-        """What levels can be."""
+        """Allowed levels, in words for messages."""
         return "whole numbers from 1" if self.rising and self.unit == "1" else "numbers above 0"
 
 
@@ -242,7 +242,7 @@ class LadderResult:
 
     @property
     def axis(self) -> Axis:
-        """What was refined."""
+        """Axis of the refinement: elements, modes, steps, stiffness or tolerance."""
         return AXES[self.ladder.axis]
 
     def quantity(self, name: str) -> QuantityResult:
