@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array
 
-from oblique_impact import InputError, Scenario, fem_beam, simulate
+from oblique_impact import Scenario, fem_beam, simulate
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.kernels.banded import band_multiply
@@ -136,19 +136,6 @@ def test_memory_is_linear():
     works = [beam.model.new_workspace() for beam in beams]
     sizes = [sum(array.nbytes for array in (*work[:-1], *work.vectors)) for work in works]
     assert sizes[1] < 2.001 * sizes[0]
-
-
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"discretization__frame": "tangent"}, "discretization.frame"),
-        ({"discretization__kinetics": "full"}, "discretization.kinetics"),
-        ({"beam__modal_damping_ratio": 0.01}, "beam.modal_damping_ratio"),
-    ],
-)
-def test_what_the_nodal_model_does_not_take_is_refused(change, key):
-    with pytest.raises(InputError, match=rf"{key} = .*discretization\.modes >= 1"):
-        scenario_of(**change)
 
 
 def test_nodal_and_all_modes_march_alike():

@@ -2,36 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.sparse import issparse
 
-from oblique_impact import InputError, Scenario, modal, simulate
+from oblique_impact import Scenario, modal
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.problem import beam_of
-
-NODAL = {"method": "fem", "modes": 0, "frame": "mean-axis", "elements": 32}
-
-
-def test_the_operators_of_a_nodal_beam_are_sparse_and_have_its_frequencies():
-    """A hinged beam: omega_1 = b^2 sqrt(E I/m)/L^2 with tan b = tanh b, after the rigid rotation."""
-    scenario = Scenario.builtin("paper", [f"discretization.{key}={value}" for key, value in NODAL.items()])
-    operators = beam_of(scenario).operators
-    assert all(issparse(matrix) for matrix in (operators.M1, operators.K, operators.C, operators.D))
-    found = operators.natural_frequencies()
-    assert found[0] < 1.0
-    beam = scenario.beam
-    wave = np.sqrt(beam.youngs_modulus * beam.second_moment / (beam.density * beam.area))
-    assert found[1] == pytest.approx(3.926602312047919**2 * wave, rel=1e-5)
-
-
-def test_the_operators_of_a_reduced_beam_are_dense():
-    operators = beam_of(Scenario.builtin("paper")).operators
-    assert all(isinstance(matrix, np.ndarray) for matrix in (operators.M1, operators.K, operators.C, operators.D))
-
-
-def test_a_user_defined_discretization_has_no_nodal_model():
-    nodal = Scenario.builtin("paper").replace(discretization__method="fem", discretization__modes=0)
-    with pytest.raises(InputError, match=r"discretization: only with discretization\.modes >= 1"):
-        simulate(nodal, discretization=modal)
 
 
 @pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
