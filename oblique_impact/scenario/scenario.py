@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os.path
+from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Self, cast
+from typing import Annotated, Any, cast
 
 import tomlkit
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
@@ -129,10 +130,9 @@ class Scenario(Section):
                     raise refused(f"{name}.{inner}" if name else inner, inside[inner], meant)
         return data
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        consistency.check(self)
-        return self
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys of different sections that do not fit together, see `oblique_impact.scenario.consistency`."""
+        return consistency.conflicts(self)
 
     @classmethod
     def value_of(cls, path: str, value: Any) -> Any:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
 from oblique_impact.errors import InputError
@@ -42,6 +43,16 @@ class Section(BaseModel):
 
         def __setattr__(self, name: str, value: Any) -> None:
             raise refused(name, value, "scenarios are frozen; Scenario.replace returns a changed one")
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield each key that does not fit the others of this section, with what is allowed."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _keys_fit_together(self) -> Self:
+        for name, allowed in self.conflicts():
+            raise refused(name, attrgetter(name)(self), allowed)
+        return self
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
