@@ -10,21 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.clearance import closest, facing_surface, slope_warnings, smallest_distance
-from oblique_impact.beam.convergence import unconverged_results
+from oblique_impact.beam.clearance import facing_surface, smallest_distance
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import station_points
-from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import Instant, State
 from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
 from oblique_impact.fem_beam.exact.run import Run
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
-from oblique_impact.history.history import History
+from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.samples import GAP, Column, Samples
-from oblique_impact.history.summary import energy_warnings, summarize
-from oblique_impact.history.variables import dataset
 from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.scenario import Scenario
 
@@ -111,18 +106,9 @@ class _Frame:
 
     def history(self, wall: float) -> History:
         """Return the history; `wall` is the time of the marching (s)."""
-        s, record, samples = self.scenario, self.run.record, self._samples()
-        variables = {**samples.variables(), **self._at_the_contact(), **self._along()}
-        variables["station"] = self.stations.x
-        summary = summarize(record, samples, wall, macro_gap(s))
-        summary["clearance"] = closest(variables, s.beam.length)
-        summary["without_limit"] = list(unconverged_results(s))
-        summary["warnings"] = [
-            *implausible_values(s),
-            *slope_warnings(s, variables, summary["slope_ends"]),
-            *energy_warnings(summary["energy"], np.max(samples.kinetic), s.solver.scheme),
-        ]
-        return History(dataset(variables), record.events, summary, s, record.contacts)
+        samples = self._samples()
+        variables = {**samples.variables(), **self._at_the_contact(), **self._along(), "station": self.stations.x}
+        return beam_history(self.scenario, self.run.record, samples, variables, wall)
 
     def _samples(self) -> Samples:
         run = self.run

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
@@ -16,13 +16,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from oblique_impact.beam.clearance import closest, slope_warnings
+from oblique_impact.beam.convergence import unconverged_results
+from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv
 from oblique_impact.history.interpolation import Side, dataset_at
-from oblique_impact.history.summary import balance_text
-from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM
-from oblique_impact.marching.records import Contact, Event
+from oblique_impact.history.samples import Column, Samples
+from oblique_impact.history.summary import balance_text, energy_warnings, summarize
+from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, dataset
+from oblique_impact.marching.records import Contact, Event, Record
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 
@@ -284,6 +289,31 @@ class History:
             Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
             [Contact(*row) for row in json.loads(attributes["contacts"])],
         )
+
+
+def beam_history(
+    scenario: Scenario,
+    record: Record,
+    samples: Samples,
+    variables: Mapping[str, Column],
+    wall: float,
+    warnings: Sequence[str] = (),
+) -> History:
+    """Return the history of a beam's run: the summary has clearance and warnings too.
+
+    `wall` is the wall time of the marching (s); `warnings` are those of the formulation, besides those of every
+    beam.
+    """
+    summary = summarize(record, samples, wall, macro_gap(scenario))
+    summary["clearance"] = closest(variables, scenario.beam.length)
+    summary["without_limit"] = list(unconverged_results(scenario))
+    summary["warnings"] = [
+        *implausible_values(scenario),
+        *slope_warnings(scenario, variables, summary["slope_ends"]),
+        *warnings,
+        *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
+    ]
+    return History(dataset(variables), record.events, summary, scenario, record.contacts)
 
 
 def _describe(history: History) -> list[str]:
