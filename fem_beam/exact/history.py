@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.beam.clearance import facing_surface, smallest_distance
@@ -73,23 +74,18 @@ def stations_of(beam: ExactBeam, x: Array, point: float) -> _Stations:
     for row, place in enumerate(x):
         e = max(0, int(np.searchsorted(beam.ends, place * (1.0 - 1e-12))) - 1)
         nodes = np.arange(2 * e, 2 * e + 3)
-        values[row, nodes], slopes[row, nodes] = _lagrange(beam.x[nodes], place)
+        shapes = _lagrange(beam.x[nodes])
+        values[row, nodes], slopes[row, nodes] = shapes(place), shapes.derivative(place)
         inboard = place <= point * (1.0 + 1e-12)
         side = np.flatnonzero((gauss < point) == inboard)
         chosen = side[np.sort(np.argsort(np.abs(gauss[side] - place), kind="stable")[:_NEAREST])]
-        recovery[row, chosen] = _lagrange(gauss[chosen], place)[0]
+        recovery[row, chosen] = _lagrange(gauss[chosen])(place)
     return _Stations(x, values, slopes, recovery)
 
 
-def _lagrange(nodes: Array, x: float) -> tuple[Array, Array]:
-    """Values and slopes at x of the Lagrange polynomials of some nodes."""
-    values, slopes = np.ones(nodes.size), np.zeros(nodes.size)
-    for k, node in enumerate(nodes):
-        others = np.delete(nodes, k)
-        scale = np.prod(node - others)
-        values[k] = np.prod(x - others) / scale
-        slopes[k] = sum(np.prod(x - np.delete(others, j)) for j in range(others.size)) / scale
-    return values, slopes
+def _lagrange(nodes: Array) -> KroghInterpolator:
+    """Lagrange polynomials of some nodes."""
+    return KroghInterpolator(nodes, np.eye(nodes.size))
 
 
 class _Frame:

@@ -231,24 +231,21 @@ class History:
         writers: dict[Path, Callable[[Path], Any]] = {
             target / name: partial(write_text, data=text) for name, text in texts.items()
         }
-        # made in memory: HDF5 crashes the process if it cannot write to a full disk
-        netcdf = self._as_one_dataset().to_netcdf(engine="h5netcdf")
-        writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf)
-        try:
-            write_all(writers)
-        except OSError as error:
-            raise cannot_write(target, error) from None
-        return target
-
-    def _as_one_dataset(self) -> xr.Dataset:
-        """Return the data with everything else in attributes, as history.nc holds it."""
-        return self.data.assign_attrs(
+        whole = self.data.assign_attrs(
             format=FORMAT,
             scenario=self.scenario_toml,
             events=json.dumps([event_row(event) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
+        # made in memory: HDF5 crashes the process if it cannot write to a full disk
+        netcdf = whole.to_netcdf(engine="h5netcdf")
+        writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf)
+        try:
+            write_all(writers)
+        except OSError as error:
+            raise cannot_write(target, error) from None
+        return target
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> History:
