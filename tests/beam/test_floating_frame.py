@@ -144,52 +144,6 @@ def test_driven_root_is_the_free_beam_with_its_first_row_replaced(name):
         assert e.supplied_power + dot(driven.vectors.supply, solution) == pytest.approx(power, rel=1e-10)
 
 
-def contact_kinematics(beam, q, shortening=True):
-    """Gap and slip of the contact point, from the definition of the slope and of the floating frame."""
-    o, s = beam.operators, beam.scenario
-    kept = shortening and s.discretization.kinetics != "zeroth-order"
-    B = q[1:]
-    along = s.root.hub_radius + s.contact.point - (0.5 * B @ o.contact_shortening @ B if kept else 0.0)
-    across = o.contact_shape @ B
-    place = np.array([along * np.cos(q[0]) - across * np.sin(q[0]), along * np.sin(q[0]) + across * np.cos(q[0])])
-    alpha = s.slope.angle
-    relative = place - np.array(s.slope.origin)
-    normal, tangent = np.array([-np.sin(alpha), np.cos(alpha)]), np.array([np.cos(alpha), np.sin(alpha)])
-    return np.array([normal @ relative, tangent @ relative])
-
-
-@pytest.mark.parametrize("name", FREE)
-@pytest.mark.parametrize("shortening", [True, False])
-def test_contact_rows_are_gradients_of_gap_and_slip(name, shortening):
-    beam = beam_of(name, contact__shortening=shortening)
-    for q, qd in states(beam, size=2e-2):
-        work, e = evaluated(beam, q, qd)
-        rows = np.array([work.vectors.normal_row, work.vectors.tangential_row])
-        assert_allclose([e.gap, e.slip], contact_kinematics(beam, q, shortening), rtol=1e-13, atol=1e-15)
-        expected = gradient(lambda x: contact_kinematics(beam, x, shortening), q, 1e-3)
-        assert_allclose(rows, expected.T, atol=1e-11)
-        assert_allclose([e.gap_rate, e.slip_rate], rows @ qd, rtol=1e-13, atol=1e-14)
-
-
-@pytest.mark.parametrize("name", FREE)
-def test_biases_are_second_derivatives_along_a_motion(name):
-    """On q + q' t + 1/2 a t^2 the gap accelerates by D_n a + z_n; Richardson-extrapolated differences."""
-    beam = beam_of(name)
-    rng = np.random.default_rng(5)
-    for q, qd in states(beam):
-        work, e = evaluated(beam, q, qd)
-        a = rng.normal(size=beam.size)
-
-        def along(t, q=q, qd=qd, a=a):
-            return contact_kinematics(beam, q + qd * t + 0.5 * a * t * t)
-
-        h = 2e-3
-        weights = {0: -49 / 18, 1: 3 / 2, 2: -3 / 20, 3: 1 / 90}  # order 6
-        second = weights[0] * along(0.0) + sum(weights[k] * (along(k * h) + along(-k * h)) for k in (1, 2, 3))
-        expected = second / h**2 - np.array([work.vectors.normal_row, work.vectors.tangential_row]) @ a
-        assert_allclose([e.gap_bias, e.slip_bias], expected, rtol=1e-8, atol=1e-8)
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_compiled_and_interpreted_forms_agree(name):
     beam = beam_of(name, beam__kelvin_voigt=1e-5)

@@ -141,23 +141,12 @@ def test_nodal_operators_of_tables_are_their_definitions(elements):
     assert v @ (nodal.K @ v) == pytest.approx(w @ (stiffness * curvature**2), rel=1e-11)
     assert v @ (nodal.C @ v) == pytest.approx(w @ (moment * slope**2), rel=1e-11)
     assert v @ (nodal.D @ v) == pytest.approx(w @ (outer * slope**2), rel=1e-11)
+    bent = w @ (np.where(x < nodal.scenario.contact.point, 1.0, 0.0) * slope**2)
+    assert v @ (nodal.contact_shortening @ v) == pytest.approx(bent, rel=1e-11)
     assert nodal.S @ v == pytest.approx(w @ (m * (RADIUS + x) * u) + TIP * (RADIUS + LENGTH) * tip, rel=1e-10)
     assert nodal.P @ v == pytest.approx(w @ (m * u) + TIP * tip, rel=1e-10)
     factor = nodal.curvature_factor()
     assert_allclose((factor.T @ factor).toarray(), nodal.K.toarray(), atol=1e-11 * nodal.K.max())
-
-
-def test_modes_have_the_mass_of_the_beam():
-    scenario = Scenario().replace(
-        discretization__method="fem",
-        discretization__frame="mean-axis",
-        beam__area=[[0.0, 3e-4], [0.4, 5e-4], [1.0, 2e-4]],
-        beam__tip_mass=TIP,
-    )
-    o = build_operators(scenario)
-    assert_allclose(o.M1, o.sections.mass * np.eye(2), atol=1e-12)
-    assert_allclose(o.S, 0.0, atol=1e-12)  # the gauge of the frame
-    assert o.stations.values[-1].min() > 0.0
 
 
 # Meshes ---------------------------------------------------------------------------------------------------------

@@ -232,14 +232,6 @@ def test_routh_without_friction_is_newton():
     assert_allclose(times(routh), times(newton), rtol=0, atol=1e-11)
 
 
-def test_routh_with_friction_gives_a_tangential_impulse_inside_the_cone():
-    history = simulate(PAPER.replace(contact__impact="routh", contact__restitution=0.4))
-    impacts = [event for event in history.events if event.normal_impulse > 0.0]
-    assert all(abs(e.tangential_impulse) <= 0.3 * e.normal_impulse * (1 + 1e-12) for e in impacts)
-    assert max(abs(e.tangential_impulse) for e in impacts) > 1e-3
-    assert abs(history.summary["energy"]["unaccounted"]) < 1e-9
-
-
 # --- what is refused
 
 
