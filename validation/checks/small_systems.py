@@ -228,8 +228,8 @@ def baumgarte() -> list[Measurement]:
     # the squared form is stiff, the steps err; the plain one is exact but for rounding
     for form, allowed in (("squared", 7e-15), ("plain", 1e-18)):
         terms, scheme = Baumgarte.from_parameters(chi, beta, form), FixedStepScheme(1e-4, 1e-5)
-        ball, start = Particle(above=-_G), (np.array([0.0, 0.01]), np.zeros(2))
-        history = simulate_system(ball, *start, 0.06, scheme=scheme, baumgarte=terms, output_interval=1e-5)
+        ball, at_rest = Particle(above=-_G), (np.array([0.0, 0.01]), np.zeros(2))
+        history = simulate_system(ball, *at_rest, 0.06, scheme=scheme, baumgarte=terms, output_interval=1e-5)
         start = history.events[0].time
         depth = float(samples_at(history, start)[0][1])
         time = history["time"].values

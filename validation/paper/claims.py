@@ -290,11 +290,12 @@ def different_after(models: Models) -> Finding:
 
 def similar_after(models: Models) -> Finding:
     start = max(macro(run, 1).end for run in models)
-    courses = {name: sampled(models, name, start, models.end) for name in POINT}
-    found = {f"correlation {name}": float(np.min(np.corrcoef(course)[0])) for name, course in courses.items()}
-    pairs = zip(("x", "x'", "y", "y'"), found.values(), strict=True)
+    courses = (sampled(models, name, start, models.end) for name in POINT)
+    smallest = [float(np.asarray(np.corrcoef(course))[0].min()) for course in courses]
+    found = {f"correlation {name}": value for name, value in zip(POINT, smallest, strict=True)}
+    pairs = zip(("x", "x'", "y", "y'"), smallest, strict=True)
     text = ", ".join(f"{name} {number(value, 3)}" for name, value in pairs)
-    return Finding(graded(-min(found.values()), -0.9, -0.5), found, text)
+    return Finding(graded(-min(smallest), -0.9, -0.5), found, text)
 
 
 def maximum_before(models: Models) -> Finding:

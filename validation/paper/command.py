@@ -111,7 +111,7 @@ def reproduce(
     with warnings.catch_warnings():
         # workers that hold much memory after a long run are replaced by joblib, which says so
         warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
-        tasks = [*named.values(), *grid]
+        tasks: list[Scenario | dict[str, Any]] = [*named.values(), *grid]
         found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
     runs: dict[str, History] = dict(zip(named, found, strict=False))
     combined = found[len(named) :]
