@@ -176,6 +176,7 @@ def _choices(grid: pd.DataFrame) -> list[Block]:
     )
     counts = [list(verdicts.values()).count(REPRODUCED) for verdicts in grid["verdicts"]]
     shown = grid.drop(columns=["outcomes", "verdicts"]).assign(claims_reproduced=counts)
+    shown["shortening"] = shown["shortening"].map({True: "in gap and slip", False: "left out"})
     times = ("second_start", "second_end", "longest_stick_start", "longest_stick")
     shown.attrs["units"] = dict.fromkeys(times, "s") | {"gravity": "m/s²"}
     headings = {name: name.replace("_", " ") for name in shown}
