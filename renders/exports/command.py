@@ -1,18 +1,17 @@
-"""Exports as a call, `export`, and as the command `oblique-impact export`."""
+"""Export histories as time series: the call `export`."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.files import cannot_write, prepare_folder
 from oblique_impact.history.history import History, require_history
@@ -188,22 +187,3 @@ def sides(time: NDArray[np.float64]) -> NDArray[np.int64]:
     jump = jumps(time)
     right, left = np.append(False, jump), np.append(jump, False)
     return np.where(right, 1, np.where(left, -1, 0))
-
-
-def export_command(
-    source: Path, out: Path, format: str | None, **options: Any
-) -> tuple[list[str], dict[str, Any]]:
-    """Read a history and export it with a progress bar; returns the lines to print, and the same as data.
-
-    Raises InputError.
-    """
-    with counting_bar("export") as show:
-        done = export(History.load(source), out, format=cast(Format, format), on_progress=show, **options)
-    lines = [
-        f"{done.samples} of {done.of} samples, {done.span[0]:g} to {done.span[1]:g} s",
-        f"  {done.format}: {done.file}",
-        f"  read by {READERS[done.format]}",
-    ]
-    if done.format != "csv":
-        lines[0] += f"; deformation factor {done.factor:g}"
-    return lines, asdict(done)
