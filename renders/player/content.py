@@ -72,7 +72,7 @@ def content_of(story: Story) -> Content:
     film, charts = course.film_at(times[samples]), charts_of(geometry)
     points = chart_points([one.values for chart in charts for one in chart.series], samples)
     scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
-    axes = geometry.stations_of(samples)
+    axes = geometry.stations_at(samples)
     touch = geometry.touch
     path = _path_of(axes[:, touch])
     rates = np.array([float(f"{rate:.3g}") for rate in course.rate_at(times[samples])])
