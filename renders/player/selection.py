@@ -1,9 +1,8 @@
-"""Which samples of a history the page keeps: frames of the film, and points of the charts."""
+"""Which samples of a history the page keeps as frames of its film."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -19,7 +18,6 @@ Integers = NDArray[np.int64]
 Item = TypeVar("Item")
 
 FRAMES = 2000  # about, besides both sides of events
-CHART_POINTS = 4500
 LISTED = 1000  # events or contacts at most
 _BY_FILM = 0.4  # part of the frames that are even in film time; the others follow vibrations, which are faster
 
@@ -65,22 +63,3 @@ def _extremes(history: History) -> Integers:
 def evenly(items: Sequence[Item]) -> list[Item]:
     """Return all items, or of very many some, evenly spread."""
     return [items[k] for k in np.linspace(0, len(items) - 1, min(len(items), LISTED)).astype(int)]
-
-
-def chart_points(series: Sequence[Array], kept: Integers) -> Integers:
-    """Choose about `CHART_POINTS` samples, ascending, that keep the extremes of each of `series` (samples,).
-
-    The samples `kept` are among them.
-    """
-    size = series[0].size
-    if size <= CHART_POINTS:
-        return np.arange(size)
-    edges = np.linspace(0, size, max(1, CHART_POINTS // (2 * len(series))) + 1).astype(int)
-    clean = [np.nan_to_num(values) for values in series]
-    found = [
-        start + part(values[start:stop])
-        for values in clean
-        for start, stop in pairwise(edges)
-        for part in (np.argmin, np.argmax)
-    ]
-    return np.union1d(kept, np.array(found))
