@@ -54,31 +54,11 @@ def draw_curves(
     ticks: tuple[int, int],
     width: float,
 ) -> tuple[list[tuple[Any, float]], str]:
-    """Draw curves, and the contacts of the first run of a story, over film time.
+    """Draw curves of one unit, and the contacts of the first run of a story, over the film time of `course`.
 
-    Parameters
-    ----------
-    axes : Axes
-        Its horizontal axis gets pixels from its left end.
-    curves : sequence of Curve
-        Curves in one unit.
-    story : Story
-        Whose contacts are shaded, in the colours of its theme.
-    course : TimeMap
-        From physical to film time, of the run or a part of it.
-    size : tuple of float
-        Width and height of the axes (pixels).
-    ticks : tuple of int
-        How many there may be along both axes.
-    width : float
-        Of lines (points).
-
-    Returns
-    -------
-    artists : list
-        What is drawn of the curves, each with its strength, from 0 to 1.
-    prefix : str
-        Of the unit: of large values it is k, M or G.
+    The axes, of some `size` (pixels), get pixels from their left end; lines have some `width` (points), and there
+    are at most so many `ticks` along both axes.  Returns what is drawn of the curves, each with its strength from
+    0 to 1, and the prefix of the unit, which of large values is k, M or G.
     """
     first, last = course.times[[0, -1]]
     per_second = size[0] / (course.duration or 1.0)
