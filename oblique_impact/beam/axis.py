@@ -1,8 +1,8 @@
 """The axis of the bent beam at any place along it: shape functions as polynomials on panels.
 
-A contact that slides along the beam needs u_y = Phi(x) B and u_x = -B^T H(x) B/2 wherever it is.  Finite elements are
-cubics on their elements; eigenfunctions are interpolated on panels so short that polynomials of the degree 11 hold
-them to rounding.
+A contact that slides along the beam needs u_y = Phi(x) B and u_x = -B^T H(x) B/2 wherever it is.  Finite elements
+are cubics on their elements; eigenfunctions are interpolated on panels so short that polynomials of the degree 11
+hold them to rounding.
 """
 
 from __future__ import annotations
@@ -39,10 +39,11 @@ class Axis(NamedTuple):
     curvature: float  # u_y'' (1/m)
     panel: int
     z: float  # place in the panel
+    beyond: float  # m, how far the place is past an end of the beam, from which its tangent goes on
 
 
 def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> AxisShapes:
-    """Interpolate shape functions, `evaluate(x)` (points,) -> (points, n), by polynomials between the edges (m)."""
+    """Interpolate the shape functions `evaluate(x)`, (points,) -> (points, n), between the edges (m)."""
     z = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
     to_powers = np.linalg.inv(np.vander(z, increasing=True))
     half, middle = 0.5 * np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
@@ -64,7 +65,7 @@ def smooth_shapes(evaluate: Callable[[Array], Array], length: float, wave_number
 
 @jitable
 def _panel_of(edges: Array, x: float) -> int:
-    """Panel that holds x; beyond the ends the nearest, whose polynomials go on."""
+    """Panel that holds x; beyond the ends the nearest."""
     low, high = 0, edges.shape[0] - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -87,7 +88,7 @@ def _contract(s: AxisShapes, panel: int, B: Array, polynomial: Array) -> None:
 
 @inlined
 def _slope_at(s: AxisShapes, polynomial: Array, z: float) -> float:
-    """Derivative over z of a polynomial on a panel."""
+    """Evaluate the derivative over z of a polynomial on a panel."""
     total = 0.0
     for k in range(s.coefficients.shape[1] - 1, 0, -1):
         total = total * z + k * polynomial[k]
@@ -99,7 +100,8 @@ def bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> Axis:
     """Displacements, slope and curvature of the axis at x (m); `polynomial` (degree + 1,) is scratch."""
     panel = _panel_of(s.edges, x)
     a, half = s.edges[panel], 0.5 * (s.edges[panel + 1] - s.edges[panel])
-    z = (x - a) / half - 1.0
+    inside = min(max(x, s.edges[0]), s.edges[-1])
+    z, beyond = (inside - a) / half - 1.0, x - inside
     _contract(s, panel, B, polynomial)
     value, slope, bending = 0.0, 0.0, 0.0
     for k in range(s.coefficients.shape[1] - 1, -1, -1):
@@ -114,7 +116,18 @@ def bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> Axis:
     for g in range(s.nodes.shape[0]):
         steep = _slope_at(s, polynomial, part * (s.nodes[g] + 1.0) - 1.0)
         squared += s.weights[g] * part * steep * steep / half
-    return Axis(-0.5 * squared, value, slope / half, bending / (half * half), panel, z)
+    slope /= half
+    if beyond != 0.0:
+        bending = 0.0
+    return Axis(
+        -0.5 * (squared + slope * slope * beyond),
+        value + slope * beyond,
+        slope,
+        bending / (half * half),
+        panel,
+        z,
+        beyond,
+    )
 
 
 class Peg(NamedTuple):
@@ -137,9 +150,7 @@ class ContactKinematics(NamedTuple):
 
 
 @jitable
-def place_of(
-    s: AxisShapes, radius: float, X: float, Y: float, B: Array, polynomial: Array
-) -> tuple[float, Axis]:
+def place_of(s: AxisShapes, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, Axis]:
     """Place (m) along the beam where the normal of the axis goes through the point (X, Y) of the frame.
 
     Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam.
@@ -166,14 +177,17 @@ def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> 
     shapes, slopes, HB, polynomial = v.scratch_a, v.scratch_b, v.shortening_product, v.polynomial
     panel, z, n = axis.panel, axis.z, B.shape[0]
     half, part, bending, curving = 0.5 * (s.edges[panel + 1] - s.edges[panel]), 0.5 * (z + 1.0), 0.0, 0.0
+    turning = 0.0
     for i in range(n):
         value, slope, curvature = 0.0, 0.0, 0.0
         for k in range(s.coefficients.shape[1] - 1, -1, -1):
             curvature = curvature * z + 2.0 * slope
             slope = slope * z + value
             value = value * z + s.coefficients[panel, k, i]
-        shapes[i + 1], slopes[i + 1] = value, slope / half
+        slope /= half
+        shapes[i + 1], slopes[i + 1] = value + slope * axis.beyond, slope
         curving += curvature / (half * half) * Bd[i]
+        turning += slope * Bd[i]
         before, rate = 0.0, 0.0
         for j in range(n):
             before += s.shortening[panel, i, j] * B[j]
@@ -190,6 +204,11 @@ def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> 
             HB[i + 1] += weight * slope * steep
             rate += slope * Bd[i]
         bending += weight * rate * rate
+    if axis.beyond != 0.0:
+        for i in range(n):
+            HB[i + 1] += axis.slope * slopes[i + 1] * axis.beyond
+        bending += turning * turning * axis.beyond
+        curving = 0.0
     return bending, curving
 
 
@@ -204,8 +223,8 @@ def touch_peg(s: AxisShapes, radius: float, peg: Peg, q: Array, qd: Array, v: Ve
         Z_n'   = n.Jv,           Z_n''   = n.(J q'' + Jdot v) + x' n.J'v - w t.Jv
         Z_tau' = t.Jv + e u,     Z_tau'' = t.(J q'' + Jdot v) + x' t.J'v + w n.Jv + e u'
 
-    where J = dr/dq, primes of r and J are derivatives along the beam and e is the lever of friction.  The slip is -x,
-    whose rate is that of the axis where the point touches it.
+    where J = dr/dq, primes of r and J are derivatives along the beam and e is the lever of friction.  The slip is
+    -x, whose rate is that of the axis where the point touches it.
     """
     theta, spin, B, Bd = q[0], qd[0], q[1:], qd[1:]
     cosine, sine = np.cos(theta), np.sin(theta)
