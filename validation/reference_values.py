@@ -360,8 +360,8 @@ REFERENCES = {
             "impacts": ((0.448930144, 0.510044488), (0.292215950, 0.216102593)),
             "energy": 2.283896616,
         },
-        "the paper's beam in four mean-axis modes falls onto a point at (0.5 m, 0), in SciPy alone: times of events "
-        f"(s), impulses and losses of impacts (N s, J), energy at 0.45 s (J); {_PEGS}",
+        "the paper's beam in four mean-axis modes falls onto a point at (0.5 m, 0), in SciPy alone: times of "
+        f"events (s), impulses and losses of impacts (N s, J), energy at 0.45 s (J); {_PEGS}",
     ),
     "peg-friction": Reference(
         {
@@ -383,8 +383,8 @@ REFERENCES = {
             ),
             "peak": 1402.527535,
         },
-        "the same on a spring of 1e6 N/m, without friction: starts, ends (s) and impulses (N s) of contacts, largest "
-        f"force (N); {_PEGS} --stiffness 1e6 --friction 0",
+        "the same on a spring of 1e6 N/m, without friction: starts, ends (s) and impulses (N s) of contacts, "
+        f"largest force (N); {_PEGS} --stiffness 1e6 --friction 0",
     ),
     "rigid-stop-modes": Reference(
         {4: (1.834605247, 2.354622649), 6: (1.861339488, 2.415705314), 8: (1.864408707, 2.443622294)},

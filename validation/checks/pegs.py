@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from oblique_impact.beam.axis import Peg, smooth_shapes
-from oblique_impact.beam.floating_frame import PegOnAxis
+from oblique_impact.beam.floating_frame import BeamModel, PegOnAxis
 from oblique_impact.marching.loop import Run
 from oblique_impact.marching.records import Record
 from oblique_impact.modal.eigenfunctions import Eigenfunctions
@@ -28,6 +28,7 @@ def strike(*keys: str) -> tuple[Record, float]:
     beam, functions = beam_of(scenario), Eigenfunctions("hinged-free", MODES, scenario.beam.length)
     shapes = smooth_shapes(lambda x: functions.derivative(x, 0), scenario.beam.length, float(functions.roots[-1]))
     peg = PegOnAxis(Peg(0.5, 0.0, distance=0.0, lever=0.0, side=1.0), shapes, radius=0.0)
+    assert isinstance(beam.model, BeamModel)
     problem = replace(beam_problem(beam), system=beam.model._replace(obstacle=peg))
     record, size = Run(problem).execute(), beam.size
     last = record.segments[-1].states[-1]
