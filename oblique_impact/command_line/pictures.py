@@ -125,8 +125,8 @@ def export(
 ) -> None:
     """Write a history as a time series: PVD with .vtp files or XDMF with an .h5 file, or as a table (CSV)."""
     from oblique_impact.history.history import History
-    from oblique_impact.renders.exports.command import READERS
-    from oblique_impact.renders.exports.command import export as write
+    from oblique_impact.renders.exports import READERS
+    from oblique_impact.renders.exports import export as write
 
     span = _pair("--between", between)
     kind = cast(Any, format)  # a wrong one is refused with the list of those that are allowed
