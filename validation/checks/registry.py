@@ -38,6 +38,7 @@ _ORDER = (
     "small_systems",
     "kinematics",
     "springs",
+    "pegs",
     "rigid_impact",
     "rods",
     "damped_stop",
