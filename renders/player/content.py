@@ -36,7 +36,7 @@ PIN = 0.035  # over the length: size of the drawn pin
 _GHOST = 0.11  # over the length: path of the contact point between two earlier positions
 _TRACE = 3.0  # over the length: path of the contact point that is seen
 _REACH = 1.2  # over that of the beam: what lies farther away has no place in the picture
-_OUT = 3.0  # over the length: what lies farther away is drawn there, out of the picture
+_OUT = 3.0  # over that of the beam: what lies farther away is drawn there, out of the picture
 _APART = 0.13  # part of the film: times below the slider are as far apart, to have room on a phone
 
 
@@ -84,7 +84,8 @@ def content_of(story: Story) -> Content:
     state, charts = history["state"].values.astype("u1")[samples], page_charts(story)
     film = course.film_at(times[samples])
     scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
-    axes = np.clip(np.nan_to_num(geometry.stations_of(samples)), -_OUT * length, _OUT * length)
+    out = _OUT * (length + scenario.root.hub_radius)
+    axes = np.clip(np.nan_to_num(geometry.stations_of(samples)), -out, out)
     steps = np.linalg.norm(np.diff(axes[:, touch], axis=0), axis=1)
     path = np.concatenate([[0.0], np.cumsum(steps)])  # of the contact point
     ghosts = np.arange(0.0, path[-1], _GHOST * length)
