@@ -20,7 +20,7 @@ from skfem.helpers import d, dd, ddot, dot
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.fem_beam.element import LocalHermite
-from oblique_impact.fem_beam.mesh import beam_mesh
+from oblique_impact.fem_beam.mesh import mesh_of
 from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -69,14 +69,8 @@ class NodalBeam:
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> NodalBeam:
         """Mesh and assemble the beam of `scenario`."""
-        d, sections = scenario.discretization, Sections.from_scenario(scenario)
-        if d.nodes:
-            nodes = np.array(d.nodes)  # of a file, perhaps rounded
-            for place in (scenario.beam.length, scenario.contact.point):
-                nodes[np.argmin(np.abs(nodes - place))] = place
-            return cls(scenario, MeshLine(nodes), sections)
-        mesh = beam_mesh(scenario.beam.length, d.elements, scenario.contact.point, sections.kinks, d.grading)
-        return cls(scenario, mesh, sections)
+        sections = Sections.from_scenario(scenario)
+        return cls(scenario, mesh_of(scenario, sections), sections)
 
     @cached_property
     def basis(self) -> Basis:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from oblique_impact.beam.base_motion import Drive, drive_acceleration
-from oblique_impact.kernels.dense import DenseAlgebra
+from oblique_impact.kernels.dense import DenseAlgebra, multiply
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
@@ -50,16 +50,6 @@ class _BeamData(NamedTuple):
     slope_angle: float
     normal_offset: float  # c_n (m)
     tangential_offset: float  # c_t (m)
-
-
-@inlined
-def _multiply(matrices: Array, which: int, x: Array, product: Array) -> None:
-    """One of the model's matrices times x (n,) into product[1:] (n + 1,)."""
-    for i in range(x.shape[0]):
-        total = 0.0
-        for j in range(x.shape[0]):
-            total += matrices[which, i, j] * x[j]
-        product[i + 1] = total
 
 
 @inlined
@@ -306,23 +296,18 @@ def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w
 @inlined
 def _solve(model: BeamModel, pivot: float, right: Array, x: Array) -> None:
     """Solve M x = right: only the entry of theta in M, less that of the elastic part, changes with q."""
-    _multiply_inner(model.matrices, MASS_INVERSE, right, x)
+    n, inverse = x.shape[0] - 1, model.matrices[MASS_INVERSE]
+    for i in range(n):
+        product = 0.0
+        for j in range(n):
+            product += inverse[i, j] * right[j + 1]
+        x[i + 1] = product
     following, total = model.vectors[FOLLOWING], right[0]
     for i in range(following.shape[0]):
         total += following[i] * right[i + 1]
     x[0] = total / pivot
     for i in range(following.shape[0]):
         x[i + 1] += following[i] * x[0]
-
-
-@inlined
-def _multiply_inner(matrices: Array, which: int, x: Array, product: Array) -> None:
-    """One of the model's matrices times x[1:] into product[1:]."""
-    for i in range(product.shape[0] - 1):
-        total = 0.0
-        for j in range(product.shape[0] - 1):
-            total += matrices[which, i, j] * x[j + 1]
-        product[i + 1] = total
 
 
 @jitable
@@ -355,9 +340,9 @@ def add_beam_tangent(
 @jitable
 def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
     """Power (W) of the damping matrix at the velocities q'."""
-    v = w.vectors
-    _multiply(model.matrices, DAMPING, qd[1:], v.scratch_b)
-    return float(_contract(v.scratch_b, qd[1:]))
+    rates, product = qd[1:], w.vectors.scratch_b[1:]
+    multiply(model.matrices[DAMPING], rates, product)
+    return float(dot(product, rates))
 
 
 class BeamModel(_BeamData, DenseAlgebra):

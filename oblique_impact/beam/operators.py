@@ -248,17 +248,14 @@ def build_operators(scenario: Scenario, user_defined: Discretization | None = No
     if user_defined is not None:
         operators: BeamOperators = contiguous(user_defined.build_operators(scenario))
         return operators
-    return _cached_operators(_beam_alone(scenario))
-
-
-def _beam_alone(scenario: Scenario) -> Scenario:
-    """Return a scenario in which only the keys that operators depend on are kept: equal beams are equal."""
-    return Scenario.model_construct(
+    # only the keys that operators depend on: equal beams are equal
+    beam_alone = Scenario.model_construct(
         beam=scenario.beam,
         root=scenario.root,
         contact=ContactSection(point=scenario.contact.point),
         discretization=scenario.discretization,
     )
+    return _cached_operators(beam_alone)
 
 
 @lru_cache(maxsize=8)  # finite elements take a tenth of a second

@@ -345,16 +345,6 @@ def test_impulses_are_the_integrals_of_the_forces_and_the_impacts(beam):
             assert contact.peak_energy == row.peak_energy == pytest.approx(stored, rel=1e-2, abs=1e-9)
 
 
-def test_macro_collisions_are_sums_of_contacts(beam):
-    h, found = beam.history, beam.history.summary["macro_collisions"]
-    assert sum(m["contacts"] for m in found) == len(h.contacts)
-    for m in found:
-        own = [c for c in h.contacts if m["start"] <= c.start <= c.end <= m["end"]]
-        for key in ("normal_impulse", "tangential_impulse"):
-            assert m[key] == pytest.approx(sum(getattr(c, key) for c in own), rel=1e-12)
-        assert m["peak_force"] == max(c.peak_force for c in own)
-
-
 def test_the_ledger_is_that_of_the_integrals(beam):
     h, s, energy = beam.history, beam.scenario, beam.history.summary["energy"]
     normal, tangential = (np.nan_to_num(h[name].values) for name in ("lambda_n", "lambda_tau"))
@@ -464,7 +454,7 @@ def plane(points):
 
 def test_drawn_points_are_those_of_the_history(beam):
     geometry = BeamGeometry(beam.history, 1.0)
-    stations = np.searchsorted(geometry.places, beam.x - 1e-12)
+    stations = np.searchsorted(geometry.stations, beam.x - 1e-12)
     for k in few(beam):
         close(plane(geometry.stations_at(k)), beam.z[k], 1e-12)
         close(plane(geometry.centreline(k))[stations], beam.z[k], 1e-12)

@@ -100,11 +100,10 @@ def elastica() -> list[Measurement]:
 def roll_up() -> list[Measurement]:
     """The curvature is constant, which the elements hold exactly."""
     x, y, angle = _bent(4, 0.0, 2.0 * np.pi)
+    distance = float(np.hypot(x, y))
     text = f"{_CLOSED}: the tip is back at the root; Simo and Vu-Quoc, J. Appl. Mech. 53 (1986), pp. 855-863"
     return [
-        Measurement(
-            "distance of the tip from the root", float(np.hypot(x, y)), 0.0, "m", ROUNDING, text, "distance"
-        ),
+        Measurement("distance of the tip from the root", distance, 0.0, "m", ROUNDING, text, "distance"),
         within("rotation of the tip", angle, 2.0 * np.pi, "rad", ROUNDING, text, "rotation"),
     ]
 
@@ -129,15 +128,13 @@ def flying_rod() -> list[Measurement]:
     (energy, turning), spans = kept[0], np.ptp(kept, axis=0)
     momentum = (beam.M @ stage.v).reshape(-1, 3)[:, :2].sum(axis=0)
     place = (beam.M @ stage.q).reshape(-1, 3)[:, :2].sum(axis=0) / 10.0
-    balance = "balance"
+    change, turned = spans[0] / energy, spans[1] / turning
     return [
         Measurement("momentum along the push", momentum[0], 20.0, "N s", 7e-12, text, "momentum"),
         Measurement("momentum across it", momentum[1], 0.0, "N s", 7e-12, text, "momentum-across"),
         Measurement("centre of mass after 10 s", place[0], 3.0 + 2.5 + 15.0, "m", 3e-12, text, "place"),
-        Measurement("relative change of the energy", spans[0] / energy, 0.0, "1", 5e-13, balance, "energy"),
-        Measurement(
-            "relative change of the angular momentum", spans[1] / turning, 0.0, "1", 3e-5, balance, "spin"
-        ),
+        Measurement("relative change of the energy", change, 0.0, "1", 5e-13, "balance", "energy"),
+        Measurement("relative change of the angular momentum", turned, 0.0, "1", 3e-5, "balance", "spin"),
     ]
 
 
@@ -179,14 +176,10 @@ def falling_beam() -> list[Measurement]:
     text = "the nodal model in the floating frame"
     found = []
     # rotary inertia takes 4e-5 of the speed; at a pin the deflection of the tip is a difference of large terms
-    for name, unit, relative in (
-        ("theta_dot", "rad/s", 2e-4),
-        ("deflection", "m", 5e-3),
-        ("energy_elastic", "J", 1e-2),
-    ):
-        found.append(
-            within(name.replace("_", " "), float(exact[name]), float(nodal[name]), unit, relative, text, name)
-        )
+    accuracies = (("theta_dot", "rad/s", 2e-4), ("deflection", "m", 5e-3), ("energy_elastic", "J", 1e-2))
+    for name, unit, relative in accuracies:
+        here, there = (float(model[name]) for model in (exact, nodal))
+        found.append(within(name.replace("_", " "), here, there, unit, relative, text, name))
     turned, known = (float(model["theta"]) - 0.3 for model in (exact, nodal))
     found.append(within("angle it has turned by", turned, known, "rad", 2e-4, text, "theta"))
     for name, unit in (("moment", "N m"), ("axial_force", "N")):
@@ -226,24 +219,15 @@ def _against(stiffness: str, words: tuple[str, ...], allowed: tuple[float, float
     exact, nodal = _exact(*words, *spring), run("paper", *_NODAL, *spring)
     impulse, peak = _collision(exact)
     impulse_nodal, peak_nodal = _collision(nodal)
-    model = "the nodal model in the floating frame"
+    model, quantity = "the nodal model in the floating frame", "impulse, against the nodal model"
+    first, lost = _contacts(exact)[0].normal_impulse, exact.summary["energy"]["unaccounted"]
     found = [
         within("impulse", impulse, values["impulse"], "N s", of_impulse, text, "impulse"),
         within("largest force", peak, values["peak"], "N", of_peak, text, "peak"),
-        within(
-            "impulse, against the nodal model", impulse, impulse_nodal, "N s", of_impulse, model, "nodal-impulse"
-        ),
+        within(quantity, impulse, impulse_nodal, "N s", of_impulse, model, "nodal-impulse"),
         within("largest force, against the nodal model", peak, peak_nodal, "N", of_peak, model, "nodal-peak"),
-        within(
-            "impulse of the first contact",
-            _contacts(exact)[0].normal_impulse,
-            values["first"],
-            "N s",
-            of_impulse,
-            text,
-            "first-impulse",
-        ),
-        Measurement("energy lost", exact.summary["energy"]["unaccounted"], 0.0, "J", 3e-12, "balance", "energy"),
+        within("impulse of the first contact", first, values["first"], "N s", of_impulse, text, "first-impulse"),
+        Measurement("energy lost", lost, 0.0, "J", 3e-12, "balance", "energy"),
     ]
     for k, time in enumerate(values["switches"]):
         quantity = f"{('start', 'end')[k % 2]} of contact {k // 2 + 1}"
@@ -363,11 +347,9 @@ def rigid_limit() -> list[Measurement]:
     soft, stiff = (
         _exact(*words, f"contact.stiffness={k}").contacts[0].normal_impulse - rigid for k in ("1e7", "1e8")
     )
-    text = "24 modes on a rigid stop, the contact point without inertia"
+    text, order = "24 modes on a rigid stop, the contact point without inertia", -np.log10(stiff / soft)
     return [
         within("impulse on a spring of 10⁸ N/m", rigid + stiff, rigid, "N s", 5e-4, text, "impulse"),
         # the error of the exact beam's own steps and elements is a twentieth of that at 10⁷ N/m
-        Measurement(
-            "order of the difference in 1/k, 10⁷ to 10⁸ N/m", -np.log10(stiff / soft), 1.0, "1", 0.5, text, "order"
-        ),
+        Measurement("order of the difference in 1/k, 10⁷ to 10⁸ N/m", order, 1.0, "1", 0.5, text, "order"),
     ]

@@ -95,44 +95,21 @@ def sixteen_modes() -> list[Measurement]:
 def three_ways() -> list[Measurement]:
     """Each against the limit: impulse and energy of the first collision, starts of the next three."""
     found, text = [], source("damped-stop")
-    spring = (*_MODES, "contact.normal=spring", "contact.stiffness=1e11", "discretization.modes=24")
-    ways = {
-        "plastic impacts": (Scenario.builtin("paper", [*_ELEMENTS, "end_time=1.0"]), 5e-6, (1e-6, 2e-6, 4e-5)),
-        "no inertia": (
-            Scenario.builtin("paper", [*_MASSLESS, "discretization.modes=24", "end_time=1.0"]),
-            5e-6,
-            (1e-6, 4e-6, 6e-5),
-        ),
-        "stiff spring": (Scenario.builtin("paper", [*spring, "end_time=1.0"]), 5e-6, (1e-6, 2e-6, 4e-5)),
+    spring = ("contact.normal=spring", "contact.stiffness=1e11")
+    ways: dict[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
+        "plastic impacts": (_ELEMENTS, (1e-6, 2e-6, 4e-5)),
+        "no inertia": ((*_MASSLESS, "discretization.modes=24"), (1e-6, 4e-6, 6e-5)),
+        "stiff spring": ((*_MODES, *spring, "discretization.modes=24"), (1e-6, 2e-6, 4e-5)),
     }
-    for name, (scenario, of_impulse, of_starts) in ways.items():
-        history, tail = simulate(scenario), name.replace(" ", "-")
+    for name, (keys, of_starts) in ways.items():
+        history, tail = simulate(Scenario.builtin("paper", [*keys, "end_time=1.0"])), name.replace(" ", "-")
         first, *later = collisions(history)
-        found.append(
-            Measurement(
-                f"impulse, {name}",
-                first.normal_impulse,
-                LIMIT["impulse"],
-                "N s",
-                of_impulse,
-                text,
-                f"impulse-{tail}",
-            )
-        )
-        energy = float(history.total_energy.sel(time=LIMIT["after"], method="nearest"))
-        found.append(
-            Measurement(f"energy after, {name}", energy, LIMIT["energy"], "J", 5e-6, text, f"energy-{tail}")
-        )
+        impulse, exact = first.normal_impulse, LIMIT["impulse"]
+        found.append(Measurement(f"impulse, {name}", impulse, exact, "N s", 5e-6, text, f"impulse-{tail}"))
+        energy, exact = float(history.total_energy.sel(time=LIMIT["after"], method="nearest")), LIMIT["energy"]
+        found.append(Measurement(f"energy after, {name}", energy, exact, "J", 5e-6, text, f"energy-{tail}"))
         for number, (collision, allowed) in enumerate(zip(later, of_starts, strict=True), start=2):
-            found.append(
-                Measurement(
-                    f"start of collision {number}, {name}",
-                    collision.start,
-                    LIMIT["starts"][number - 1],
-                    "s",
-                    allowed,
-                    text,
-                    f"start-{number}-{tail}",
-                )
-            )
+            quantity, exact = f"start of collision {number}, {name}", LIMIT["starts"][number - 1]
+            start = f"start-{number}-{tail}"
+            found.append(Measurement(quantity, collision.start, exact, "s", allowed, text, start))
     return found

@@ -10,6 +10,7 @@ from oblique_impact import fem_beam, modal
 from oblique_impact.beam.frequencies import natural_frequencies
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.modal import clamped_free_roots, hinged_free_roots
+from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.beams import EPS, unit_beam
 from oblique_impact.validation.checks.plots import frequency_errors_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
@@ -23,13 +24,11 @@ _MODES = 60
 
 
 def _roots(name: str, roots: np.ndarray, item: str) -> list[Measurement]:
-    exact = np.array(VALUES[item])
+    exact, text = VALUES[item], source(item)
     # two units in the last place of a simple root, and as much for another processor
     accuracy = 8.0 * EPS
     return [
-        within(
-            f"root {k} of the {name} beam", roots[k - 1], exact[k - 1], "1", accuracy, source(item), f"root-{k}"
-        )
+        within(f"root {k} of the {name} beam", roots[k - 1], exact[k - 1], "1", accuracy, text, f"root-{k}")
         for k in (1, 2, 5, 10)
     ]
 
@@ -59,17 +58,8 @@ def orthogonality() -> list[Measurement]:
         mass, stiffness = o.M1 / (density * length), o.K * length**3 / modulus / np.outer(roots, roots) ** 2
         for name, matrix in (("mass", mass), ("stiffness", stiffness)):
             off = float(np.abs(matrix - np.eye(_MODES)).max())
-            found.append(
-                Measurement(
-                    f"{name}, {family}-free: largest deviation",
-                    off,
-                    0.0,
-                    "1",
-                    2.0 * ROUNDING,
-                    text,
-                    f"{name}-{family}",
-                )
-            )
+            quantity = f"{name}, {family}-free: largest deviation"
+            found.append(Measurement(quantity, off, 0.0, "1", 2.0 * ROUNDING, text, f"{name}-{family}"))
     return found
 
 
@@ -109,13 +99,11 @@ def with_hub() -> list[Measurement]:
         bounds = {"modal": np.full(3, 2e-13), "fem": 1.5 * VALUES["1.3"] * (roots / 32) ** 4}
         for method, bound in bounds.items():
             scenario = unit_beam(root, method=method, elements=32)
-            computed = natural_frequencies(scenario, count=4).chordwise[0, 1:]
-            k = int(np.argmax(np.abs(computed / roots**2 - 1.0) / bound))
+            computed, exact = natural_frequencies(scenario, count=4).chordwise[0, 1:], roots**2
+            k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
             quantity = f"frequency {k + 1}, hub of {inertia:g} m L³ at {radius:g} L, {method}"
-            name = f"{method}-{inertia:g}-{radius:g}"
-            found.append(
-                within(quantity, computed[k], roots[k] ** 2, "sqrt(EI/(m L⁴))", float(bound[k]), text, name)
-            )
+            name, allowed = f"{method}-{inertia:g}-{radius:g}", float(bound[k])
+            found.append(within(quantity, computed[k], exact[k], "sqrt(EI/(m L⁴))", allowed, text, name))
     return found
 
 
@@ -149,18 +137,14 @@ def nodal_matrices() -> list[Measurement]:
         o = fem_beam.build_nodal(scenario)
         # the largest eigenvalues of a dense problem lose least to rounding: those of the inverse, 1/(1 + w²)
         inverse = eigh(o.M1.toarray(), (o.K + o.M1).toarray(), eigvals_only=True)[::-1]
-        computed, exact = (
-            np.sqrt(1.0 / inverse[1:4] - 1.0) / _ROOTS["hinged"][:3] ** 2 - 1.0,
-            np.array(VALUES[f"1.4-h{elements}"]),
-        )
+        computed = np.sqrt(1.0 / inverse[1:4] - 1.0) / _ROOTS["hinged"][:3] ** 2 - 1.0
+        item = f"1.4-h{elements}"
+        exact = np.array(VALUES[item])
         k = int(np.argmax(np.abs(computed - exact)))
         quantity = f"relative frequency error, {elements} elements, mode {k + 1}"
         # rounding, as much again of the entries of K, which are 10⁵ times the square of the frequency
-        found.append(
-            Measurement(
-                quantity, computed[k], exact[k], "1", 5.0 * ROUNDING, source(f"1.4-h{elements}"), f"{elements}"
-            )
-        )
+        allowed = 5.0 * ROUNDING
+        found.append(Measurement(quantity, computed[k], exact[k], "1", allowed, source(item), f"{elements}"))
     return found
 
 
@@ -179,44 +163,27 @@ def order_four() -> Evidence:
         found.append(Measurement(quantity, orders[worst], 4.0, "1", 0.1, text, f"order-{root}"))
         for k in range(3):
             b = _ROOTS[root][k] / 32
-            constant = float(errors[3, k] / b**4)
+            constant, name = float(errors[3, k] / b**4), f"constant-{root}-{k + 1}"
+            quantity = f"error/(b h)⁴ at 32 elements, {root}, mode {k + 1}"
             # the next term is a tenth of (b h)^2
-            found.append(
-                within(
-                    f"error/(b h)⁴ at 32 elements, {root}, mode {k + 1}",
-                    constant,
-                    VALUES["1.3"],
-                    "1",
-                    0.2 * b**2,
-                    source("1.3"),
-                    f"constant-{root}-{k + 1}",
-                )
-            )
+            found.append(within(quantity, constant, VALUES["1.3"], "1", 0.2 * b**2, source("1.3"), name))
     return Evidence(found, [frequency_errors_figure(np.array(meshes), curves, _ROOTS)])
 
 
 @check("The paper's beam: first frequencies in rad/s from both discretizations.")
 def paper_beam() -> list[Measurement]:
     """(b/L)^2 sqrt(EI/m) with the paper's data."""
-    from oblique_impact.scenario.scenario import Scenario
-
-    found = []
+    found, text = [], "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
     for method, constant in (("modal", 0.0), ("fem", VALUES["1.3"])):
-        for frame, root in (("tangent", "clamped"), ("mean-axis", "hinged")):
-            scenario = Scenario.builtin(
-                "paper",
-                [f"discretization.method={method}", f"discretization.frame={frame}", "discretization.elements=64"],
-            )
-            beam = scenario.beam
-            speed = np.sqrt(68.952e9 * 7.85e-9 / (2766.7 * 3.14e-4)) / beam.length**2
+        for root, frame in _FRAMES.items():
+            keys = (f"method={method}", f"frame={frame}", "elements=64")
+            scenario = Scenario.builtin("paper", [f"discretization.{key}" for key in keys])
+            speed = np.sqrt(68.952e9 * 7.85e-9 / (2766.7 * 3.14e-4)) / scenario.beam.length**2
             computed = build_operators(scenario).natural_frequencies()
             exact = _ROOTS[root][:2] ** 2 * speed
             # the constant holds up to the next term, of relative size (b h)²
             bound = ROUNDING + 1.1 * constant * (_ROOTS[root][:2] / 64) ** 4
             k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
-            text = "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
-            quantity = f"frequency {k + 1}, {root}-free, {method}"
-            found.append(
-                within(quantity, computed[k], exact[k], "rad/s", float(bound[k]), text, f"{method}-{root}")
-            )
+            quantity, name = f"frequency {k + 1}, {root}-free, {method}", f"{method}-{root}"
+            found.append(within(quantity, computed[k], exact[k], "rad/s", float(bound[k]), text, name))
     return found

@@ -58,24 +58,13 @@ def thrown_up() -> list[Measurement]:
     found, text, end = [], source("6b"), VALUES["6b"]["mu02"]["t_total"]
     for mu, key, kind in ((0.2, "mu02", EventKind.REVERSAL), (0.4, "mu04", EventKind.STICK)):
         expected, history = VALUES["6b"][key], _slide(_INCLINE, 0.0, 2.0, end, Coulomb(mu, mu))
-        stop = events_of(history, kind)[0]
-        place = float(samples_at(history, stop.time)[0][0])
-        speed = -float(history["qd"].values[-1, 0])
-        found += [
-            within(
-                f"time of the stop, mu = {mu}", stop.time, expected["t_stop"], "s", _DIGITS, text, f"time-{key}"
-            ),
-            within(f"way up, mu = {mu}", place, expected["d"], "m", _DIGITS, text, f"way-{key}"),
-            Measurement(
-                f"speed at the time of return, mu = {mu}",
-                speed,
-                expected.get("v_return", 0.0),
-                "m/s",
-                1e-11,
-                text,
-                f"return-{key}",
-            ),
-        ]
+        stop, exact = events_of(history, kind)[0].time, expected["t_stop"]
+        found.append(within(f"time of the stop, mu = {mu}", stop, exact, "s", _DIGITS, text, f"time-{key}"))
+        place, exact = float(samples_at(history, stop)[0][0]), expected["d"]
+        found.append(within(f"way up, mu = {mu}", place, exact, "m", _DIGITS, text, f"way-{key}"))
+        speed, exact = -float(history["qd"].values[-1, 0]), expected.get("v_return", 0.0)
+        quantity = f"speed at the time of return, mu = {mu}"
+        found.append(Measurement(quantity, speed, exact, "m/s", 1e-11, text, f"return-{key}"))
     return found
 
 
@@ -109,38 +98,25 @@ def belt() -> list[Measurement]:
 def bouncing_ball() -> list[Measurement]:
     """Time to rest for e = 0.5 and 0.8; bounces below four gap tolerances are the end."""
     found, text, gap = [], source("6e"), 1e-18
+    heights = "closed form: heights fall like e^(2 n)"
     for e, key in ((0.5, "e05"), (0.8, "e08")):
-        history = simulate_system(
-            Particle(above=-_G),
-            np.array([0.0, 1.0]),
-            np.zeros(2),
-            5.0,
-            impact_law=NewtonImpact(e),
-            gap_tolerance=gap,
-        )
+        start, law = (np.array([0.0, 1.0]), np.zeros(2)), NewtonImpact(e)
+        history = simulate_system(Particle(above=-_G), *start, 5.0, impact_law=law, gap_tolerance=gap)
         last = history.events[-1]
         left = 2.0 * sqrt(8.0 * gap / _G) / (1.0 - e) + 1e-11
-        bounces = len(history.events) - 1
+        bounces, known = float(len(history.events) - 1), float(ceil(log(4.0 * gap) / (2.0 * log(e))) - 1)
+        quantity = f"bounces higher than four tolerances, e = {e}"
         exact, first = VALUES["6e"], history.events[0].time
+        of_first = _DIGITS * first
         way = 1.0 + 2.0 * sum((e * event.normal_velocity) ** 2 / (2.0 * _G) for event in history.events[:-1])
         left_way = 8.0 * gap / (1.0 - e**2) + 1e-11
         force = history["lambda_n"].values[history["time"].values > last.time].min()
         found += [
-            Measurement(
-                f"first bounce, e = {e}", first, exact["first"], "s", _DIGITS * first, text, f"first-{key}"
-            ),
+            Measurement(f"first bounce, e = {e}", first, exact["first"], "s", of_first, text, f"first-{key}"),
             Measurement(f"way, e = {e}", way, exact[f"dist_{key}"], "m", left_way, text, f"way-{key}"),
             within(f"least force at rest, e = {e}", force, _G, "N", ROUNDING, "closed form: m g", f"rest-{key}"),
-            Measurement(f"time to rest, e = {e}", last.time, VALUES["6e"][key], "s", left, text, f"time-{key}"),
-            Measurement(
-                f"bounces higher than four tolerances, e = {e}",
-                float(bounces),
-                float(ceil(log(4.0 * gap) / (2.0 * log(e))) - 1),
-                "1",
-                0.0,
-                "closed form: heights fall like e^(2 n)",
-                f"bounces-{key}",
-            ),
+            Measurement(f"time to rest, e = {e}", last.time, exact[key], "s", left, text, f"time-{key}"),
+            Measurement(quantity, bounces, known, "1", 0.0, heights, f"bounces-{key}"),
         ]
     return found
 
@@ -168,15 +144,8 @@ def painleve() -> list[Measurement]:
     for k, angle in enumerate(VALUES["6d"]["interval_rad"]):
         quantity = f"effective inverse mass at the {('lower', 'upper')[k]} edge"
         found.append(Measurement(quantity, effective(angle), 0.0, "1/kg", 1e-11, text, ("lower", "upper")[k]))
-    deepest = Measurement(
-        "effective inverse mass at atan 2",
-        effective(atan(2.0)),
-        VALUES["6d"]["mp_at_atan2"],
-        "1/kg",
-        ROUNDING,
-        text,
-        "atan2",
-    )
+    computed, exact = effective(atan(2.0)), VALUES["6d"]["mp_at_atan2"]
+    deepest = Measurement("effective inverse mass at atan 2", computed, exact, "1/kg", ROUNDING, text, "atan2")
     for degrees in (51.0, 60.0, 73.0):
         start = rod.at(radians(degrees)), rod.moving(radians(degrees), (-1.0, 0.0))
         summary = simulate_system(rod, *start, 0.5, friction=Coulomb(1.5, 1.5)).summary
@@ -201,18 +170,9 @@ def rod_impact() -> list[Measurement]:
             -1.0 + instant.a_nn * impulse.normal + instant.a_nt * impulse.tangential,
         )
         computed = (impulse.normal, impulse.tangential, *after)
-        for k in range(4):
-            found.append(
-                Measurement(
-                    f"{names[k]}, {name}",
-                    computed[k],
-                    VALUES["6f"][row][k],
-                    units[k],
-                    max(_DIGITS * abs(VALUES["6f"][row][k]), ROUNDING),
-                    source("6f"),
-                    f"{name}-{k + 1}",
-                )
-            )
+        for k, (value, exact) in enumerate(zip(computed, VALUES["6f"][row], strict=True)):
+            allowed, tail = max(_DIGITS * abs(exact), ROUNDING), f"{name}-{k + 1}"
+            found.append(Measurement(f"{names[k]}, {name}", value, exact, units[k], allowed, source("6f"), tail))
     return found
 
 
@@ -221,53 +181,23 @@ def rod_impact() -> list[Measurement]:
 )
 def bar_impact() -> list[Measurement]:
     """Closed forms of the pinned bar."""
-    found, text = [], source("6i")
+    found, text, exact = [], source("6i"), VALUES["6i"]
     for mu, e in ((0.0, 0.0), (0.3, 0.0), (0.3, 0.5)):
-        history = simulate_system(
-            _BAR,
-            np.array([pi / 4]),
-            np.zeros(1),
-            0.318,
-            impact_law=RouthImpact(mu, e),
-            friction=Coulomb(mu, mu) if mu else Frictionless(),
-        )
-        event = history.events[0]
-        name = f"mu{mu:g}-e{e:g}"
+        friction, start = Coulomb(mu, mu) if mu else Frictionless(), (np.array([pi / 4]), np.zeros(1))
+        history = simulate_system(_BAR, *start, 0.318, impact_law=RouthImpact(mu, e), friction=friction)
+        event, name = history.events[0], f"mu{mu:g}-e{e:g}"
+        normal, tangential, lost = event.normal_impulse, event.tangential_impulse, event.energy_loss
         if e == 0.0:
-            exact = VALUES["6i"]["mu03" if mu else "mu0"]
+            of_normal, of_tangential = exact["mu03" if mu else "mu0"], exact["Pt_mu03"] * mu / 0.3
+            quantity, tail = f"tangential impulse, mu = {mu}", f"{name}-tangential"
             found += [
-                within(
-                    f"normal impulse, mu = {mu}",
-                    event.normal_impulse,
-                    exact,
-                    "N s",
-                    _DIGITS,
-                    text,
-                    f"{name}-impulse",
-                ),
-                Measurement(
-                    f"tangential impulse, mu = {mu}",
-                    event.tangential_impulse,
-                    VALUES["6i"]["Pt_mu03"] * mu / 0.3,
-                    "N s",
-                    _DIGITS,
-                    text,
-                    f"{name}-tangential",
-                ),
-                within(
-                    f"energy lost, mu = {mu}",
-                    event.energy_loss,
-                    VALUES["6i"]["KE"],
-                    "J",
-                    1e-12,
-                    text,
-                    f"{name}-energy",
-                ),
+                within(f"normal impulse, mu = {mu}", normal, of_normal, "N s", _DIGITS, text, f"{name}-impulse"),
+                Measurement(quantity, tangential, of_tangential, "N s", _DIGITS, text, tail),
+                within(f"energy lost, mu = {mu}", lost, exact["KE"], "J", 1e-12, text, f"{name}-energy"),
                 within(f"time, mu = {mu}", event.time, VALUES["4"]["t"], "s", 5e-13, source("4"), f"{name}-time"),
             ]
         else:
-            omega = float(samples_at(history, event.time)[1][0])
-            expected = VALUES["6i"]["e05_mu03"]["omega"]
+            omega, expected = float(samples_at(history, event.time)[1][0]), exact["e05_mu03"]["omega"]
             found.append(within("spin after, e = 0.5", omega, expected, "rad/s", _DIGITS, text, f"{name}-spin"))
     return found
 
@@ -282,16 +212,10 @@ def hunt_crossley() -> list[Measurement]:
             return v / c - log(1.0 + c * v) / c**2
 
         exact = brentq(lambda v, f=first_integral: f(-v) - f(speed), 0.0, min(speed, 0.999 / c), xtol=1e-15)
-        history = simulate_system(
-            Particle(above=0.0, mass=2.0),
-            np.array([0.0, 0.3]),
-            np.array([0.0, -speed]),
-            0.5,
-            contact_law=ElasticStop(5e3, c),
-            output_interval=1e-2,
-        )
-        rebound = float(history["qd"].values[-1, 1])
-        text = "closed form (Hunt and Crossley 1975)"
+        ball, stop = Particle(above=0.0, mass=2.0), ElasticStop(5e3, c)
+        start = np.array([0.0, 0.3]), np.array([0.0, -speed])
+        history = simulate_system(ball, *start, 0.5, contact_law=stop, output_interval=1e-2)
+        rebound, text = float(history["qd"].values[-1, 1]), "closed form (Hunt and Crossley 1975)"
         found.append(Measurement(f"speed after, damping {c} s/m", rebound, exact, "m/s", 2.5e-12, text, f"c{c:g}"))
     return found
 
@@ -299,20 +223,13 @@ def hunt_crossley() -> list[Measurement]:
 @check("Fixed steps find a contact late; Baumgarte's stabilization pushes the penetration out.", seconds=1.0)
 def baumgarte() -> list[Measurement]:
     """A falling particle: after the impact Z'' + 2 chi Z' + beta² Z = 0 (or Z'' + chi Z' + beta Z = 0)."""
-    found = []
+    found, text = [], "closed form of the damped oscillation from the penetration at the impact"
     chi, beta, after = 10.0, 1000.0, 1e-3
     # the squared form is stiff, the steps err; the plain one is exact but for rounding
     for form, allowed in (("squared", 7e-15), ("plain", 1e-18)):
-        terms = Baumgarte.from_parameters(chi, beta, form)
-        history = simulate_system(
-            Particle(above=-_G),
-            np.array([0.0, 0.01]),
-            np.zeros(2),
-            0.06,
-            scheme=FixedStepScheme(1e-4, 1e-5),
-            baumgarte=terms,
-            output_interval=1e-5,
-        )
+        terms, scheme = Baumgarte.from_parameters(chi, beta, form), FixedStepScheme(1e-4, 1e-5)
+        ball, at_rest = Particle(above=-_G), (np.array([0.0, 0.01]), np.zeros(2))
+        history = simulate_system(ball, *at_rest, 0.06, scheme=scheme, baumgarte=terms, output_interval=1e-5)
         start = history.events[0].time
         depth = float(samples_at(history, start)[0][1])
         time = history["time"].values
@@ -320,15 +237,6 @@ def baumgarte() -> list[Measurement]:
         half, spring = (chi, beta**2) if form == "squared" else (0.5 * chi, beta)
         omega, t = sqrt(spring - half**2), time[k] - start
         exact = depth * np.exp(-half * t) * (cos(omega * t) + half / omega * sin(omega * t))
-        found.append(
-            Measurement(
-                f"gap 1 ms after the impact, {form} form",
-                float(history["q"].values[k, 1]),
-                exact,
-                "m",
-                allowed,
-                "closed form of the damped oscillation from the penetration at the impact",
-                form,
-            )
-        )
+        gap, quantity = float(history["q"].values[k, 1]), f"gap 1 ms after the impact, {form} form"
+        found.append(Measurement(quantity, gap, exact, "m", allowed, text, form))
     return found

@@ -63,19 +63,11 @@ def own_weight() -> list[Measurement]:
     found, text = [], source("7a")
     for name, shapes in _SOURCES.items():
         tip, fields = _at_rest(_cantilever(0.0, shapes))
-        accuracy = _ACCURACY[name]
+        accuracy, moment, exact = _ACCURACY[name], -fields.moment[0, 0], VALUES["7a"]["M0"]
         found += [
             within(f"tip deflection, {name}", -tip, VALUES["7a"]["tip"], "m", accuracy, text, f"tip-{name}"),
             # arms shrink by the foreshortening, less than (3/2)(tip slope)² = 1e-5
-            within(
-                f"root moment, {name}",
-                -fields.moment[0, 0],
-                VALUES["7a"]["M0"],
-                "N m",
-                1e-5,
-                text,
-                f"moment-{name}",
-            ),
+            within(f"root moment, {name}", moment, exact, "N m", 1e-5, text, f"moment-{name}"),
         ]
     return found
 
