@@ -28,9 +28,9 @@ def events() -> list[Measurement]:
     """Aligned event logs: number of unpaired events, and the largest distance in the first macro-collision."""
     modal, fem = run("paper"), run("paper", *_ELEMENTS)
     pairs = pair_events(modal.events, fem.events)
-    unpaired = sum(pair.time_difference is None for pair in pairs)
+    unpaired = pairs["time_difference"].isna().sum()
     end = modal.summary["macro_collisions"][0]["end"]
-    first = largest_difference([pair for pair in pairs if pair.left and pair.left.time <= end])
+    first = largest_difference(pairs[pairs["left_time"] <= end])
     growth = f"{_TEXT}; each collision multiplies a difference by about 30"
     return [
         Measurement("events without a partner in 1 s", float(unpaired), 0.0, "1", 0.0, _TEXT, "unpaired"),
@@ -69,7 +69,8 @@ def trajectories() -> Iterator[Measurement]:
     """Largest distance of the tip and of theta over the phases of a macro-collision, two modes, 64 elements."""
     modal, fem = run("paper", *_FINE), run("paper", *_FINE, *_ELEMENTS)
     pairs = pair_events(modal.events, fem.events)
-    limits = [(0.0, 0.0)] + [(p.left.time, p.right.time) for p in pairs if p.left and p.right] + [(0.02, 0.02)]
+    shared = pairs[["left_time", "right_time"]].dropna().itertuples(index=False)
+    limits = [(0.0, 0.0), *shared, (0.02, 0.02)]
     for name, unit, allowed in (("tip_x", "m", 1.5e-9), ("tip_y", "m", 1.5e-9), ("theta", "rad", 1.5e-8)):
         worst = 0.0
         for (a0, b0), (a1, b1) in pairwise(limits):
