@@ -36,7 +36,7 @@ PIN = 0.035  # over the length: size of the drawn pin
 _GHOST = 0.11  # over the length: path of the contact point between two earlier positions
 _TRACE = 3.0  # over the length: path of the contact point that is seen
 _REACH = 1.2  # over that of the beam: what lies farther away has no place in the picture
-_OUT = 3.0  # over the length: what lies farther away is drawn there, out of the picture
+_OUT = 3.0  # over that of the beam: what lies farther away is drawn there, out of the picture
 _APART = 0.13  # part of the film: times below the slider are as far apart, to have room on a phone
 
 
@@ -84,7 +84,8 @@ def content_of(story: Story) -> Content:
     state, charts = history["state"].values.astype("u1")[samples], page_charts(story)
     film = course.film_at(times[samples])
     scales = {name: colour_scale(story.geometries, name) for name in get_args(Colour)}
-    axes = np.clip(np.nan_to_num(geometry.stations_at(samples)), -_OUT * length, _OUT * length)
+    out = _OUT * (length + scenario.root.hub_radius)
+    axes = np.clip(np.nan_to_num(geometry.stations_at(samples)), -out, out)
     steps = np.linalg.norm(np.diff(axes[:, touch], axis=0), axis=1)
     path = np.concatenate([[0.0], np.cumsum(steps)])  # of the contact point
     ghosts = np.arange(0.0, path[-1], _GHOST * length)
@@ -107,7 +108,7 @@ def content_of(story: Story) -> Content:
     facts = {
         "touch": touch,
         "stations": stations.tolist(),
-        "radius": np.broadcast_to(geometry.sections.fibre_distance(stations), stations.shape).tolist(),
+        "radius": geometry.radii.tolist(),
         "hub_radius": scenario.root.hub_radius,
         "pinned": scenario.root.kind == "pin",
         "pin": PIN * length,
@@ -210,8 +211,7 @@ def _factor(story: Story, axes: Array, arrows: Array, factor: float) -> dict[str
     stations, touch = geometry.stations, geometry.touch
     chord = axes[:, :1] + (stations / stations[touch])[:, None] * (axes[:, touch, None] - axes[:, :1])
     drawn = chord + factor * (axes - chord)
-    room = 2.0 * np.maximum(geometry.sections.fibre_distance(stations), geometry.mass_radius)
-    room = np.broadcast_to(room, stations.shape)[:, None]
+    room = 2.0 * np.maximum(geometry.radii, geometry.mass_radius)[:, None]
     tails = axes[:, touch] - 1.2 * ARROW * length * arrows
     places = np.concatenate([*(drawn - room), *(drawn + room), tails, slope.outline if slope else tails])
     places = places[np.all(np.abs(places) < _REACH * (length + hub), axis=1)]

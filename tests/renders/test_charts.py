@@ -135,9 +135,8 @@ def test_the_overview_shows_the_beam_where_it_is_at_the_time_beside_it(panels, r
     assert len(labels) == 6
     for label, outline in zip(labels, axes.patches, strict=False):
         near = history.data.interp(time=float(label.get_text().removesuffix(" s")))
-        assert (
-            np.linalg.norm(np.subtract(label.xy, [near["tip_x"], near["tip_y"]])) < 5e-3
-        )  # a millisecond at up to 5 m/s
+        away = np.subtract(label.xy, [near["tip_x"], near["tip_y"]])
+        assert np.linalg.norm(away) < 5e-3  # a millisecond at up to 5 m/s
         distances = np.linalg.norm(outline.get_xy() - label.xy, axis=1)
         assert distances.min() == pytest.approx(np.sqrt(314.16e-6 / np.pi), rel=0.01)  # around it
 
