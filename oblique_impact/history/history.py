@@ -210,7 +210,7 @@ class History:
         `deformation` magnifies the bending, not the results.  Raises InputError for a system that is no beam, or a
         time outside of the run.
         """
-        from oblique_impact.renders.meshes import beam_mesh
+        from oblique_impact.renders.exports import beam_mesh
 
         if self.scenario is None:
             raise InputError("to_pyvista: this is the history of a system that is no beam")

@@ -19,7 +19,7 @@ from oblique_impact.marching.alpha_state import (
     algorithm_state,
     is_backward_euler,
 )
-from oblique_impact.marching.alpha_step import Step
+from oblique_impact.marching.alpha_step import Solution
 from oblique_impact.marching.equations import (
     DAMPING_LOSS,
     FRICTION_LOSS,
@@ -33,14 +33,14 @@ from oblique_impact.marching.equations import (
 
 
 @jitable
-def finish_step(a: Attempt, h: float, step: Step) -> None:
+def finish_step(a: Attempt, h: float, solution: Solution) -> None:
     """Complete the state after a converged step of length h: algorithmic acceleration, forces, quadratures.
 
-    Forces to report are in `step`, those at its end are kept already.
+    Forces to report are in `solution`, those at its end are kept already.
     """
     phase, c, y, y_new, w = a.phase, a.c, a.y, a.scratch.y_new, a.scratch.work
     d, v = w.vectors.forces.shape[0], w.vectors
-    before, after, end = algorithm_state(y, d), algorithm_state(y_new, d), step.end
+    before, after, end = algorithm_state(y, d), algorithm_state(y_new, d), solution.end
     scale = 1.0 / (1.0 - c.alpha_m)
     rigid = phase.state != FREE and not phase.stop.compliant
     for i in range(d):
@@ -59,7 +59,7 @@ def finish_step(a: Attempt, h: float, step: Step) -> None:
         after.rates[i] = rates[i] if i != DAMPING_LOSS else 0.0
         y_new[2 * d + i] = y[2 * d + i] + 0.5 * h * (before.rates[i] + after.rates[i])
     _take_applied_impulses(a, h)
-    y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, step.rank_one)
+    y_new[2 * d + STABILIZATION_LOSS] += _dissipation(a, h, solution.rank_one)
     y_new[2 * d + DAMPING_LOSS] += h * _mean_damping_power(a, h)
     if rigid or phase.state == STICKING:
         y_new[2 * d + STABILIZATION_LOSS] += _project(a.system, phase, a.t + h, end, w, y_new)

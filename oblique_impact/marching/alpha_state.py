@@ -12,13 +12,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import OK, accelerate
 from oblique_impact.contact.state import Instant, Phase
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import EFFECTIVE_SLOTS, Array, Workspace, copy
+from oblique_impact.marching.buffers import Scratch
 from oblique_impact.marching.equations import DAMPING_LOSS, QUADRATURES, quadrature_rates
-from oblique_impact.marching.scheme import Scratch
 
 
 class Coefficients(NamedTuple):
@@ -113,11 +114,14 @@ class Iterations(NamedTuple):
 
     contraction: Array  # (3,) ratio of the residuals; negative: not known
     rounded: Array  # (3,) residuals below which they do not fall; 0: not known
+    stale: NDArray[np.bool_]  # (3,) whether the effective matrix is to be factored anew
 
     @classmethod
     def new(cls) -> Iterations:
         """Return those of which nothing is known."""
-        return cls(np.full(EFFECTIVE_SLOTS, -1.0), np.zeros(EFFECTIVE_SLOTS))
+        return cls(
+            np.full(EFFECTIVE_SLOTS, -1.0), np.zeros(EFFECTIVE_SLOTS), np.ones(EFFECTIVE_SLOTS, dtype=np.bool_)
+        )
 
 
 class Attempt(NamedTuple):

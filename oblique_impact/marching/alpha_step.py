@@ -27,6 +27,7 @@ from oblique_impact.contact.forces import (
 from oblique_impact.contact.state import FREE, NO_CONTACT, SLIDING, STICKING, Instant, Phase
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Evaluation, Workspace, dot
+from oblique_impact.marching.advance import FAILED_ITERATION, UNBOUNDED
 from oblique_impact.marching.alpha_state import (
     Attempt,
     StepLength,
@@ -34,7 +35,6 @@ from oblique_impact.marching.alpha_state import (
     is_backward_euler,
     step_length,
 )
-from oblique_impact.marching.scheme import FAILED_ITERATION, UNBOUNDED
 
 NOT_CONVERGED = -FAILED_ITERATION
 
@@ -55,7 +55,7 @@ _ALIKE = 2.0  # residuals by rounding differ by less than this factor from step 
 _FLAT, _FLAT_ITERATIONS, _FLAT_ROUNDING = 0.7, 3, 1e6
 
 
-class Step(NamedTuple):
+class Solution(NamedTuple):
     """Result of a step of the scheme besides the new state vector."""
 
     status: int  # OK, the reason why there is no solution, or NOT_CONVERGED
@@ -162,18 +162,23 @@ def _add_contact(phase: Phase, normal: float, tangential: float, w: Workspace) -
 
 
 @jitable
-def take_step(a: Attempt, h: float, slot: int, stale: bool) -> Step:
-    """One step of length h into the scratch; its effective matrix is in `slot`, and no longer true if `stale`.
+def take_step(a: Attempt, h: float, slot: int) -> Solution:
+    """One step of length h into the scratch, with the effective matrix of a slot.
 
     After an impact on a damped fine mesh acceleration and force are singular, and iterations that start from them
     may diverge; a step of backward Euler does not depend on them.
     """
-    step = _iterate(a, h, slot, stale, 1.0)
-    return step if step.status == OK or not is_backward_euler(a.c) else _iterate(a, h, slot, stale, 0.0)
+    stale = slot == CUT_STEP or a.iterations.stale[slot]
+    solution = _iterate(a, h, slot, stale, 1.0)
+    if solution.status != OK and is_backward_euler(a.c):
+        solution = _iterate(a, h, slot, stale, 0.0)
+    if solution.status == OK:
+        a.iterations.stale[slot] = False
+    return solution
 
 
 @jitable
-def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> Step:
+def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> Solution:
     """Iterate to the end of a step, from this part of the acceleration and the forces at its start."""
     system, phase, t, s, w, iterations = a.system, a.phase, a.t, a.scratch, a.scratch.work, a.iterations
     d, y_new, v, tolerance = w.vectors.forces.shape[0], s.y_new, w.vectors, a.c.tolerance
@@ -194,7 +199,7 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
         left = _add_contact(phase, normal, tangential, w)
         if iteration == 0:
             if not system.factor_effective(t + h, q, step.velocity, step.position, w, slot, stale):
-                return Step(MASS_NOT_POSITIVE, end, rank_one)
+                return Solution(MASS_NOT_POSITIVE, end, rank_one)
         else:
             # the next change is about the last one times the ratio of the residuals
             iterations.contraction[slot] = left / before if before > 0.0 else -1.0
@@ -210,15 +215,15 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
                 if not contact and phase.surface.enabled:
                     e = system.approach(t + h, q, qd, contact, w)
                     end = moved(end, e, 0.0, 0.0, e.supplied_power)
-                return Step(OK, end, rank_one)
+                return Solution(OK, end, rank_one)
             if not left < UNBOUNDED:
-                return Step(NOT_CONVERGED, end, rank_one)
+                return Solution(NOT_CONVERGED, end, rank_one)
         system.solve_effective(rank_one, w, slot, contact)
         if contact:
             end = inclined(phase, _responding(e, w, normal, tangential))
             status, pressing, along = _contact_step(phase, end, w, step)
             if status != OK:
-                return Step(status, end, rank_one)
+                return Solution(status, end, rank_one)
             normal += pressing
             tangential += along
         before = left
@@ -234,5 +239,5 @@ def _iterate(a: Attempt, h: float, slot: int, stale: bool, unchanged: float) -> 
             e = system.approach(t + h, q, qd, contact, w)
             end = moved(end, e, normal, tangential, e.supplied_power, phase.residual.tilt)
             if not contact or _contact_defect(phase, end, step.velocity) <= closed:
-                return Step(OK, end, rank_one)
-    return Step(NOT_CONVERGED, end, rank_one)
+                return Solution(OK, end, rank_one)
+    return Solution(NOT_CONVERGED, end, rank_one)

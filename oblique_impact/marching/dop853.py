@@ -14,8 +14,8 @@ from scipy.integrate import DOP853
 from oblique_impact.contact.state import FREE, NO_CONTACT, Instant, Phase
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array, Workspace, copy
+from oblique_impact.marching.buffers import Scratch
 from oblique_impact.marching.equations import FRICTION_LOSS, QUADRATURES, derivative
-from oblique_impact.marching.scheme import Scratch
 
 ORDER = 8
 STAGES = DOP853.n_stages  # 12

@@ -18,18 +18,22 @@ highest Legendre coefficients of f allow.  With two modes it gains nothing; with
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
 
-from oblique_impact.contact.state import Phase
+from oblique_impact.contact.state import FREE, NORMAL, Phase
 from oblique_impact.kernels.dense import multiply
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
+from oblique_impact.marching.advance import Position, Step, refused
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Scratch
 from oblique_impact.marching.equations import QUADRATURES, derivative
-from oblique_impact.marching.scheme import Limits, Scratch
+
+if TYPE_CHECKING:
+    from oblique_impact.marching.event import EventStepper
 
 #: of a step: with 16 it may be some twenty periods of the fastest mode long, and the tables stay small
 POINTS = 16
@@ -42,6 +46,8 @@ _SETTLED = 0.01  # change, relative to the tolerance, that another sweep need no
 _EASY = 2.0 ** -(POINTS + 1)
 _SAME = 1e-9  # of the interval: times that differ less are the same sample
 _CLEAR = 2.0  # steps stay so many times the way of the contact point from the slope, whose speed grows in them
+#: a step should replace so many Runge-Kutta steps at least; so many are taken before another one is tried
+_COST, _PATIENCE = 4.0, 8
 _TAIL = 2  # Legendre coefficients that estimate the error: f may be even or odd about the middle of a step
 _CAUTION = 2.0  # the sweeps of another step may contract as much slower
 LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
@@ -237,7 +243,7 @@ def _write(tables: Exponential, level: int, row: int, y: Array, target: Array) -
 
 
 @jitable
-def _step(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]:
+def _step(flight: EventStepper, t: float, y: Array, level: int) -> tuple[float, float]:
     """Step from (t, y), whose derivative is in K[0], to s.y_new; its error, relative, and the largest gap rate.
 
     The error is infinite where f is not found.
@@ -252,7 +258,7 @@ def _step(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
     )
     multiply(tables.projection, y[:d], tables.state[0])
     multiply(tables.projection, y[d : 2 * d], tables.state[1])
-    _store_force(tables, 0, tables.state, flight.K[0])
+    _store_force(tables, 0, tables.state, flight.stages.K[0])
     for k in range(d):
         for j in range(1, points):
             force[0, k, j] = force[0, k, 0]
@@ -264,11 +270,13 @@ def _step(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
             _at(tables, level, j - 1, 1, tables.ends)
             multiply(tables.shapes, tables.ends[0], s.at[:d])
             multiply(tables.shapes, tables.ends[1], s.at[d : 2 * d])
-            status, c = derivative(flight.system, flight.phase, t + tables.nodes[j] * h, s.at, s.work, flight.K[1])
+            status, c = derivative(
+                flight.system, flight.phase, t + tables.nodes[j] * h, s.at, s.work, flight.stages.K[1]
+            )
             if status != 0:
                 return np.inf, speed
             speed = max(speed, abs(c.gap_rate))
-            _store_force(tables, j, tables.ends, flight.K[1])
+            _store_force(tables, j, tables.ends, flight.stages.K[1])
         last, change = change, _change(tables, level, y, s.scales, tolerance)
         # sweeps contract at a rate that two of them show, or those of the step before did (Hairer and Wanner,
         # Solving ODEs II, Sec. IV.8)
@@ -282,36 +290,37 @@ def _step(flight: Flight, t: float, y: Array, level: int) -> tuple[float, float]
     return np.inf, speed
 
 
-class Position(NamedTuple):
-    """Where a march is."""
-
-    t: float  # s
-    gap: float  # m, distance from the line of the slope
-    speed: float  # m/s, the largest gap rate of the last step
-    sample: int  # number of the next output sample
-    kept: int  # samples
-
-
-class Flight(NamedTuple):
-    """Arguments of the steps of a flight."""
-
-    system: Any
-    phase: Phase
-    limits: Limits
-    tolerance: float
-    scratch: Scratch
-    K: Array  # (2, ny) or more: derivatives
-    tables: Exponential
+@jitable
+def begins_at_samples(tables: Exponential | None, phase: Phase) -> bool:
+    """Whether steps are cut at samples, because exponential steps begin there."""
+    if tables is None:
+        return False
+    return bool(phase.state == FREE)
 
 
 @jitable
-def try_exponential_step(
-    flight: Flight, now: Position, y: Array, level: int, shortest: float
-) -> tuple[int, Position]:
-    """Advance y in place by the longest step of a level up to `level` that stays clear of the slope.
+def begin_flight(tables: Exponential | None, speed: float) -> None:
+    """Begin with the longest steps, knowing nothing of their sweeps but the gap rate (m/s)."""
+    if tables is not None:
+        memory = tables.memory
+        memory[LEVEL], memory[PATIENCE], memory[SPEED] = tables.lengths.shape[0] - 1, 0, speed
+        memory[CONTRACTION] = np.inf
 
-    The derivative at the start and then at the end is in K[0].  Returns the level for the next step, -1 if there
-    is none now of at least the length `shortest` (s), and the new position.
+
+@jitable
+def follow_step(tables: Exponential | None, speed: float, cut: bool) -> None:
+    """Follow a step of another kind, with its largest gap rate (m/s): one that is cut may end at a sample."""
+    if tables is not None:
+        tables.memory[SPEED] = speed
+        if cut:
+            tables.memory[PATIENCE] = 0
+
+
+@jitable
+def take_exponential_step(flight: EventStepper, now: Position, y: Array) -> Step:
+    """Take the longest step of a level up to that of the last one that stays clear of the slope.
+
+    The derivative at the start and then at the end is in K[0].  It is refused if none is worth its time now.
     """
     phase, limits, s, tables, interval, t = (
         flight.phase,
@@ -321,42 +330,52 @@ def try_exponential_step(
         flight.limits.interval,
         now.t,
     )
-    here = abs(now.sample * interval - t) <= _SAME * interval
-    following = (now.sample + 1) * interval if here else now.sample * interval
-    while level >= 0 and tables.lengths[level] >= shortest:
+    memory, levels, next_sample = tables.memory, tables.lengths.shape[0], s.samples.counts[NEXT]
+    if phase.state != FREE:
+        return refused(0, 1.0)
+    if memory[PATIENCE] > 0:
+        memory[PATIENCE] -= 1
+        return refused(0, 1.0)
+    here = abs(next_sample * interval - t) <= _SAME * interval
+    following = (next_sample + 1) * interval if here else next_sample * interval
+    level = int(memory[LEVEL])
+    while level >= 0 and tables.lengths[level] >= _COST * now.h:
         h = tables.lengths[level]
         inside = int(h / interval * (1.0 + _SAME)) - 1  # samples
         fits = here if inside >= 0 else t + h <= following + _SAME * interval
-        near = phase.surface.enabled and now.gap <= _CLEAR * h * now.speed
-        if fits and not near and t + h <= limits.t_stop and now.kept + inside + 2 < s.samples.times.shape[0]:
+        near = phase.surface.enabled and now.gap <= _CLEAR * h * memory[SPEED]
+        fits = fits and s.samples.counts[KEPT] + inside + 2 < s.samples.times.shape[0]
+        if fits and not near and t + h <= limits.t_stop:
             error, speed = _step(flight, t, y, level)
             if error <= 1.0:
-                end = t + h if inside < 0 else (now.sample + inside + 1) * interval
+                end = t + h if inside < 0 else (next_sample + inside + 1) * interval
                 end = following if abs(end - following) <= _SAME * interval else end
-                status, c = derivative(flight.system, phase, end, s.y_new, s.work, flight.K[1])
+                status, c = derivative(flight.system, phase, end, s.y_new, s.work, flight.stages.K[1])
                 gap = phase.surface.side * c.gap
                 if status == 0 and (not phase.surface.enabled or min(now.gap, gap) > _CLEAR * h * speed):
-                    count = _store_samples(flight, now, y, level, here, inside)
-                    copy(s.y_new, y)
-                    copy(flight.K[1], flight.K[0])
-                    sample = now.sample + count - now.kept
-                    longer = error < _EASY and level + 1 < tables.lengths.shape[0]
-                    return level + 1 if longer else level, Position(end, gap, speed, sample, count)
+                    _keep_samples(flight, t, y, level, here, inside)
+                    copy(flight.stages.K[1], flight.stages.K[0])
+                    s.guards.armed[NORMAL] = True
+                    longer = error < _EASY and level + 1 < levels
+                    memory[LEVEL], memory[SPEED] = level + 1 if longer else level, speed
+                    return Step(0, True, end, 1.0, NO_GUARD, gap, 0.0, 0.0)
         level -= 1
-    return -1, now
+    memory[LEVEL], memory[PATIENCE] = levels - 1, _PATIENCE - 1
+    return refused(0, 1.0)
 
 
 @jitable
-def _store_samples(flight: Flight, now: Position, y: Array, level: int, here: bool, inside: int) -> int:
-    """Keep the sample at the start of a step and those inside of it; the number of all."""
-    s, tables = flight.scratch, flight.tables
-    count = now.kept
+def _keep_samples(flight: EventStepper, t: float, y: Array, level: int, here: bool, inside: int) -> None:
+    """Keep the sample at the start of a step and those inside of it."""
+    samples, tables = flight.scratch.samples, flight.tables
+    counts, first = samples.counts, samples.counts[NEXT]
     if here:
-        s.samples.times[count] = now.t
-        copy(y, s.samples.states[count])
-        count += 1
+        samples.times[counts[KEPT]] = t
+        copy(y, samples.states[counts[KEPT]])
+        counts[NEXT] += 1
+        counts[KEPT] += 1
     for m in range(1, inside + 1):
-        s.samples.times[count] = (now.sample + m) * flight.limits.interval
-        _write(tables, level, tables.nodes.shape[0] - 2 + m, y, s.samples.states[count])
-        count += 1
-    return count
+        samples.times[counts[KEPT]] = (first + m) * flight.limits.interval
+        _write(tables, level, tables.nodes.shape[0] - 2 + m, y, samples.states[counts[KEPT]])
+        counts[NEXT] += 1
+        counts[KEPT] += 1

@@ -9,50 +9,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from oblique_impact.contact.forces import can_stick
 from oblique_impact.contact.state import END, FREE, LOWER, NORMAL, SLIDING, SWITCHED, UPPER, Instant, Phase
 from oblique_impact.contact.transitions import StickCriterion
-from oblique_impact.kernels.jit import by_reference, jitable, kernel
+from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
-from oblique_impact.kernels.workspace import Array, copy
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.advance import Limits, Position, Step, StepState, keep_sample, refused
+from oblique_impact.marching.buffers import NO_GUARD, Scratch
 from oblique_impact.marching.equations import derivative
-from oblique_impact.marching.scheme import (
-    AT_GUARD,
-    AT_STOP,
-    FAILED_FINITE,
-    LIMIT_REACHED,
-    NO_GUARD,
-    Limits,
-    Prepared,
-    Progress,
-    Returned,
-    Scheme,
-    Scratch,
-    StepState,
-    bounded,
-    keep_sample,
-    progress_of,
-)
-
-
-@jitable
-def _step(system: Any, phase: Phase, t: float, y: Array, h: float, s: Scratch, K: Array) -> int:
-    """One step of RK4 from (t, y) into s.y_new; K[0] holds the derivative at the start."""
-    at = s.at
-    for i in range(3):
-        part = h if i == 2 else 0.5 * h
-        for m in range(y.shape[0]):
-            at[m] = y[m] + part * K[i, m]
-        status, _ = derivative(system, phase, t + part, at, s.work, K[i + 1])
-        if status != 0:
-            return status
-    for m in range(y.shape[0]):
-        s.y_new[m] = y[m] + h / 6.0 * (K[0, m] + 2.0 * (K[1, m] + K[2, m]) + K[3, m])
-    return 0
+from oblique_impact.marching.scheme import Prepared, Scheme
 
 
 @jitable
@@ -80,54 +50,51 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
     return NO_GUARD
 
 
-@kernel("the fixed steps")
-def march_fixed(
-    system: Any,
-    phase: Phase,
-    h: float,
-    stopping_time: float,
-    start: StepState,
-    y: Array,
-    limits: Limits,
-    s: Scratch,
-    K: Array,
-) -> Returned:
-    """Advance y in place by steps of h until the contact state changes, to the stop, or to the limit of steps."""
-    system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
-    origin, done, sample, count = start.origin, start.done, start.sample, 0
-    t, peak, depth, reason, guard, steps = start.t, 0.0, 0.0, AT_STOP, NO_GUARD, 0
-    status, c = derivative(system, phase, t, y, s.work, K[0])
-    while status == 0:
-        if t >= limits.t_stop:
-            origin, done = t, 0  # the last step was cut; the next ones are counted from here
-            break
-        if count >= s.samples.times.shape[0] or steps >= limits.most_steps:
-            reason = LIMIT_REACHED
-            break
-        following = origin + (done + 1) * h
-        if following > limits.t_stop - 1e-9 * h:
-            following = limits.t_stop
-        status = _step(system, phase, t, y, following - t, s, K)
-        if status != 0:
-            break
-        steps += 1
-        done += 1
-        t = following
-        copy(s.y_new, y)
-        if not bounded(y, s):
-            reason = FAILED_FINITE
-            break
-        status, c = derivative(system, phase, t, y, s.work, K[0])
-        if status != 0:
-            break
-        peak, depth = max(peak, c.normal_force), max(depth, -c.gap)
-        guard = _fallen(phase, c, stopping_time, s.tolerances.velocity)
-        if guard != NO_GUARD:
-            reason = AT_GUARD
-            break
-        sample, count = keep_sample(t, y, sample, count, limits, s.samples)
-    reason = reason if status == 0 else -status
-    return reason, guard, (t, h, sample, origin, done, start.taken + steps), steps, 0, count, peak, depth
+class FixedStepper(NamedTuple):
+    """Steps of RK4; a `Stepper`."""
+
+    system: Any
+    phase: Phase
+    h: float  # s
+    stopping_time: float  # s, see `can_stick`
+    limits: Limits
+    scratch: Scratch
+    K: Array  # (4, ny) derivatives at the stages; the first is there before a step
+
+    described = "by fixed steps"
+
+    def begin(self, start: StepState, y: Array) -> tuple[int, float]:
+        """Evaluate the derivative at the start."""
+        status, c = derivative(self.system, self.phase, start.t, y, self.scratch.work, self.K[0])
+        return status, c.gap
+
+    def length(self, gap: float, h: float) -> float:
+        """Length of the phase's steps."""
+        return self.h
+
+    def take(self, now: Position, length: float, end: float, y: Array) -> Step:
+        """Take a step, whatever happens in it."""
+        s, K, at, y_new = self.scratch, self.K, self.scratch.at, self.scratch.y_new
+        h = end - now.t  # as the clock counts
+        for i in range(3):
+            part = h if i == 2 else 0.5 * h
+            for m in range(y.shape[0]):
+                at[m] = y[m] + part * K[i, m]
+            status, _ = derivative(self.system, self.phase, now.t + part, at, s.work, K[i + 1])
+            if status != 0:
+                return refused(status, 0.0)
+        for m in range(y.shape[0]):
+            y_new[m] = y[m] + h / 6.0 * (K[0, m] + 2.0 * (K[1, m] + K[2, m]) + K[3, m])
+        return Step(0, True, end, 1.0, NO_GUARD, 0.0, 0.0, 0.0)
+
+    def arrive(self, step: Step, y: Array) -> Step:
+        """Decide at the end of a step whether the contact state changes."""
+        s, t = self.scratch, step.end
+        status, c = derivative(self.system, self.phase, t, y, s.work, self.K[0])
+        guard = _fallen(self.phase, c, self.stopping_time, s.tolerances.velocity) if status == 0 else NO_GUARD
+        if status == 0 and guard == NO_GUARD:
+            keep_sample(t, y, self.limits, s.samples)
+        return Step(status, True, t, 1.0, guard, c.gap, c.normal_force, -c.gap)
 
 
 @dataclass(frozen=True)
@@ -162,10 +129,9 @@ class FixedStepScheme(Scheme):
     ) -> Array:
         return np.zeros((4, ny))  # derivatives at the stages
 
-    def march(  # noqa: D102
-        self, prepared: Prepared, phase: Phase, before: Phase | None, start: StepState, y: Array, limits: Limits
-    ) -> Progress:
+    def stepper(  # noqa: D102
+        self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
+    ) -> FixedStepper:
         h = self.free_step if phase.state == FREE else self.contact_step
         stopping_time = self.stick_criterion.stopping_time
-        system, scratch, stages = prepared.system, prepared.scratch, prepared.own
-        return progress_of(march_fixed(system, phase, h, stopping_time, start, y, limits, scratch, stages))
+        return FixedStepper(prepared.system, phase, h, stopping_time, limits, prepared.scratch, prepared.own)

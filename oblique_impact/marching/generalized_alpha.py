@@ -15,11 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import friction_ratio, guards_of, stop_force, with_forces
+from oblique_impact.contact.forces import OK, friction_ratio, guards_of, stop_force, with_forces
 from oblique_impact.contact.state import FREE, GUARDS, LOWER, NORMAL, STICKING, UPPER, Instant, Phase
-from oblique_impact.kernels.jit import by_reference, jitable, kernel
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.system import NormalModes
-from oblique_impact.kernels.workspace import Array, copy
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.advance import Limits, Position, Step, StepState, keep_sample, refused
 from oblique_impact.marching.alpha_balance import finish_step
 from oblique_impact.marching.alpha_state import (
     GAP,
@@ -34,26 +35,10 @@ from oblique_impact.marching.alpha_state import (
     coefficients,
     start_phase,
 )
-from oblique_impact.marching.alpha_step import CONTACT_STEP, CUT_STEP, FLIGHT_STEP, Step, take_step
+from oblique_impact.marching.alpha_step import CONTACT_STEP, CUT_STEP, FLIGHT_STEP, Solution, take_step
+from oblique_impact.marching.buffers import NO_GUARD, Scratch, raised
 from oblique_impact.marching.location import cubic_dip, find_fall
-from oblique_impact.marching.scheme import (
-    AT_GUARD,
-    AT_STOP,
-    FAILED_FINITE,
-    LIMIT_REACHED,
-    NO_GUARD,
-    Limits,
-    Prepared,
-    Progress,
-    Returned,
-    Scheme,
-    Scratch,
-    StepState,
-    bounded,
-    keep_sample,
-    progress_of,
-    raised,
-)
+from oblique_impact.marching.scheme import Prepared, Scheme
 
 _LOCATED = 1e-12  # time scales: how closely an event is located
 _LANDED = 0.01  # thresholds: how far below zero a guard may be found
@@ -81,7 +66,7 @@ class Control(NamedTuple):
 class Cut(NamedTuple):
     """A step of length h (s), cut short where a guard falls, or NO_GUARD."""
 
-    step: Step
+    solution: Solution
     guard: int
     h: float
 
@@ -119,15 +104,15 @@ def _extrapolated(
 
 
 @jitable
-def _report(a: Attempt, h: float, step: Step) -> Step:
+def _report(a: Attempt, h: float, solution: Solution) -> Solution:
     """Keep the forces at the end of a step of length h, measure the guards, return the forces to report."""
-    phase, s, end, lag = a.phase, a.scratch, step.end, a.c.alpha_f * h
+    phase, s, end, lag = a.phase, a.scratch, solution.end, a.c.alpha_f * h
     d = s.work.vectors.forces.shape[0]
     before, after = algorithm_state(a.y, d), algorithm_state(s.y_new, d)
     after.forces[0], after.forces[1] = end.normal_force, end.tangential_force
     if phase.state == FREE:
         _measure(phase, end, s, _END)
-        return step
+        return solution
     mean_n = end.normal_force + a.c.alpha_f * (before.forces[0] - end.normal_force)
     mean_t = end.tangential_force + a.c.alpha_f * (before.forces[1] - end.tangential_force)
     span = h - lag + before.memory[LAG]
@@ -143,7 +128,7 @@ def _report(a: Attempt, h: float, step: Step) -> Step:
     if phase.stop.compliant:
         normal = push + phase.residual.tilt * tangential
     _measure(phase, with_forces(end, normal, tangential, 0.0), s, _END)
-    return Step(step.status, with_forces(end, mean_n, mean_t, end.supplied_power), step.rank_one)
+    return Solution(solution.status, with_forces(end, mean_n, mean_t, end.supplied_power), solution.rank_one)
 
 
 @jitable
@@ -152,10 +137,10 @@ def _raised(s: Scratch, row: int, guard: int) -> float:
 
 
 @jitable
-def _retake(a: Attempt, h: float) -> Step:
+def _retake(a: Attempt, h: float) -> Solution:
     """Repeat a step with another length, guards included."""
-    step = take_step(a, h, CUT_STEP, True)
-    return _report(a, h, step) if step.status == 0 else step
+    solution = take_step(a, h, CUT_STEP)
+    return _report(a, h, solution) if solution.status == OK else solution
 
 
 class _Shorter(NamedTuple):
@@ -182,7 +167,7 @@ def _first_force(phase: Phase, s: Scratch) -> tuple[int, float]:
 
 
 @jitable
-def _cut(a: Attempt, step: Step) -> Cut:
+def _cut(a: Attempt, solution: Solution) -> Cut:
     """Cut the step just taken where the first guard falls; the new state is then that of the shorter step.
 
     Guards of the motion are located by steps of other lengths; those of a force fall on the line through the step.
@@ -193,128 +178,100 @@ def _cut(a: Attempt, step: Step) -> Cut:
     length, taken = h, h
     if first != NO_GUARD:
         length = taken = max(part * h, close)
-        step = _retake(a, length)
+        solution = _retake(a, length)
     elif phase.state == FREE and s.guards.armed[NORMAL] and s.guards.values[_END, NORMAL] > 0.0:
         ga, gb = s.guards.values[_START, NORMAL], s.guards.values[_END, NORMAL]
         least, place = cubic_dip(ga, gb, h * s.guards.slopes[_START, NORMAL], h * s.guards.slopes[_END, NORMAL])
         if place >= 0.0 and least < 0.0:
             taken = place * h
-            step = _retake(a, taken)
+            solution = _retake(a, taken)
             if s.guards.values[_END, NORMAL] <= 0.0:  # else the gap only comes close
                 length = taken
     for guard in range(GUARDS):
         # each guard of the motion that is found fallen shortens the step
-        if step.status == 0 and not _of_force(phase, guard) and _raised(s, _END, guard) <= 0.0:
+        if solution.status == 0 and not _of_force(phase, guard) and _raised(s, _END, guard) <= 0.0:
             fa, fb, low = _raised(s, _START, guard), _raised(s, _END, guard), -_LANDED * s.guards.thresholds[guard]
             narrow = (1e-3 if phase.state == FREE else 1.0) * close / h
             first, length = guard, h * find_fall(_Shorter(a), guard, 0.0, fa, length / h, fb, narrow, low)
             taken = length
             if length <= close:
                 break
-            step = _retake(a, length)
-    if taken != length and step.status == 0:
-        step = _retake(a, length)
-    return Cut(step, first, length)
+            solution = _retake(a, length)
+    if taken != length and solution.status == 0:
+        solution = _retake(a, length)
+    return Cut(solution, first, length)
 
 
-@jitable
-def _open(system: Any, phase: Phase, start: StepState, y: Array, s: Scratch) -> tuple[int, float]:
-    """Guards at the start of a phase, after what it needs is computed; status and gap.
-
-    In a later call they are still there, as the last step has left them.
-    """
-    if start.taken > 0:
-        return 0, float(algorithm_state(y, s.work.vectors.forces.shape[0]).memory[GAP])
-    status, c = start_phase(system, phase, start.t, y, s.work)
-    _measure(phase, c, s, _START)
-    return status, c.gap
+@inlined
+def _is_far(phase: Phase, gap: float, near: float) -> bool:
+    """Whether the contact point is in flight and not close to the slope."""
+    return phase.state == FREE and (not phase.surface.enabled or phase.surface.side * gap > near)
 
 
-@jitable
-def _make_end_the_start(s: Scratch) -> None:
-    """Make the guards at the end of a step those at the start of the next."""
-    for g in range(GUARDS):
-        s.guards.armed[g] = s.guards.armed[g] or s.guards.values[_END, g] > s.guards.thresholds[g]
-        s.guards.values[_START, g] = s.guards.values[_END, g]
-    s.guards.slopes[_START, NORMAL] = s.guards.slopes[_END, NORMAL]
+class AlphaStepper(NamedTuple):
+    """Steps of generalized-alpha; a `Stepper`."""
 
+    system: Any
+    phase: Phase
+    control: Control
+    limits: Limits
+    scratch: Scratch
+    iterations: Iterations
 
-@kernel("generalized-alpha")
-def march_alpha(
-    system: Any,
-    phase: Phase,
-    control: Control,
-    start: StepState,
-    y: Array,
-    limits: Limits,
-    s: Scratch,
-    iterations: Iterations,
-) -> Returned:
-    """Advance y in place; the times are origin + count h as long as the step h stays the same."""
-    system, phase, s = by_reference(system), by_reference(phase), by_reference(s)
-    iterations = by_reference(iterations)
-    steps, count, peak, depth, sample = 0, 0, 0.0, 0.0, start.sample
-    d, capacity = s.work.vectors.forces.shape[0], s.samples.times.shape[0]
-    t, origin, done, h = start.t, start.origin, start.done, start.h if start.taken > 0 else 0.0
-    reason, fallen = AT_STOP, NO_GUARD
-    status, gap = _open(system, phase, start, y, s)
-    flight_stale, contact_stale = True, True
-    while status == 0:
-        if t >= limits.t_stop:
-            origin, done = t, 0
-            break
-        if count >= capacity or steps >= limits.most_steps:
-            reason = LIMIT_REACHED
-            break
-        flying = phase.state == FREE and (not phase.surface.enabled or phase.surface.side * gap > control.near)
-        wanted = control.far_step if flying else control.near_step
-        if wanted != h:
-            origin, done, h = t, 0, wanted
-        following = origin + (done + 1) * h
-        short = following > limits.t_stop - 1e-9 * h
-        following = limits.t_stop if short else following
-        length = following - t if short else h
-        c, slot = control.regular, FLIGHT_STEP if flying else CONTACT_STEP
-        if start.taken + steps < control.first_steps:
-            c, slot = control.first, CUT_STEP
-            algorithmic = algorithm_state(y, d).algorithmic
-            for i in range(d):
+    described = "by generalized-alpha"
+
+    def begin(self, start: StepState, y: Array) -> tuple[int, float]:
+        """Compute what a phase starts with; in a later call it is there, as the last step has left it."""
+        phase, work, stale = self.phase, self.scratch.work, self.iterations.stale
+        for slot in range(stale.shape[0]):
+            stale[slot] = True
+        if start.taken > 0:
+            return OK, float(algorithm_state(y, work.vectors.forces.shape[0]).memory[GAP])
+        status, c = start_phase(self.system, phase, start.t, y, work)
+        _measure(phase, c, self.scratch, _START)
+        return status, c.gap
+
+    def length(self, gap: float, h: float) -> float:
+        """Length of the steps here."""
+        return self.control.far_step if _is_far(self.phase, gap, self.control.near) else self.control.near_step
+
+    def take(self, now: Position, length: float, end: float, y: Array) -> Step:
+        """Take a step, and cut it where the first guard falls."""
+        phase, s, c = self.phase, self.scratch, self.control.regular
+        slot = FLIGHT_STEP if _is_far(phase, now.gap, self.control.near) else CONTACT_STEP
+        if now.taken < self.control.first_steps:
+            c, slot = self.control.first, CUT_STEP
+            algorithmic = algorithm_state(y, s.work.vectors.forces.shape[0]).algorithmic
+            for i in range(algorithmic.shape[0]):
                 algorithmic[i] = 0.0
-        slot = CUT_STEP if short else slot
-        stale = slot == CUT_STEP or (flight_stale if flying else contact_stale)
-        attempt = Attempt(system, phase, c, t, length, y, s, iterations)
-        step = take_step(attempt, length, slot, stale)
-        if step.status != 0:
-            status = step.status
-            break
-        flight_stale, contact_stale = flight_stale and slot != FLIGHT_STEP, contact_stale and slot != CONTACT_STEP
-        step = _report(attempt, length, step)
+        attempt = Attempt(self.system, phase, c, now.t, length, y, s, self.iterations)
+        solution, guard = take_step(attempt, length, slot if length == now.h else CUT_STEP), NO_GUARD
+        if solution.status != OK:
+            return refused(solution.status, 0.0)
+        solution = _report(attempt, length, solution)
         if phase.state != FREE or phase.surface.enabled:
-            step, fallen, length = _cut(attempt, step)
-            if step.status != 0:
-                status = step.status
-                break
-        if fallen != NO_GUARD and length <= _LOCATED * s.tolerances.time:
-            # it falls with the very first of the step: what the last step left is where the phase ends
-            reason, origin, done = AT_GUARD, t, 0
-            break
-        finish_step(attempt, length, step)
-        copy(s.y_new, y)
-        steps += 1
-        peak, gap = max(peak, step.end.normal_force), step.end.gap
-        depth = max(depth, -gap)
-        if not bounded(y, s):
-            reason = FAILED_FINITE
-            break
-        if fallen != NO_GUARD:
-            t += length
-            reason, origin, done = AT_GUARD, t, 0
-            break
-        _make_end_the_start(s)
-        t, done = following, done + 1
-        sample, count = keep_sample(t, y, sample, count, limits, s.samples)
-    reason = reason if status == 0 else -status
-    return reason, fallen, (t, h, sample, origin, done, start.taken + steps), steps, 0, count, peak, depth
+            solution, guard, length = _cut(attempt, solution)
+            if solution.status != OK:
+                return refused(solution.status, 0.0)
+        if guard != NO_GUARD:
+            if length <= _LOCATED * s.tolerances.time:
+                # it falls with the very first of the step: what the last step left is where the phase ends
+                return refused(OK, 0.0, guard)
+            end = now.t + length
+        finish_step(attempt, length, solution)
+        gap = solution.end.gap
+        return Step(OK, True, end, 1.0, guard, gap, solution.end.normal_force, -gap)
+
+    def arrive(self, step: Step, y: Array) -> Step:
+        """Make the guards at the end of a step those at the start of the next."""
+        guards = self.scratch.guards
+        if step.guard == NO_GUARD:
+            for g in range(GUARDS):
+                guards.armed[g] = guards.armed[g] or guards.values[_END, g] > guards.thresholds[g]
+                guards.values[_START, g] = guards.values[_END, g]
+            guards.slopes[_START, NORMAL] = guards.slopes[_END, NORMAL]
+            keep_sample(step.end, y, self.limits, self.scratch.samples)
+        return step
 
 
 @dataclass(frozen=True)
@@ -354,10 +311,8 @@ class GeneralizedAlphaScheme(Scheme):
     ) -> Iterations:
         return Iterations.new()
 
-    def march(
-        self, prepared: Prepared, phase: Phase, before: Phase | None, start: StepState, y: Array, limits: Limits
-    ) -> Progress:
-        """Advance to the next event, or for some thousand steps.
+    def stepper(self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits) -> AlphaStepper:
+        """Return the steps of a phase, the first of them perhaps those of backward Euler.
 
         Accelerations that start anew throw vibrations that the step does not resolve: their velocity overshoots
         by omega h (Hilber and Hughes 1978), and with every impact of a rigid contact energy would be gained.  The
@@ -372,21 +327,19 @@ class GeneralizedAlphaScheme(Scheme):
             and before.surface.side == phase.surface.side
         )
         jumps = _is_rigid(phase) or (before is not None and _is_rigid(before)) or rebound
-        system, scratch = prepared.system, prepared.scratch
-        tolerance = self.tolerance * float(np.sqrt(scratch.tolerances.energy))
+        first_steps = _EULER_STEPS if jumps else 0
+        if phase.stop.massless and phase.residual.relaxation > 0.0:
+            first_steps = _MASSLESS_STEPS
+        tolerance = self.tolerance * float(np.sqrt(prepared.scratch.tolerances.energy))
         control = Control(
             coefficients(self.rho_infinity, tolerance),
             backward_euler(tolerance),
-            _MASSLESS_STEPS
-            if phase.stop.massless and phase.residual.relaxation > 0.0
-            else _EULER_STEPS
-            if jumps
-            else 0,
+            first_steps,
             float(self.free_step),
             float(self.contact_step),
             float(self.near),
         )
-        return progress_of(march_alpha(system, phase, control, start, y, limits, scratch, prepared.own))
+        return AlphaStepper(prepared.system, phase, control, limits, prepared.scratch, prepared.own)
 
 
 def _is_rigid(phase: Phase) -> bool:

@@ -19,7 +19,9 @@ from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
-from oblique_impact.marching import scheme as base
+from oblique_impact.marching import advance as base
+from oblique_impact.marching.advance import Limits, Progress, StepState, march
+from oblique_impact.marching.buffers import NEXT, arm, new_scratch
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
     NORMAL_IMPULSE,
@@ -33,7 +35,7 @@ from oblique_impact.marching.probe import Probe
 from oblique_impact.marching.problem import Problem
 from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Record, Segment
 from oblique_impact.marching.sampling import Observation, contact_problem, observe
-from oblique_impact.marching.scheme import Limits, Prepared, Progress, StepState, arm, new_scratch
+from oblique_impact.marching.scheme import Prepared
 
 MAX_EVENTS = 100_000
 #: so many transitions within so much of the run are chattering
@@ -110,7 +112,7 @@ class Run:
         self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances)
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
         self._prepared = Prepared(problem.system, self._scratch, own)
-        self._now = StepState(0.0, 1e-3 * problem.output_interval, 1, 0.0, 0, 0)
+        self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
         self._phase = problem.machine.free()._replace(surface=Surface(enabled=bool(problem.contact)))
         self._before: Phase | None = None
         self._open: OpenContact | None = None
@@ -172,7 +174,8 @@ class Run:
             counted = problem.scheme.steps_per_call(size)
             limits = Limits(float(end), float(problem.output_interval), counted or self._pace.steps)
             started = perf_counter()
-            progress = problem.scheme.march(self._prepared, self._phase, self._before, self._now, self._y, limits)
+            stepper = problem.scheme.stepper(self._prepared, self._phase, self._before, limits)
+            progress = march(stepper, self._now, self._y)
             self._pace.learn(progress.steps, perf_counter() - started)
             self._now = progress.state
             self._keep(progress)
@@ -343,8 +346,9 @@ class Run:
         Output samples continue with the next multiple of the interval.
         """
         t, self._before = self._now.t, leaving
-        sample = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9)) + 1
-        self._now = StepState(t, self._now.h, sample, t, 0, 0)
+        passed = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9))
+        self._scratch.samples.counts[NEXT] = passed + 1
+        self._now = StepState(t, self._now.h, t, 0, 0)
         self._y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
         contact = self._sample(self._phase)
         arm(self._phase, self._scratch, guards_of(self._phase, contact))

@@ -13,10 +13,10 @@ from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.state import GUARDS, NORMAL, Instant, Phase
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.buffers import NO_GUARD, GuardTable, Scratch, raised
 from oblique_impact.marching.dop853 import DENSE_STAGES, Stages, interpolate
 from oblique_impact.marching.equations import derivative
 from oblique_impact.marching.location import cubic_dip, find_fall, find_rise, find_trough
-from oblique_impact.marching.scheme import NO_GUARD, GuardTable, Scratch, raised
 
 UNDEFINED = -2
 

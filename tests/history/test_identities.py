@@ -437,7 +437,7 @@ def plane(points):
 
 def test_drawn_points_are_those_of_the_history(beam):
     geometry = BeamGeometry(beam.history, 1.0)
-    stations = np.searchsorted(geometry.places, beam.x - 1e-12)
+    stations = np.searchsorted(geometry.stations, beam.x - 1e-12)
     for k in few(beam):
         close(plane(geometry.stations_at(k)), beam.z[k], 1e-12)
         close(plane(geometry.centreline(k))[stations], beam.z[k], 1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import History, Interrupted, Outcome, Scenario, simulate, simulate_system
-from oblique_impact.marching.event import EventScheme
+from oblique_impact.marching import loop
 from tests.systems import Block
 
 NODAL = (
@@ -58,17 +58,17 @@ def test_an_interrupted_run_keeps_what_is_computed(tmp_path, changes, calls):
 
 def test_an_interrupt_between_a_leg_and_its_bookkeeping(run, monkeypatch):
     """The state is that of the end of the leg by then, the time still that of its beginning."""
-    march, legs = EventScheme.march, []
+    march, legs = loop.march, []
 
-    def interrupted(self, *arguments):
-        progress = march(self, *arguments)
+    def interrupted(*arguments):
+        progress = march(*arguments)
         legs.append(progress.state.t)
         if len(legs) == 4:
             signal.raise_signal(signal.SIGINT)
         return progress
 
     whole = run("paper", "end_time=0.4")
-    monkeypatch.setattr(EventScheme, "march", interrupted)
+    monkeypatch.setattr(loop, "march", interrupted)
     with pytest.raises(Interrupted) as stopped:
         simulate(Scenario.builtin("paper", ["end_time=0.4"]))
     assert_begins_as(stopped.value.history, whole)

@@ -42,7 +42,7 @@ from oblique_impact.validation.report.document import (
     write_file,
 )
 from oblique_impact.validation.report.figures import FULL, HALF, new_figure, picture, to_svg
-from oblique_impact.validation.report.provenance import command_line, provenance_data
+from oblique_impact.validation.report.provenance import provenance_data
 
 __all__ = [
     "FULL",
@@ -58,7 +58,6 @@ __all__ = [
     "Table",
     "Text",
     "cell",
-    "command_line",
     "new_figure",
     "number",
     "picture",
