@@ -137,11 +137,11 @@ class Scenario(Section):
     @classmethod
     def value_of(cls, path: str, value: Any) -> Any:
         """Return a value as the key "section.key" takes it, whatever the other keys are; raises InputError."""
-        *sections, key = path.split(".")
+        *sections, name = path.split(".")
         model: type[Section] = cls
-        for name in sections:
-            model = cast("type[Section]", model.model_fields[name].annotation)
-        return validated(path, model.model_fields[key], value)
+        for section in sections:
+            model = cast("type[Section]", model.model_fields[section].annotation)
+        return validated(path, model.model_fields[name], value)
 
     # --- derived quantities
 
