@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, OK
 from oblique_impact.kernels.jit import by_reference, compiled_protocol, inlined, jitable, kernel
 from oblique_impact.kernels.workspace import Array, copy
-from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, new_sample
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
 AT_STOP, AT_GUARD, LIMIT_REACHED = 0, 1, 2
@@ -142,12 +142,9 @@ def bounded(y: Array, s: Scratch) -> bool:
 @jitable
 def keep_sample(t: float, y: Array, limits: Limits, samples: Samples) -> None:
     """Keep the end of a step as a sample if one is due."""
-    counts = samples.counts
-    if t >= counts[NEXT] * limits.interval * (1.0 - 1e-12) and t < limits.t_stop:
-        samples.times[counts[KEPT]] = t
-        copy(y, samples.states[counts[KEPT]])
-        counts[NEXT] = int(t / limits.interval * (1.0 + 1e-12)) + 1
-        counts[KEPT] += 1
+    if t >= samples.counts[NEXT] * limits.interval * (1.0 - 1e-12) and t < limits.t_stop:
+        copy(y, samples.states[new_sample(t, samples)])
+        samples.counts[NEXT] = int(t / limits.interval * (1.0 + 1e-12)) + 1
 
 
 #: a `Progress` in plain tuples, as kernels return it: numba makes named ones by calls that an interrupt may break

@@ -61,8 +61,6 @@ class FixedStepper(NamedTuple):
     scratch: Scratch
     K: Array  # (4, ny) derivatives at the stages; the first is there before a step
 
-    described = "by fixed steps"
-
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Evaluate the derivative at the start."""
         status, c = derivative(self.system, self.phase, start.t, y, self.scratch.work, self.K[0])
