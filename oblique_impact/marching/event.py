@@ -114,7 +114,7 @@ class EventStepper(NamedTuple):
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Evaluate the derivative at the start of a phase and behind a stop, where the root moves in another way.
 
-        Else it is there, to the last bit as in one call: calls end by the clock.
+        Else it is there, to the last bit as in one call.
         """
         K = self.stages.K
         status, c = derivative(self.system, self.phase, start.t, y, self.scratch.work, K[1])
@@ -147,7 +147,7 @@ class EventStepper(NamedTuple):
         status, c, speed = take_stages(system, phase, t, y, length, 1, STAGES, stages.K, s.work, s.y_new)
         error = error_norm(length, y, stages, s, self.tolerance) if status == 0 else np.inf
         if not error <= 1.0:
-            return refused(status, min(_step_factor(error), 1.0))
+            return refused(status, min(_step_factor(error), 1.0) * length)
         gap, guard, peak, depth, due = phase.surface.side * c.gap, NO_GUARD, 0.0, 0.0, sample < t + length
         # the contact point cannot have reached the slope within the step
         clear = phase.state == FREE and (not phase.surface.enabled or min(now.gap, gap) > 2.0 * length * speed)
@@ -165,12 +165,12 @@ class EventStepper(NamedTuple):
                 end = t + landed
         if status != 0 or guard == UNDEFINED:
             # a contact problem without a solution further on in this step: approach that point
-            return refused(status, _SHRINK)
+            return refused(status, _SHRINK * length)
         if due:
             _keep_samples(t, end, length, y, stages.F, interval, s.samples)
         copy(stages.K[STAGES], stages.K[0])
         follow_step(self.tables, speed, cut)
-        return Step(0, True, end, _step_factor(error), guard, gap, peak, depth)
+        return Step(OK, True, end, _step_factor(error) * length, guard, gap, peak, depth)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Return the step: its guard is found and its samples are kept."""
@@ -180,7 +180,7 @@ class EventStepper(NamedTuple):
 @jitable
 def _exponential_step(stepper: EventStepper, tables: Exponential | None, now: Position, y: Array) -> Step:
     """Take an exponential step of a flight, if there are tables; else the compiler leaves it out."""
-    return refused(OK, 1.0) if tables is None else take_exponential_step(stepper, tables, now, y)
+    return refused(OK) if tables is None else take_exponential_step(stepper, tables, now, y)
 
 
 @dataclass(frozen=True)

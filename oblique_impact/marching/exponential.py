@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.polynomial import Legendre
 
+from oblique_impact.contact.forces import OK
 from oblique_impact.contact.state import FREE, NORMAL, Phase
 from oblique_impact.kernels.dense import multiply
 from oblique_impact.kernels.jit import jitable
@@ -314,10 +315,10 @@ def take_exponential_step(flight: EventStepper, tables: Exponential, now: Positi
     phase, limits, s, t, interval = flight.phase, flight.limits, flight.scratch, now.t, flight.limits.interval
     memory, levels, next_sample = tables.memory, tables.lengths.shape[0], s.samples.counts[NEXT]
     if phase.state != FREE:
-        return refused(0, 1.0)
+        return refused(OK)
     if memory[PATIENCE] > 0:
         memory[PATIENCE] -= 1
-        return refused(0, 1.0)
+        return refused(OK)
     here = abs(next_sample * interval - t) <= _SAME * interval
     following = (next_sample + 1) * interval if here else next_sample * interval
     level = int(memory[LEVEL])
@@ -340,10 +341,10 @@ def take_exponential_step(flight: EventStepper, tables: Exponential, now: Positi
                     s.guards.armed[NORMAL] = True
                     longer = error < _EASY and level + 1 < levels
                     memory[LEVEL], memory[SPEED] = level + 1 if longer else level, speed
-                    return Step(0, True, end, 1.0, NO_GUARD, gap, 0.0, 0.0)
+                    return Step(OK, True, end, now.h, NO_GUARD, gap, 0.0, 0.0)
         level -= 1
     memory[LEVEL], memory[PATIENCE] = levels - 1, _PATIENCE - 1
-    return refused(0, 1.0)
+    return refused(OK)
 
 
 @jitable

@@ -239,20 +239,20 @@ class AlphaStepper(NamedTuple):
         attempt = Attempt(self.system, phase, c, now.t, length, y, s, self.iterations)
         solution, guard = take_step(attempt, length, slot if length == now.h else CUT_STEP), NO_GUARD
         if solution.status != OK:
-            return refused(solution.status, 0.0)
+            return refused(solution.status)
         solution = _report(attempt, length, solution)
         if phase.state != FREE or phase.surface.enabled:
             solution, guard, length = _cut(attempt, solution)
             if solution.status != OK:
-                return refused(solution.status, 0.0)
+                return refused(solution.status)
         if guard != NO_GUARD:
             if length <= _LOCATED * s.tolerances.time:
                 # it falls with the very first of the step: what the last step left is where the phase ends
-                return refused(OK, 0.0, guard)
+                return refused(OK, guard=guard)
             end = now.t + length
         finish_step(attempt, length, solution)
         gap = solution.end.gap
-        return Step(OK, True, end, 1.0, guard, gap, solution.end.normal_force, -gap)
+        return Step(OK, True, end, length, guard, gap, solution.end.normal_force, -gap)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Make the guards at the end of a step those at the start of the next."""
