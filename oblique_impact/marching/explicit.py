@@ -109,10 +109,10 @@ class _ExplicitStepper:
         try:
             guard, self.end = self._first_fall(self.part(length))
         except _NoSolutionError as none:
-            return refused(none.status, 0.0)
+            return refused(none.status)
         self.scratch.y_new[:] = self.end.y
         c, landed = self.end.contact, end if guard == NO_GUARD else self.end.t
-        return Step(OK, True, landed, 1.0, guard, c.gap, c.normal_force, -c.gap)
+        return Step(OK, True, landed, length, guard, c.gap, c.normal_force, -c.gap)
 
     def arrive(self, step: Step, y: Array) -> Step:
         s, self.start = self.scratch, self.end._replace(t=step.end)
