@@ -60,15 +60,6 @@ def test_a_curve_has_at_the_label_of_a_time_its_value_then(story):
         assert np.interp(place, *line.get_data()) == pytest.approx(float(label.get_text()), abs=2e-4)
 
 
-def test_large_numbers_have_a_prefix_to_their_unit(story):
-    """Forces so many times as large: what the labels say is what the curves show."""
-    curves = [replace(curve, values=1e7 * curve.values) for curve in force_curves(story)]
-    axes = charted(story, curves, "force (N)")
-    assert axes.get_ylabel() == "force (MN)"
-    highest = max(float(line.get_ydata().max()) for line in axes.lines)
-    assert highest == pytest.approx(10.0 * float(story.histories[0]["lambda_n"].max()), rel=1e-6)
-
-
 def test_contacts_are_shaded_where_they_are_and_time_is_on_the_axis(story):
     axes = charted(story, force_curves(story), "force (N)")
     course, width = story.time_map, axes.get_window_extent().width
