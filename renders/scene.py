@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pyvista as pv
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -21,6 +21,7 @@ from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import TEXT, Style
 
 Array = NDArray[np.float64]
+Span = tuple[float, float] | None  # first and last time (s); None: the whole run
 
 #: The window is drawn twice as large and averaged: in software OpenGL VTK's multi-samples take twice as long for
 #: edges that are no smoother, its supersampling (SSAA) six times as long.
@@ -43,21 +44,11 @@ _SOLID = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
 
 
 class Panel(NamedTuple):
-    """One picture of a frame: where it is in the window, which runs it shows, and how.
-
-    Attributes
-    ----------
-    box : tuple of int
-        Left, top, width, height (pixels).
-    runs : sequence of int
-        Numbers of the runs.
-    close : bool
-        Whether the camera follows the contact point, without magnification.
-    """
+    """One picture of a frame: its place in the window (pixels) and the numbers of the runs that it shows."""
 
     box: Box
     runs: Sequence[int]
-    close: bool = False
+    close: bool = False  # whether the camera follows the contact point, without magnification
 
 
 class Scene:
@@ -73,7 +64,7 @@ class Scene:
         panels: Sequence[Panel],
         size: tuple[int, int],
         style: Style | None = None,
-        span: tuple[float, float] | None = None,
+        span: Span = None,
         **interactive: Any,
     ) -> None:
         prepare()
@@ -105,34 +96,14 @@ class Scene:
 
 
 class View:
-    """What the active renderer of a plotter shows: beams, slope, pin and ground.
+    """What the active renderer of a plotter shows: beams, slope, pin and ground."""
 
-    Attributes
-    ----------
-    eye : ndarray
-        Unit vector (3,) from the scene to the eye.
-    across : ndarray
-        Unit vectors (2, 3) to the right and upward in the picture.
-    stroke : float
-        Pixels of the window in the width of a thin line.
-    pixel : float
-        Length (m) of a pixel of the picture.
-    beams : list of Beam
-        The beams that move.
-    """
-
-    def __init__(
-        self,
-        plotter: Any,
-        story: Story,
-        panel: Panel,
-        style: Style,
-        scale: int,
-        span: tuple[float, float] | None = None,
-    ) -> None:
+    def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style, scale: int, span: Span) -> None:
         self._plotter, self._camera = plotter, plotter.renderer.camera
         self.style, self.theme, self.close = style, style.colours, panel.close
+        #: pixels of the window in the width of a thin line
         self.stroke = scale * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
+        #: unit vectors (3,) from the scene to the eye, and (2, 3) to the right and upward in the picture
         self.eye = CAMERAS[style.camera] / np.linalg.norm(CAMERAS[style.camera])
         right = np.cross([0.0, 1.0, 0.0], self.eye)
         right /= np.linalg.norm(right)
@@ -174,10 +145,11 @@ class View:
 
     # Camera ---------------------------------------------------------------------------------------------------
 
-    def _aim(
-        self, shown: list[BeamGeometry], box: Box, solids: list[pv.PolyData], span: tuple[float, float] | None
-    ) -> None:
-        """Place the camera so that everything of the runs fits into the box of the panel (pixels)."""
+    def _aim(self, shown: list[BeamGeometry], box: Box, solids: list[pv.PolyData], span: Span) -> None:
+        """Place the camera so that everything of the runs fits into the box of the panel (pixels).
+
+        `pixel` is then the length (m) of a pixel of the picture, `longest_arrow` (m) that of the largest force.
+        """
         _, _, width, height = box
         focus = np.zeros(3)
         if self.close:
@@ -188,7 +160,7 @@ class View:
             places = [np.asarray(solid.points) for solid in solids]
             for geometry in shown:
                 first, last = span or (geometry.times[0], geometry.times[-1])
-                places += [geometry.centreline(geometry.index(t))[::4] for t in np.linspace(first, last, 60)]
+                places += [geometry.centreline(geometry.index(t)) for t in np.linspace(first, last, 60)]
                 strongest = int(np.argmax(np.nan_to_num(geometry.values("lambda_n"))))
                 force = geometry.contact_force(strongest)
                 if self.style.arrow and np.any(force):
@@ -316,7 +288,7 @@ class Beam:
                 # an opaque mixture with the background: transparent beams would take half of the time of a frame
                 part = _GHOSTS[age]
                 mixture = part * np.array(to_rgb(theme.ghost)) + (1.0 - part) * np.array(to_rgb(theme.background))
-                actor.prop.color = to_hex(mixture)
+                actor.prop.color = tuple(mixture)
                 # away from the eye, where it covers nothing and is seen at the same place
                 actor.position = -4.0 * (age + 1) * self.geometry.radii.max() * self._view.eye
 

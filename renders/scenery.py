@@ -18,7 +18,7 @@ def slope_wedge(geometry: BeamGeometry, slope: DrawnSlope) -> pv.PolyData:
     back, front = (np.insert(outline, 2, z, axis=1) for z in (-depth_of(geometry), depth_of(geometry)))
     sides = [(k, (k + 1) % n, (k + 1) % n + n, k + n) for k in range(n)]
     faces = [range(n)[::-1], range(n, 2 * n), *sides]
-    return pv.PolyData.from_irregular_faces(np.concatenate([back, front]), faces)
+    return pv.PolyData(np.concatenate([back, front]), np.concatenate([[len(face), *face] for face in faces]))
 
 
 def pin(geometry: BeamGeometry) -> pv.PolyData:

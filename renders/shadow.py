@@ -31,7 +31,8 @@ class Shadow:
         # points along the beam, row by row across the strip
         self.mesh = pv.Plane(i_resolution=geometry.stations.size - 1, j_resolution=_PROFILE.size - 1)
         self.mesh.clear_data()
-        self.mesh.point_data["tone"] = np.zeros((self.mesh.n_points, 4), np.uint8)
+        self._tone = np.zeros((self.mesh.n_points, 4), np.uint8)
+        self.mesh.point_data["tone"] = self._tone
 
     def move(self, k: float) -> bool:
         """Fall from the beam at the fractional sample k; returns whether there is a shadow."""
@@ -47,5 +48,6 @@ class Shadow:
         dark = np.where(axis[:, 1] > y, _STRENGTH * geometry.radii / half, 0.0) * np.minimum(from_ends / half, 1.0)
         z = np.outer(np.linspace(-1.0, 1.0, _PROFILE.size), _REACH * half)
         self.mesh.points = np.stack(np.broadcast_arrays(x, y + self._lift, z), axis=-1).reshape(-1, 3)
-        self.mesh.point_data["tone"][:, 3] = np.round(255.0 * np.outer(_PROFILE, dark)).ravel()
+        self._tone[:, 3] = np.round(255.0 * np.outer(_PROFILE, dark)).ravel()
+        self.mesh.point_data["tone"] = self._tone
         return True

@@ -22,6 +22,7 @@ class Reference(NamedTuple):
 
 _BEAMS = "python benchmarks/reference_beams.py"
 _IMPACT = "python benchmarks/reference_impact.py"
+_PEGS = "python benchmarks/reference_pegs.py"
 _WRIGHT = "Wright, Smith, Thresher and Wang, J. Appl. Mech. 49 (1982), pp. 197-202, to its 4 decimals"
 _AGREES = f", agrees with {_WRIGHT}"
 _SIMO = "Simo and Vu-Quoc, J. Appl. Mech. 53 (1986), pp. 849-863"
@@ -352,6 +353,38 @@ REFERENCES = {
     ),
     "two-modes-impulse": Reference(
         0.3565764038, f"the paper's case with two clamped modes in SciPy alone: first impulse (N s); {_IMPACT}"
+    ),
+    "peg-frictionless": Reference(
+        {
+            "times": (0.370169033, 0.372070404, 0.374197167, 0.383769400),
+            "impacts": ((0.448930144, 0.510044488), (0.292215950, 0.216102593)),
+            "energy": 2.283896616,
+        },
+        "the paper's beam in four mean-axis modes falls onto a point at (0.5 m, 0), in SciPy alone: times of "
+        f"events (s), impulses and losses of impacts (N s, J), energy at 0.45 s (J); {_PEGS}",
+    ),
+    "peg-friction": Reference(
+        {
+            "times": (
+                *(0.370169033, 0.371134315, 0.371800533, 0.372069531, 0.374195317, 0.374592521, 0.376498014),
+                *(0.376788001, 0.377353724, 0.379621966, 0.382067785, 0.382666320, 0.383626124, 0.383769686),
+            ),
+            "impacts": ((0.448930144, 0.510044488), (0.292554849, 0.216603957)),
+            "energy": 2.268730423,
+        },
+        f"the same with a friction coefficient of 0.3; {_PEGS}",
+    ),
+    "peg-elastic": Reference(
+        {
+            "contacts": (
+                (0.370169033, 0.372895474, 1.744069695),
+                (0.376420642, 0.379787560, 2.483503972),
+                (0.384086536, 0.386423753, 0.665043071),
+            ),
+            "peak": 1402.527535,
+        },
+        "the same on a spring of 1e6 N/m, without friction: starts, ends (s) and impulses (N s) of contacts, "
+        f"largest force (N); {_PEGS} --stiffness 1e6 --friction 0",
     ),
     "rigid-stop-modes": Reference(
         {4: (1.834605247, 2.354622649), 6: (1.861339488, 2.415705314), 8: (1.864408707, 2.443622294)},

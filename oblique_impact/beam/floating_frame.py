@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.beam.axis import AxisShapes, ContactKinematics, Peg, touch_peg
 from oblique_impact.beam.base_motion import Drive, drive_acceleration
 from oblique_impact.kernels.dense import DenseAlgebra, multiply
 from oblique_impact.kernels.jit import inlined, jitable
@@ -24,6 +25,14 @@ ELASTIC_MASS, SPIN_STIFFNESS, STIFFNESS, DAMPING, GRAVITY_STIFFNESS, CONTACT_SHO
 # BeamModel.vectors: S with the hub's share, P, slope of the root, shape functions at the contact point, elastic
 # accelerations by a unit one of theta (of a driven root 0: theta is prescribed), slopes at the contact point
 COUPLING, LOAD, ROOT_SLOPE, CONTACT_SHAPE, FOLLOWING, CONTACT_SLOPE = range(6)
+
+
+class PegOnAxis(NamedTuple):
+    """A point fixed in space that takes the place of the slope, and the axis that it can touch anywhere."""
+
+    peg: Peg
+    shapes: AxisShapes
+    radius: float  # m, of the hub
 
 
 class _BeamData(NamedTuple):
@@ -50,6 +59,7 @@ class _BeamData(NamedTuple):
     slope_angle: float
     normal_offset: float  # c_n (m)
     tangential_offset: float  # c_t (m)
+    obstacle: PegOnAxis | None = None
 
 
 @inlined
@@ -195,13 +205,14 @@ def _contact(model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace
     return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
 
 
-class ContactKinematics(NamedTuple):
-    """Gap and slip (m) of the contact point, and the biases of their accelerations (m/s^2)."""
-
-    gap: float
-    slip: float
-    gap_bias: float
-    slip_bias: float
+@jitable
+def _contact_with(
+    obstacle: PegOnAxis | None, model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace
+) -> ContactKinematics:
+    """Contact of the beam with a peg, or with the slope; the compiler drops one of the two branches."""
+    if obstacle is None:
+        return _contact(model, q, qd, bending, w)
+    return touch_peg(obstacle.shapes, obstacle.radius, obstacle.peg, q, qd, w.vectors)
 
 
 @inlined
@@ -273,7 +284,7 @@ def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w
     v = w.vectors
     normal_row, tangential_row = v.normal_row, v.tangential_row
     damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
-    k = _contact(model, q, qd, bending, w)
+    k = _contact_with(model.obstacle, model, q, qd, bending, w)
     gap_rate, slip_rate, gap_bias, slip_bias = (
         dot(normal_row, qd),
         dot(tangential_row, qd),

@@ -72,12 +72,9 @@ def render(
     """
     from oblique_impact.renders.command import CHARTS, FILMS, STRIP_SIZE
     from oblique_impact.renders.command import render as draw
-    from oblique_impact.renders.style import BARE, PRESETS, Style
-    from oblique_impact.scenario.messages import one_of
+    from oblique_impact.renders.style import BARE, Style
 
-    if preset and preset not in PRESETS:
-        raise InputError(f"--preset {preset}: {one_of(preset, PRESETS)}")
-    look: dict[str, Any] = PRESETS.get(preset, {}) | (BARE if bare else {})
+    look: dict[str, Any] = dict(BARE) if bare else {}
     look |= {"camera": camera, "quantity": colour, "deformation": deformation, "layout": layout}
     given = {"theme": theme, "letters": letters, "dpi": dpi, "title": title}
     look |= {name: value for name, value in given.items() if value is not None}
@@ -87,7 +84,7 @@ def render(
         result = draw(
             histories,
             out,
-            Style(**look),
+            Style.of(preset, **look) if preset else Style(**look),
             times=times or (),
             event=event,
             strip=strip,

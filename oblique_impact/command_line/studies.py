@@ -144,12 +144,10 @@ def _map_small_deflection(given: dict[str, Any], how: dict[str, Any]) -> list[st
     """Compare the floating frame with the exact beam; returns lines."""
     from oblique_impact.validation.studies.small_deflection import lines, small_deflection
 
-    kept = {name: how[name] for name in ("out", "workers")}
-    refused = {name: value for name, value in (given | how).items() if name not in ("study", *kept)}
-    _refuse(refused, "--study small-deflection")
-    repeat = command_text("refine", study="small-deflection", **kept)
+    _refuse({name: value for name, value in given.items() if name != "study"}, "--study small-deflection")
+    repeat = command_text("refine", study="small-deflection", **how)
     with counting_bar("small-deflection") as show:
-        return lines(small_deflection(command=repeat, on_progress=show, **kept))
+        return lines(small_deflection(command=repeat, on_progress=show, **how))
 
 
 def _refuse(options: dict[str, Any], asked: str) -> None:

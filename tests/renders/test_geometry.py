@@ -11,13 +11,19 @@ from scipy.integrate import cumulative_simpson
 
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.renders.geometry import SIDES, BeamGeometry
-from tests.renders import FAMILIES
+
+#: built-in scenarios that differ in what is drawn
+CASES = {
+    "paper": ("paper",),
+    "mid-span": ("mid-span",),
+    "hub": ("paper", "root.kind=hub", "root.inertia=0.1", "root.hub_radius=0.1", "contact.enabled=false"),
+    "tapered": ("tapered", "end_time=0.34"),
+}
 
 
-@pytest.fixture(params=FAMILIES)
+@pytest.fixture(params=CASES)
 def history(run, request):
-    name, *overrides = FAMILIES[request.param]
-    return run(name, *overrides)
+    return run(*CASES[request.param])
 
 
 def strongest(history):

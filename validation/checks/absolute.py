@@ -7,6 +7,7 @@ frame; that these matter with the square of the radius of gyration is a check of
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -167,26 +168,24 @@ def spin_up() -> list[Measurement]:
 @check(
     "A beam falls about its pin: the frame, the deflection and the axial force of the nodal model.", seconds=2.0
 )
-def falling_beam() -> list[Measurement]:
+def falling_beam() -> Iterator[Measurement]:
     """Damped, so that the abrupt start is forgotten; an axial force follows here from an extension."""
     words = ("contact.enabled=false", "end_time=0.2", "initial.angle=0.3", "beam.kelvin_voigt=1e-3")
     steps = ("discretization.elements=8", "solver.free_step=2e-4")
     exact = _exact(*words, *steps, slenderness=1.0).at(0.2)
     nodal = run("paper", *_NODAL, *words).at(0.2)
     text = "the nodal model in the floating frame"
-    found = []
     # rotary inertia takes 4e-5 of the speed; at a pin the deflection of the tip is a difference of large terms
     accuracies = (("theta_dot", "rad/s", 2e-4), ("deflection", "m", 5e-3), ("energy_elastic", "J", 1e-2))
     for name, unit, relative in accuracies:
         here, there = (float(model[name]) for model in (exact, nodal))
-        found.append(within(name.replace("_", " "), here, there, unit, relative, text, name))
+        yield within(name.replace("_", " "), here, there, unit, relative, text, name)
     turned, known = (float(model["theta"]) - 0.3 for model in (exact, nodal))
-    found.append(within("angle it has turned by", turned, known, "rad", 2e-4, text, "theta"))
+    yield within("angle it has turned by", turned, known, "rad", 2e-4, text, "theta")
     for name, unit in (("moment", "N m"), ("axial_force", "N")):
         here, there = (float(model[name][16]) for model in (exact, nodal))
         # to the second order of the step: 2e-4
-        found.append(within(f"{name.replace('_', ' ')} at L/2", here, there, unit, 1e-3, text, name))
-    return found
+        yield within(f"{name.replace('_', ' ')} at L/2", here, there, unit, 1e-3, text, name)
 
 
 # --- elastic stops
@@ -210,7 +209,7 @@ def _contacts(history: History) -> list[Contact]:
     return found
 
 
-def _against(stiffness: str, words: tuple[str, ...], allowed: tuple[float, float, float]) -> list[Measurement]:
+def _against(stiffness: str, words: tuple[str, ...], allowed: tuple[float, float, float]) -> Iterator[Measurement]:
     """Against Exudyn and the nodal model: impulse and peak (relative), times of contacts (s)."""
     item = f"exudyn-{stiffness}"
     values, text = VALUES[item], source(item)
@@ -221,32 +220,29 @@ def _against(stiffness: str, words: tuple[str, ...], allowed: tuple[float, float
     impulse_nodal, peak_nodal = _collision(nodal)
     model, quantity = "the nodal model in the floating frame", "impulse, against the nodal model"
     first, lost = _contacts(exact)[0].normal_impulse, exact.summary["energy"]["unaccounted"]
-    found = [
-        within("impulse", impulse, values["impulse"], "N s", of_impulse, text, "impulse"),
-        within("largest force", peak, values["peak"], "N", of_peak, text, "peak"),
-        within(quantity, impulse, impulse_nodal, "N s", of_impulse, model, "nodal-impulse"),
-        within("largest force, against the nodal model", peak, peak_nodal, "N", of_peak, model, "nodal-peak"),
-        within("impulse of the first contact", first, values["first"], "N s", of_impulse, text, "first-impulse"),
-        Measurement("energy lost", lost, 0.0, "J", 3e-12, "balance", "energy"),
-    ]
+    yield within("impulse", impulse, values["impulse"], "N s", of_impulse, text, "impulse")
+    yield within("largest force", peak, values["peak"], "N", of_peak, text, "peak")
+    yield within(quantity, impulse, impulse_nodal, "N s", of_impulse, model, "nodal-impulse")
+    yield within("largest force, against the nodal model", peak, peak_nodal, "N", of_peak, model, "nodal-peak")
+    yield within("impulse of the first contact", first, values["first"], "N s", of_impulse, text, "first-impulse")
+    yield Measurement("energy lost", lost, 0.0, "J", 3e-12, "balance", "energy")
     for k, time in enumerate(values["switches"]):
         quantity = f"{('start', 'end')[k % 2]} of contact {k // 2 + 1}"
         for name, history, reference in (("", exact, text), (", nodal model", nodal, text)):
             tail = f"{'nodal-' if name else ''}time-{k}"
             contact = _contacts(history)[k // 2]
             event = contact.end if k % 2 else contact.start
-            found.append(Measurement(quantity + name, event, time, "s", of_times, reference, tail))
-    return found
+            yield Measurement(quantity + name, event, time, "s", of_times, reference, tail)
 
 
 @check("The paper's beam on a spring of 10⁵ N/m, from its release to the end of the first collision.", seconds=5.0)
-def stop_1e5() -> list[Measurement]:
+def stop_1e5() -> Iterator[Measurement]:
     """The steps err by 1e-4 of the impulse, 4e-4 of the peak and 3e-6 s."""
     return _against("1e5", (*_STEPS, "discretization.elements=16"), (5e-4, 2e-3, 8e-6))
 
 
 @check("The paper's beam on a spring of 10⁶ N/m, from its release to the end of the first collision.", seconds=5.0)
-def stop_1e6() -> list[Measurement]:
+def stop_1e6() -> Iterator[Measurement]:
     """The steps err by 2e-4 of the impulse, 1e-3 of the peak and 3e-6 s."""
     return _against("1e6", (*_STEPS, "discretization.elements=32"), (1e-3, 5e-3, 8e-6))
 
@@ -254,16 +250,16 @@ def stop_1e6() -> list[Measurement]:
 @check(
     "The paper's beam on a spring of 10⁷ N/m, from its release to the end of the first collision.", seconds=10.0
 )
-def stop_1e7() -> list[Measurement]:
+def stop_1e7() -> Iterator[Measurement]:
     """Exudyn's own meshes differ by 2e-3 of the impulse here, and in the number of later touches."""
     words = (*_STEPS, "solver.contact_step=5e-6", "discretization.elements=32")
     return _against("1e7", words, (8e-3, 3e-2, 1.5e-5))
 
 
 @check("Three stops met at full speed: first contact of the exact beam and of the nodal model.", seconds=2.0)
-def first_contact() -> list[Measurement]:
+def first_contact() -> Iterator[Measurement]:
     """From just above the slope: a second of computing in place of the flight."""
-    found, text = [], "the nodal model in the floating frame"
+    text = "the nodal model in the floating frame"
     # on the stiffest stop 1e-5 s are coarse
     for stiffness, elements, until, allowed in (
         ("1e5", 12, 0.0065, 2e-3),
@@ -274,11 +270,10 @@ def first_contact() -> list[Measurement]:
         exact = _exact(*words, f"discretization.elements={elements}", *_STEPS)
         nodal = run("paper", *_NODAL, *words)
         end, known = (history.contacts[-1].end for history in (exact, nodal))
-        found.append(within(f"end, {stiffness} N/m", end, known, "s", 2.0 * allowed, text, f"end-{stiffness}"))
+        yield within(f"end, {stiffness} N/m", end, known, "s", 2.0 * allowed, text, f"end-{stiffness}")
         for k, (name, unit) in enumerate((("impulse", "N s"), ("peak", "N"))):
             pair = _collision(exact)[k], _collision(nodal)[k]
-            found.append(within(f"{name}, {stiffness} N/m", *pair, unit, allowed, text, f"{name}-{stiffness}"))
-    return found
+            yield within(f"{name}, {stiffness} N/m", *pair, unit, allowed, text, f"{name}-{stiffness}")
 
 
 @check(

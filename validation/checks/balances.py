@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise, product
 
 import numpy as np
@@ -59,23 +60,21 @@ def ledger() -> Evidence:
 
 
 @check("What is lost has a sign: impacts, friction and damping only take.", seconds=1.5)
-def losses() -> list[Measurement]:
+def losses() -> Iterator[Measurement]:
     """Smallest loss of all cases, and the largest of each kind so that nothing is checked in vain."""
     summaries = [run("paper", *_SHORT, *overrides).summary["energy"] for overrides in _LEDGERS.values()]
     given = (
         "what the 14 cases are given: all but the spring have a rigid stop with restitution below 1, all "
         "but the frictionless one have friction, four have damping"
     )
-    found = []
     for kind, losing in _LOSING.items():
         values = [summary[f"lost_{kind}"] for summary in summaries]
         least, sign = min(float(min(values)), 0.0), f"sign-{kind}"
-        found.append(Measurement(f"most negative loss by {kind}", least, 0.0, "J", ROUNDING, "second law", sign))
+        yield Measurement(f"most negative loss by {kind}", least, 0.0, "J", ROUNDING, "second law", sign)
         # so that no sign is checked in vain
         cases = float(sum(value > 1e-4 for value in values))
         quantity = f"cases that lose more than 0.1 mJ by {kind}"
-        found.append(Measurement(quantity, cases, float(losing), "1", 0.0, given, f"there-{kind}"))
-    return found
+        yield Measurement(quantity, cases, float(losing), "1", 0.0, given, f"there-{kind}")
 
 
 @check("A hub's torque supplies torque times angle.", seconds=0.5)
@@ -88,9 +87,9 @@ def torque() -> Measurement:
 
 
 @check("Free flight conserves the energy: both frames, first-order and full kinetics, both discretizations.", 2.0)
-def free_flight() -> list[Measurement]:
+def free_flight() -> Iterator[Measurement]:
     """Largest change over the largest kinetic energy in 0.2 s at 20 rad/s."""
-    found, text = [], "conservation of energy"
+    text = "conservation of energy"
     flight = ("contact.enabled=false", "initial.angular_velocity=-20.0", "end_time=0.2")
     for choice in product(("first-order", "full"), ("tangent", "mean-axis"), ("modal", "fem")):
         pairs = zip(("kinetics", "frame", "method", "modes"), (*choice, 3), strict=True)
@@ -98,8 +97,7 @@ def free_flight() -> list[Measurement]:
         total = history.total_energy.values
         change = float(np.abs(total - total[0]).max() / column(history, "energy_kinetic").max())
         quantity = f"relative change, {', '.join(choice)}"
-        found.append(Measurement(quantity, change, 0.0, "1", 2.5e-13, text, "-".join(choice)))
-    return found
+        yield Measurement(quantity, change, 0.0, "1", 2.5e-13, text, "-".join(choice))
 
 
 @check(
@@ -124,17 +122,16 @@ def implicit_ledger() -> list[Measurement]:
 
 
 @check("Momentum: the normal impulses of the summary are the integral of the force plus the impacts.", seconds=1.5)
-def impulse() -> list[Measurement]:
+def impulse() -> Iterator[Measurement]:
     """First macro-collision from samples 10 µs apart."""
-    found, text = [], "impulse = integral of the force; cubic splines through the samples"
+    text = "impulse = integral of the force; cubic splines through the samples"
     for friction in ("frictionless", "hybrid"):
         history = run("paper", f"contact.friction={friction}", *_FINE)
         collected = history.summary["macro_collisions"][0]["normal_impulse"]
         time, force = column(history, "time"), np.nan_to_num(column(history, "lambda_n"))
         total = float(sum(_integral(time[piece], force[piece]) for piece in pieces(time) if piece.size >= 4))
         total += sum(event.normal_impulse for event in history.events if event.kind.impulsive)
-        found.append(within(f"normal impulse, {friction}", collected, total, "N s", 6e-10, text, friction))
-    return found
+        yield within(f"normal impulse, {friction}", collected, total, "N s", 6e-10, text, friction)
 
 
 def _integral(time: Array, values: Array) -> float:
@@ -202,29 +199,27 @@ def momentum_defects(history: History, kinetics: str) -> Array:
 @check(
     "Angular momentum about the frictionless pin changes by the moments of weight and contact alone.", seconds=2.0
 )
-def angular_momentum() -> list[Measurement]:
+def angular_momentum() -> Iterator[Measurement]:
     """Largest defect of a phase or an impact, through a macro-collision."""
-    found, text = [], "Euler's second law about the pin, int m (r x v) dx by quadrature"
+    text = "Euler's second law about the pin, int m (r x v) dx by quadrature"
     for kinetics, frame in product(("first-order", "full"), ("tangent", "mean-axis")):
         history = run("paper", *_FINE, f"discretization.kinetics={kinetics}", f"discretization.frame={frame}")
         worst, name = float(np.abs(momentum_defects(history, kinetics)).max()), f"{kinetics}-{frame}"
-        found.append(Measurement(f"largest defect, {kinetics}, {frame}", worst, 0.0, "N m s", 1.5e-10, text, name))
-    return found
+        yield Measurement(f"largest defect, {kinetics}, {frame}", worst, 0.0, "N m s", 1.5e-10, text, name)
 
 
 @check(
     "The pin is free: in full kinetics the moment there, by equilibrium of the whole beam, is zero.", seconds=1.5
 )
-def pin_moment() -> list[Measurement]:
+def pin_moment() -> Iterator[Measurement]:
     """Largest moment at the pin and at the free end over the largest in the beam, in flight and contact."""
-    found, text = [], "a frictionless pin and a free end carry no moment"
+    text = "a frictionless pin and a free end carry no moment"
     for frame, method in product(("tangent", "mean-axis"), ("modal", "fem")):
         shapes = ("kinetics=full", f"frame={frame}", f"method={method}", "modes=3")
         moment = column(run("paper", *_SHORT, *(f"discretization.{key}" for key in shapes)), "moment")
         ratio = float(np.nanmax(np.abs(moment[:, [0, -1]])) / np.nanmax(np.abs(moment)))
         quantity = f"moment at the ends over the largest, {frame}, {method}"
-        found.append(Measurement(quantity, ratio, 0.0, "1", 3e-12, text, f"{frame}-{method}"))
-    return found
+        yield Measurement(quantity, ratio, 0.0, "1", 3e-12, text, f"{frame}-{method}")
 
 
 @check("Without gravity the implicit scheme at rho_infinity = 1 conserves the energy of a full mesh.", seconds=1.0)

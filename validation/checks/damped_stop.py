@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.special import gamma, hyp1f1
 
@@ -48,9 +50,9 @@ def exact_impulse(t: float, viscosity: float) -> float:
 
 
 @check("The end of a damped beam meets a rigid stop: its impulse until the first wave is back.", seconds=2.0)
-def short_time_impulse() -> list[Measurement]:
+def short_time_impulse() -> Iterator[Measurement]:
     """Twenty modes and 64 elements without inertia at the end, eta = 1e-4 s, 1e-5 to 6e-4 s after the touch."""
-    viscosity, found = 1e-4, []
+    viscosity = 1e-4
     text = "closed form, I = Z v0 (eta t)^(1/4)/Gamma(5/4) 1F1(-1/4; 5/4; -t/eta), Z = (EI)^(1/4) m^(3/4)/sqrt 2"
     nodal = (
         "discretization.method=fem",
@@ -68,8 +70,7 @@ def short_time_impulse() -> list[Measurement]:
             (contact,) = run("paper", *_MASSLESS, *TURNING, *model, *changes).contacts
             quantity, tail = f"impulse after {1e6 * t:g} us, {name}", f"{name.split()[1]}-{1e6 * t:g}us"
             exact = exact_impulse(t, viscosity)
-            found.append(within(quantity, contact.normal_impulse, exact, "N s", allowed, text, tail))
-    return found
+            yield within(quantity, contact.normal_impulse, exact, "N s", allowed, text, tail)
 
 
 @check("The paper's beam with 1e-5 s of damping on a rigid stop: sixteen modes without inertia.", seconds=2.0)
@@ -92,9 +93,9 @@ def sixteen_modes() -> list[Measurement]:
     "Three ways to one limit: plastic impacts on elements, no inertia on modes, a stiff spring on modes.",
     seconds=40.0,
 )
-def three_ways() -> list[Measurement]:
+def three_ways() -> Iterator[Measurement]:
     """Each against the limit: impulse and energy of the first collision, starts of the next three."""
-    found, text = [], source("damped-stop")
+    text = source("damped-stop")
     spring = ("contact.normal=spring", "contact.stiffness=1e11")
     ways: dict[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
         "plastic impacts": (_ELEMENTS, (1e-6, 2e-6, 4e-5)),
@@ -105,11 +106,10 @@ def three_ways() -> list[Measurement]:
         history, tail = simulate(Scenario.builtin("paper", [*keys, "end_time=1.0"])), name.replace(" ", "-")
         first, *later = collisions(history)
         impulse, exact = first.normal_impulse, LIMIT["impulse"]
-        found.append(Measurement(f"impulse, {name}", impulse, exact, "N s", 5e-6, text, f"impulse-{tail}"))
+        yield Measurement(f"impulse, {name}", impulse, exact, "N s", 5e-6, text, f"impulse-{tail}")
         energy, exact = float(history.total_energy.sel(time=LIMIT["after"], method="nearest")), LIMIT["energy"]
-        found.append(Measurement(f"energy after, {name}", energy, exact, "J", 5e-6, text, f"energy-{tail}"))
+        yield Measurement(f"energy after, {name}", energy, exact, "J", 5e-6, text, f"energy-{tail}")
         for number, (collision, allowed) in enumerate(zip(later, of_starts, strict=True), start=2):
             quantity, exact = f"start of collision {number}, {name}", LIMIT["starts"][number - 1]
             start = f"start-{number}-{tail}"
-            found.append(Measurement(quantity, collision.start, exact, "s", allowed, text, start))
-    return found
+            yield Measurement(quantity, collision.start, exact, "s", allowed, text, start)

@@ -6,7 +6,7 @@ energy is quadratic in the velocities, and everything is differentiated by compl
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -91,9 +91,8 @@ _LAGRANGE = "Lagrange's equations of the energies of theory Sec. 3, differentiat
 
 
 @check("Mass matrix and forces of the floating frame at a bent, fast state.", seconds=0.5)
-def floating_frame() -> list[Measurement]:
+def floating_frame() -> Iterator[Measurement]:
     """Both kinetic orders, both frames, both discretizations."""
-    found = []
     for name, overrides in _CASES.items():
         for kinetics in ("first-order", "full"):
             scenario = Scenario.builtin("paper", [*overrides, f"discretization.kinetics={kinetics}"])
@@ -108,8 +107,7 @@ def floating_frame() -> list[Measurement]:
             for what, marched, exact in compared:
                 quantity = f"{what}, {kinetics}, {name}: relative distance"
                 distance, tail = _relative(marched, exact), f"{what.split()[0]}-{kinetics}-{name}"
-                found.append(Measurement(quantity, distance, 0.0, "1", ROUNDING, _LAGRANGE, tail))
-    return found
+                yield Measurement(quantity, distance, 0.0, "1", ROUNDING, _LAGRANGE, tail)
 
 
 @check(
@@ -158,9 +156,8 @@ def _place(o: BeamOperators, scenario: Scenario, q: Any) -> tuple[Any, Any]:
 
 
 @check("Gap and slip, their gradients and their accelerations at a bent, fast state.", seconds=0.3)
-def contact_rows() -> list[Measurement]:
+def contact_rows() -> Iterator[Measurement]:
     """Positions by geometry, rows by complex steps, biases by differences of the rates along the motion."""
-    found = []
     text = "geometry of the bent centreline; gradient by complex steps, bias by central differences"
     for name, overrides in _CASES.items():
         scenario = Scenario.builtin("paper", list(overrides))
@@ -184,14 +181,13 @@ def contact_rows() -> list[Measurement]:
             distance = abs(position - _place(o, scenario, q)[k])
             distance += abs(speed - rate(q, k))
             quantity, tail = f"{kind} and its rate, {name}", f"{kind}-{name}"
-            found.append(Measurement(quantity, distance, 0.0, "m, m/s", ROUNDING, text, tail))
+            yield Measurement(quantity, distance, 0.0, "m, m/s", ROUNDING, text, tail)
             quantity, tail = f"gradient of the {kind}, {name}: relative distance", f"{kind}-gradient-{name}"
-            found.append(Measurement(quantity, _relative(computed, gradient), 0.0, "1", ROUNDING, text, tail))
+            yield Measurement(quantity, _relative(computed, gradient), 0.0, "1", ROUNDING, text, tail)
             # differences over 1e-4 s of motion err by h² times the third derivative
             quantity, tail = f"acceleration bias of the {kind}, {name}", f"{kind}-bias-{name}"
             allowed = 3e-7 * max(1.0, abs(bent))
-            found.append(Measurement(quantity, bias, bent, "m/s²", allowed, text, tail))
-    return found
+            yield Measurement(quantity, bias, bent, "m/s²", allowed, text, tail)
 
 
 @check("A beam at rest that is let go starts with the rigid bar's angular acceleration.", seconds=0.2)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
@@ -46,9 +48,9 @@ def hinged_free() -> list[Measurement]:
 
 
 @check("Sixty eigenfunctions are orthogonal: M1 = m L 1 and K = (E I/L³) diag b⁴.", seconds=0.3)
-def orthogonality() -> list[Measurement]:
+def orthogonality() -> Iterator[Measurement]:
     """Largest entry of the normalized matrices off the unit matrix, for L = 2.5, m = 3, E I = 7."""
-    found, length, density, modulus = [], 2.5, 3.0, 7.0
+    length, density, modulus = 2.5, 3.0, 7.0
     text = "orthogonality of eigenfunctions scaled to int phi^2 = L (Rayleigh)"
     for family, frame in _FRAMES.items():
         scenario = unit_beam(frame=frame, modes=_MODES)
@@ -59,8 +61,7 @@ def orthogonality() -> list[Measurement]:
         for name, matrix in (("mass", mass), ("stiffness", stiffness)):
             off = float(np.abs(matrix - np.eye(_MODES)).max())
             quantity = f"{name}, {family}-free: largest deviation"
-            found.append(Measurement(quantity, off, 0.0, "1", 2.0 * ROUNDING, text, f"{name}-{family}"))
-    return found
+            yield Measurement(quantity, off, 0.0, "1", 2.0 * ROUNDING, text, f"{name}-{family}")
 
 
 def _with_hub(inertia: float, radius: float, count: int) -> np.ndarray:
@@ -89,9 +90,9 @@ def _with_hub(inertia: float, radius: float, count: int) -> np.ndarray:
 @check(
     "A beam that is free to turn with its hub, whose inertia goes from none, a pin, to a held root's.", seconds=0.5
 )
-def with_hub() -> list[Measurement]:
+def with_hub() -> Iterator[Measurement]:
     """The worst of three elastic frequencies for each hub; inertias in m L³, radii in L."""
-    found, text = [], "zeros of the determinant of the four boundary conditions, by bisection"
+    text = "zeros of the determinant of the four boundary conditions, by bisection"
     for inertia, radius in ((0.0, 0.0), (1e-4, 0.0), (0.02, 0.0), (1.0, 0.0), (1e3, 0.0), (0.02, 0.3), (1.0, 2.0)):
         roots = _with_hub(inertia, radius, 3)
         root = {"kind": "hub", "inertia": inertia, "hub_radius": radius}
@@ -103,8 +104,7 @@ def with_hub() -> list[Measurement]:
             k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
             quantity = f"frequency {k + 1}, hub of {inertia:g} m L³ at {radius:g} L, {method}"
             name, allowed = f"{method}-{inertia:g}-{radius:g}", float(bound[k])
-            found.append(within(quantity, computed[k], exact[k], "sqrt(EI/(m L⁴))", allowed, text, name))
-    return found
+            yield within(quantity, computed[k], exact[k], "sqrt(EI/(m L⁴))", allowed, text, name)
 
 
 def _errors(root: str, elements: int) -> np.ndarray:
@@ -115,23 +115,20 @@ def _errors(root: str, elements: int) -> np.ndarray:
 @check(
     "Hermite elements against the same elements in 40-digit arithmetic: errors of three frequencies.", seconds=0.3
 )
-def element_errors() -> list[Measurement]:
+def element_errors() -> Iterator[Measurement]:
     """Relative frequency errors of uniform meshes."""
-    found = []
     for key, root in (("c4", 0), ("c8", 0), ("c16", 0), ("c32", 0), ("h8", 1), ("h16", 1)):
         kind = ("clamped", "hinged")[root]
         computed, exact = _errors(kind, int(key[1:])), np.array(VALUES[f"1.4-{key}"])
         k = int(np.argmax(np.abs(computed - exact)))
         quantity = f"relative frequency error, {kind}, {key[1:]} elements, mode {k + 1}"
         # the error is a small difference: what rounding leaves is a part of the frequency itself
-        found.append(Measurement(quantity, computed[k], exact[k], "1", ROUNDING, source(f"1.4-{key}"), key))
-    return found
+        yield Measurement(quantity, computed[k], exact[k], "1", ROUNDING, source(f"1.4-{key}"), key)
 
 
 @check("The banded matrices of the full nodal model have the same frequency errors.", seconds=0.3)
-def nodal_matrices() -> list[Measurement]:
+def nodal_matrices() -> Iterator[Measurement]:
     """Pinned beam of 8 and 16 elements: K and M1 as the implicit scheme has them."""
-    found = []
     for elements in (8, 16):
         scenario = unit_beam(method="fem", frame="mean-axis", modes=0, elements=elements)
         o = fem_beam.build_nodal(scenario)
@@ -144,8 +141,7 @@ def nodal_matrices() -> list[Measurement]:
         quantity = f"relative frequency error, {elements} elements, mode {k + 1}"
         # rounding, as much again of the entries of K, which are 10⁵ times the square of the frequency
         allowed = 5.0 * ROUNDING
-        found.append(Measurement(quantity, computed[k], exact[k], "1", allowed, source(item), f"{elements}"))
-    return found
+        yield Measurement(quantity, computed[k], exact[k], "1", allowed, source(item), f"{elements}")
 
 
 @check("Frequency errors of Hermite elements fall with h⁴, with the constant (b h)⁴/1440.", seconds=0.3)
@@ -171,9 +167,9 @@ def order_four() -> Evidence:
 
 
 @check("The paper's beam: first frequencies in rad/s from both discretizations.")
-def paper_beam() -> list[Measurement]:
+def paper_beam() -> Iterator[Measurement]:
     """(b/L)^2 sqrt(EI/m) with the paper's data."""
-    found, text = [], "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
+    text = "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
     for method, constant in (("modal", 0.0), ("fem", VALUES["1.3"])):
         for root, frame in _FRAMES.items():
             keys = (f"method={method}", f"frame={frame}", "elements=64")
@@ -185,5 +181,4 @@ def paper_beam() -> list[Measurement]:
             bound = ROUNDING + 1.1 * constant * (_ROOTS[root][:2] / 64) ** 4
             k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
             quantity, name = f"frequency {k + 1}, {root}-free, {method}", f"{method}-{root}"
-            found.append(within(quantity, computed[k], exact[k], "rad/s", float(bound[k]), text, name))
-    return found
+            yield within(quantity, computed[k], exact[k], "rad/s", float(bound[k]), text, name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -36,17 +38,15 @@ def _end(history: History) -> tuple[Array, Array]:
 
 
 @check("The gap and the slip that are marched are those of the deformed centreline's end.", seconds=1.5)
-def position() -> list[Measurement]:
+def position() -> Iterator[Measurement]:
     """Largest distance over all samples; catches wrong contact rows and a wrong H(x_F)."""
-    found = []
     text = "geometry: the end of the centreline, by quadrature of the slope, against the line of the slope"
     for name, overrides in _METHODS.items():
         history = run("paper", *_FINE, *overrides)
         for kind, exact in zip(("gap", "slip"), _along_slope(history, *_end(history)), strict=True):
             worst = float(np.abs(column(history, kind) - exact).max())
             quantity = f"{kind}: largest distance, {name}"
-            found.append(Measurement(quantity, worst, 0.0, "m", ROUNDING, text, f"{kind}-{name}"))
-    return found
+            yield Measurement(quantity, worst, 0.0, "m", ROUNDING, text, f"{kind}-{name}")
 
 
 def integral_defects(history: History, values: str, rate: str) -> Array:
@@ -63,16 +63,15 @@ def integral_defects(history: History, values: str, rate: str) -> Array:
 @check(
     "Rates integrate to positions between jumps: the contact rows are the gradients of gap and slip.", seconds=1.5
 )
-def rates() -> list[Measurement]:
+def rates() -> Iterator[Measurement]:
     """Largest defect over the phases of the first macro-collision."""
-    found, text = [], "fundamental theorem of calculus; cubic splines through samples 10 µs apart"
+    text = "fundamental theorem of calculus; cubic splines through samples 10 µs apart"
     for name, overrides in _METHODS.items():
         history = run("paper", *_FINE, *overrides)
         for values, rate in (("gap", "gap_rate"), ("slip", "slip_rate"), ("tip_x", "tip_vx"), ("tip_y", "tip_vy")):
             worst = float(np.abs(integral_defects(history, values, rate)).max())
             label, quantity = values.replace("_", "-"), f"{values} against {rate}: largest defect, {name}"
-            found.append(Measurement(quantity, worst, 0.0, "m", 1e-12, text, f"{label}-{name}"))
-    return found
+            yield Measurement(quantity, worst, 0.0, "m", 1e-12, text, f"{label}-{name}")
 
 
 @check("A closed contact stays closed, and its force never pulls.", seconds=1.5)

@@ -63,23 +63,30 @@ def compute_each(
         return
     left = dict(enumerate(items))
     count = max(1, min(workers or cores(), len(left)))
+    ahead = _AHEAD * count
+
+    def run(some: Mapping[int, Item]) -> Iterator[tuple[int, Result]]:
+        parallel = Parallel(batch_size=1, pre_dispatch=ahead, return_as="generator_unordered", max_nbytes=None)
+        found: Iterator[tuple[int, Result]] = parallel(
+            delayed(_numbered)(function, *item) for item in some.items()
+        )
+        return found
+
     # one thread each; a Ctrl-C in a terminal reaches every process, and it is for this one to decide
     with parallel_config("loky", n_jobs=count, inner_max_num_threads=1, initializer=_begin):
         while left:
             try:
-                for index, result in _run(function, left, _AHEAD * count):
+                for index, result in run(dict(left)):
                     del left[index]
                     yield index, result
             except BrokenExecutor:
                 # joblib does not say whose process died: what it may have handed out runs again, one by one
-                for index in list(left)[: 2 * _AHEAD * count]:
+                for index in list(left)[: 2 * ahead]:
                     try:
-                        ((_, found),) = _run(function, {index: left.pop(index)}, 1)
+                        yield from run({index: left.pop(index)})
                     except BrokenExecutor as error:
                         codes = re.search(r"\{(.+)\}", str(error))
                         yield index, Crash(f"its process ended: {codes[1] if codes else 'killed'}")
-                    else:
-                        yield index, found
 
 
 def map_parallel(
@@ -118,15 +125,6 @@ def check_limits(scheduler: str | None, workers: int | None, timeout: float | No
 def running_source() -> str:
     """Return version and digest of what computes the results, where it runs."""
     return f"{package_version()} (source {source_digest(SOURCE)})"
-
-
-def _run(
-    function: Callable[[Item], Result], items: Mapping[int, Item], ahead: int
-) -> Iterator[tuple[int, Result]]:
-    parallel = Parallel(batch_size=1, pre_dispatch=ahead, return_as="generator_unordered", max_nbytes=None)
-    calls = (delayed(_numbered)(function, n, item) for n, item in list(items.items()))
-    found: Iterator[tuple[int, Result]] = parallel(calls)
-    return found
 
 
 def _numbered(function: Callable[[Item], Result], index: int, item: Item) -> tuple[int, Result]:
