@@ -24,24 +24,24 @@ def energy(history):
 
 
 def test_each_curve_has_its_name_and_colour(story, run):
-    history = story.histories[0]
-    normal, tangential = force_curves(story)
-    assert [(c.label, c.colour, c.dash) for c in (normal, tangential)] == [
-        ("normal", LIGHT.arrow, "-"),
-        ("tangential", LIGHT.arrow, "--"),
+    history, other, theme = story.histories[0], run("sticking"), LIGHT
+    two = story_of([history, other], names=["a", "b"])
+    kinds = [(kind, colour, history[f"energy_{kind}"]) for kind, colour in zip(KINDS, theme.energies, strict=True)]
+    forces = [
+        (name, theme.arrow, history[key]) for name, key in (("normal", "lambda_n"), ("tangential", "lambda_tau"))
     ]
-    np.testing.assert_array_equal([normal.values, tangential.values], [history["lambda_n"], history["lambda_tau"]])
-    *parts, total = energy_curves(story)
-    for curve, kind, colour in zip(parts, KINDS, LIGHT.energies, strict=True):
-        assert (curve.label, curve.colour) == (kind, colour)
-        np.testing.assert_array_equal(curve.values, history[f"energy_{kind}"])
-    assert (total.label, total.colour) == ("total", LIGHT.ink)
-    np.testing.assert_allclose(total.values, energy(history), rtol=1e-12)
-    two = story_of([history, run("sticking")], names=["a", "b"])
-    for curves, values in ((force_curves(two), lambda one: one["lambda_n"]), (energy_curves(two), energy)):
-        assert [(c.label, c.colour) for c in curves] == [("a", LIGHT.series[0]), ("b", LIGHT.series[1])]
-        for curve, one in zip(curves, two.histories, strict=True):
-            np.testing.assert_allclose(curve.values, values(one), rtol=1e-12)
+    for curves, expected in (
+        (force_curves(story), forces),
+        (energy_curves(story), [*kinds, ("total", theme.ink, energy(history))]),
+        (
+            force_curves(two),
+            [("a", theme.series[0], history["lambda_n"]), ("b", theme.series[1], other["lambda_n"])],
+        ),
+        (energy_curves(two), [("a", theme.series[0], energy(history)), ("b", theme.series[1], energy(other))]),
+    ):
+        for curve, (label, colour, values) in zip(curves, expected, strict=True):
+            assert (curve.label, curve.colour) == (label, colour)
+            np.testing.assert_allclose(curve.values, values, rtol=1e-12)
 
 
 def charted(story, curves, label, course=None):
