@@ -18,17 +18,17 @@ from oblique_impact.history.sample_times import jumps
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
-from oblique_impact.validation.report.document import (
+from oblique_impact.validation.report import (
     Picture,
     Report,
     Section,
     Table,
     Text,
     cell,
+    picture,
     with_unit,
     write_json,
 )
-from oblique_impact.validation.report.figures import picture
 from oblique_impact.validation.report.provenance import provenance_data
 
 Array = NDArray[np.float64]

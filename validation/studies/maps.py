@@ -17,7 +17,6 @@ from matplotlib.patches import Patch
 from oblique_impact.errors import Outcome
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.validation.report import Block, Picture, number, picture, with_unit
-from oblique_impact.validation.report.figures import Drawn
 from oblique_impact.validation.studies.design import Dimension, Plan
 from oblique_impact.validation.studies.quantities import Quantity
 from oblique_impact.validation.studies.study import REGIMES
@@ -91,7 +90,7 @@ def sweep_pictures(plan: Plan, frame: pd.DataFrame) -> list[Block]:
 
 
 @contextmanager
-def _panels(plan: Plan, over: str) -> Iterator[tuple[Drawn, list[tuple[Axes, Quantity]]]]:
+def _panels(plan: Plan, over: str) -> Iterator[tuple[Picture, list[tuple[Axes, Quantity]]]]:
     """Make a picture with a panel for each quantity."""
     count = len(plan.quantities)
     rows = math.ceil(count / 2)
