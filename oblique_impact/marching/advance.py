@@ -124,9 +124,12 @@ class Stepper(Protocol):
 
 
 @inlined
-def refused(status: int, proposed: float = 0.0, guard: int = NO_GUARD) -> Step:
-    """Return a step that is not accepted."""
-    return Step(status, False, 0.0, proposed, guard, 0.0, 0.0, 0.0)
+def refused(status: int, proposed: float) -> Step:
+    """Return a step that is not accepted.
+
+    Compiled functions of this kind get all of their arguments: an omitted one has crashed a kernel.
+    """
+    return Step(status, False, 0.0, proposed, NO_GUARD, 0.0, 0.0, 0.0)
 
 
 @jitable

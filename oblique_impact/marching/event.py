@@ -180,7 +180,7 @@ class EventStepper(NamedTuple):
 @jitable
 def _exponential_step(stepper: EventStepper, tables: Exponential | None, now: Position, y: Array) -> Step:
     """Take an exponential step of a flight, if there are tables; else the compiler leaves it out."""
-    return refused(OK) if tables is None else take_exponential_step(stepper, tables, now, y)
+    return refused(OK, 0.0) if tables is None else take_exponential_step(stepper, tables, now, y)
 
 
 @dataclass(frozen=True)

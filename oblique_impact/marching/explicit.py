@@ -109,7 +109,7 @@ class _ExplicitStepper:
         try:
             guard, self.end = self._first_fall(self.part(length))
         except _NoSolutionError as none:
-            return refused(none.status)
+            return refused(none.status, 0.0)
         self.scratch.y_new[:] = self.end.y
         c, landed = self.end.contact, end if guard == NO_GUARD else self.end.t
         return Step(OK, True, landed, length, guard, c.gap, c.normal_force, -c.gap)

@@ -315,10 +315,10 @@ def take_exponential_step(flight: EventStepper, tables: Exponential, now: Positi
     phase, limits, s, t, interval = flight.phase, flight.limits, flight.scratch, now.t, flight.limits.interval
     memory, levels, next_sample = tables.memory, tables.lengths.shape[0], s.samples.counts[NEXT]
     if phase.state != FREE:
-        return refused(OK)
+        return refused(OK, 0.0)
     if memory[PATIENCE] > 0:
         memory[PATIENCE] -= 1
-        return refused(OK)
+        return refused(OK, 0.0)
     here = abs(next_sample * interval - t) <= _SAME * interval
     following = (next_sample + 1) * interval if here else next_sample * interval
     level = int(memory[LEVEL])
@@ -344,7 +344,7 @@ def take_exponential_step(flight: EventStepper, tables: Exponential, now: Positi
                     return Step(OK, True, end, now.h, NO_GUARD, gap, 0.0, 0.0)
         level -= 1
     memory[LEVEL], memory[PATIENCE] = levels - 1, _PATIENCE - 1
-    return refused(OK)
+    return refused(OK, 0.0)
 
 
 @jitable

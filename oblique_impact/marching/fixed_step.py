@@ -80,7 +80,7 @@ class FixedStepper(NamedTuple):
                 at[m] = y[m] + part * K[i, m]
             status, _ = derivative(self.system, self.phase, now.t + part, at, s.work, K[i + 1])
             if status != OK:
-                return refused(status)
+                return refused(status, 0.0)
         for m in range(y.shape[0]):
             y_new[m] = y[m] + h / 6.0 * (K[0, m] + 2.0 * (K[1, m] + K[2, m]) + K[3, m])
         return Step(OK, True, end, length, NO_GUARD, 0.0, 0.0, 0.0)

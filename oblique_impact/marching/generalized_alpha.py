@@ -239,16 +239,16 @@ class AlphaStepper(NamedTuple):
         attempt = Attempt(self.system, phase, c, now.t, length, y, s, self.iterations)
         solution, guard = take_step(attempt, length, slot if length == now.h else CUT_STEP), NO_GUARD
         if solution.status != OK:
-            return refused(solution.status)
+            return refused(solution.status, 0.0)
         solution = _report(attempt, length, solution)
         if phase.state != FREE or phase.surface.enabled:
             solution, guard, length = _cut(attempt, solution)
             if solution.status != OK:
-                return refused(solution.status)
+                return refused(solution.status, 0.0)
         if guard != NO_GUARD:
             if length <= _LOCATED * s.tolerances.time:
                 # it falls with the very first of the step: what the last step left is where the phase ends
-                return refused(OK, guard=guard)
+                return Step(OK, False, now.t, 0.0, guard, now.gap, 0.0, 0.0)
             end = now.t + length
         finish_step(attempt, length, solution)
         gap = solution.end.gap
