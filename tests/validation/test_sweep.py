@@ -130,6 +130,7 @@ BAD = {
         "".join(axis(key, "range = [1, 9]\ncount = 100") for key in ("gravity", "end_time", "beam.density")),
         f"at most {MAX_RUNS}",
     ),
+    "equal ends": (SAMPLE.format(name="sobol", samples=4, seed=1).replace("11.0", "1.0"), "sobol.axes.0.range"),
     "Sobol sequence of 3": (SAMPLE.format(name="sobol", samples=3, seed=1), "power of 2"),
     "time after the end": (axis("end_time", "values = [1, 2]", 'quantities = ["tip_y@3"]'), "tip_y@3"),
     "no run is possible": (axis("contact.mu_static", "values = [0.1, 0.2]"), "contact.mu_static = 0.1"),

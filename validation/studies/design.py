@@ -122,11 +122,11 @@ class AxisSection(KeysSection):
             spread = np.geomspace if self.spacing == "log" else np.linspace
             values = spread(*self._ends(self.range, self.spacing or "linear"), self.count or 2).tolist()
             if type(_defaults()[self.names[0]]) is int:
-                broken = [value for value in values if not math.isclose(value, round(value))]
-                if broken:
-                    raise refused(
-                        "range", f"{self.names[0]} = {broken[0]:.6g}", "should be a whole number; use values"
-                    )
+                for value in values:
+                    if not math.isclose(value, round(value)):
+                        raise InputError(
+                            f"range: {self.names[0]} = {value:.6g}: should be a whole number; use values"
+                        )
                 values = [round(value) for value in values]
         return [(_si(self.names[0], value),) for value in values]
 
@@ -136,6 +136,11 @@ class SampledSection(KeysSection):
 
     range: Range
     spacing: Spacing = "linear"
+
+    @model_validator(mode="after")
+    def _check_range(self) -> Self:
+        self._ends(self.range, self.spacing)
+        return self
 
     def spread(self, parts: np.ndarray) -> list[Any]:
         """Return the values at parts of the range from 0 to 1; raises InputError."""
