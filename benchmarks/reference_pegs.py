@@ -276,7 +276,7 @@ class BeamOnPegs(Beam):
         events = [lambda _, y, function=function: function(y) for function in watched.values()]
         for event in events:
             event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
-        accuracy = {"rtol": 1e-12, "atol": 1e-13, "max_step": 1e-3}
+        accuracy = {"rtol": 1e-12, "atol": 1e-13, "max_step": 1e-4 if self.stiffness and closed else 1e-3}
         found = solve_ivp(rate, (t, end), y, "DOP853", events=events, dense_output=True, **accuracy)
         if self.stiffness and closed:
             times = np.linspace(t, found.t[-1], 200)

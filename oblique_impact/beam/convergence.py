@@ -20,7 +20,7 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.operators import Array, build_operators
-from oblique_impact.beam.residual_flexibility import static_compliance
+from oblique_impact.beam.residual_flexibility import static_flexibility
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
 
@@ -133,8 +133,8 @@ def is_stiff(s: Scenario) -> bool:
         return False
     if s.contact.normal != "spring":
         return s.contact.normal == "rigid"
-    compliance = static_compliance(Sections.from_scenario(s), s.contact.point, clamped=False)
-    return s.contact.stiffness * compliance > _NEARLY_RIGID
+    flexibility = static_flexibility(Sections.from_scenario(s), s.contact.point, clamped=False)
+    return bool(s.contact.stiffness * flexibility[0, 0] > _NEARLY_RIGID)
 
 
 def _resolution(s: Scenario) -> str:

@@ -182,6 +182,13 @@ class SpinningBeam:
         return np.append(rigid, elastic)[:count]
 
 
+def gauss_rule(edges: Array, order: int) -> tuple[Array, Array]:
+    """Points and weights (panels order,) of the composite Gauss rule on panels with the given edges (m)."""
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
+    return (middle + half * nodes).ravel(), (half * weights).ravel()
+
+
 @cache
 def cumulative_weights(order: int) -> Array:
     """Weights (order, order) of int_0^{x_l} over a unit panel.

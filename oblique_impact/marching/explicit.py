@@ -112,7 +112,7 @@ class _ExplicitStepper:
             return refused(none.status, 0.0)
         self.scratch.y_new[:] = self.end.y
         c, landed = self.end.contact, end if guard == NO_GUARD else self.end.t
-        return Step(OK, True, landed, 1.0, guard, c.gap, c.normal_force, -c.gap)
+        return Step(OK, True, landed, length, guard, c.gap, c.normal_force, -c.gap)
 
     def arrive(self, step: Step, y: Array) -> Step:
         s, self.start = self.scratch, self.end._replace(t=step.end)
