@@ -169,6 +169,7 @@ def _on_cluster(
 
 
 def _in_worker(function: Callable[[Item], Result], item: Item) -> Result:
+    """Run an item on a worker of a cluster."""
     import dask
 
     # else xarray asks the cluster for a lock before it writes a history, in memory, and finds none
