@@ -302,14 +302,14 @@ def spring_contact(modes: int = 400) -> dict[str, tuple[float, ...]]:
 
 def spinning_entries() -> None:
     """Add the spinning beams, next to the frequencies of the table."""
-    from oblique_impact.validation.reference_values import TABLE
+    from oblique_impact.validation.reference_values import VALUES
 
-    for item in TABLE:
-        if item.id.startswith("2-"):
-            _, root, hub, spin = item.id.split("-")
+    for item, planes in VALUES.items():
+        if item.startswith("2-"):
+            _, root, hub, spin = item.split("-")
 
             def all_of(
-                item: Any = item, root: str = root, hub: str = hub, spin: str = spin
+                planes: Any = planes, root: str = root, hub: str = hub, spin: str = spin
             ) -> dict[str, list[Any]]:
                 return {
                     plane: [
@@ -319,10 +319,10 @@ def spinning_entries() -> None:
                         else spinning(float(spin[3:]), float(hub[1:]), root == "c", plane == "chord", [value])[0]
                         for k, value in enumerate(values)
                     ]
-                    for plane, values in item.value.items()
+                    for plane, values in planes.items()
                 }
 
-            ENTRIES[item.id] = all_of
+            ENTRIES[item] = all_of
 
 
 def shown(value: Any) -> Any:

@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshLine
 
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.scenario.scenario import Scenario
+
 Array = NDArray[np.float64]
 
 _CLOSEST = 0.05  # of a uniform element: kinks nearer to another node than this get none of their own
@@ -44,6 +47,17 @@ def beam_mesh(
     else:
         counts = _share_out(fixed, elements, contact_point, rate)
     return MeshLine(_nodes(fixed, counts, contact_point, rate))
+
+
+def mesh_of(scenario: Scenario, sections: Sections) -> MeshLine:
+    """Return the mesh of a scenario's beam: of its nodes, if they are given, or of its number of elements."""
+    d, length, point = scenario.discretization, scenario.beam.length, scenario.contact.point
+    if not d.nodes:
+        return beam_mesh(length, d.elements, point, sections.kinks, d.grading)
+    nodes = np.array(d.nodes)  # of a file, perhaps rounded
+    for place in (length, point):
+        nodes[np.argmin(np.abs(nodes - place))] = place
+    return MeshLine(nodes)
 
 
 def fixed_nodes(length: float, elements: int, contact_point: float, kinks: Array) -> Array:

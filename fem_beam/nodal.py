@@ -19,8 +19,9 @@ from skfem import Basis, BilinearForm, LinearForm, MeshLine
 from skfem.helpers import d, dd, ddot, dot
 
 from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.operators import gauss_rule
 from oblique_impact.fem_beam.element import LocalHermite
-from oblique_impact.fem_beam.mesh import beam_mesh
+from oblique_impact.fem_beam.mesh import mesh_of
 from oblique_impact.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -69,14 +70,8 @@ class NodalBeam:
     @classmethod
     def from_scenario(cls, scenario: Scenario) -> NodalBeam:
         """Mesh and assemble the beam of `scenario`."""
-        d, sections = scenario.discretization, Sections.from_scenario(scenario)
-        if d.nodes:
-            nodes = np.array(d.nodes)  # of a file, perhaps rounded
-            for place in (scenario.beam.length, scenario.contact.point):
-                nodes[np.argmin(np.abs(nodes - place))] = place
-            return cls(scenario, MeshLine(nodes), sections)
-        mesh = beam_mesh(scenario.beam.length, d.elements, scenario.contact.point, sections.kinks, d.grading)
-        return cls(scenario, mesh, sections)
+        sections = Sections.from_scenario(scenario)
+        return cls(scenario, mesh_of(scenario, sections), sections)
 
     @cached_property
     def basis(self) -> Basis:
@@ -176,16 +171,12 @@ class NodalBeam:
         half the condition exponent of K, so frequencies and reduced stiffness taken from it keep their digits on
         fine meshes.
         """
-        widths = np.diff(self.edges)
-        middle = 0.5 * (self.edges[1:] + self.edges[:-1])
         if self.sections.degree == 1:
-            offset = 0.5 * widths / np.sqrt(3.0)
-            points = np.stack([middle - offset, middle + offset], axis=1).ravel()
-            shares = np.repeat(0.5 * widths, 2)
+            half, middle = 0.5 * np.diff(self.edges), 0.5 * (self.edges[1:] + self.edges[:-1])
+            offset = half / np.sqrt(3.0)
+            points, shares = np.stack([middle - offset, middle + offset], axis=1).ravel(), np.repeat(half, 2)
         else:
-            z, w = np.polynomial.legendre.leggauss(self.sections.degree // 2 + 2)
-            points = (middle[:, None] + 0.5 * widths[:, None] * z).ravel()
-            shares = (0.5 * widths[:, None] * w).ravel()
+            points, shares = gauss_rule(self.edges, self.sections.degree // 2 + 2)
         weights = np.sqrt(self.sections.bending_stiffness(points) * shares)
         return csr_array(self.evaluate(points)[2].multiply(weights[:, None]))
 

@@ -15,6 +15,7 @@ from oblique_impact.beam.operators import (
     SpinningBeam,
     StationTable,
     eigenvectors,
+    gauss_rule,
     station_points,
 )
 from oblique_impact.fem_beam.nodal import Array, NodalBeam, merge_points
@@ -109,10 +110,7 @@ def project(nodal: NodalBeam, modes: Array | csr_array) -> BeamOperators:
 def _station_table(nodal: NodalBeam, V: Array | csr_array) -> StationTable:
     stations = station_points(nodal.sections.length, nodal.scenario.contact.point)
     edges = merge_points(nodal.edges, stations)
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_ORDER)
-    half, middle = 0.5 * np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
-    x = (middle[:, None] + half[:, None] * nodes).ravel()
-    w = (half[:, None] * weights).ravel()
+    x, w = gauss_rule(edges, _GAUSS_ORDER)
     values, slopes, _ = nodal.evaluate(x)
     at_stations, station_slopes, curvatures = nodal.evaluate(stations)
     return StationTable(

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.operators import BeamOperators, ShapeTable, SpinningBeam, StationTable, station_points
+from oblique_impact.beam.operators import (
+    BeamOperators,
+    ShapeTable,
+    SpinningBeam,
+    StationTable,
+    gauss_rule,
+    station_points,
+)
 from oblique_impact.modal.eigenfunctions import Array, Eigenfunctions
 from oblique_impact.scenario.scenario import Scenario
 
@@ -40,14 +47,6 @@ def quadrature_order(phase: float) -> int:
         order += 1
         error *= order * (0.5 * phase) ** 2 / (2.0 * (2 * order + 1) * (2 * order - 1) ** 2)
     return order + 2
-
-
-def gauss_rule(edges: Array, order: int) -> tuple[Array, Array]:
-    """Points and weights of the composite Gauss rule on panels with the given edges."""
-    nodes, weights = np.polynomial.legendre.leggauss(order)
-    half = 0.5 * np.diff(edges)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    return (middle[:, None] + half[:, None] * nodes).ravel(), (half[:, None] * weights).ravel()
 
 
 def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:

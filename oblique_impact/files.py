@@ -71,30 +71,22 @@ def write_text(path: Path, text: str) -> None:
 
 @contextmanager
 def writing(folder: str | os.PathLike[str]) -> Iterator[Path]:
-    """Create a folder and lock it while the block runs; raises InputError with one line."""
-    target = prepare_folder(folder)
-    with only_writer(target):
-        yield target
+    """Create a folder and lock it against other processes while the block runs.
 
-
-@contextmanager
-def only_writer(target: str | os.PathLike[str]) -> Iterator[None]:
-    """Lock a folder, or a file that need not exist yet, against other processes that write there.
-
-    The lock is a hidden file, `.lock` in a folder and `.NAME.lock` beside a file; it ends with the
-    process.  Raises InputError if another process is writing there or the lock cannot be made.
+    The lock is a hidden file in it, which ends with the process.  Raises InputError if another process is writing
+    there or the folder cannot be written.
     """
-    path = Path(target)
-    lock = FileLock(path / ".lock" if path.is_dir() else path.with_name(f".{path.name}.lock"))
+    target = prepare_folder(folder)
+    lock = FileLock(target / ".lock")
     try:
         lock.acquire(timeout=0.1)
     except Timeout:
-        line = f"--out {path}: another process is writing here; wait for it, or choose another place"
+        line = f"--out {target}: another process is writing here; wait for it, or choose another place"
         raise InputError(line) from None
     except OSError as error:
-        raise cannot_write(path, error) from None
+        raise cannot_write(target, error) from None
     try:
-        yield
+        yield target
     finally:
         Path(lock.lock_file).unlink(missing_ok=True)
         lock.release()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
@@ -73,25 +73,16 @@ class Parts:
 
     def check(self, scenario: Scenario) -> None:
         """Raise InputError, in one line, for a part of the wrong kind or one that does not fit the scenario."""
+        kinds = get_type_hints(Parts)
         for name, part in self.given().items():
-            if not isinstance(part, _KINDS[name]):
-                kind = _KINDS[name]
+            kind = get_args(kinds[name])[0]
+            if not isinstance(part, kind):
                 raise refused(name, part, f"should be a {kind.__name__} ({kind.__module__})")
             if needed := _requirement(name, scenario):
                 raise InputError(f"{name}: only with {needed}")
         for name, part in self.given().items():
             if name != "discretization":
                 part.check(scenario.end_time)
-
-
-_KINDS: dict[str, type] = {
-    "friction": FrictionLaw,
-    "contact_law": ContactLaw,
-    "impact_law": ImpactLaw,
-    "base_motion": BaseMotion,
-    "scheme": Scheme,
-    "discretization": Discretization,
-}
 
 
 def _requirement(name: str, s: Scenario) -> str:

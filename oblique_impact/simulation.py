@@ -8,21 +8,20 @@ from typing import Any
 import numpy as np
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.beam import Beam, Energies
-from oblique_impact.beam.clearance import closest
-from oblique_impact.beam.convergence import convergence_warnings, truncation_warnings, unconverged_results
+from oblique_impact.beam.beam import Energies
+from oblique_impact.beam.convergence import convergence_warnings, truncation_warnings
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import Discretization
-from oblique_impact.beam.plausibility import implausible_values
+from oblique_impact.beam.small_deflection import deflection_warnings
 from oblique_impact.contact.friction import FrictionLaw, Frictionless
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact
 from oblique_impact.contact.state import Baumgarte
 from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.errors import Interrupted, Outcome
-from oblique_impact.history.history import History
-from oblique_impact.history.samples import beam_variables, gather, range_warnings
-from oblique_impact.history.summary import energy_warnings, summarize
+from oblique_impact.history.history import History, beam_history
+from oblique_impact.history.samples import beam_variables, gather
+from oblique_impact.history.summary import macro_collisions, summarize
 from oblique_impact.history.variables import dataset
 from oblique_impact.kernels.compiling import clock
 from oblique_impact.kernels.system import MechanicalSystem
@@ -94,28 +93,18 @@ def simulate(
     else:
         beam = beam_of(scenario, parts)
         record, wall = _march(beam_problem(beam, parts), on_progress)
-        history = _beam_history(beam, record, wall, section_forces)
+        samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
+        variables = beam_variables(beam, samples, section_forces)
+        contacts = [c.contacts for c in macro_collisions(record.contacts, macro_gap(scenario))]
+        warnings = [
+            *deflection_warnings(beam, variables),
+            *convergence_warnings(beam, contacts),
+            *truncation_warnings(beam, variables),
+        ]
+        history = beam_history(scenario, record, samples, variables, wall, warnings)
     if given := parts.given():
         history.summary["provenance"]["user_defined"] = {name: repr(part) for name, part in given.items()}
     return _unless_interrupted(history)
-
-
-def _beam_history(beam: Beam, record: Record, wall: float, section_forces: bool) -> History:
-    """Return the history of a beam: samples, events, summary and warnings."""
-    scenario = beam.scenario
-    samples = gather(record.segments, beam.size, lambda time, q, qd: beam.energies(q, qd), beam.split)
-    variables = beam_variables(beam, samples, section_forces)
-    summary = summarize(record, samples, wall, macro_gap(scenario))
-    summary["clearance"] = closest(variables, scenario.beam.length)
-    summary["without_limit"] = list(unconverged_results(scenario))
-    summary["warnings"] = [
-        *implausible_values(scenario),
-        *range_warnings(beam, variables, summary["slope_ends"]),
-        *convergence_warnings(beam, [collision["contacts"] for collision in summary["macro_collisions"]]),
-        *truncation_warnings(beam, variables),
-        *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
-    ]
-    return History(dataset(variables), record.events, summary, scenario, record.contacts)
 
 
 def simulate_system(

@@ -14,37 +14,29 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from oblique_impact.renders.campbell import campbell_diagram
-    from oblique_impact.renders.command import Rendered, render
-    from oblique_impact.renders.exports.command import Exported, export
-    from oblique_impact.renders.meshes import beam_mesh
-    from oblique_impact.renders.overview import overview_figure
-    from oblique_impact.renders.style import Style
-    from oblique_impact.renders.viewer import show
+    from oblique_impact.renders.campbell import campbell_diagram as campbell_diagram
+    from oblique_impact.renders.command import Rendered as Rendered
+    from oblique_impact.renders.command import render as render
+    from oblique_impact.renders.exports import Exported as Exported
+    from oblique_impact.renders.exports import beam_mesh as beam_mesh
+    from oblique_impact.renders.exports import export as export
+    from oblique_impact.renders.overview import overview_figure as overview_figure
+    from oblique_impact.renders.style import Style as Style
+    from oblique_impact.renders.viewer import show as show
 
 # PyVista takes a second to load: a command that draws nothing does not wait for it
 _MODULES = {
-    "Exported": "exports.command",
+    "Exported": "exports",
     "Rendered": "command",
     "Style": "style",
-    "beam_mesh": "meshes",
+    "beam_mesh": "exports",
     "campbell_diagram": "campbell",
-    "export": "exports.command",
+    "export": "exports",
     "overview_figure": "overview",
     "render": "command",
     "show": "viewer",
 }
-__all__ = [
-    "Exported",
-    "Rendered",
-    "Style",
-    "beam_mesh",
-    "campbell_diagram",
-    "export",
-    "overview_figure",
-    "render",
-    "show",
-]
+__all__ = [*_MODULES]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Pictures as a call, `render`, and as the command `oblique-impact render`: the suffix chooses the kind."""
+"""Draw histories: the call `render`; the suffix of the file chooses the kind of picture."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History, require_history
 from oblique_impact.progress import OnProgress, Progress, silent
@@ -186,30 +185,3 @@ def _instant(history: History, times: Sequence[float], event: int | None) -> flo
         return float(times[0])
     force = np.nan_to_num(history["lambda_n"].values)
     return float(history["time"].values[int(np.argmax(force))])
-
-
-def render_command(
-    paths: Sequence[Path], out: Path, style: Style, **options: Any
-) -> tuple[list[str], dict[str, Any]]:
-    """Call `render` with a progress bar; returns the lines to print, and the same as data.  Raises InputError."""
-    with counting_bar("film" if out.suffix.lower() in FILMS else "picture") as show:
-        result = render(paths, out, style, on_progress=show, **options)
-    lines, data = [], {"file": result.file, "factor": result.factor, "size": result.size}
-    if out.suffix.lower() not in CHARTS:
-        lines.append(f"deformation factor {result.factor:g}, about the line from pin to contact point")
-    if (film := result.timeline) is not None:
-        count = film.times.size
-        lines.append(
-            f"{count} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at "
-            f"{film.fps} per second; time runs at {film.rates.max():.3g} to {film.rates.min():.3g} of real time"
-        )
-        data |= {"frames": count, "fps": film.fps, "duration": film.duration}
-    return [*lines, f"written: {out}"], data
-
-
-def parse_size(text: str) -> tuple[int, int]:
-    """Return WIDTHxHEIGHT in pixels; raises InputError with one line for anything else."""
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.isdigit() and len(part) <= 5 for part in parts):
-        raise InputError(f"--size {text}: should be WIDTHxHEIGHT in pixels, e.g. 1280x720")
-    return int(parts[0]), int(parts[1])

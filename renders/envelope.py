@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.integrate import cumulative_trapezoid
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 from scipy.signal import find_peaks
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 PERIOD = 6.0  # pixels: what swings faster is drawn as a band
+_NEAR = 8  # pixels that are looked at for a place of a band, even and more than a period
 _TURNS = 5  # half periods in a row make a vibration
 
 
@@ -42,10 +44,7 @@ def drawn(x: Array, y: Array, swing: float) -> Drawn:
     for a, b in fast_spans(x, y, swing):
         first, last = int(np.searchsorted(x, a)), int(np.searchsorted(x, b, side="right"))
         band, mean = _band(x[first:last], y[first:last])
-        lines += [
-            (x[done:first], y[done:first]),
-            (np.clip(0.5 * (band.x[1:] + band.x[:-1]), x[first], x[last - 1]), mean),
-        ]
+        lines += [(x[done:first], y[done:first]), (0.5 * (band.x[1:] + band.x[:-1]), mean)]
         bands.append(band)
         done = last
     lines.append((x[done:], y[done:]))
@@ -54,7 +53,8 @@ def drawn(x: Array, y: Array, swing: float) -> Drawn:
 
 def fast_spans(x: Array, y: Array, swing: float) -> list[tuple[float, float]]:
     """Return the intervals (pixels), apart from each other, of swings with periods shorter than `PERIOD`."""
-    at = x[turning_points(y, swing)]
+    turns = np.union1d(*(find_peaks(sign * y, prominence=swing)[0] for sign in (1.0, -1.0)))
+    at = x[turns]
     found: list[tuple[float, float]] = []
     for start, stop in zip(at[:-_TURNS].tolist(), at[_TURNS:].tolist(), strict=True):
         if stop - start > 0.5 * PERIOD * _TURNS:
@@ -65,27 +65,14 @@ def fast_spans(x: Array, y: Array, swing: float) -> list[tuple[float, float]]:
     return [(a, b) for a, b in found if b > a]
 
 
-def turning_points(y: Array, swing: float) -> Index:
-    """Return the samples where the curve turns round, each at least `swing` away from the ones beside it."""
-    return np.union1d(*(find_peaks(sign * y, prominence=swing)[0] for sign in (1.0, -1.0)))
-
-
 def _band(x: Array, y: Array) -> tuple[Band, Array]:
-    """Band over the pixels of a vibration, and its mean in each of them."""
-    edges = np.arange(np.floor(x[0]), np.floor(x[-1]) + 2.0)
-    order = np.argsort(np.concatenate([edges, x]), kind="stable")
-    place, value = np.concatenate([edges, x])[order], np.concatenate([np.interp(edges, x, y), y])[order]
-    starts = np.flatnonzero(order < edges.size)
-    area = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(place) * (value[1:] + value[:-1]))])
-    mean, near = np.diff(area[starts]), np.ones(2 * int(PERIOD / 2) + 1)
-    inside = slice(near.size // 2, near.size // 2 + mean.size)
-    count = np.convolve(np.ones_like(mean), near)[inside]
+    """Return the band of a vibration at the edges of pixels, and its mean between two edges."""
+    edges = np.linspace(x[0], x[-1], math.ceil(x[-1] - x[0]) + 1)
+    mean = np.diff(np.interp(edges, x, cumulative_trapezoid(y, x, initial=0.0))) / np.diff(edges)
     for _ in range(2):  # once would leave ripples of periods that do not fit
-        mean = np.convolve(mean, near)[inside] / count
-    ends = []
-    for extreme, widened in ((np.minimum, minimum_filter1d), (np.maximum, maximum_filter1d)):
-        pixels = extreme(extreme.reduceat(value, starts)[:-1], value[starts[1:]])
-        pixels = widened(pixels, near.size, mode="nearest")
-        # at an edge between two pixels the wider of both
-        ends.append(extreme(np.append(pixels, pixels[-1]), np.append(pixels[0], pixels)))
-    return Band(edges, *ends), mean
+        mean = uniform_filter1d(mean, _NEAR - 1, mode="nearest")
+    starts = np.searchsorted(x, edges[:-1])
+    low, high = (extreme.reduceat(y, starts) for extreme in (np.minimum, np.maximum))
+    # with one pixel more an even filter lies evenly about the edges between pixels
+    low = minimum_filter1d(np.append(low, low[-1]), _NEAR, mode="nearest")
+    return Band(edges, low, maximum_filter1d(np.append(high, high[-1]), _NEAR, mode="nearest")), mean

@@ -15,9 +15,8 @@ from PIL.PngImagePlugin import PngInfo
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
-from oblique_impact.renders.files import save_whole
-from oblique_impact.renders.frame import Composer
-from oblique_impact.renders.metadata import comment
+from oblique_impact.renders.files import comment, save_whole
+from oblique_impact.renders.frame import Composer, factor_texts
 from oblique_impact.renders.scene import Panel, Scene
 from oblique_impact.renders.sheet import LINE, SMALL, STATE, Sheet
 from oblique_impact.renders.story import Story
@@ -47,43 +46,35 @@ def write_strip(story: Story, times: Sequence[float], out: Path) -> Path:
     """
     times = list(times) or strip_times(story.histories[0])
     _check_times(story, times)
-    (width, height), state = story.style.size, story.geometries[0].history["state"].values
+    (width, height), geometry = story.style.size, story.geometries[0]
     dpi = story.style.dpi or width / SLIDE[0]
     style = replace(story.style, ghosts=False, trace=False, ground=False, dpi=dpi)
     with figure_style(style.colours):
         row = Sheet((width, height), style)
-        bottom = round(1.3 * row.pixels(LINE) + 1.45 * row.pixels(SMALL) + 32.0 * row.unit)
-        sheet = Sheet((width, height * len(times) + bottom), style)
-        unit, margin = sheet.unit, 16.0 * sheet.unit
-        head = round(0.6 * margin + 1.3 * sheet.pixels(STATE))
+        unit, margin, small = row.unit, 16.0 * row.unit, 1.45 * row.pixels(SMALL)
+        head = round(0.6 * margin + 1.3 * row.pixels(STATE))
         panel = Panel((0, head, width, height - head), list(range(len(story.geometries))))
         scene = Scene(story, [panel], (width, height), style, (min(times), max(times)))
-        pictures = [scene.draw(time)[head:] for time in times]
-        bar, k = scene.views[0].scale_bar(0.15 * width), [int(story.geometries[0].index(time)) for time in times]
-        scene.close()
+        sheet = Sheet((width, height * len(times) + round(1.3 * row.pixels(LINE) + small + 32.0 * unit)), style)
         for number, time in enumerate(times):
-            top = number * height
+            top, state = number * height, State(int(geometry.value("state", int(geometry.index(time)))))
             if number:
                 sheet.rule((0.0, top), (width, top))
             clock = sheet.write(margin, top + 0.6 * margin, f"t = {time:.5f} s", STATE, weight="bold")
-            left, name = margin + sheet.width_of(clock) + 20.0 * unit, State(int(state[k[number]]))
-            sheet.write(left, top + 0.6 * margin, name.name, STATE, style.colours.states[name], weight="bold")
+            left, colour = margin + sheet.width_of(clock) + 20.0 * unit, style.colours.states[state]
+            sheet.write(left, top + 0.6 * margin, state.name, STATE, colour, weight="bold")
         low = sheet.size[1] - 10.0 * unit
         if story.factor != 1.0:
-            brief = f"deflection drawn ×{story.factor:g}"
-            note = sheet.write(width - margin, low - 1.45 * sheet.pixels(SMALL), "", LINE, va="bottom", ha="right")
-            room = 0.68 * width - 250.0 * unit - margin  # beside the scale of colours
-            sheet.fit(
-                note, [f"{brief} about the line from pin to contact point", brief, f"×{story.factor:g}"], room
-            )
-        sheet.scale_bar(margin, low, bar)
+            note = sheet.write(width - margin, low - small, "", LINE, va="bottom", ha="right")
+            sheet.fit(note, factor_texts(story), 0.68 * width - 250.0 * unit - margin)  # beside the colours
+        sheet.scale_bar(margin, low, scene.views[0].scale_bar(0.15 * width))
         if not story.overlay:
             sheet.colour_bar(0.32 * width, low, 220.0 * unit, story.colours)
         whole = sheet.drawn()
-    for number, picture in enumerate(pictures):
-        top = number * height + head
-        whole[top : top + len(picture), :, :3] = picture
-    return _save(whole[..., :3], out, story, style.resolution)
+    for number, time in enumerate(times):
+        whole[number * height + head : (number + 1) * height, :, :3] = scene.draw(time)[head:]
+    scene.close()
+    return _save(whole[..., :3], out, story, dpi)
 
 
 def strip_times(history: History) -> list[float]:

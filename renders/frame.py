@@ -24,9 +24,11 @@ class Composer:
 
     def __init__(self, story: Story, timeline: Timeline | None = None) -> None:
         self.story, self.timeline, self.style = story, timeline, story.style
-        self._texts: dict[str, Text] = {}
+        self._texts: dict[str, Text] = {}  # that move
         with figure_style(self.style.colours):
             self.sheet = Sheet(self.style.size, self.style)
+            self._top = max(8.0, 16.0 * self.sheet.unit)  # pixels above the first line of text of a box
+            self._margin = max(10.0, 22.0 * self.sheet.unit)  # pixels between the left edge of a view and its text
             self._arrange()
             self._future = self.sheet.drawn()
             for chart in self._charts:
@@ -34,55 +36,32 @@ class Composer:
             self._past = self.sheet.drawn() if self._charts else self._future
 
     def _arrange(self) -> None:
-        """Make the scene, and write and draw everything around it."""
-        story, style, sheet = self.story, self.style, self.sheet
+        """Write and draw everything around the scene, and make the scene in the room that is left."""
+        story, style = self.story, self.style
         numbers = list(range(len(story.geometries)))
         pictures = [numbers] if story.overlay else [[n] for n in numbers]
         head = self._write_heading() if style.title != "" else 0
         charted, alone = style.charts and self.timeline is not None, len(pictures) == 1
-        self._plan = plan = lay_out(style.size, head, len(pictures), style.inset and alone, charted)
-        above, below = self._room()
-        panels = []
-        for runs, (left, top, width, height) in zip(pictures, plan.views, strict=True):
-            panels.append(Panel((left, top - head + above, width, height - above - below), runs))
-        band = round(self._top + 2.8 * sheet.pixels(HEADING) + 1.5 * sheet.pixels(LINE))
+        plan = lay_out(style.size, head, len(pictures), style.inset and alone, charted)
+        boxes = [self._describe(runs[0], box) for runs, box in zip(pictures, plan.views, strict=True)]
+        self._panels = [Panel(box, runs) for box, runs in zip(boxes, pictures, strict=True)]
+        if plan.inset:
+            self._panels.append(Panel(self._describe_inset(plan.inset), numbers, close=True))
+        bottom = plan.charts[0][1] if plan.charts else style.size[1]
+        self.scene = Scene(story, self._panels, (style.size[0], bottom))
+        for box, view in zip(plan.views, self.scene.views, strict=False):
+            if style.text:
+                self._add_scale_bar(box, view)
         if plan.inset:
             left, top, width, height = plan.inset
-            panels.append(Panel((left + 1, top - head + band, width - 1, height - band), numbers, close=True))
-        bottom = plan.charts[0][1] if plan.charts else style.size[1]
-        self.scene = Scene(story, panels, (style.size[0], bottom - head))
-        self._boxes = [(_down(panel.box, head), panel.box) for panel in panels]
-        for n, (box, view) in enumerate(zip(plan.views, self.scene.views, strict=False)):
-            if style.text:
-                self._describe(n, box, view)
-        if plan.inset:
-            self._describe_inset(plan.inset, self.scene.views[-1])
+            place = left + 18.0 * self.sheet.unit, top + height - 14.0 * self.sheet.unit
+            # it lies over the picture
+            self.sheet.move(*self.sheet.scale_bar(*place, self.scene.views[-1].scale_bar(0.22 * width)))
         curves = ((force_curves(story), "force (N)"), (energy_curves(story), "energy (J)"))
         self._charts = []
         for (found, label), box in zip(curves, plan.charts, strict=False):
             assert self.timeline is not None
-            self._charts.append(Chart(sheet, found, label, box, self.timeline.course, story))
-
-    @property
-    def _top(self) -> float:
-        """Pixels above the first line of text of a box."""
-        return max(8.0, 16.0 * self.sheet.unit)
-
-    @property
-    def _margin(self) -> float:
-        """Pixels between the left edge of a view and its text."""
-        return max(10.0, 22.0 * self.sheet.unit)
-
-    def _room(self) -> tuple[int, int]:
-        """Pixels that text takes above a view, and the colour bar below it."""
-        sheet = self.sheet
-        if not self.style.text:
-            return 0, 0
-        lines = (self.timeline is not None) + (self.story.factor != 1.0)
-        top = self._top + 1.3 * sheet.pixels(STATE) + 1.5 * lines * sheet.pixels(LINE)
-        if self.story.overlay:
-            return round(top), round(1.6 * sheet.pixels(SMALL) + 22.0 * sheet.unit)
-        return round(top), round(1.2 * sheet.pixels(LINE) + 1.45 * sheet.pixels(SMALL) + 24.0 * sheet.unit)
+            self._charts.append(Chart(self.sheet, found, label, box, self.timeline.course, story))
 
     def _write_heading(self) -> int:
         """Write title and beam at the top; returns the height (pixels) that they take."""
@@ -101,9 +80,11 @@ class Composer:
         sheet.rule((0.0, bottom), (width, bottom))
         return bottom + 1
 
-    def _describe(self, number: int, box: Box, view: View) -> None:
-        """Write time, state, rate and factor above a view, and draw its scales below it."""
+    def _describe(self, number: int, box: Box) -> Box:
+        """Write time, state, rate and factor above a view, draw its colours below it; returns the box between."""
         sheet, story, colours = self.sheet, self.story, self.style.colours
+        if not self.style.text:
+            return box
         left, y, right = box[0] + self._margin, box[1] + self._top, box[0] + box[2] - 0.5 * self._margin
         time = sheet.write(left, y, "t = 0.00000 s", STATE, weight="bold")
         x = left + sheet.width_of(time) + 24.0 * sheet.unit
@@ -131,20 +112,31 @@ class Composer:
             self._keep(f"rate {number}", sheet.write(left, y, "", LINE, colours.dim))
             y += 1.5 * sheet.pixels(LINE)
         if story.factor != 1.0:
-            brief = f"deflection drawn ×{story.factor:g}"
-            texts = [f"{brief} about the line from pin to contact point", brief, f"×{story.factor:g}"]
-            sheet.fit(sheet.write(left, y, "", LINE, colours.dim), texts, right - left)
-        low = box[1] + box[3] - 8.0 * sheet.unit
-        width = min(260.0 * sheet.unit, 0.5 * box[2])
-        free = 0.22 * box[2]
+            sheet.fit(sheet.write(left, y, "", LINE, colours.dim), factor_texts(story), right - left)
+            y += 1.5 * sheet.pixels(LINE)
+        above, below = round(y - 0.2 * sheet.pixels(STATE)), 1.6 * sheet.pixels(SMALL) + 22.0 * sheet.unit
         if not story.overlay:
+            width = self._colour_bar_width(box)
+            low = box[1] + box[3] - 8.0 * sheet.unit
             sheet.colour_bar(box[0] + 0.5 * (box[2] - width), low, width, story.colours)
-            free = min(free, 0.5 * (box[2] - width) - self._margin - 3.0 * sheet.pixels(SMALL))
-        if free > 3.0 * sheet.pixels(SMALL):
-            sheet.scale_bar(left, low - 6.0 * sheet.unit, view.scale_bar(free))
+            below = 1.2 * sheet.pixels(LINE) + 1.45 * sheet.pixels(SMALL) + 24.0 * sheet.unit
+        return box[0], above, box[2], box[1] + box[3] - round(below) - above
 
-    def _describe_inset(self, box: Box, view: View) -> None:
-        """Write force and gap above the view of the contact point."""
+    def _colour_bar_width(self, box: Box) -> float:
+        return min(260.0 * self.sheet.unit, 0.5 * box[2])
+
+    def _add_scale_bar(self, box: Box, view: View) -> None:
+        """Draw the scale of length below a view, beside its scale of colours, if there is room."""
+        sheet, free = self.sheet, 0.22 * box[2]
+        if not self.story.overlay:
+            beside = 0.5 * (box[2] - self._colour_bar_width(box)) - self._margin
+            free = min(free, beside - 3.0 * sheet.pixels(SMALL))
+        if free > 3.0 * sheet.pixels(SMALL):
+            low = box[1] + box[3] - 14.0 * sheet.unit
+            sheet.scale_bar(box[0] + self._margin, low, view.scale_bar(free))
+
+    def _describe_inset(self, box: Box) -> Box:
+        """Write force and gap above the view of the contact point; returns the box below."""
         sheet, story, colours = self.sheet, self.story, self.style.colours
         left, y, width = box[0] + 14.0 * sheet.unit, box[1] + self._top, box[2] - 21.0 * sheet.unit
         end = (box[0], box[1] + box[3]) if box[0] else (box[2], box[1])
@@ -157,9 +149,8 @@ class Composer:
             y += 1.4 * sheet.pixels(HEADING)
         if story.geometries[0].scenario.contact.enabled:
             self._keep("gap", sheet.write(left, y, "", LINE, colours.dim))
-        low = box[1] + box[3] - 14.0 * sheet.unit
-        # it lies over the picture
-        sheet.move(*sheet.scale_bar(left + 4.0 * sheet.unit, low, view.scale_bar(0.22 * box[2])))
+        band = round(self._top + 2.8 * sheet.pixels(HEADING) + 1.5 * sheet.pixels(LINE))
+        return box[0] + 1, box[1] + band, box[2] - 1, box[3] - band
 
     def _keep(self, name: str, text: Text) -> None:
         """Let a text move."""
@@ -177,8 +168,9 @@ class Composer:
             frame[part] = self._past[part]
             chart.cursor_to(time)
         picture = self.scene.draw(time)
-        for (left, top, width, height), (x, y, _, _) in self._boxes:
-            frame[top : top + height, left : left + width, :3] = picture[y : y + height, x : x + width]
+        for (left, top, width, height), *_ in self._panels:
+            part = slice(top, top + height), slice(left, left + width)
+            frame[(*part, slice(3))] = picture[part]
         for name, (text, colour) in self._words(time, rate).items():
             if name in self._texts:
                 self._texts[name].set(text=text, color=colour)
@@ -213,9 +205,10 @@ class Composer:
         self.close()
 
 
-def _down(box: Box, pixels: int) -> Box:
-    """Return a box so many pixels farther down."""
-    return box[0], box[1] + pixels, box[2], box[3]
+def factor_texts(story: Story) -> list[str]:
+    """Return the deformation factor in ever shorter words."""
+    brief = f"deflection drawn ×{story.factor:g}"
+    return [f"{brief} about the line from pin to contact point", brief, f"×{story.factor:g}"]
 
 
 def _in_mm(distance: float) -> str:

@@ -1,8 +1,7 @@
 """The deformed beam as a centreline and a swept tube with its results, from a history alone.
 
-Between the stations of a history the displacements follow cubic splines; the stations themselves are met
-exactly.  A deformation factor magnifies the deviation of the axis from the straight line through pin and
-contact point and nothing else, so that both stay where they are.
+A deformation factor magnifies the deviation of the axis from the straight line through pin and contact point and
+nothing else, so that both stay where they are.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-BETWEEN = 1  # rings between two stations
 #: deformation factors to choose from, and how much of the length the largest deviation may become
 _FACTORS, _VISIBLE = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0), 0.06
 
@@ -39,7 +37,7 @@ QUANTITIES = {
     "bending_stress": "Pa",
     "axial_stress": "Pa",
 }
-#: their variables in a history, of those that are one
+#: variables of a history that are such a result
 _VARIABLES = {"bending_moment": "moment", "shear_force": "shear", "axial_force": "axial_force"}
 
 
@@ -76,10 +74,6 @@ class BeamGeometry:
         self.sections = Sections.from_scenario(self.scenario)
         self._values: dict[str, Array] = {}
         self.times, self.stations = self.values("time"), self.values("station")
-        parts = np.arange(BETWEEN + 1) / (BETWEEN + 1)
-        inner = self.stations[:-1, None] + parts * np.diff(self.stations)[:, None]
-        #: arc lengths (m) of the rings: the stations and `BETWEEN` places between two
-        self.places: Array = np.append(inner.ravel(), self.stations[-1])
         #: number of the station at the contact point
         self.touch = int(np.argmin(np.abs(self.stations - self.scenario.contact.point)))
         self.factor = self._fitting_factor() if factor is None else float(factor)
@@ -90,8 +84,8 @@ class BeamGeometry:
             self._values[name] = np.asarray(self.history[name].values, dtype=float)
         return self._values[name]
 
-    def value(self, name: str, k: float) -> Array:
-        """Return a variable of the history at sample k."""
+    def value(self, name: str, k: float | Integers) -> Array:
+        """Return a variable of the history at sample k, or at several samples."""
         return _between(self.values(name), k)
 
     def index(self, time: float) -> float:
@@ -121,8 +115,8 @@ class BeamGeometry:
 
     @cached_property
     def radii(self) -> Array:
-        """Distance (m) of the outer fibre from the axis at the rings, the radius of a round beam."""
-        return np.asarray(self.sections.fibre_distance(self.places) * np.ones_like(self.places))
+        """Distance (m) of the outer fibre from the axis at the stations, the radius of a round beam."""
+        return np.asarray(self.sections.fibre_distance(self.stations))
 
     @cached_property
     def mass_radius(self) -> float:
@@ -198,54 +192,30 @@ class BeamGeometry:
 
     # Axis -----------------------------------------------------------------------------------------------------
 
-    def stations_at(self, k: float) -> Array:
-        """Return the inertial positions (stations, 2) of the axis at sample k, without magnification."""
+    def stations_at(self, k: float | Integers) -> Array:
+        """Return the true axis in the inertial frame at sample k, (stations, 2), or at several, (samples, ...)."""
         x = self.scenario.root.hub_radius + self.stations + self.value("ux", k)
-        return _turned(self.value("theta", k), x, self.value("uy", k))
-
-    def stations_of(self, samples: Integers) -> Array:
-        """Return the inertial positions (samples, stations, 2) of the axis at several samples."""
-        x = self.scenario.root.hub_radius + self.stations + self.values("ux")[samples]
-        return _turned(self.values("theta")[samples][:, None], x, self.values("uy")[samples])
+        return _turned(self.value("theta", k)[..., None], x, self.value("uy", k))
 
     def centreline(self, k: float) -> Array:
-        """Return the drawn axis at the rings, (rings, 3); the stations are every `BETWEEN` + 1 of them."""
-        return _flat(self._axis(k))
-
-    def _axis(self, k: float) -> Array:
-        """Return the drawn axis at the rings, (rings, 2)."""
-        x = self.scenario.root.hub_radius + self.places + self._smooth("ux", k)
-        true = _turned(self.value("theta", k), x, self._smooth("uy", k))
-        if self.factor == 1.0:
-            return true
-        ends, part = self.stations_at(k), (self.places / self.stations[self.touch])[:, None]
-        chord = ends[0] + part * (ends[self.touch] - ends[0])
-        return np.asarray(chord + self.factor * (true - chord))
-
-    @cached_property
-    def _splines(self) -> tuple[Array, Array]:
-        """Splines that are 1 at a station, 0 at others: values and derivatives (rings, stations)."""
-        splines = CubicSpline(self.stations, np.eye(self.stations.size))
-        return splines(self.places), splines(self.places, 1)
-
-    def _smooth(self, name: str, k: float) -> Array:
-        """Return a smooth variable at the rings, by splines through its values at the stations."""
-        values = self.value(name, k)
-        found = np.asarray(self._splines[0] @ values)
-        found[:: BETWEEN + 1] = values
-        return found
+        """Return the drawn axis at sample k, (stations, 3)."""
+        axis = self.stations_at(k)
+        if self.factor != 1.0:
+            chord = axis[0] + (self.stations / self.stations[self.touch])[:, None] * (axis[self.touch] - axis[0])
+            axis = chord + self.factor * (axis - chord)
+        return np.insert(axis, 2, 0.0, axis=1)
 
     # Surface --------------------------------------------------------------------------------------------------
 
     @cached_property
     def solid(self) -> Solid:
         """Points of the tube beside its axis, and its faces."""
-        return solid_of(self.scenario.beam, self.places, self.radii, self.mass_radius, self.flat_end)
+        return solid_of(self.scenario.beam, self.stations, self.radii, self.mass_radius, self.flat_end)
 
     def tube(self, k: float) -> tuple[Array, Array]:
         """Return points and outward normals (np, 3) of the tube at sample k; its rings turn with the sections."""
-        solid, axis = self.solid, self._axis(k)
-        tangent = np.gradient(axis, self.places, axis=0, edge_order=2)
+        solid, axis = self.solid, self.centreline(k)[:, :2]
+        tangent = self._derivative @ axis
         tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
 
@@ -270,60 +240,61 @@ class BeamGeometry:
 
         Stresses follow the height in the section.
         """
-        rings, offsets = self.solid.rings, self.solid.offsets
+        rings, heights = self.solid.rings, self.solid.offsets[:, 1]
         if not name.endswith("_stress"):
             return np.asarray(self.along(name, k)[rings])
-        curvature = self.along("bending_moment", k) / self.sections.second_moment(self.places)
-        stress = -curvature[rings] * offsets[:, 1]
+        # the history has the bending stress at the outer fibre on the side of negative heights
+        stress = -(self.value("bending_stress", k) / self.radii)[rings] * heights
         if name == "axial_stress":
-            stress += (self.along("axial_force", k) / self.sections.area(self.places))[rings]
+            stress += (self.along("axial_force", k) / self.sections.area(self.stations))[rings]
         return np.asarray(stress)
 
     def along(self, name: str, k: float) -> Array:
-        """Return one of `QUANTITIES` but the stresses on the axis at the rings, (rings,), at sample k.
+        """Return one of `QUANTITIES` but the stresses on the axis, (stations,), at sample k.
 
-        Vectors, (rings, 3), are in the inertial frame.  The elastic displacement is that from the straight beam in
-        the floating frame, the section's rotation that against this frame.
+        Vectors, (stations, 3), are in the inertial frame.  The elastic displacement is that from the straight beam
+        in the floating frame, the section's rotation that against this frame.
         """
-        if name == "bending_moment":
-            return self._smooth("moment", k)
-        if name in _VARIABLES:  # which may jump at a station
-            return np.asarray(np.interp(self.places, self.stations, self.value(_VARIABLES[name], k)))
+        if name in _VARIABLES:
+            return self.value(_VARIABLES[name], k)
+        ux, uy = self.value("ux", k), self.value("uy", k)
         if name == "section_rotation":
-            return np.asarray(self._splines[1] @ self.value("uy", k))
-        theta, ux, uy = self.value("theta", k), self._smooth("ux", k), self._smooth("uy", k)
-        if name == "elastic_displacement":
-            return _flat(_turned(theta, ux, uy))
-        spin, arm = self.value("theta_dot", k), self.scenario.root.hub_radius + self.places + ux
-        return _flat(_turned(theta, self._smooth("ux_dot", k) - spin * uy, self._smooth("uy_dot", k) + spin * arm))
+            return np.asarray(self._derivative @ uy)
+        vector = ux, uy
+        if name == "velocity":
+            spin, arm = self.value("theta_dot", k), self.scenario.root.hub_radius + self.stations + ux
+            vector = self.value("ux_dot", k) - spin * uy, self.value("uy_dot", k) + spin * arm
+        return np.insert(_turned(self.value("theta", k), *vector), 2, 0.0, axis=1)
 
     def at_fibres(self, name: str, samples: Integers | slice = slice(None)) -> tuple[Array, Array]:
         """Return a scalar result at the lower and at the upper fibre of the stations, (samples, stations) each."""
-        sections, x = self.sections, self.stations
         if name == "section_rotation":
-            deflection = np.nan_to_num(self.values("uy")[samples], posinf=0.0, neginf=0.0)
-            rotation = CubicSpline(x, deflection, axis=1)(x, 1)
+            rotation = self.values("uy")[samples] @ self._derivative.T
             return rotation, rotation
         if name in _VARIABLES:
             return self.values(_VARIABLES[name])[samples], self.values(_VARIABLES[name])[samples]
-        bending = self.values("moment")[samples] * sections.fibre_distance(x) / sections.second_moment(x)
-        mean = self.values("axial_force")[samples] / sections.area(x) if name == "axial_stress" else 0.0
-        return mean + bending, mean - bending  # a positive moment stretches the lower fibre
+        bending, mean = self.values("bending_stress")[samples], np.zeros(1)
+        if name == "axial_stress":
+            mean = self.values("axial_force")[samples] / self.sections.area(self.stations)
+        return mean + bending, mean - bending
+
+    @cached_property
+    def _derivative(self) -> Array:
+        """Derivatives (1/m) at the stations of the cubic splines that are 1 at one of them and 0 at the others."""
+        return np.asarray(CubicSpline(self.stations, np.eye(self.stations.size))(self.stations, 1))
 
 
-def _between(values: Array, k: float) -> Array:
-    """Return the values (samples, ...) at sample k."""
+def _between(values: Array, k: float | Integers) -> Array:
+    """Return the values (samples, ...) at sample k, or at several."""
+    if isinstance(k, np.ndarray):
+        return values[k]
     low = int(k)
     if k == low:
         return np.asarray(values[low])
     return np.asarray(values[low] + (k - low) * (values[low + 1] - values[low]))
 
 
-def _turned(theta: Array | float, x: Array, y: Array) -> Array:
+def _turned(theta: Array, x: Array, y: Array) -> Array:
     """Return the components (..., 2) in the inertial frame of (x, y) in a frame turned by theta."""
     c, s = np.cos(theta), np.sin(theta)
     return np.stack([x * c - y * s, x * s + y * c], axis=-1)
-
-
-def _flat(plane: Array) -> Array:
-    return np.concatenate([plane, np.zeros((*plane.shape[:-1], 1))], axis=-1)

@@ -15,7 +15,7 @@ from oblique_impact.scenario.shapes import value_at
 
 Array = NDArray[np.float64]
 
-SIDES = 24  # points of a ring: of a circle, or the twelve corners of an i-beam twice
+SIDES = 36  # points of a ring: of a circle, or the twelve edges of an i-beam with three each
 _CAP = 6  # rings from the end of the beam to its pole; twice as many on the sphere of a mass
 
 
@@ -38,56 +38,43 @@ def solid_of(beam: BeamSection, places: Array, radii: Array, mass_radius: float,
 
     It ends in a sphere of `mass_radius` (m) if this is positive, else in a plane if it is `flat`, or a hemisphere.
     """
-    count = places.size
     outline, normals = _rings(beam, places, radii)
-    if mass_radius > 0.0:  # a sphere begins where it comes out of the beam
-        end, end_normals = _sphere(mass_radius, -np.arccos(min(radii[-1] / mass_radius, 1.0)), 2 * _CAP)
-    elif flat:
-        end, end_normals = _plane(outline[-1])
+    radius = mass_radius or (0.0 if flat else float(radii[-1]))  # of the end
+    if radius > 0.0:
+        # a sphere begins where it comes out of the beam
+        first, steps = (-np.arccos(min(radii[-1] / radius, 1.0)), 2 * _CAP) if mass_radius else (0.0, _CAP)
+        elevation = np.linspace(first, 0.5 * np.pi, steps + 1)[1:-1, None, None]
+        end_normals = np.concatenate(
+            [np.broadcast_to(np.sin(elevation), (steps - 1, SIDES, 1)), np.cos(elevation) * _circle()], axis=2
+        )
+        end = radius * end_normals
     else:
-        end, end_normals = _sphere(radii[-1], 0.0, _CAP)
+        # rings whose width shrinks to nothing while their height stays: they fill the end of an i-beam and no more
+        widths = np.linspace(1.0, 0.0, _CAP - 1)[:, None, None]
+        end = np.insert(outline[-1] * np.concatenate([np.ones_like(widths), widths], axis=2), 0, 0.0, axis=2)
+        end_normals = np.broadcast_to((1.0, 0.0, 0.0), end.shape)
+    count = places.size + len(end)
     body, body_normals = (np.insert(values, 0, 0.0, axis=2) for values in (outline, normals))
-    pole = np.array([(mass_radius or (0.0 if flat else radii[-1]), 0.0, 0.0), (0.0, 0.0, 0.0)])
+    poles = np.array([(radius, 0.0, 0.0), (0.0, 0.0, 0.0)])
     outward = np.array([(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)])
-    rings = count + len(end)
     return Solid(
-        np.append(np.repeat(np.minimum(np.arange(rings), count - 1), SIDES), [count - 1, 0]),
-        np.concatenate([body.reshape(-1, 3), end.reshape(-1, 3), pole]),
+        np.append(np.repeat(np.minimum(np.arange(count), places.size - 1), SIDES), [places.size - 1, 0]),
+        np.concatenate([body.reshape(-1, 3), end.reshape(-1, 3), poles]),
         np.concatenate([body_normals.reshape(-1, 3), end_normals.reshape(-1, 3), outward]),
-        _faces(rings),
+        _faces(count),
     )
-
-
-def _sphere(radius: float, first: float, steps: int) -> tuple[Array, Array]:
-    """Return rings of a sphere from an elevation (rad) to its pole, without both, and their normals."""
-    elevation = first + (0.5 * np.pi - first) * np.arange(1, steps) / steps
-    normals = np.empty((steps - 1, SIDES, 3))
-    normals[:, :, 0] = np.sin(elevation)[:, None]
-    normals[:, :, 1:] = np.cos(elevation)[:, None, None] * _circle()
-    return radius * normals, normals
-
-
-def _plane(outline: Array) -> tuple[Array, Array]:
-    """Return rings of a flat end, and their normals.
-
-    Their width shrinks to nothing and their height stays: so the end of an i-beam is filled and no more.
-    """
-    rings = np.zeros((_CAP - 1, SIDES, 3))
-    rings[:, :, 1] = outline[:, 0]
-    rings[:, :, 2] = np.linspace(1.0, 0.0, _CAP - 1)[:, None] * outline[:, 1]
-    return rings, np.broadcast_to((1.0, 0.0, 0.0), rings.shape)
 
 
 def _faces(rings: int) -> NDArray[np.int64]:
     """Return the faces between rings, around the pole and around the centre of the root."""
-    i, j = np.arange(rings - 1)[:, None], np.arange(SIDES)[None]
-    a, b = i * SIDES + j, i * SIDES + (j + 1) % SIDES
-    quads = np.stack([np.full_like(a, 4), a, b, b + SIDES, a + SIDES], axis=-1).reshape(-1)
-    side, last, pole = np.arange(SIDES), (rings - 1) * SIDES, rings * SIDES
-    after, three = (side + 1) % SIDES, np.full(SIDES, 3)
+    i, side = np.arange(rings - 1)[:, None], np.arange(SIDES)
+    after, last, pole = (side + 1) % SIDES, (rings - 1) * SIDES, rings * SIDES
+    a, b = i * SIDES + side, i * SIDES + after
+    quads = np.stack([np.full_like(a, 4), a, b, b + SIDES, a + SIDES], axis=-1)
+    three = np.full(SIDES, 3)
     tip = np.stack([three, last + side, last + after, np.full(SIDES, pole)], axis=-1)
     root = np.stack([three, np.full(SIDES, pole + 1), after, side], axis=-1)
-    return np.concatenate([quads, tip.reshape(-1), root.reshape(-1)])
+    return np.concatenate([quads.ravel(), tip.ravel(), root.ravel()])
 
 
 def _circle() -> Array:

@@ -10,7 +10,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
@@ -20,12 +19,11 @@ from oblique_impact.renders.geometry import contact_gap
 from oblique_impact.renders.story import Story, story_of
 from oblique_impact.renders.style import LIGHT, Style, Theme, figure_style
 
-Array = NDArray[np.float64]
-
 #: texts of vector graphics as text, not as outlines
 _AS_TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42}
 _MARKERS = ("o", "s", "^")  # free, slip, stick
 _DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+_LOSSES = ("impact", "friction", "damping", "scheme")
 
 
 def overview_figure(histories: dict[str, History], out: Path, theme: Theme = LIGHT, title: str = "") -> Path:
@@ -43,22 +41,22 @@ def overview(histories: dict[str, History], theme: Theme = LIGHT, title: str = "
     Without a `title` the figure has that of the first scenario.
     With two histories that share their events, the last panel shows how far apart these are.
     """
-    story = story_of([next(iter(histories.values()))], Style(deformation=1.0))
+    first = next(iter(histories.values()))
+    story = story_of([first], Style(deformation=1.0))
     title = title or story.geometries[0].scenario.title
-    first = story.histories[0]
-    collisions = first.summary["macro_collisions"]
-    span = (collisions[0]["start"], collisions[0]["end"]) if collisions else None
+    collision = next(iter(first.summary["macro_collisions"]), None)
+    kinds = [[(event.kind, event.state) for event in history.events] for history in histories.values()]
     with figure_style(theme):
         figure = Drawing(figsize=(9.2, 9.0), layout="constrained")
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
         axes = figure.subplots(3, 2, gridspec_kw={"height_ratios": (1.25, 1.0, 1.0)})
-        _draw_motion(axes[0, 0], story, theme, span[0] if span else first["time"].values[-1])
-        _draw_shapes(axes[0, 1], first, theme, span)
+        _draw_motion(axes[0, 0], story, theme, collision["start"] if collision else float(first["time"][-1]))
+        _draw_shapes(axes[0, 1], first, theme, collision)
         _draw_force(axes[1, 0], histories, theme)
         _draw_gap(axes[1, 1], histories, theme)
         _draw_energy(axes[2, 0], histories, theme)
-        if len(histories) == 2 and _same_events(histories):
+        if len(histories) == 2 and kinds[0] and kinds[0] == kinds[1]:
             _draw_differences(axes[2, 1], histories, theme)
         else:
             _draw_losses(axes[2, 1], histories, theme)
@@ -79,8 +77,7 @@ def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
     for wanted in np.linspace(theta[0], theta[-1], 6):
         sample = int(np.argmin(np.abs(theta - wanted)))
         last = sample >= theta.size - 2
-        outline = geometry.outline(sample)
-        axes.fill(*outline.T, color=theme.states[0], alpha=1.0 if last else 0.35, linewidth=0.0)
+        axes.fill(*geometry.outline(sample).T, color=theme.states[0], alpha=1.0 if last else 0.35, linewidth=0.0)
         axes.annotate(
             f"{times[sample]:.3f} s",
             geometry.stations_at(sample)[-1],
@@ -99,10 +96,10 @@ def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
     axes.set(xlabel="x (m)", ylabel="y (m)", title="The beam up to the first impact", aspect="equal")
 
 
-def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: tuple[float, float] | None) -> None:
-    """Deflection measured from the pin-tip chord during the first collision."""
+def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: dict[str, Any] | None) -> None:
+    """Draw the deflection from the pin-tip chord during the first collision, or the run."""
     times = history["time"].values
-    start, end = collision or (0.0, times[-1])
+    start, end = (collision["start"], collision["end"]) if collision else (0.0, times[-1])
     station, deflection = history["station"].values, 1e3 * history["uy"].values
     for t in np.linspace(start, end, 9):
         sample = int(last_sample(times, t))
@@ -111,11 +108,9 @@ def _draw_shapes(axes: Axes, history: History, theme: Theme, collision: tuple[fl
         axes.plot(station, deflection[sample] - chord, linewidth=1.2, color=theme.states[state])
     for state in sorted(set(history["state"].values.tolist())):
         axes.plot([], [], label=State(state).name.lower(), color=theme.states[state])
+    title = "Shapes in the first collision" if collision else "Shapes"
     axes.set(
-        xlabel="arc length (m)",
-        ylabel="deflection from the chord (mm)",
-        title="Shapes in the first collision" if collision else "Shapes",
-        xlim=(0.0, station[-1]),
+        xlabel="arc length (m)", ylabel="deflection from the chord (mm)", title=title, xlim=(0.0, station[-1])
     )
     axes.legend()
 
@@ -130,12 +125,7 @@ def _draw_force(axes: Axes, histories: dict[str, History], theme: Theme) -> None
         margin = 0.08 * (end - start) + 1e-5
         axes.set_xlim(1e3 * (start - margin), 1e3 * (end + margin))
     axes.set_ylim(bottom=0.0)
-    _name_curves(axes)
-
-
-def _name_curves(axes: Axes) -> None:
-    """Add a legend, unless there is but one run, which has no name."""
-    if axes.get_legend_handles_labels()[1]:
+    if any(histories):  # a single run may have no name
         axes.legend()
 
 
@@ -145,66 +135,54 @@ def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
         axes.plot(history["time"], 1e3 * contact_gap(history), **style)
     for contact in first.contacts:
         axes.axvspan(contact.start, contact.end, color=theme.states[1], alpha=0.25, linewidth=0)
-    axes.set(xlabel="time (s)", ylabel="gap (mm)", title="Distance from the slope (contact shaded)")
-    axes.set_xlim(0.0, float(first["time"][-1]))
+    title = "Distance from the slope (contact shaded)"
+    axes.set(xlabel="time (s)", ylabel="gap (mm)", title=title, xlim=(0.0, float(first["time"][-1])))
 
 
 def _draw_energy(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
     first = next(iter(histories.values()))
-    parts = ("energy_gravity", "energy_elastic", "energy_kinetic")
+    kinds = ("gravity", "elastic", "kinetic")
     for history, style in _curves(histories, theme):
-        total = sum(history[part].values for part in parts)
+        total = sum(history[f"energy_{kind}"].values for kind in kinds)
         axes.plot(history["time"], total, linewidth=1.8, **style | {"label": f"total, {style['label']}"})
-    for part, colour in zip(parts[:2], theme.energies[:0:-1], strict=True):
-        label = part.removeprefix("energy_")
-        axes.plot(first["time"], first[part], color=colour, linewidth=0.8, label=label)
+    for kind, colour in zip(kinds[:2], theme.energies[:0:-1], strict=True):
+        axes.plot(first["time"], first[f"energy_{kind}"], color=colour, linewidth=0.8, label=kind)
     axes.set(xlabel="time (s)", ylabel="energy (J)", title="Energy", xlim=(0.0, float(first["time"][-1])))
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, fontsize=7.5, columnspacing=1.2)
 
 
-def _same_events(histories: dict[str, History]) -> bool:
-    kinds = [[(e.kind, e.state) for e in h.events] for h in histories.values()]
-    return bool(kinds[0]) and kinds[0] == kinds[1]
-
-
 def _draw_differences(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
-    """Differences of the event times on a logarithmic scale; what is below rounding is drawn there."""
-    (left_name, left), (right_name, right) = histories.items()
-    times = np.array([e.time for e in left.events])
-    differences = np.abs(times - np.array([e.time for e in right.events]))
+    """Draw differences of event times on a logarithmic scale; what is below rounding is drawn there."""
+    left, right = histories.values()
+    times = np.array([event.time for event in left.events])
+    differences = np.abs(times - np.array([event.time for event in right.events]))
     for state in State:
-        mine = np.array([e.state == state for e in left.events])
+        mine = np.array([event.state == state for event in left.events])
         if mine.any():
-            label = f"to {state.name.lower()}"
-            shown = np.maximum(differences[mine], 1e-15)
-            axes.semilogy(
-                times[mine], shown, _MARKERS[state], color=theme.states[state], markersize=5, label=label
-            )
-    axes.set(
-        xlabel="time of the event (s)",
-        ylabel="difference (s)",
-        title=f"Event times: |{left_name} - {right_name}|",
-        xlim=(0.0, float(left["time"][-1])),
-    )
+            look = {"color": theme.states[state], "markersize": 5, "label": f"to {state.name.lower()}"}
+            axes.semilogy(times[mine], np.maximum(differences[mine], 1e-15), _MARKERS[state], **look)
+    title = f"Event times: |{' - '.join(histories)}|"
+    axes.set(xlabel="time of the event (s)", ylabel="difference (s)", title=title)
+    axes.set_xlim(0.0, float(left["time"][-1]))
     axes.legend(loc="upper left")
 
 
 def _draw_losses(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
-    kinds = ("impact", "friction", "damping", "scheme")
     width, drawn = 0.8 / len(histories), False
-    for number, ((name, history), colour) in enumerate(zip(histories.items(), theme.series, strict=False)):
+    for number, (history, style) in enumerate(_curves(histories, theme)):
         energy = history.summary["energy"]
         # what rounding leaves is nothing: it would be all there is to see of a run that loses none
         noise = 1e-9 * max(abs(energy["initial"]), abs(energy["kinetic"]) + abs(energy["elastic"]))
-        values = [lost if abs(lost) > noise else 0.0 for lost in (energy[f"lost_{kind}"] for kind in kinds)]
-        places = np.arange(len(kinds)) + (number - 0.5 * (len(histories) - 1)) * width
+        values = [lost if abs(lost) > noise else 0.0 for lost in (energy[f"lost_{kind}"] for kind in _LOSSES)]
+        places = np.arange(len(_LOSSES)) + (number - 0.5 * (len(histories) - 1)) * width
         drawn |= any(values)
-        bars = axes.bar(places, values, width=0.92 * width, color=colour, label=name)
+        bars = axes.bar(places, values, width=0.92 * width, color=style["color"], label=style["label"])
         axes.bar_label(bars, labels=[f"{v:.3g}" if abs(v) > 1e-9 else "0" for v in values], fontsize=7, padding=2)
     axes.set(ylabel="energy lost (J)", title="Where the energy went")
-    axes.set_xticks(range(len(kinds)), kinds)
+    axes.set_xticks(range(len(_LOSSES)), _LOSSES)
     axes.margins(y=0.15)
     if not drawn:
         axes.set_ylim(0.0, 1.0)
-    _name_curves(axes)
+    if any(histories):
+        axes.legend()

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pyvista as pv
+from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -15,11 +16,12 @@ from oblique_impact.renders.layout import Box
 from oblique_impact.renders.offscreen import prepare
 from oblique_impact.renders.scale_bar import ScaleBar, scale_bar
 from oblique_impact.renders.scenery import pin, slab, slope_wedge, stand
-from oblique_impact.renders.shadow import Plane, Shadow
+from oblique_impact.renders.shadow import Shadow
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import TEXT, Style
 
 Array = NDArray[np.float64]
+Span = tuple[float, float] | None  # first and last time (s); None: the whole run
 
 #: The window is drawn twice as large and averaged: in software OpenGL VTK's multi-samples take twice as long for
 #: edges that are no smoother, its supersampling (SSAA) six times as long.
@@ -31,6 +33,7 @@ CAMERAS = {
     "above": np.array([0.15, 0.9, 1.0]),
 }
 _GHOSTS = (0.36, 0.25, 0.15)  # how much earlier positions differ from the background, newest first
+_GHOST_TIMES = 12  # of a run, from which the last few are shown
 _TRACE_POINTS = 600
 _ARROW = 0.16  # length of the largest force's arrow, over that of the beam
 _CLOSE = 12.0  # height of a picture close to the contact point, over the radius of the beam there
@@ -41,21 +44,11 @@ _SOLID = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
 
 
 class Panel(NamedTuple):
-    """One picture of a frame: where it is in the window, which runs it shows, and how.
-
-    Attributes
-    ----------
-    box : tuple of int
-        Left, top, width, height (pixels).
-    runs : sequence of int
-        Numbers of the runs.
-    close : bool
-        Whether the camera follows the contact point, without magnification.
-    """
+    """One picture of a frame: its place in the window (pixels) and the numbers of the runs that it shows."""
 
     box: Box
     runs: Sequence[int]
-    close: bool = False
+    close: bool = False  # whether the camera follows the contact point, without magnification
 
 
 class Scene:
@@ -71,11 +64,10 @@ class Scene:
         panels: Sequence[Panel],
         size: tuple[int, int],
         style: Style | None = None,
-        span: tuple[float, float] | None = None,
+        span: Span = None,
         **interactive: Any,
     ) -> None:
         prepare()
-        style = style or story.style
         scale = 1 if interactive else SUPERSAMPLING
         window: dict[str, Any] = {"off_screen": not interactive, **interactive}
         window["window_size"] = [scale * pixels for pixels in size]
@@ -86,11 +78,9 @@ class Scene:
         for number, panel in enumerate(panels):
             self.plotter.subplot(0, number)
             left, top, width, height = panel.box
-            bottom = size[1] - top - height
-            self.plotter.renderer.SetViewport(
-                left / size[0], bottom / size[1], (left + width) / size[0], (bottom + height) / size[1]
-            )
-            self.views.append(View(self.plotter, story, panel, style, scale, span))
+            ends = left / size[0], 1.0 - (top + height) / size[1], (left + width) / size[0], 1.0 - top / size[1]
+            self.plotter.renderer.SetViewport(*ends)
+            self.views.append(View(self.plotter, story, panel, style or story.style, scale, span))
 
     def draw(self, time: float) -> NDArray[np.uint8]:
         """Return the picture (rows, columns, 3) of a physical time (s)."""
@@ -108,62 +98,45 @@ class Scene:
 class View:
     """What the active renderer of a plotter shows: beams, slope, pin and ground."""
 
-    def __init__(
-        self,
-        plotter: Any,
-        story: Story,
-        panel: Panel,
-        style: Style,
-        scale: int,
-        span: tuple[float, float] | None = None,
-    ) -> None:
-        self._plotter, self._panel, self._style = plotter, panel, style
-        self._theme, self._renderer = style.colours, plotter.renderer
-        plotter.set_background(self._theme.background, all_renderers=False)
-        self._stroke = scale * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
-        shown = [story.geometries[n].true if panel.close else story.geometries[n] for n in panel.runs]
-        solids, planes = self._add_scenery(shown[0], story)
-        self._aim(shown, solids, span)
-        self.beams = []
-        for number, geometry in zip(panel.runs, shown, strict=True):
-            self.beams.append(_Beam(self, geometry, story, number, planes))
-
-    @property
-    def eye(self) -> Array:
-        """Unit vector (3,) from the scene to the eye."""
-        direction = CAMERAS[self._style.camera]
-        return np.asarray(direction / np.linalg.norm(direction))
-
-    @property
-    def _across(self) -> tuple[Array, Array]:
-        """Unit vectors (3,) to the right and upward in the picture."""
+    def __init__(self, plotter: Any, story: Story, panel: Panel, style: Style, scale: int, span: Span) -> None:
+        self._plotter, self._camera = plotter, plotter.renderer.camera
+        self.style, self.theme, self.close = style, style.colours, panel.close
+        #: pixels of the window in the width of a thin line
+        self.stroke = scale * max(1.0, style.resolution / 96.0 * style.letters / TEXT)
+        #: unit vectors (3,) from the scene to the eye, and (2, 3) to the right and upward in the picture
+        self.eye = CAMERAS[style.camera] / np.linalg.norm(CAMERAS[style.camera])
         right = np.cross([0.0, 1.0, 0.0], self.eye)
         right /= np.linalg.norm(right)
-        return right, np.cross(self.eye, right)
+        self.across = np.array([right, np.cross(self.eye, right)])
+        plotter.set_background(self.theme.background, all_renderers=False)
+        shown = [story.geometries[n].true if panel.close else story.geometries[n] for n in panel.runs]
+        solids, planes = self._add_scenery(shown[0], story)
+        self._aim(shown, panel.box, solids, span)
+        self.beams = [Beam(self, g, story, n, planes) for n, g in zip(panel.runs, shown, strict=True)]
 
-    def add(self, mesh: pv.PolyData, **look: Any) -> Any:
+    def add(self, mesh: pv.PolyData, width: float = 1.0, **look: Any) -> Any:
         """Add a mesh; lines are as thick as the letters want."""
-        return self._plotter.add_mesh(mesh, line_width=look.pop("width", 1.0) * self._stroke, **look)
+        return self._plotter.add_mesh(mesh, line_width=width * self.stroke, **look)
 
-    def _add_scenery(self, geometry: BeamGeometry, story: Story) -> tuple[list[pv.PolyData], list[Plane]]:
-        """Add pin, slope and ground; returns the solids, and the planes on which shadows fall."""
-        theme, slope = self._theme, story.slope
-        ground = story.ground if self._style.ground else None
-        solids, planes = [pin(geometry)], []
-        self.add(solids[0], color=theme.pin, **_SOLID)
-        if slope:
-            solids.append(slope_wedge(geometry, slope))
+    def _add_scenery(self, geometry: BeamGeometry, story: Story) -> tuple[list[pv.PolyData], list[Array]]:
+        """Add pin, slope and ground; returns the solids, and lines (2, 2) in the planes on which shadows fall."""
+        theme, slope = self.theme, story.slope
+        ground = story.ground if self.style.ground else None
+        foot = pin(geometry)
+        self.add(foot, color=theme.pin, **_SOLID)
+        blocks = [slope_wedge(geometry, slope)] if slope else []
+        planes = []
         if ground:
-            solids += [block for block in (stand(solid, ground) for solid in solids) if block]
-        for solid in solids[1:]:
-            self._add_block(solid, theme.slope, theme.slope_edge)
-        if ground:
-            solids.append(slab(ground))
-            self._add_block(solids[-1], theme.ground, theme.line)
-            planes.append(Plane((ground.first, ground.y), (ground.last, ground.y)))
+            blocks += [block for block in (stand(solid, ground) for solid in (foot, *blocks)) if block]
+            planes.append(np.array([(ground.first, ground.y), (ground.last, ground.y)]))
             if slope:
-                planes.append(Plane(*map(tuple, slope.outline[:2])))
-        return solids, planes
+                planes.append(slope.outline[:2])
+        for block in blocks:
+            self._add_block(block, theme.slope, theme.slope_edge)
+        if ground:
+            blocks.append(slab(ground))
+            self._add_block(blocks[-1], theme.ground, theme.line)
+        return [foot, *blocks], planes
 
     def _add_block(self, solid: pv.PolyData, colour: str, edge: str) -> None:
         lit = solid.compute_normals(point_normals=False)  # else the faces are lit by normals with rounding errors
@@ -172,69 +145,62 @@ class View:
 
     # Camera ---------------------------------------------------------------------------------------------------
 
-    def _aim(self, shown: list[BeamGeometry], solids: list[pv.PolyData], span: tuple[float, float] | None) -> None:
-        """Place the camera so that everything of the runs fits into the panel."""
-        geometry, (_, _, width, height) = shown[0], self._panel.box
-        right, up = self._across
+    def _aim(self, shown: list[BeamGeometry], box: Box, solids: list[pv.PolyData], span: Span) -> None:
+        """Place the camera so that everything of the runs fits into the box of the panel (pixels).
+
+        `pixel` is then the length (m) of a pixel of the picture, `longest_arrow` (m) that of the largest force.
+        """
+        _, _, width, height = box
         focus = np.zeros(3)
-        if self._panel.close:
-            self.pixel = _CLOSE * geometry.touch_radius / height
+        if self.close:
+            self.pixel = _CLOSE * shown[0].touch_radius / height
             self.longest_arrow = _CLOSE_ARROW * height * self.pixel
         else:
-            places = self._places(shown, solids, span)
-            across, high = places @ right, places @ up
-            self.pixel = max(float(np.ptp(high)) / (0.94 * height), float(np.ptp(across)) / (0.93 * width))
-            focus = 0.5 * ((across.max() + across.min()) * right + (high.max() + high.min()) * up)
-            self.longest_arrow = _ARROW * geometry.scenario.beam.length
-        camera = self._renderer.camera
-        camera.parallel_projection = True
-        camera.parallel_scale = 0.5 * self.pixel * height
-        self._renderer.camera_set = True  # else the first picture would be from PyVista's own place
+            self.longest_arrow = _ARROW * shown[0].scenario.beam.length
+            places = [np.asarray(solid.points) for solid in solids]
+            for geometry in shown:
+                first, last = span or (geometry.times[0], geometry.times[-1])
+                places += [geometry.centreline(geometry.index(t)) for t in np.linspace(first, last, 60)]
+                strongest = int(np.argmax(np.nan_to_num(geometry.values("lambda_n"))))
+                force = geometry.contact_force(strongest)
+                if self.style.arrow and np.any(force):
+                    start = geometry.contact_place(strongest) - self.longest_arrow * force / np.linalg.norm(force)
+                    places.append(start[None])
+            seen = np.concatenate(places) @ self.across.T
+            self.pixel = float(np.max(np.ptp(seen, axis=0) / (0.93 * width, 0.94 * height)))
+            focus = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ self.across
+        self._camera.parallel_projection = True
+        self._camera.parallel_scale = 0.5 * self.pixel * height
+        self._plotter.renderer.camera_set = True  # else the first picture would be from PyVista's own place
         self.look_at(focus)
 
     def look_at(self, focus: Array) -> None:
         """Turn the camera to a place (3,)."""
-        camera = self._renderer.camera
-        camera.SetFocalPoint(*focus)
-        camera.SetPosition(*(np.asarray(focus) + 10.0 * self.eye))
-        camera.SetViewUp(*self._across[1])
-        camera.SetClippingRange(1.0, 30.0)
-
-    def _places(
-        self, shown: list[BeamGeometry], solids: list[pv.PolyData], span: tuple[float, float] | None
-    ) -> Array:
-        """Points (n, 3) that have to be seen: axes through the runs, solids, arrows of the largest force."""
-        found = [np.asarray(solid.points) for solid in solids]
-        for geometry in shown:
-            first, last = span or (geometry.times[0], geometry.times[-1])
-            found += [geometry.centreline(geometry.index(t))[::8] for t in np.linspace(first, last, 60)]
-            k = int(np.argmax(np.nan_to_num(geometry.history["lambda_n"].values)))
-            force = geometry.contact_force(k)
-            if self._style.arrow and np.any(force):
-                length = _ARROW * geometry.scenario.beam.length
-                found.append(geometry.contact_place(k)[None] - length * force / np.linalg.norm(force))
-        return np.concatenate(found)
+        self._camera.SetFocalPoint(*focus)
+        self._camera.SetPosition(*(focus + 10.0 * self.eye))
+        self._camera.SetViewUp(*self.across[1])
+        self._camera.SetClippingRange(1.0, 30.0)
 
     def scale_bar(self, longest: float) -> ScaleBar:
         """Return a bar of a round length, level in the plane of motion, not longer than some pixels."""
-        right, up = self._across
+        right, up = self.across
         return scale_bar(np.array([right[0], -up[0]]) / self.pixel, longest)
 
     def move(self, time: float) -> None:
         """Show a physical time (s)."""
         for beam in self.beams:
             beam.move(time)
-        if self._panel.close:
+        if self.close:
             geometry = self.beams[0].geometry
             below = np.append(0.5 * geometry.touch_radius * geometry.slope_axes[1], 0.0)
             self.look_at(geometry.contact_place(geometry.index(time)) - below)
 
 
-class _Beam:
+class Beam:
     """One beam in a view: its tube, earlier positions, the path of its contact point, the force, shadows."""
 
-    def __init__(self, view: View, geometry: BeamGeometry, story: Story, number: int, planes: list[Plane]) -> None:
-        style, theme = view._style, view._theme
+    def __init__(self, view: View, geometry: BeamGeometry, story: Story, number: int, planes: list[Array]) -> None:
+        style, theme = view.style, view.theme
         self.geometry, self._view = geometry, view
         self._quantity = None if story.overlay else style.quantity
         colour = theme.series[number] if story.overlay else theme.arrow
@@ -250,24 +216,23 @@ class _Beam:
         self._place(0.0)
         self.actor = view.add(self.mesh, culling="back", show_scalar_bar=False, **look, **_BEAM)
         self.actor.prop.interpolation = "Phong"
-        self._shadows = [Shadow(view, geometry, plane, number) for plane in planes]
-        self._ghosts, self._newest = [], -1
-        for strength in _GHOSTS if style.ghosts and not view._panel.close else ():
-            mesh = pv.PolyData(self.mesh.points, geometry.solid.faces)
-            # an opaque mixture with the background: transparent beams would take half of the time of a frame
-            mixture = mixed(theme.ghost, theme.background, strength)
-            self._ghosts.append((mesh, view.add(mesh, color=mixture, lighting=False, culling="back")))
+        self._shadows = []
+        for shadow in (Shadow(geometry, ends, number) for ends in planes):
+            actor = view.add(shadow.mesh, scalars="tone", rgba=True, lighting=False)
+            # it is blended all the same; VTK's pass for translucent things would take half of the time of a frame
+            actor.ForceOpaqueOn()
+            self._shadows.append((shadow, actor))
+        self._ghosts = self._add_ghosts() if style.ghosts and not view.close else []
         self._trace = self._path() if style.trace else None
         if self._trace:
             self._whole = np.array(self._trace.points)
-            colour_of_path = colour if story.overlay else theme.trace
-            view.add(self._trace, color=colour_of_path, width=2.0, lighting=False)
+            view.add(self._trace, color=colour if story.overlay else theme.trace, width=2.0, lighting=False)
         self._arrow, self._marks = pv.Arrow(), [pv.PolyData(np.zeros((1, 3))) for _ in range(2)]
         self._force: list[Any] = []
         if style.arrow:
             self._force.append(view.add(self._arrow, color=colour, ambient=0.6, diffuse=0.5))
             for mark, ink, size in zip(self._marks, (theme.ink, theme.background), (8.0, 5.5), strict=True):
-                point = {"render_points_as_spheres": True, "point_size": size * view._stroke}
+                point = {"render_points_as_spheres": True, "point_size": size * view.stroke}
                 self._force.append(view.add(mark, color=ink, lighting=False, **point))
         for depth, actor in enumerate(self._force, start=1):
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
@@ -280,9 +245,9 @@ class _Beam:
         self._place(k)
         if self._quantity:
             self.mesh.point_data["shown"] = np.nan_to_num(self.geometry.result(self._quantity, k)) / self._size
-        for shadow in self._shadows:
-            shadow.move(k)
-        self._move_ghosts(time)
+        for shadow, actor in self._shadows:
+            actor.visibility = shadow.move(k)
+        self._show_ghosts(time)
         self._point_force(k)
         if self._trace:
             shown = self._whole.copy()
@@ -303,19 +268,29 @@ class _Beam:
         depth = 1.2 * self.geometry.half_width + self._depth
         return pv.lines_from_points(np.array([[*self.geometry.contact_point(k), depth] for k in samples]))
 
-    def _move_ghosts(self, time: float) -> None:
-        """Earlier positions at fixed instants, the last few of them."""
-        times = self.geometry.times
-        step = float(times[-1] - times[0]) / 12.0
-        # a run that ends where it starts has no earlier positions
-        newest = int(np.floor((time - times[0]) / step - 0.25)) if step > 0.0 else -1
-        for n, (mesh, actor) in enumerate(self._ghosts):
-            actor.visibility = newest - n >= 0
-            if actor.visibility and newest != self._newest:
-                points, _ = self.geometry.tube(self.geometry.index(times[0] + (newest - n) * step))
+    def _add_ghosts(self) -> list[Any]:
+        """Add the beam at fixed instants; a run that ends where it starts has no earlier positions."""
+        geometry, ghosts = self.geometry, []
+        times = np.linspace(geometry.times[0], geometry.times[-1], _GHOST_TIMES, endpoint=False)
+        for time in times if times[-1] > times[0] else ():
+            mesh = pv.PolyData(geometry.tube(geometry.index(time))[0], geometry.solid.faces)
+            ghosts.append(self._view.add(mesh, lighting=False, culling="back"))
+        return ghosts
+
+    def _show_ghosts(self, time: float) -> None:
+        """Show the last few of the ghosts, each a little after its instant, fainter with age."""
+        times, theme = self.geometry.times, self._view.theme
+        newest = int(np.floor(_GHOST_TIMES * (time - times[0]) / (times[-1] - times[0] or np.inf) - 0.25))
+        for number, actor in enumerate(self._ghosts):
+            age = newest - number
+            actor.visibility = 0 <= age < len(_GHOSTS)
+            if actor.visibility:
+                # an opaque mixture with the background: transparent beams would take half of the time of a frame
+                part = _GHOSTS[age]
+                mixture = part * np.array(to_rgb(theme.ghost)) + (1.0 - part) * np.array(to_rgb(theme.background))
+                actor.prop.color = tuple(mixture)
                 # away from the eye, where it covers nothing and is seen at the same place
-                mesh.points = points - 4.0 * (n + 1) * self.geometry.radii.max() * self._view.eye
-        self._newest = newest
+                actor.position = -4.0 * (age + 1) * self.geometry.radii.max() * self._view.eye
 
     def _point_force(self, k: float) -> None:
         """Let the arrow end just before the point of contact; its length grows with the root of the force."""
@@ -326,7 +301,7 @@ class _Beam:
         if not self._force or not size > 1e-3 * peak:
             return
         place, along = self.geometry.contact_place(k), force / size
-        pixel = self._view.pixel * self._view._stroke / SUPERSAMPLING
+        pixel = self._view.pixel * self._view.stroke / SUPERSAMPLING
         length = self._view.longest_arrow * float(np.sqrt(size / peak))
         self._force[0].visibility = length > 12.0 * pixel
         head = min(15.0 * pixel, 0.6 * length)
@@ -343,9 +318,3 @@ class _Beam:
         )
         for mark in self._marks:
             mark.points = place[None]
-
-
-def mixed(colour: str, background: str, part: float) -> str:
-    """Return a colour with so large a part of it over the background (#rrggbb)."""
-    pairs = zip(*(bytes.fromhex(c[1:]) for c in (colour, background)), strict=True)
-    return "#" + "".join(f"{round(part * a + (1.0 - part) * b):02x}" for a, b in pairs)

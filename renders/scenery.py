@@ -4,49 +4,40 @@ from __future__ import annotations
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.surroundings import FOOT, DrawnSlope, Ground, depth_of
-
-Array = NDArray[np.float64]
 
 _STAND = 0.8  # width of what a slope stands on, over its own
 _SLAB = 0.012  # thickness of the ground, over its length
 
 
 def slope_wedge(geometry: BeamGeometry, slope: DrawnSlope) -> pv.PolyData:
-    """Return the drawn slope as a solid."""
-    return _prism(slope.outline, depth_of(geometry))
+    """Return the drawn slope as a solid, wound outward."""
+    outline, n = slope.outline[::-1], len(slope.outline)  # counter-clockwise
+    back, front = (np.insert(outline, 2, z, axis=1) for z in (-depth_of(geometry), depth_of(geometry)))
+    sides = [(k, (k + 1) % n, (k + 1) % n + n, k + n) for k in range(n)]
+    faces = [range(n)[::-1], range(n, 2 * n), *sides]
+    return pv.PolyData(np.concatenate([back, front]), np.concatenate([[len(face), *face] for face in faces]))
 
 
 def pin(geometry: BeamGeometry) -> pv.PolyData:
     """Return the pin: two cheeks with a bolt on a foot, or a hub's disc of its radius."""
     r, hub = float(geometry.radii[0]), geometry.scenario.root.hub_radius
     side = max(r, geometry.half_width)  # of the beam between the cheeks
-    bolt = pv.Cylinder(
-        direction=(0.0, 0.0, 1.0),
-        radius=max(0.7 * r, hub),
-        height=2.6 * side if hub > 0.0 else 2.0 * side + 3.6 * r,
-    ).triangulate()
+    height = 2.6 * side if hub > 0.0 else 2.0 * side + 3.6 * r
+    bolt = pv.Cylinder(direction=(0.0, 0.0, 1.0), radius=max(0.7 * r, hub), height=height).triangulate()
     if hub > 0.0:
         return pv.PolyData(bolt)
-    cheek, foot = (
-        r * np.array([(-wide, low), (wide, low), (wide, high), (-wide, high)])
-        for wide, low, high in ((1.6, -5.0, 1.6), (4.0, -FOOT, -5.0))
-    )
-    cheeks = [_prism(cheek, 0.4 * r, z) for z in (-side - 0.9 * r, side + 0.9 * r)]
-    whole = pv.merge([*cheeks, _prism(foot, max(5.0 * r, side + 1.4 * r)), bolt])
-    return pv.PolyData(whole.extract_surface(algorithm="dataset_surface"))
+    cheeks = [_box(-1.6 * r, 1.6 * r, -5.0 * r, 1.6 * r, 0.4 * r, z) for z in (-side - 0.9 * r, side + 0.9 * r)]
+    foot = _box(-4.0 * r, 4.0 * r, -FOOT * r, -5.0 * r, max(5.0 * r, side + 1.4 * r))
+    return pv.PolyData(pv.merge([*cheeks, foot, bolt]).extract_surface(algorithm="dataset_surface"))
 
 
 def slab(ground: Ground) -> pv.PolyData:
     """Return the ground as a thin solid, its surface at its height."""
     low = ground.y - _SLAB * (ground.last - ground.first)
-    corners = np.array(
-        [(ground.first, low), (ground.last, low), (ground.last, ground.y), (ground.first, ground.y)]
-    )
-    return _prism(corners, ground.half_depth)
+    return _box(ground.first, ground.last, low, ground.y, ground.half_depth)
 
 
 def stand(solid: pv.PolyData, ground: Ground) -> pv.PolyData | None:
@@ -54,19 +45,13 @@ def stand(solid: pv.PolyData, ground: Ground) -> pv.PolyData | None:
     points = np.asarray(solid.points)
     low = float(points[:, 1].min())
     base = points[points[:, 1] < low + 1e-6 * np.ptp(points[:, 0])]
-    wide, deep = np.ptp(base[:, 0]), np.ptp(base[:, 2])
+    wide, _, deep = np.ptp(base, axis=0)
     if low - ground.y < 1e-3 * wide or not wide > 0.0:
         return None
     middle, half = 0.5 * (base[:, 0].min() + base[:, 0].max()), 0.5 * _STAND * wide
-    corners = np.array([(-half, ground.y), (half, ground.y), (half, low), (-half, low)]) + np.array([middle, 0.0])
-    return _prism(corners, 0.5 * _STAND * deep)
+    return _box(middle - half, middle + half, ground.y, low, 0.5 * _STAND * deep)
 
 
-def _prism(outline: Array, half_depth: float, z: float = 0.0) -> pv.PolyData:
-    """Return a solid over a polygon (corners, 2), wound outward."""
-    n, k = len(outline), np.arange(len(outline))
-    area = np.sum(outline[:, 0] * np.roll(outline[:, 1], -1) - np.roll(outline[:, 0], -1) * outline[:, 1])
-    corners = outline if area > 0.0 else outline[::-1]
-    back, front = (np.column_stack([corners, np.full(n, z + d)]) for d in (-half_depth, half_depth))
-    sides = np.stack([np.full(n, 4), k, (k + 1) % n, (k + 1) % n + n, k + n], axis=1).reshape(-1)
-    return pv.PolyData(np.concatenate([back, front]), np.concatenate([[n], k[::-1], [n], k + n, sides]))
+def _box(first: float, last: float, low: float, high: float, half_depth: float, z: float = 0.0) -> pv.PolyData:
+    """Return a box between two places x and two heights, around the plane of motion or a place z."""
+    return pv.Box((first, last, low, high, z - half_depth, z + half_depth))

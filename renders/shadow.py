@@ -5,15 +5,11 @@ VTK's own shadow maps have hard edges and take longer than all the rest of a fra
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
-
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import BeamGeometry
-
-if TYPE_CHECKING:
-    from oblique_impact.renders.scene import View
 
 _STRENGTH = 0.36  # part of the light that a beam in contact takes away
 _SPREAD = 0.12  # growth of the half width of a shadow over the height of the beam
@@ -22,48 +18,36 @@ _REACH = 1.8  # half width of the strip, over that of the shadow
 _LIFT = 0.05  # over the radius: how far the strip lies above its plane, so that it is not hidden by it
 
 
-class Plane(NamedTuple):
-    """A plane across the plane of motion between two places (m)."""
-
-    start: tuple[float, float]
-    end: tuple[float, float]
-
-
 class Shadow:
-    """The shadow of a beam on a plane under light from above, at the time to which it is moved."""
+    """The shadow of a beam under light from above: a `mesh` with colours and opacity in the array "tone".
 
-    def __init__(self, view: View, geometry: BeamGeometry, plane: Plane, number: int) -> None:
-        self._geometry, self._plane = geometry, plane
-        self._lift = _LIFT * (number + 1) * geometry.touch_radius  # shadows of several beams are not in one plane
-        count, wide = geometry.places.size, _PROFILE.size
-        point = np.arange(count * wide).reshape(count, wide)
-        corners: Any = np.stack([point[:-1, :-1], point[1:, :-1], point[1:, 1:], point[:-1, 1:]], axis=-1).reshape(
-            -1, 4
-        )
-        self._mesh = pv.PolyData.from_regular_faces(np.zeros((count * wide, 3)), corners)
-        self._mesh.point_data["tone"] = np.zeros((count * wide, 4), np.uint8)
-        self._actor = view.add(self._mesh, scalars="tone", rgba=True, lighting=False)
-        # it is blended all the same; VTK's pass for translucent things would take half of the time of a frame
-        self._actor.ForceOpaqueOn()
+    It falls on the plane across the plane of motion through the `ends` (2, 2) of a line (m).  The shadows of
+    several beams, by their `number` from 0, do not lie in one plane.
+    """
 
-    def move(self, k: float) -> None:
-        """Fall from the beam at the fractional sample k."""
-        (x0, y0), (x1, y1) = self._plane
-        geometry, slope = self._geometry, (y1 - y0) / (x1 - x0) if x1 != x0 else np.inf
-        axis = geometry.centreline(k)[:, :2]
-        self._actor.visibility = bool(np.all(np.isfinite(axis)) and abs(slope) < 10.0)
-        if not self._actor.visibility:
-            return
+    def __init__(self, geometry: BeamGeometry, ends: NDArray[np.float64], number: int) -> None:
+        self._geometry, self._ends = geometry, ends
+        self._lift = _LIFT * (number + 1) * geometry.touch_radius
+        # points along the beam, row by row across the strip
+        self.mesh = pv.Plane(i_resolution=geometry.stations.size - 1, j_resolution=_PROFILE.size - 1)
+        self.mesh.clear_data()
+        self._tone = np.zeros((self.mesh.n_points, 4), np.uint8)
+        self.mesh.point_data["tone"] = self._tone
+
+    def move(self, k: float) -> bool:
+        """Fall from the beam at the fractional sample k; returns whether there is a shadow."""
+        geometry, ((x0, y0), (x1, y1)) = self._geometry, self._ends
+        axis = geometry.centreline(k)
+        if not np.all(np.isfinite(axis)) or abs(y1 - y0) >= 10.0 * abs(x1 - x0):  # a plane that is almost upright
+            return False
         x = np.clip(axis[:, 0], min(x0, x1), max(x0, x1))  # what lies beyond the plane is a strip of no area
-        y = y0 + (x - x0) * slope
+        y = y0 + (x - x0) * (y1 - y0) / (x1 - x0)
         height = np.maximum(axis[:, 1] - y, 0.0)
         half = geometry.radii + _SPREAD * height
-        from_ends = np.minimum(geometry.places, geometry.places[-1] - geometry.places)
+        from_ends = np.minimum(geometry.stations, geometry.stations[-1] - geometry.stations)
         dark = np.where(axis[:, 1] > y, _STRENGTH * geometry.radii / half, 0.0) * np.minimum(from_ends / half, 1.0)
-        points = np.empty((x.size, _PROFILE.size, 3))
-        points[..., 0], points[..., 1] = x[:, None], y[:, None] + self._lift
-        points[..., 2] = np.outer(_REACH * half, np.linspace(-1.0, 1.0, _PROFILE.size))
-        self._mesh.points = points.reshape(-1, 3)
-        tone = np.zeros((x.size * _PROFILE.size, 4), np.uint8)
-        tone[:, 3] = np.round(255.0 * np.outer(dark, _PROFILE)).ravel()
-        self._mesh.point_data["tone"] = tone
+        z = np.outer(np.linspace(-1.0, 1.0, _PROFILE.size), _REACH * half)
+        self.mesh.points = np.stack(np.broadcast_arrays(x, y + self._lift, z), axis=-1).reshape(-1, 3)
+        self._tone[:, 3] = np.round(255.0 * np.outer(_PROFILE, dark)).ravel()
+        self.mesh.point_data["tone"] = self._tone
+        return True

@@ -176,7 +176,7 @@ class Style:
     layout : {"side-by-side", "overlay"}
         Of several histories.
     title : str or None
-        At the top of a still or a film and on its title card; None: the name of the run, empty: no line there.
+        At the top of a still or a film; None: the name of the run, empty: no line there.
     letters : float
         Size of text (points) where the picture is shown at its resolution; titles and labels follow it.
     dpi : float or None

@@ -82,7 +82,7 @@ def _ends_of(geometry: BeamGeometry, pin: float, reach: float) -> tuple[float, f
 def _looked_at(geometry: BeamGeometry) -> Array:
     """Return places (n, 2) of the axis in the run."""
     samples = np.unique(np.linspace(0, geometry.times.size - 1, _SAMPLES).astype(np.int64))
-    return geometry.stations_of(samples).reshape(-1, 2)
+    return geometry.stations_at(samples).reshape(-1, 2)
 
 
 def depth_of(geometry: BeamGeometry) -> float:

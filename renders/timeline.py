@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from oblique_impact.errors import InputError
 from oblique_impact.history.history import History
@@ -114,14 +115,22 @@ def time_map(
     inside = float(np.sum(spans[:, 1] - spans[:, 0]))
     free = speed or _round_rate((last - first - inside) / ((1.0 - _SHARE if inside else 1.0) * aim))
     closed = min(contact_speed or _round_rate(max(inside, 1e-4) / (_SHARE * aim)), free)
-    grid = _grid(first, last, spans)
-    rates = np.full(grid.size, free)
+    # fine enough for the contacts and the ramps around them
+    width, near = np.maximum(spans[:, 1:] - spans[:, :1], 1e-7), np.geomspace(1e-7, 0.05, 200)
+    grid = [spans[:, :1] + width * np.linspace(0.0, 1.0, 200), spans[:, :1] - near, spans[:, 1:] + near]
+    times = np.concatenate([np.linspace(first, last, _GRID), *(part.ravel() for part in grid)])
+    times = np.unique(np.clip(times, first, last))
+    rates = np.full(times.size, free)
     if spans.size and closed < free:
+        after = np.searchsorted(spans[:, 0], times, side="right")
+        since = times - np.append(-np.inf, spans[:, 1])[after]  # the end of the contact that began last
+        until = np.append(spans[:, 0], np.inf)[after] - times  # the start of the next one
+        away = np.maximum(np.minimum(since, until), 0.0)
         # around contacts the rate grows by a constant factor per film time, d(rate)/d(film) =
         # rate log(free/closed)/ramp: so it is linear in the physical time from the contact
-        rates = np.minimum(free, closed + np.log(free / closed) / _RAMP * _distance_from(spans, grid))
-    film = np.concatenate([[0.0], np.cumsum(np.diff(grid) * 0.5 * (1.0 / rates[1:] + 1.0 / rates[:-1]))])
-    course = TimeMap(grid, film, rates)
+        rates = np.minimum(free, closed + np.log(free / closed) / _RAMP * away)
+    film = cumulative_trapezoid(1.0 / rates, times, initial=0.0)
+    course = TimeMap(times, film, rates)
     # rounded rates and the ramps around contacts take another time than was asked for
     return course if seconds is None or speed or contact_speed else course.lasting(seconds)
 
@@ -130,27 +139,6 @@ def _round_rate(rate: float) -> float:
     """Return the largest of 1, 1/2, 1/5, 1/10... (or 2, 5, 10...) that is not above 1.2 times `rate`."""
     decade = 10.0 ** np.floor(np.log10(max(rate, 1e-12)))
     return float(max(s * decade for s in _ROUND if s * decade <= 1.2 * rate or s == _ROUND[0]))
-
-
-def _grid(first: float, last: float, spans: Array) -> Array:
-    """Return physical times fine enough for the ramps and the contacts."""
-    near = np.geomspace(1e-7, 0.05, 200)
-    width = np.maximum(spans[:, 1:] - spans[:, :1], 1e-7)
-    parts = [
-        np.linspace(first, last, _GRID),
-        (spans[:, :1] + width * np.linspace(0.0, 1.0, 200)).ravel(),
-        (spans[:, :1] - near).ravel(),
-        (spans[:, 1:] + near).ravel(),
-    ]
-    return np.unique(np.clip(np.concatenate(parts), first, last))
-
-
-def _distance_from(spans: Array, times: Array) -> Array:
-    """Return the distance (s) of each time from the nearest of the intervals (n, 2), which ascend."""
-    after = np.searchsorted(spans[:, 0], times, side="right")
-    ends = np.append(-np.inf, spans[:, 1])  # of the interval that began last
-    starts = np.append(spans[:, 0], np.inf)  # of the next one
-    return np.asarray(np.maximum(np.minimum(times - ends[after], starts[after] - times), 0.0))
 
 
 def make_timeline(

@@ -57,7 +57,7 @@ def test_imports_run_downwards():
     wrong = []
     for module, file in modules().items():
         own = module.split(".")[1] if "." in module else ""
-        if own in layer and not module.endswith((".command", ".commands")):
+        if own in layer:
             for name in loaded(file):
                 package, _, rest = name.partition(".")
                 other = rest.partition(".")[0]

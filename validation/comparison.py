@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,11 +15,21 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History, require_history
 from oblique_impact.history.sample_times import jumps
-from oblique_impact.scenario.toml import flat_keys, parse_toml
-from oblique_impact.validation.event_pairs import EventPair, align, largest_difference, pair_events
-
-if TYPE_CHECKING:
-    from oblique_impact.validation.report import Picture, Report
+from oblique_impact.renders.style import GREY, SERIES
+from oblique_impact.scenario.toml import flat_keys
+from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
+from oblique_impact.validation.report import (
+    Picture,
+    Report,
+    Section,
+    Table,
+    Text,
+    cell,
+    picture,
+    with_unit,
+    write_json,
+)
+from oblique_impact.validation.report.provenance import provenance_data
 
 Array = NDArray[np.float64]
 
@@ -31,7 +41,6 @@ SAME = 1e-12
 LISTED = 10
 #: suffixes of reports
 SUFFIXES = (".html", ".json")
-_COORDINATES = ("q", "qd")
 _COLLISION = {
     "start": "s",
     "end": "s",
@@ -40,17 +49,18 @@ _COLLISION = {
     "tangential_impulse": "N s",
     "peak_force": "N",
 }
-_COLUMNS = (
-    "unit",
-    "scale",
-    "plain_rms",
-    "plain_largest",
-    "plain_at",
-    "aligned_rms",
-    "aligned_largest",
-    "aligned_at",
-)
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
+#: columns of the differences of variables, with their headings in the report
+_COLUMNS = {
+    "unit": "unit",
+    "scale": "scale",
+    "plain_rms": "rms, same time",
+    "plain_largest": "largest",
+    "plain_at": "at (s)",
+    "aligned_rms": "rms, aligned",
+    "aligned_largest": "largest",
+    "aligned_at": "at (s)",
+}
 #: what the picture shows, if both histories have it: label and unit of the axis
 _DRAWN = {
     "gap": "gap (m)",
@@ -74,8 +84,9 @@ class Comparison:
         Times (s) that both cover; what lies outside is not compared.
     max_shift : float
         Events further apart (s) are not paired.
-    events : tuple of EventPair
-        In the order of time.
+    events : DataFrame
+        A row for each event, in the order of time: kind, state after it, times (s) and impulses (N s) of both,
+        differences; NaN without a partner.
     variables : DataFrame
         A row for each variable: unit; scale, the range of both in the common span; and the root of the mean square
         over time (and along the beam), the largest difference with its sign and its time (s), each at equal times
@@ -92,7 +103,7 @@ class Comparison:
     histories: tuple[History, History]
     span: tuple[float, float]
     max_shift: float
-    events: tuple[EventPair, ...]
+    events: pd.DataFrame
     variables: pd.DataFrame
     measures: pd.DataFrame
     state_disagreement: float
@@ -108,19 +119,19 @@ class Comparison:
         return self.histories[0].outcome.label, self.histories[1].outcome.label
 
     @property
-    def shared(self) -> tuple[EventPair, ...]:
+    def shared(self) -> pd.DataFrame:
         """Events that both have."""
-        return tuple(pair for pair in self.events if pair.left and pair.right)
+        return self.events[self.events["time_difference"].notna()]
 
     @property
-    def only_left(self) -> tuple[EventPair, ...]:
+    def only_left(self) -> pd.DataFrame:
         """Events that only the left history has."""
-        return tuple(pair for pair in self.events if not pair.right)
+        return self.events[self.events["right_time"].isna()]
 
     @property
-    def only_right(self) -> tuple[EventPair, ...]:
+    def only_right(self) -> pd.DataFrame:
         """Events that only the right history has."""
-        return tuple(pair for pair in self.events if not pair.left)
+        return self.events[self.events["left_time"].isna()]
 
     @property
     def largest_shift(self) -> float:
@@ -130,7 +141,7 @@ class Comparison:
     @property
     def changed_keys(self) -> dict[str, tuple[Any, Any]]:
         """Keys of the scenarios that differ, with both values; "not given" where one does not have the key."""
-        left, right = (flat_keys(_scenario(history)) for history in self.histories)
+        left, right = (flat_keys(_sections(history)) for history in self.histories)
         both = {key: (left.get(key, "not given"), right.get(key, "not given")) for key in {**left, **right}}
         return {key: (a, b) for key, (a, b) in both.items() if a != b}
 
@@ -143,32 +154,21 @@ class Comparison:
                 found.setdefault(text, []).append(name)
         return [(" and ".join(names), text) for text, names in found.items()]
 
-    @property
-    def event_table(self) -> pd.DataFrame:
-        """A row for each event: kind and state, times (s) and impulses (N s) of both, differences."""
-        rows = []
-        for pair in self.events:
-            row: dict[str, Any] = {"kind": pair.event.kind.value, "state": pair.event.state.name.lower()}
-            for side, event in (("left", pair.left), ("right", pair.right)):
-                row |= {f"{side}_time": event and event.time, f"{side}_impulse": event and event.normal_impulse}
-            row |= {"time_difference": pair.time_difference, "impulse_difference": pair.impulse_difference}
-            rows.append(row)
-        return pd.DataFrame(rows)
-
     def summary(self) -> list[str]:
         """Return how outcomes, events, contact states and scenarios differ, and the warnings, in sentences."""
         left, right = self.names
-        alone, changed = (*self.only_left, *self.only_right), self.changed_keys
-        one = len(set(self.outcomes)) == 1
+        outcomes, changed = list(dict.fromkeys(self.outcomes)), self.changed_keys
+        alone = [
+            f"  only in {name}: {event.kind} -> {event.state} at {getattr(event, f'{side}_time'):.6f} s"
+            for name, side, events in ((left, "left", self.only_left), (right, "right", self.only_right))
+            for event in events.itertuples()
+        ]
         return [
             f"{left} and {right}, {self.span[0]:g} to {self.span[1]:g} s",
-            f"outcome: {self.outcomes[0]}" if one else f"outcomes: {', '.join(self.outcomes)}",
+            f"outcome{'s' if len(outcomes) > 1 else ''}: {', '.join(outcomes)}",
             f"events: {len(self.shared)} shared, {len(self.only_left)} only in {left}, "
             f"{len(self.only_right)} only in {right}; largest time difference {self.largest_shift:.2g} s",
-            *(
-                f"  only in {left if pair.left else right}: {pair.kind} at {pair.event.time:.6f} s"
-                for pair in alone[:LISTED]
-            ),
+            *alone[:LISTED],
             *([f"  and {len(alone) - LISTED} more"] if len(alone) > LISTED else []),
             f"contact states differ in {100.0 * self.state_disagreement:.2g} % of the time",
             f"scenarios: {len(changed)} keys differ" if len(changed) != 1 else "scenarios: 1 key differs",
@@ -235,19 +235,20 @@ def compare(
         raise InputError(f"max_shift = {limit}: should be a time in s, 0 or more")
     logs = [[event for event in h.events if start <= event.time <= end] for h in (left, right)]
     pairs = pair_events(logs[0], logs[1], limit)
-    reasons = _obstacles(left, right)
-    wanted, skipped = [n for n in reasons if not reasons[n]], {n: why for n, why in reasons.items() if why}
+    every = [str(name) for name in {**left.data.data_vars, **right.data.data_vars}]
+    reasons = {name: _obstacle(name, left, right) for name in every}
     clocks = times, _on_common_clock(times, pairs, end - start)
+    rows = {name: _difference(name, (left, right), *clocks) for name, why in reasons.items() if not why}
     return Comparison(
         names,
         (left, right),
         (start, end),
         limit,
-        tuple(pairs),
-        pd.DataFrame({name: _difference(name, (left, right), *clocks) for name in wanted}, _COLUMNS).T,
+        pairs,
+        pd.DataFrame(rows, list(_COLUMNS)).T,
         _measures(left, right, (start, end), limit),
         _disagreement(clocks[1], [history["state"].values for history in (left, right)]),
-        skipped,
+        {name: why for name, why in reasons.items() if why},
     )
 
 
@@ -274,25 +275,17 @@ def _union(times: tuple[Array, Array]) -> Array:
     return np.unique(np.concatenate([[start], union[(union > start) & (union < end)], [end]]))
 
 
-def _deviation(
-    times: tuple[Array, Array], values: Sequence[Array], weights: Array | None
-) -> tuple[float, float, float]:
-    """Return root mean square, largest difference and its time of values (samples,) or (samples, points).
+def _deviation(times: tuple[Array, Array], values: Sequence[Array], weights: Array) -> tuple[float, float, float]:
+    """Return root mean square, largest difference and its time of values (samples, points).
 
-    They are linear between samples, of which integrals are exact; the mean along the beam has `weights` of sum 1.
+    They are linear between samples, of which integrals are exact; the mean over the points has `weights` of sum 1.
     """
     grid = _union(times)
     left, right = (_interpolated(t, v, grid) for t, v in zip(times, values, strict=True))
-    wild = ~np.isfinite(left), ~np.isfinite(right)
-    with np.errstate(invalid="ignore"):
-        apart = np.where(wild[0] & wild[1], 0.0, right - left)
-    apart = np.where(wild[0] ^ wild[1], np.inf, apart).reshape(grid.size, -1)
+    apart = np.where(np.isnan(left) & np.isnan(right), 0.0, right - left)
     if grid.size < 2:
         return 0.0, 0.0, float(grid[0])
-    share = np.full(apart.shape[1], 1.0 / apart.shape[1]) if weights is None else weights
-    with np.errstate(invalid="ignore"):
-        squares = apart[:-1] ** 2 + apart[:-1] * apart[1:] + apart[1:] ** 2
-    mean = np.where(np.isnan(squares), np.inf, squares) @ share / 3.0
+    mean = (apart[:-1] ** 2 + apart[:-1] * apart[1:] + apart[1:] ** 2) @ weights / 3.0
     rms = float(np.sqrt(np.diff(grid) @ mean / (grid[-1] - grid[0])))
     row, column = np.unravel_index(int(np.argmax(np.abs(apart))), apart.shape)
     return rms, float(apart[row, column]), float(grid[row])
@@ -309,19 +302,17 @@ def _disagreement(times: tuple[Array, Array], values: Sequence[NDArray[Any]]) ->
 
 
 def _interpolated(x: Array, values: Array, at: Array) -> Array:
-    """Return values (points, ...) at other points, linear in between; a sample that is hit is taken as it is."""
-    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
-    part = np.clip((at - x[k]) / (x[k + 1] - x[k]), 0.0, 1.0).reshape(-1, *(1,) * (values.ndim - 1))
-    with np.errstate(invalid="ignore"):
-        between = values[k] + part * (values[k + 1] - values[k])
-    return np.asarray(np.where(part == 0.0, values[k], np.where(part == 1.0, values[k + 1], between)))
+    """Return values (samples, points) at other places, linear in between."""
+    return np.stack([np.interp(at, x, column) for column in values.T], axis=1)
 
 
-def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[list[Array], Array | None]:
-    """Return values of both on common stations, and the weights of these in a mean along the beam."""
+def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[list[Array], Array]:
+    """Return values (samples, points) of both, at common stations, and the weights of the points in a mean."""
     values = [np.asarray(history[name].values, dtype=float) for history in histories]
+    values = [v.reshape(len(v), -1) for v in values]
     if "station" not in histories[0][name].dims:
-        return values, None
+        points = values[0].shape[1]
+        return values, np.full(points, 1.0 / points)
     stations = [np.asarray(history["station"].values, dtype=float) for history in histories]
     common = np.union1d(*stations)
     common = common[(common >= max(s[0] for s in stations)) & (common <= min(s[-1] for s in stations))]
@@ -329,16 +320,15 @@ def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[
     common = common[np.concatenate([[True], np.diff(common) > SAME * (common[-1] or 1.0)])]
     widths = np.concatenate([[0.0], np.diff(common), [0.0]])
     weights = 0.5 * (widths[1:] + widths[:-1])
-    return [
-        _interpolated(s, v.T, common).T for s, v in zip(stations, values, strict=True)
-    ], weights / weights.sum()
+    at_common = [_interpolated(s, v.T, common).T for s, v in zip(stations, values, strict=True)]
+    return at_common, weights / weights.sum()
 
 
 def _times(history: History) -> Array:
     return np.asarray(history["time"].values, dtype=float)
 
 
-def _on_common_clock(times: tuple[Array, Array], pairs: Sequence[EventPair], length: float) -> tuple[Array, Array]:
+def _on_common_clock(times: tuple[Array, Array], pairs: pd.DataFrame, length: float) -> tuple[Array, Array]:
     """Return the times of either on a common clock: shared events at the mean of their times, linear in between.
 
     The beginnings coincide if they are the same; before the first shared instant and after the last one the clocks
@@ -346,12 +336,10 @@ def _on_common_clock(times: tuple[Array, Array], pairs: Sequence[EventPair], len
     """
     begins = float(times[0][0]), float(times[1][0])
     shared = [begins] if abs(begins[1] - begins[0]) <= SAME * length else []
-    for pair in pairs:
-        if pair.left and pair.right:
-            both = pair.left.time, pair.right.time
-            # only those that ascend on both sides
-            if not shared or min(both[0] - shared[-1][0], both[1] - shared[-1][1]) > SAME * length:
-                shared.append(both)
+    for both in pairs[["left_time", "right_time"]].dropna().itertuples(index=False):
+        # only those that ascend on both sides
+        if not shared or min(both[0] - shared[-1][0], both[1] - shared[-1][1]) > SAME * length:
+            shared.append(both)
     if not shared:
         return times
     knots = np.array(shared).T
@@ -367,31 +355,24 @@ def _on_common_clock(times: tuple[Array, Array], pairs: Sequence[EventPair], len
     return found[0], found[1]
 
 
-def _obstacles(left: History, right: History) -> dict[str, str]:
-    """Return why each variable cannot be compared, "" if it can."""
-    found = {"state": "contact states are compared as state_disagreement"}
-    same_shapes = len({str(_scenario(history).get("discretization")) for history in (left, right)}) == 1
-    for name in map(str, {**left.data.data_vars, **right.data.data_vars}):
-        both = left.data.get(name), right.data.get(name)
-        if name in found:
-            continue
-        if both[0] is None or both[1] is None:
-            found[name] = f"the {'left' if both[0] is None else 'right'} history does not have it"
-        elif both[0].dims != both[1].dims:
-            found[name] = "other dimensions"
-        elif name in _COORDINATES and not same_shapes:
-            found[name] = "coordinates of other shape functions"
-        else:
-            free = [
-                d for d in both[0].dims if d not in ("time", "station") and both[0].sizes[d] != both[1].sizes[d]
-            ]
-            found[name] = "other numbers of coordinates" if free else ""
-    return found
+def _obstacle(name: str, left: History, right: History) -> str:
+    """Return why a variable cannot be compared, "" if it can."""
+    if name == "state":
+        return "contact states are compared as state_disagreement"
+    for side, history in (("left", left), ("right", right)):
+        if name not in history:
+            return f"the {side} history does not have it"
+    if left[name].dims != right[name].dims:
+        return "other dimensions"
+    if name in ("q", "qd") and _sections(left).get("discretization") != _sections(right).get("discretization"):
+        return "coordinates of other shape functions"
+    own = [d for d in left[name].dims if d not in ("time", "station")]
+    return "other numbers of coordinates" if any(left.data.sizes[d] != right.data.sizes[d] for d in own) else ""
 
 
 def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> pd.DataFrame:
     """Return the table of collisions and energies."""
-    rows = [history.summary.get("macro_collisions", []) for history in (left, right)]
+    rows = left.macro_collisions, right.macro_collisions
     begins = [[float(m["start"]) for m in found] for found in rows]
     places = align(begins[0], begins[1], [""] * len(begins[0]), [""] * len(begins[1]), limit)
     both = [({} if i is None else rows[0][i], {} if j is None else rows[1][j]) for i, j in places]
@@ -402,19 +383,18 @@ def _measures(left: History, right: History, span: tuple[float, float], limit: f
         for number, collisions in enumerate(whole, start=1)
         for key, unit in _COLLISION.items()
     }
-    ends = [float(_times(history)[-1]) for history in (left, right)]
-    if abs(ends[1] - ends[0]) <= SAME * (span[1] - span[0]):
-        energies = [history.summary.get("energy", {}) for history in (left, right)]
+    if abs(_times(right)[-1] - _times(left)[-1]) <= SAME * (span[1] - span[0]):
         for key in _ENERGIES:
-            measures[f"energy: {key.replace('_', ' ')}"] = ["J", *(found.get(key, np.nan) for found in energies)]
+            energies = (history.balance.get(key, np.nan) for history in (left, right))
+            measures[f"energy: {key.replace('_', ' ')}"] = ["J", *energies]
     frame = pd.DataFrame.from_dict(measures, orient="index", columns=["unit", "left", "right"])
     frame["difference"] = frame["right"].astype(float) - frame["left"].astype(float)
     return frame
 
 
-def _scenario(history: History) -> dict[str, Any]:
+def _sections(history: History) -> dict[str, Any]:
     """Return the sections of the scenario of a history, none of a user-defined system."""
-    return parse_toml(history.scenario_toml, "scenario of the history")
+    return history.scenario.model_dump(mode="json") if history.scenario else {}
 
 
 # --- report
@@ -431,8 +411,6 @@ def save_comparison(found: Comparison, out: Path, command: str) -> Path:
 
     Raises InputError for another suffix, or if the file cannot be written.
     """
-    from oblique_impact.validation.report.document import write_json
-
     check_target(out)
     folder = prepare_folder(out.parent)
     if out.suffix == ".json":
@@ -442,8 +420,6 @@ def save_comparison(found: Comparison, out: Path, command: str) -> Path:
 
 def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
     """Return everything that was found as plain data in SI units; differences are right minus left."""
-    from oblique_impact.validation.report import provenance_data
-
     return {
         "command": command,
         "names": found.names,
@@ -454,7 +430,7 @@ def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
         "max_shift": found.max_shift,
         "largest_shift": found.largest_shift,
         "state_disagreement": found.state_disagreement,
-        "events": found.event_table.to_dict("records"),
+        "events": found.events.to_dict("records"),
         "variables": found.variables.rename_axis("name").reset_index().to_dict("records"),
         "measures": found.measures.rename_axis("name").reset_index().to_dict("records"),
         "skipped": dict(found.skipped),
@@ -464,28 +440,25 @@ def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
 
 def report(found: Comparison, command: str) -> Report:
     """Return the report; `command` repeats it."""
-    from oblique_impact.validation.report import Report, Section, Table, Text, cell
-
     left, right = found.names
     variables = found.variables.rename_axis("variable").reset_index()
     scale = variables["scale"].where(variables["scale"] > 0.0, 1.0).astype(float)
-    for name in _COLUMNS[2:]:
-        small = not name.endswith("_at")
-        values = (variables[name] / scale if small else variables[name]).astype(float)
-        variables[name] = [cell(value, 2 if small else 6) for value in values]
+    for name in ("plain_rms", "plain_largest", "aligned_rms", "aligned_largest"):
+        variables[name] = [cell(value, 2) for value in variables[name] / scale]
     caption = (
         "Differences relative to the scale, the range of the values: at the same time; and aligned, on a clock in "
         "which shared events coincide."
     )
+    skipped = "; ".join(f"{name}: {why}" for name, why in found.skipped.items())
     events = {"kind": "event", "state": "then", "left_time": f"{left}: t (s)", "right_time": f"{right}: t (s)"}
     events |= {"time_difference": "difference (s)"}
     events |= {"left_impulse": f"{left}: impulse (N s)", "right_impulse": f"{right}: impulse (N s)"}
-    headings = {"variable": "variable", "unit": "unit", "scale": "scale", "plain_rms": "rms, same time"}
-    headings |= {"plain_largest": "largest", "plain_at": "at (s)", "aligned_rms": "rms, aligned"}
-    headings |= {"aligned_largest": "largest", "aligned_at": "at (s)"}
     measures = found.measures.rename_axis("measure").reset_index().rename(columns={"left": left, "right": right})
-    skipped = "; ".join(f"{name}: {why}" for name, why in found.skipped.items())
-    table = found.event_table
+    tables = [
+        ("Variables", Table.of_frame(variables, caption, 4, columns={"variable": "variable"} | _COLUMNS)),
+        ("Events", Table.of_frame(found.events, digits=9, columns=events) if len(found.events) else None),
+        ("Collisions and energies", Table.of_frame(measures, digits=9) if len(measures) else None),
+    ]
     return Report(
         f"{left} and {right}",
         f"Two runs side by side, from {found.span[0]:g} to {found.span[1]:g} s. Differences are those of {right} "
@@ -493,24 +466,14 @@ def report(found: Comparison, command: str) -> Report:
         command,
         overview=[*(Text(sentence) for sentence in found.summary()[1:]), _picture(found)],
         sections=[
-            Section(
-                "Variables",
-                [
-                    Table.of_frame(variables, caption, 4, columns=headings),
-                    Text(f"Not compared: {skipped}.", note=True),
-                ],
-            ),
-            *([Section("Events", [Table.of_frame(table, digits=9, columns=events)])] if len(table) else []),
-            *([Section("Collisions and energies", [Table.of_frame(measures, digits=9)])] if len(measures) else []),
+            *(Section(title, [table]) for title, table in tables if table),
+            Section("Not compared", [Text(f"{skipped}.")]),
         ],
     )
 
 
 def _picture(found: Comparison) -> Picture:
     """Draw both runs on top of each other, fields at their last station."""
-    from oblique_impact.renders.style import GREY, SERIES
-    from oblique_impact.validation.report import picture, with_unit
-
     names = [name for name in _DRAWN if name in found.variables.index] or list(found.variables.index)[:1]
     caption = "Both runs over time; dotted lines are events that only one of them has."
     alternative = f"{', '.join(names)} of {' and '.join(found.names)} over time."
@@ -521,9 +484,8 @@ def _picture(found: Comparison) -> Picture:
                 values = history[name].values
                 last = values.reshape(len(values), -1)[:, -1]
                 axes.plot(history["time"].values, last, label=label, color=SERIES[k], linewidth=2.0 - k)
-            for pair in found.events:
-                if pair.time_difference is None:
-                    axes.axvline(pair.event.time, color=GREY, linewidth=0.8, linestyle=":")
+            for time in (*found.only_left["left_time"], *found.only_right["right_time"]):
+                axes.axvline(time, color=GREY, linewidth=0.8, linestyle=":")
             axes.set(ylabel=_DRAWN.get(name, with_unit(name, found[name].unit)), xlim=found.span)
         panels[-1].set_xlabel("time (s)")
         drawn.figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)

@@ -3,57 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from oblique_impact.marching.records import Event
 
 
-class EventPair(NamedTuple):
-    """One event of either history, or of one of them only; differences are right minus left, None without both."""
-
-    left: Event | None
-    right: Event | None
-
-    @property
-    def time_difference(self) -> float | None:
-        """Difference of the times (s)."""
-        return self.right.time - self.left.time if self.left and self.right else None
-
-    @property
-    def impulse_difference(self) -> float | None:
-        """Difference of the normal impulses (N s)."""
-        return self.right.normal_impulse - self.left.normal_impulse if self.left and self.right else None
-
-    @property
-    def event(self) -> Event:
-        """The one of the left history, or if it has none of the right one."""
-        found = self.left or self.right
-        assert found is not None
-        return found
-
-    @property
-    def kind(self) -> str:
-        """Kind of the event and the state after it, as "impact -> slip"."""
-        return f"{self.event.kind.value} -> {self.event.state.name.lower()}"
-
-
-def pair_events(left: Sequence[Event], right: Sequence[Event], max_shift: float = np.inf) -> list[EventPair]:
+def pair_events(left: Sequence[Event], right: Sequence[Event], max_shift: float = np.inf) -> pd.DataFrame:
     """Align two event logs: the longest common sequence of kinds and states that is closest in time.
 
-    Events further apart than `max_shift` (s) are not a pair.
+    Parameters
+    ----------
+    left, right : sequence of Event
+        In the order of time.
+    max_shift : float
+        Events further apart (s) are not a pair.
+
+    Returns
+    -------
+    DataFrame
+        A row for each event, in the order of time: kind, state after it, times (s) and normal impulses (N s) of
+        both, and their differences, right minus left; NaN without a partner.
     """
     times = [[event.time for event in events] for events in (left, right)]
     kinds = [[(event.kind, event.state) for event in events] for events in (left, right)]
-    places = align(times[0], times[1], kinds[0], kinds[1], max_shift)
-    return [EventPair(None if i is None else left[i], None if j is None else right[j]) for i, j in places]
+    rows = []
+    for i, j in align(times[0], times[1], kinds[0], kinds[1], max_shift):
+        one, other = None if i is None else left[i], None if j is None else right[j]
+        event = one or other
+        assert event is not None
+        row: dict[str, object] = {"kind": event.kind.value, "state": event.state.name.lower()}
+        for side, found in (("left", one), ("right", other)):
+            row |= {f"{side}_time": found.time, f"{side}_impulse": found.normal_impulse} if found else {}
+        rows.append(row)
+    numbers = ["left_time", "left_impulse", "right_time", "right_impulse"]
+    pairs = pd.DataFrame(rows, columns=["kind", "state", *numbers]).astype(dict.fromkeys(numbers, float))
+    for name in ("time", "impulse"):
+        pairs[f"{name}_difference"] = pairs[f"right_{name}"] - pairs[f"left_{name}"]
+    return pairs
 
 
-def largest_difference(pairs: Sequence[EventPair]) -> float:
+def largest_difference(pairs: pd.DataFrame) -> float:
     """Return the largest difference of paired event times (s); infinity if an event has no partner."""
-    differences = [pair.time_difference for pair in pairs]
-    return max((float("inf") if d is None else abs(d) for d in differences), default=0.0)
+    return float(pairs["time_difference"].abs().fillna(np.inf).max()) if len(pairs) else 0.0
 
 
 def align(

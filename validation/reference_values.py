@@ -14,15 +14,15 @@ from oblique_impact.validation.reference_frequencies import CLAMPED_ROOTS, ELEME
 
 
 class Reference(NamedTuple):
-    """One reference: its number, its value(s), where they come from."""
+    """One reference: its value(s) and where they come from."""
 
-    id: str
     value: Any
     source: str
 
 
 _BEAMS = "python benchmarks/reference_beams.py"
 _IMPACT = "python benchmarks/reference_impact.py"
+_PEGS = "python benchmarks/reference_pegs.py"
 _WRIGHT = "Wright, Smith, Thresher and Wang, J. Appl. Mech. 49 (1982), pp. 197-202, to its 4 decimals"
 _AGREES = f", agrees with {_WRIGHT}"
 _SIMO = "Simo and Vu-Quoc, J. Appl. Mech. 53 (1986), pp. 849-863"
@@ -65,73 +65,49 @@ _EXUDYN_STOPS: dict[str, tuple[dict[str, Any], str]] = {
     ),
 }
 
-TABLE = (
-    Reference(
-        "1.1",
-        CLAMPED_ROOTS,
-        f"roots of cos b cosh b = -1 (clamped-free), 40 digits; {_BEAMS} 1.1",
-    ),
-    Reference(
-        "1.2",
-        HINGED_ROOTS,
-        f"roots of tan b = tanh b (hinged-free), 40 digits; {_BEAMS} 1.2",
-    ),
-    Reference(
-        "1.3",
+REFERENCES = {
+    "1.1": Reference(CLAMPED_ROOTS, f"roots of cos b cosh b = -1 (clamped-free), 40 digits; {_BEAMS} 1.1"),
+    "1.2": Reference(HINGED_ROOTS, f"roots of tan b = tanh b (hinged-free), 40 digits; {_BEAMS} 1.2"),
+    "1.3": Reference(
         0.0006944444444444445,
         "dispersion analysis of cubic Hermite elements with consistent mass: relative error of a "
         "frequency (b h)^4/1440, here 1/1440 (Strang and Fix, An Analysis of the Finite Element Method, 1973, "
         "Ch. 6)",
     ),
-    *(
-        Reference(
-            f"1.4-{mesh}",
+    **{
+        f"1.4-{mesh}": Reference(
             errors,
             "Hermite elements in 40-digit arithmetic: relative frequency errors of modes 1-3; "
             f"{_BEAMS} 1.4-{mesh}",
         )
         for mesh, errors in ELEMENT_ERRORS.items()
-    ),
-    *(
-        Reference(
-            f"2-{row}",
+    },
+    **{
+        f"2-{row}": Reference(
             {"flap": flap, "chord": chord},
             f"power series in 50 digits{_AGREES if row.startswith('c-d0') else ''}; {_BEAMS} 2-{row}",
         )
         for row, (flap, chord) in SPINNING.items()
-    ),
-    Reference(
-        "3-SVQ-min",
+    },
+    "3-SVQ-min": Reference(
         {"w_min": -0.574372675084362, "t": 6.76202695615718},
         f"spin-up of {_SIMO}, in first-order equations of 12 clamped modes, by SciPy's DOP853 at 1e-11; "
         f"{_BEAMS} 3-SVQ-min",
     ),
-    Reference(
-        "3-SVQ-min-modes",
-        {
-            1: -0.57826,
-            2: -0.573549,
-            3: -0.574443,
-            4: -0.574336,
-            6: -0.574367,
-            8: -0.574372,
-            12: -0.574373,
-        },
+    "3-SVQ-min-modes": Reference(
+        {1: -0.57826, 2: -0.573549, 3: -0.574443, 4: -0.574336, 6: -0.574367, 8: -0.574372, 12: -0.574373},
         f"spin-up of {_SIMO}: minimum (m) by number of clamped modes, 6 decimals; {_BEAMS} 3-SVQ-min-modes",
     ),
-    Reference(
-        "3-SVQ-amp",
+    "3-SVQ-amp": Reference(
         0.0036469007129986807,
         f"spin-up of {_SIMO}: amplitude (m) of the tip's vibration for t > 15 s; certain to 3 digits; "
         f"{_BEAMS} 3-SVQ-amp",
     ),
-    Reference(
-        "3-SVQ-w1",
+    "3-SVQ-w1": Reference(
         3.797730545606582,
         "closed form: b^2 sqrt(EI/(m L^4)) with the first root of cos b cosh b = -1, EI = 1.4e4, m = 1.2, L = 10",
     ),
-    Reference(
-        "3-SVQ-table",
+    "3-SVQ-table": Reference(
         {
             1.0: -0.020543126703274135,
             2.0: -0.10237562361624541,
@@ -156,14 +132,12 @@ TABLE = (
         },
         f"spin-up of {_SIMO}: tip deflection (m) at given times (s); certain to 1e-6; {_BEAMS} 3-SVQ-table",
     ),
-    Reference(
-        "3-SVQ-GE",
+    "3-SVQ-GE": Reference(
         {"w_min": -0.574316, "t": 6.777},
         "the same spin-up of a geometrically exact beam in Exudyn 1.13 (20 ANCF elements); within 2e-4 m; "
         "python benchmarks/exudyn_spin_up.py (extra bench)",
     ),
-    Reference(
-        "4",
+    "4": Reference(
         {
             "theta_f": 0.221320862620576,
             "t": 0.31712812975612,
@@ -177,47 +151,32 @@ TABLE = (
         "closed form, rigid bar released at pi/4, slope pi/10 through (0.3, 0): t = [K(k) - "
         "F(asin(sin(phi_f/2)/k), k)]/sqrt(3 g/2 L), k = sin(phi_0/2), phi = pi/2 + theta (elliptic integrals)",
     ),
-    Reference(
-        "7a",
+    "7a": Reference(
         {"tip": 0.00196612873427, "slope": 0.00262150497903, "M0": 4.256826},
         "closed form, horizontal cantilever under its own weight: q L^4/(8 EI), q L^3/(6 EI), q L^2/2; "
         "EI = 541.27, m = 0.86874, L = 1, g = 9.8",
     ),
-    Reference(
-        "7c",
+    "7c": Reference(
         {"1": 1.14740331052, "4": 2.05120700613, "-4": 0.659730170976, "7": 9.43629097435},
         "heavy cantilever, transverse load q_t, axial load q_a (compression > 0): tip w 8 EI/(q_t L^4) by "
         f"a = q_a L^3/EI; power series in 40 digits; {_BEAMS} 7c",
     ),
-    Reference(
-        "7c-inclined",
+    "7c-inclined": Reference(
         {"45": 1.00143201988, "-45": 0.998572044594},
         f"heavy cantilever EI = 541.27, m = 0.86874, L = 1, g = 9.8 at +45 and -45 degrees: tip w 8 EI/(q_t L^4); "
         f"power series in 40 digits; {_BEAMS} 7c-inclined",
     ),
-    Reference(
-        "4b",
-        {
-            "Mmax": 0.22296522,
-            "tip": 0.000139026296,
-            "slope": 0.000231710493,
-            "omega1": 15.4182,
-        },
+    "4b": Reference(
+        {"Mmax": 0.22296522, "tip": 0.000139026296, "slope": 0.000231710493, "omega1": 15.4182},
         "closed form, statics of the falling chimney: M = m g L cos(th)/27 at L/3, tip m g L^3 cos(th)/(80 EI), "
         "slope m g L^2 cos(th)/(48 EI); EI = 541.27, m = 0.86874, L = 1, th = pi/4",
     ),
-    Reference(
-        "6a",
-        {
-            "tan": 0.32491969623291,
-            "a_mu02": 1.16429577294,
-            "t_05m": 0.92676225932,
-        },
+    "6a": Reference(
+        {"tan": 0.32491969623291, "a_mu02": 1.16429577294, "t_05m": 0.92676225932},
         "closed form, incline of pi/10, g = 9.8: sticks iff mu_s >= tan; acceleration and time for "
         "0.5 m at mu = 0.2",
     ),
-    Reference(
-        "6b",
+    "6b": Reference(
         {
             "mu02": {
                 "t_stop": 0.408794200209,
@@ -230,8 +189,7 @@ TABLE = (
         },
         "closed form, thrown up the incline of pi/10 at 2 m/s: v_return = v0 sqrt((tan - mu)/(tan + mu))",
     ),
-    Reference(
-        "6c",
+    "6c": Reference(
         {
             "t_slip": 0.408514767595,
             "t_stick": 0.392,
@@ -242,8 +200,7 @@ TABLE = (
         },
         "closed form, mass on a belt: t_slip = (2/w)(pi - atan(D w/v)), t_stick = 2 D/v, D = (mu_s - mu_k) N/k",
     ),
-    Reference(
-        "6d",
+    "6d": Reference(
         {
             "mu_crit": 1.3333333333333333,
             "theta_crit_deg": 63.4349488229,
@@ -255,8 +212,7 @@ TABLE = (
         "closed form (Lecornu 1905; Genot and Brogliato 1999): 1 + 3 cos(cos - mu sin) = 0, tan = "
         "(3 mu +- sqrt(9 mu^2 - 16))/2; jam of a pinned bar at mu = cot|phi|",
     ),
-    Reference(
-        "6e",
+    "6e": Reference(
         {
             "e05": 1.35526185436,
             "e08": 4.06578556307,
@@ -266,8 +222,7 @@ TABLE = (
         },
         "closed form, ball dropped from 1 m, g = 9.8: sqrt(2 h/g)(1 + e)/(1 - e), distance h (1 + e^2)/(1 - e^2)",
     ),
-    Reference(
-        "6f",
+    "6f": Reference(
         {
             "45,.3,2,-1,.5 slip": [0.508474576271, -0.152542372881, 0.85593220339, 0.5],
             "45,.8,-.5,-1,.5 slip-stick": [1.15384615385, 0.892307692308, 0.0, 0.546153846154],
@@ -275,13 +230,11 @@ TABLE = (
         "closed form: Routh's method with Poisson's restitution for a rod of mass 1 (Wang and Mason, J. Appl. "
         "Mech. 59, 1992, pp. 635-642): P, P_t, v_t, v_n",
     ),
-    Reference(
-        "6g",
+    "6g": Reference(
         [-0.00065, 0.00045, -0.00025, 5e-05],
         "code_aster documentation V5.01.100, test SDND100 of the guide VPCS: closed-form extrema at k pi/100 s",
     ),
-    Reference(
-        "6i",
+    "6i": Reference(
         {
             "mu0": 1.10114156656,
             "mu03": 1.07122043576,
@@ -292,26 +245,22 @@ TABLE = (
         "closed form, plastic impact of the rigid bar released at pi/4 (slope pi/10), m = 0.86874: P = J w/(cos "
         "phi + mu |sin phi|); Poisson's e acts as e (cos - mu |sin|)/(cos + mu |sin|)",
     ),
-    Reference(
-        "5b",
+    "5b": Reference(
         {1e-3: 0.4152203, 2e-3: 0.5549575},
         "closed form, impulse (N s) of a hinged beam whose tip is held from t = 0 on, EI = 541.27, m = 0.86874, "
         "L = 1, v0 = 3.77: J(t) = (2 m L v0/pi^2) sum (1 - cos n^2 w1 t)/n^2, w1 = pi^2 c/L^2, c = sqrt(EI/m)",
     ),
-    Reference(
-        "5c",
+    "5c": Reference(
         {"tip": 0.0722100668103},
         f"effective mass of the end of a long Hermite mesh over m h: 1/(M^-1)_tt in 30 digits; {_BEAMS} 5c",
     ),
-    Reference(
-        "5e",
+    "5e": Reference(
         {"x_peak": 1.64522887065, "f_peak": 0.85803877759},
         "end of a semi-infinite beam on a spring: F = v0 Z t_k^(-1/2) f(t/t_k), f(x) = x E_{3/2,2}(-x^(3/2)), "
         "Z = EI^(1/4) m^(3/4)/sqrt 2, t_k = (Z/k)^(2/3) (Laplace transform, Mittag-Leffler function E); "
         f"{_BEAMS} 5e",
     ),
-    Reference(
-        "5f",
+    "5f": Reference(
         {
             "1e5": (317.1069605653, 0.005994419290120, 1.034329002013, 0.1981752813976),
             "1e6": (683.1552202162, 0.002979907273262, 0.7461026120054, 1.1935008909269),
@@ -319,8 +268,7 @@ TABLE = (
         "hinged beam EI = 541.27, m = 0.86874, L = 1, v0 = 3.77 on a spring: peak (N), end (s), impulse (N s), "
         f"rotation after (rad/s); 400 hinged modes with the spring, exact in time by eigenvectors; {_BEAMS} 5f",
     ),
-    Reference(
-        "7a-elastic",
+    "7a-elastic": Reference(
         {
             "impulse": 2.140259,
             "peak": 924.45,
@@ -337,18 +285,16 @@ TABLE = (
         "elements; Exudyn's give the same (24 to 64: impulse within 1e-5, peak within 4e-4, times within 2e-6 s); "
         "python benchmarks/exudyn_beam.py --limit (extra bench)",
     ),
-    *(
-        Reference(
-            f"exudyn-{stiffness}",
+    **{
+        f"exudyn-{stiffness}": Reference(
             values,
             f"the paper's beam on a spring of {stiffness} N/m, frictionless: Exudyn 1.13's ANCF cable elements, "
             f"extensible, without shear and rotary inertia, {accuracy}; python benchmarks/exudyn_beam.py --limit "
             f"{stiffness} (extra bench)",
         )
         for stiffness, (values, accuracy) in _EXUDYN_STOPS.items()
-    ),
-    Reference(
-        "damped-stop",
+    },
+    "damped-stop": Reference(
         {
             "starts": (0.3171448, 0.6594738, 0.8528885, 0.9769561),
             "end": 0.3285095,
@@ -360,21 +306,18 @@ TABLE = (
         "modes and a tip without inertia: starts of the macro-collisions (s), end of the first (s), its impulse "
         "(N s) and energy after it (J); python benchmarks/reference_rigid_stop.py --modes 32",
     ),
-    Reference(
-        "rod-bouncing-bar",
+    "rod-bouncing-bar": Reference(
         {"tau": 2 / 3, "impulse": 800 / 3, "middle": 400.0, "peak": 500.0, "second": 11 / 3, "period": 16 / 3},
         "closed form: L = 10, E A = 900, rho A = 1, g = 10, dropped from 5: touch at 1, F = 300 (1 + t') for 2 "
         "L/c = 2/3, second touch at 11/3, undeformed at its first height at 16/3; Doyen, Ern and Piperno, SIAM J. "
         "Sci. Comput. 33 (2011), pp. 223-249",
     ),
-    Reference(
-        "rod-truss",
+    "rod-truss": Reference(
         {"speed": 1.5, "duration": 7.8994e-4, "force": 1.18491e7, "impulse": 9360.0},
         "closed form: L = 2, A = 0.2, E = 200e9, rho = 7800: F = A sqrt(E rho) v for 2 L/c, impulse 2 m v; Abaqus "
         "Benchmarks Guide, dynamic response of a truss impacting a rigid wall",
     ),
-    Reference(
-        "8-SDNL32",
+    "8-SDNL32": Reference(
         [
             -0.00266,
             -0.00433,
@@ -391,13 +334,11 @@ TABLE = (
         ],
         "code_aster documentation V5.02.032, test SDNL32 of the guide VPCS: tip displacement (m) at 1 to 12 ms",
     ),
-    Reference(
-        "two-modes-frictionless",
+    "two-modes-frictionless": Reference(
         [0.317147319201, 0.319424342616, 0.321551910973, 0.327182577646, 0.329499422902, 0.330366702612],
         f"the paper's case with two clamped modes in SciPy alone (DOP853 with events): event times (s); {_IMPACT}",
     ),
-    Reference(
-        "two-modes-hybrid",
+    "two-modes-hybrid": Reference(
         [
             0.317147319201,
             0.319422906893,
@@ -410,28 +351,51 @@ TABLE = (
         ],
         f"the paper's case with two clamped modes in SciPy alone (DOP853 with events): event times (s); {_IMPACT}",
     ),
-    Reference(
-        "two-modes-impulse",
-        0.3565764038,
-        f"the paper's case with two clamped modes in SciPy alone: first impulse (N s); {_IMPACT}",
+    "two-modes-impulse": Reference(
+        0.3565764038, f"the paper's case with two clamped modes in SciPy alone: first impulse (N s); {_IMPACT}"
     ),
-    Reference(
-        "rigid-stop-modes",
+    "peg-frictionless": Reference(
         {
-            4: (1.834605247, 2.354622649),
-            6: (1.861339488, 2.415705314),
-            8: (1.864408707, 2.443622294),
+            "times": (0.370169033, 0.372070404, 0.374197167, 0.383769400),
+            "impacts": ((0.448930144, 0.510044488), (0.292215950, 0.216102593)),
+            "energy": 2.283896616,
         },
+        "the paper's beam in four mean-axis modes falls onto a point at (0.5 m, 0), in SciPy alone: times of "
+        f"events (s), impulses and losses of impacts (N s, J), energy at 0.45 s (J); {_PEGS}",
+    ),
+    "peg-friction": Reference(
+        {
+            "times": (
+                *(0.370169033, 0.371134315, 0.371800533, 0.372069531, 0.374195317, 0.374592521, 0.376498014),
+                *(0.376788001, 0.377353724, 0.379621966, 0.382067785, 0.382666320, 0.383626124, 0.383769686),
+            ),
+            "impacts": ((0.448930144, 0.510044488), (0.292554849, 0.216603957)),
+            "energy": 2.268730423,
+        },
+        f"the same with a friction coefficient of 0.3; {_PEGS}",
+    ),
+    "peg-elastic": Reference(
+        {
+            "contacts": (
+                (0.370169033, 0.372895474, 1.744069695),
+                (0.376420642, 0.379787560, 2.483503972),
+                (0.384086536, 0.386423753, 0.665043071),
+            ),
+            "peak": 1402.52754,
+        },
+        "the same on a spring of 1e6 N/m, without friction: starts, ends (s) and impulses (N s) of contacts, "
+        f"largest force (N); {_PEGS} --stiffness 1e6 --friction 0",
+    ),
+    "rigid-stop-modes": Reference(
+        {4: (1.834605247, 2.354622649), 6: (1.861339488, 2.415705314), 8: (1.864408707, 2.443622294)},
         "the paper's case without friction in SciPy alone: impulse of the first macro-collision (N s) and energy "
         f"left (J) by number of mean-axis modes; {_IMPACT} --modes 4,6,8",
     ),
-)
+}
 
-VALUES: dict[str, Any] = {reference.id: reference.value for reference in TABLE}
-
-_SOURCES = {reference.id: reference.source for reference in TABLE}
+VALUES: dict[str, Any] = {id: reference.value for id, reference in REFERENCES.items()}
 
 
 def source(item: str) -> str:
     """Return where a reference comes from."""
-    return _SOURCES[item]
+    return REFERENCES[item].source

@@ -46,12 +46,9 @@ class Result:
 def counts(results: Sequence[Result]) -> str:
     """Say how many checks and measurements there are and how many fail, on page and console alike."""
     checks, failed = len({result.check for result in results}), sum(r.verdict == "fail" for r in results)
-    verdict = f"{failed} fail" if failed else "all pass"
-    return f"{_many(checks, 'check')}, {_many(len(results), 'measurement')}: {verdict}"
-
-
-def _many(count: int, name: str) -> str:
-    return f"{count} {name}{'' if count == 1 else 's'}"
+    numbers = {"check": checks, "measurement": len(results)}
+    counted = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in numbers.items())
+    return f"{counted}: {f'{failed} fail' if failed else 'all pass'}"
 
 
 def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:
@@ -74,15 +71,6 @@ def select(only: Sequence[str] = (), quick: bool = False) -> list[Check]:
 def evidence_of(check_id: str) -> Evidence:
     """Compute one check, in whatever process this is."""
     return all_checks()[check_id].evidence()
-
-
-def compute(
-    checks: Sequence[Check], workers: int | None = None, on_progress: OnProgress = silent
-) -> dict[str, Evidence]:
-    """Compute checks in parallel, the longest first; evidence by id in the order of `checks`."""
-    names = [check.id for check in sorted(checks, key=lambda check: -check.seconds)]
-    found = dict(zip(names, map_parallel(evidence_of, names, workers, on_progress), strict=True))
-    return {check.id: found[check.id] for check in checks}
 
 
 def results_of(checks: Sequence[Check], evidence: dict[str, Evidence]) -> list[Result]:
@@ -151,7 +139,9 @@ def validate(
     checks = select(only, quick)
     folder = None if out is None else prepare_folder(out)
     started = time.perf_counter()
-    evidence = compute(checks, workers, on_progress)
+    longest_first = [check.id for check in sorted(checks, key=lambda check: -check.seconds)]
+    found = map_parallel(evidence_of, longest_first, workers, on_progress)
+    evidence = dict(zip(longest_first, found, strict=True))
     seconds = time.perf_counter() - started
     results = results_of(checks, evidence)
     if folder is not None:
@@ -163,8 +153,9 @@ def validate(
 def _report(
     checks: Sequence[Check], evidence: dict[str, Evidence], results: Sequence[Result], command: str, seconds: float
 ) -> Report:
-    groups = list(dict.fromkeys(check.group for check in checks))
+    groups = dict.fromkeys(check.group for check in checks)
     by_group = {group: [r for r in results if r.group == group.id] for group in groups}
+    blocks_by_group = [_blocks([c for c in checks if c.group == group], evidence, results) for group in groups]
     return Report(
         "Validation of oblique-impact",
         f"{counts(results)}. The program is compared with closed forms, published tests, balances and other "
@@ -174,14 +165,8 @@ def _report(
         seconds,
         overview=_overview(by_group),
         sections=[
-            Section(
-                group.title,
-                _blocks([check for check in checks if check.group == group], evidence, by_group[group]),
-                _verdict(by_group[group]),
-                counts(by_group[group]),
-                opened=_verdict(by_group[group]) == "fail",
-            )
-            for group in groups
+            Section(group.title, blocks, _verdict(own), counts(own), opened=_verdict(own) == "fail")
+            for (group, own), blocks in zip(by_group.items(), blocks_by_group, strict=True)
         ],
         filtered=True,
     )

@@ -13,11 +13,11 @@ from __future__ import annotations
 from typing import NoReturn
 
 from oblique_impact.errors import InputError
-from oblique_impact.fem_beam.exact.beam import ExactBeam
+from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
 from oblique_impact.fem_beam.exact.history import simulate
 from oblique_impact.fem_beam.exact.run import Run
 from oblique_impact.fem_beam.exact.sections import ElasticSections
-from oblique_impact.fem_beam.exact.step import Stage, advance, equilibrium
+from oblique_impact.fem_beam.exact.step import advance, equilibrium
 from oblique_impact.scenario.scenario import Scenario
 
 __all__ = ["ElasticSections", "ExactBeam", "Run", "Stage", "advance", "equilibrium", "simulate", "spectrum"]

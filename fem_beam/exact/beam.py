@@ -39,6 +39,13 @@ _REDUCED, _EXACT = 3, 5
 _SMALL = 1e-2
 
 
+class Stage(NamedTuple):
+    """State at an instant: nodal values and velocities (3 n,)."""
+
+    q: Array
+    v: Array
+
+
 class Fields(NamedTuple):
     """Rotation and derivatives at points of the beam, from which strains follow."""
 

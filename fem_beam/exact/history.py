@@ -8,23 +8,19 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.clearance import closest, facing_surface, slope_warnings, smallest_distance
-from oblique_impact.beam.convergence import unconverged_results
+from oblique_impact.beam.clearance import facing_surface, smallest_distance
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.operators import station_points
-from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import Instant, State
 from oblique_impact.fem_beam.exact.beam import NODE, Complex, ExactBeam
 from oblique_impact.fem_beam.exact.run import Run
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
-from oblique_impact.history.history import History
+from oblique_impact.history.history import History, beam_history
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.history.samples import GAP, Column, Samples
-from oblique_impact.history.summary import energy_warnings, summarize
-from oblique_impact.history.variables import dataset
 from oblique_impact.marching.loop import Status
 from oblique_impact.scenario.scenario import Scenario
 
@@ -78,23 +74,18 @@ def stations_of(beam: ExactBeam, x: Array, point: float) -> _Stations:
     for row, place in enumerate(x):
         e = max(0, int(np.searchsorted(beam.ends, place * (1.0 - 1e-12))) - 1)
         nodes = np.arange(2 * e, 2 * e + 3)
-        values[row, nodes], slopes[row, nodes] = _lagrange(beam.x[nodes], place)
+        shapes = _lagrange(beam.x[nodes])
+        values[row, nodes], slopes[row, nodes] = shapes(place), shapes.derivative(place)
         inboard = place <= point * (1.0 + 1e-12)
         side = np.flatnonzero((gauss < point) == inboard)
         chosen = side[np.sort(np.argsort(np.abs(gauss[side] - place), kind="stable")[:_NEAREST])]
-        recovery[row, chosen] = _lagrange(gauss[chosen], place)[0]
+        recovery[row, chosen] = _lagrange(gauss[chosen])(place)
     return _Stations(x, values, slopes, recovery)
 
 
-def _lagrange(nodes: Array, x: float) -> tuple[Array, Array]:
-    """Values and slopes at x of the Lagrange polynomials of some nodes."""
-    values, slopes = np.ones(nodes.size), np.zeros(nodes.size)
-    for k, node in enumerate(nodes):
-        others = np.delete(nodes, k)
-        scale = np.prod(node - others)
-        values[k] = np.prod(x - others) / scale
-        slopes[k] = sum(np.prod(x - np.delete(others, j)) for j in range(others.size)) / scale
-    return values, slopes
+def _lagrange(nodes: Array) -> KroghInterpolator:
+    """Lagrange polynomials of some nodes."""
+    return KroghInterpolator(nodes, np.eye(nodes.size))
 
 
 class _Frame:
@@ -111,18 +102,9 @@ class _Frame:
 
     def history(self, wall: float) -> History:
         """Return the history; `wall` is the time of the marching (s)."""
-        s, record, samples = self.scenario, self.run.record, self._samples()
-        variables = {**samples.variables(), **self._at_the_contact(), **self._along()}
-        variables["station"] = self.stations.x
-        summary = summarize(record, samples, wall, macro_gap(s))
-        summary["clearance"] = closest(variables, s.beam.length)
-        summary["without_limit"] = list(unconverged_results(s))
-        summary["warnings"] = [
-            *implausible_values(s),
-            *slope_warnings(s, variables, summary["slope_ends"]),
-            *energy_warnings(summary["energy"], np.max(samples.kinetic), s.solver.scheme),
-        ]
-        return History(dataset(variables), record.events, summary, s, record.contacts)
+        samples = self._samples()
+        variables = {**samples.variables(), **self._at_the_contact(), **self._along(), "station": self.stations.x}
+        return beam_history(self.scenario, self.run.record, samples, variables, wall)
 
     def _samples(self) -> Samples:
         run = self.run

@@ -11,16 +11,17 @@ import numpy as np
 from scipy.optimize import brentq
 
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.contact.impacts import Impulse
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import AtEnd, EventKind
 from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.fem_beam.exact.averages import Averages, Forces
-from oblique_impact.fem_beam.exact.beam import ExactBeam
+from oblique_impact.fem_beam.exact.beam import ExactBeam, Stage
 from oblique_impact.fem_beam.exact.sections import Array, ElasticSections
-from oblique_impact.fem_beam.exact.step import NotConvergedError, Stage, Step, advance
+from oblique_impact.fem_beam.exact.step import NotConvergedError, Step, advance
 from oblique_impact.fem_beam.exact.stop import Contact, Place, Slope
-from oblique_impact.fem_beam.mesh import beam_mesh
+from oblique_impact.fem_beam.mesh import mesh_of
 from oblique_impact.marching import records
 from oblique_impact.marching.equations import Quadratures
 from oblique_impact.marching.loop import MAX_EVENTS, Status
@@ -61,19 +62,10 @@ class Phase(NamedTuple):
 
 def beam_of(scenario: Scenario, sections: ElasticSections | None = None) -> ExactBeam:
     """Discretize the beam of a scenario: nodes as those of its finite elements; `sections` replace its own."""
-    d, length, point = scenario.discretization, scenario.beam.length, scenario.contact.point
-    kinks = sorted({float(x) for table in (scenario.beam.area, scenario.beam.second_moment) for x in _rows(table)})
-    inside = np.array([x for x in kinks if 0.0 < x < length])
-    ends = np.array(d.nodes) if d.nodes else np.sort(beam_mesh(length, d.elements, point, inside, d.grading).p[0])
-    ends[np.argmin(np.abs(ends - point))], ends[-1] = point, length
-    root = scenario.root
-    hub = root.inertia if root.kind == "hub" else 0.0
-    sections = sections or ElasticSections.of(scenario)
-    return ExactBeam(ends, sections, scenario.beam.tip_mass, hub, root.hub_radius)
-
-
-def _rows(table: object) -> list[float]:
-    return [row[0] for row in table] if isinstance(table, tuple) else []
+    own = Sections.from_scenario(scenario)
+    ends = mesh_of(scenario, own).p[0]
+    elastic = sections or ElasticSections.of(scenario)
+    return ExactBeam(ends, elastic, own.tip_mass, own.hub_inertia, own.hub_radius)
 
 
 def _duration(seconds: float) -> str:
@@ -163,9 +155,12 @@ class Run:
 
     def _march_to(self, end: float) -> None:
         """March to an instant, in equal steps that are at most as long as the state asks for."""
+        solver, contact = self.scenario.solver, self.scenario.contact.enabled
         while self.time < end:
+            near = contact and self._side * self.slope.place(self.stage).gap < NEAR * self.scenario.beam.length
+            longest = min(solver.contact_step, solver.free_step) if near else solver.free_step
             left = end - self.time
-            length = left / ceil(left / self._longest() - 1e-9)
+            length = left / ceil(left / longest - 1e-9)
             last = length >= left * (1.0 - 1e-12)
             started = time.perf_counter()
             if self._try(length) and last:
@@ -191,12 +186,6 @@ class Run:
         words = f"{_duration(free)} if the contact point stays away from the slope"
         reach = f"{NEAR:g} beam.length"
         return f"{words}, {_duration(near)} if it stays within {reach} of it, at {1e3 * step:.2g} ms a step"
-
-    def _longest(self) -> float:
-        """Return the longest step (s) that the present state allows."""
-        solver, contact = self.scenario.solver, self.scenario.contact.enabled
-        near = contact and self._side * self.slope.place(self.stage).gap < NEAR * self.scenario.beam.length
-        return min(solver.contact_step, solver.free_step) if near else solver.free_step
 
     def _try(self, length: float) -> bool:
         """Take a step, or the part of it up to the first transition; return whether it was the whole step."""
@@ -230,7 +219,7 @@ class Run:
                 self.load,
                 held=self._held(self.time + length),
                 viscosity=self.scenario.beam.kelvin_voigt,
-                point=contact,
+                contact=contact,
                 tolerance=max(self.scenario.solver.tolerance, _LEAST_TOLERANCE),
             )
         except NotConvergedError:

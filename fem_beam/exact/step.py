@@ -15,13 +15,14 @@ angular momentum up to h^2, as the mean of a rotation and its divided difference
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from oblique_impact.fem_beam.exact.beam import NODE, ExactBeam, solve
+from oblique_impact.fem_beam.exact.beam import NODE, ExactBeam, Stage, solve
 from oblique_impact.fem_beam.exact.sections import Array
+from oblique_impact.fem_beam.exact.stop import Contact
 
 #: Newton's iterations of a step; it takes two or three
 MOST_ITERATIONS = 12
@@ -33,46 +34,11 @@ class NotConvergedError(ArithmeticError):
     """Newton's iterations did not converge."""
 
 
-class PointForces(NamedTuple):
-    """Forces (N) and moment (N m) on one node, and their derivatives by its unknowns at the end of the step."""
-
-    force: Array  # (3,)
-    tangent: Array  # (3, 3)
-
-
-class Held(NamedTuple):
-    """A displacement of a node within a step that is kept zero: how the unknowns move it, each (3,)."""
-
-    mean: Array  # over the step: the displacement is mean . (q1 - q0)
-    last: Array  # at its end
-
-
-class PointLoad(Protocol):
-    """Forces on one node, as a function of its unknowns at both ends of a step."""
-
-    @property
-    def node(self) -> int:
-        """The node."""
-
-    def held(self, q0: Array, q1: Array) -> Held | None:
-        """Return the displacement that is kept zero within a step, or None."""
-
-    def forces(self, q0: Array, q1: Array, length: float) -> PointForces:
-        """Return the mean forces within a step of the given length (s)."""
-
-
-class Stage(NamedTuple):
-    """State at an instant: nodal values and velocities (3 n,)."""
-
-    q: Array
-    v: Array
-
-
 class Step(NamedTuple):
     """Result of a step."""
 
     stage: Stage  # at its end
-    reaction: float  # N, mean force that keeps the node of a `PointLoad` where it is
+    reaction: float  # N, mean force that keeps a sticking contact where it is
     held: Array  # (held,) mean forces on the unknowns that are prescribed
     increments: tuple[float, ...]  # of Newton's iterations, relative
 
@@ -85,7 +51,7 @@ def advance(
     *,
     held: Array,
     viscosity: float = 0.0,
-    point: PointLoad | None = None,
+    contact: Contact | None = None,
     tolerance: float = CONVERGED,
 ) -> Step:
     """Return the step of the given length (s).
@@ -104,8 +70,8 @@ def advance(
         Values at the end of the step of the first unknowns, which are prescribed.
     viscosity : float
         Kelvin-Voigt damping (s).
-    point : PointLoad, optional
-        Contact with the elastic stop.
+    contact : Contact, optional
+        With the elastic stop.
     tolerance : float
         Increment at which the iterations end, relative to the length and to 1 rad.
 
@@ -125,10 +91,10 @@ def advance(
         residual = inertia * (beam.M @ (move - length * v0)) + internal.forces - load
         band = inertia * beam.mass_band + internal.tangent
         try:
-            if point is None:
+            if contact is None:
                 change = solve(band, -residual, count)
             else:
-                change, reaction = _with_point(point, (q0, q1), length, residual, band, count)
+                change, reaction = _with_contact(contact, q0, q1, length, residual, band, count)
         except LinAlgError:
             break
         move = move + change
@@ -142,29 +108,25 @@ def advance(
     raise NotConvergedError(f"increments {', '.join(f'{i:.1e}' for i in increments)}")
 
 
-def _with_point(
-    point: PointLoad,
-    ends: tuple[Array, Array],
-    length: float,
-    residual: Array,
-    band: Array,
-    count: int,
+def _with_contact(
+    contact: Contact, q0: Array, q1: Array, length: float, residual: Array, band: Array, count: int
 ) -> tuple[Array, float]:
-    """One iteration with the forces on a node, and with the force that keeps one of its displacements zero."""
-    at = slice(NODE * point.node, NODE * (point.node + 1))
-    q0, q1 = (q[at] for q in ends)
-    found, held = point.forces(q0, q1, length), point.held(q0, q1)
-    residual[at] -= found.force
+    """One iteration with the contact forces, and the force that keeps the slip of a sticking point zero."""
+    at = slice(NODE * contact.slope.node, NODE * (contact.slope.node + 1))
+    q0, q1 = q0[at], q1[at]
+    force, tangent = contact.forces(q0, q1, length)
+    residual[at] -= force
     half = band.shape[0] // 2
     for i in range(NODE):
         for j in range(NODE):
-            band[half + i - j, at.start + j] -= found.tangent[i, j]
-    if held is None:
+            band[half + i - j, at.start + j] -= tangent[i, j]
+    if not contact.sticks:
         return solve(band, -residual, count), 0.0
-    row = np.zeros_like(residual)
-    row[at] = held.mean
+    along, row = contact.slope.tangent, np.zeros_like(residual)
+    mean, last = contact.slope.mean_rows(along, q0, q1)[0], contact.slope.rows(along, q1)
+    row[at] = mean
     free, unit = solve(band, np.stack([-residual, row], axis=1), count).T
-    reaction = float(-(held.mean @ (q1 - q0) + held.last @ free[at]) / (held.last @ unit[at]))
+    reaction = float(-(mean @ (q1 - q0) + last @ free[at]) / (last @ unit[at]))
     return free + reaction * unit, reaction
 
 

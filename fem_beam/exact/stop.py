@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.fem_beam.exact.beam import NODE, divided_difference
+from oblique_impact.fem_beam.exact.beam import NODE, Stage, divided_difference
 from oblique_impact.fem_beam.exact.sections import Array
-from oblique_impact.fem_beam.exact.step import Held, PointForces, Stage
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -110,18 +109,6 @@ class Contact:
     friction: float = 0.0  # lambda_tau/lambda_n, against the slip
     sticks: bool = False
 
-    @property
-    def node(self) -> int:
-        """The node that is in contact."""
-        return self.slope.node
-
-    def held(self, q0: Array, q1: Array) -> Held | None:
-        """Return the slip, which a sticking point does not have."""
-        if not self.sticks:
-            return None
-        along = self.slope.tangent
-        return Held(self.slope.mean_rows(along, q0, q1)[0], self.slope.rows(along, q1))
-
     def normal_force(self, gap0: float, gap1: float, length: float) -> tuple[float, float]:
         """Mean normal force (N) of a step, and its derivative by the gap at its end (N/m)."""
         k, c = self.slope.stiffness, self.slope.damping
@@ -130,12 +117,12 @@ class Contact:
             return 0.0, 0.0
         return k * depth * factor, -0.5 * k * factor - k * depth * c / length
 
-    def forces(self, q0: Array, q1: Array, length: float) -> PointForces:
-        """Return the mean forces on the node within a step."""
+    def forces(self, q0: Array, q1: Array, length: float) -> tuple[Array, Array]:
+        """Return the mean forces (3,) on the node within a step (N, N, N m), and their derivatives by q1."""
         slope, n = self.slope, self.slope.normal
         gap0, gap1 = (float(n @ slope.point(q)) - slope.offsets[0] for q in (q0, q1))
         force, rate = self.normal_force(gap0, gap1, length)
         direction, turning = slope.mean_rows(n + self.friction * slope.tangent, q0, q1)
         tangent = rate * np.outer(direction, slope.rows(n, q1))
         tangent[2, 2] += force * turning
-        return PointForces(force * direction, tangent)
+        return force * direction, tangent

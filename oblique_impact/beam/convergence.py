@@ -20,7 +20,7 @@ from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.frequencies import lowest_elastic_frequency
 from oblique_impact.beam.operators import Array, build_operators
-from oblique_impact.beam.residual_flexibility import static_compliance
+from oblique_impact.beam.residual_flexibility import static_flexibility
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.sections import MAX_MODES
 
@@ -94,10 +94,15 @@ def truncation_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]
     """
     force, depth = np.nan_to_num(variables["lambda_n"]), np.nan_to_num(variables["depth"])
     top = int(np.argmax(force))
-    if not depth[top] > 0.0 or not _converges(beam.scenario):
+    s = beam.scenario
+    converges = s.beam.kelvin_voigt > 0.0 or not is_stiff(s)
+    if not depth[top] > 0.0 or not converges:
         return []
-    s, stiffness = beam.scenario, float(force[top] / depth[top])
-    left = stiffness * (_element_compliance(beam) if s.is_nodal else beam.residual_compliance)
+    stiffness, compliance = float(force[top] / depth[top]), beam.residual_compliance
+    if s.is_nodal:  # the longest element by itself, h^3/(12 E I)
+        bending = float(beam.operators.sections.bending_stiffness(s.contact.point))
+        compliance = float(beam.operators.largest_element**3 / (12.0 * bending))
+    left = stiffness * compliance
     if not left > _LEFT_OUT:
         return []
     if s.is_nodal:
@@ -122,19 +127,14 @@ def light_damping(s: Scenario) -> float:
     return float(f"{2.0 * LIGHT / frequency:.2g}") if frequency > 0.0 else 0.0
 
 
-def _converges(s: Scenario) -> bool:
-    """Whether the forces of an elastic stop converge as modes or elements are added."""
-    return s.beam.kelvin_voigt > 0.0 or not is_stiff(s)
-
-
 def is_stiff(s: Scenario) -> bool:
     """Whether a stop is rigid or nearly so: results have a limit only with internal damping."""
     if not s.contact.enabled:
         return False
     if s.contact.normal != "spring":
         return s.contact.normal == "rigid"
-    compliance = static_compliance(Sections.from_scenario(s), s.contact.point, clamped=False)
-    return s.contact.stiffness * compliance > _NEARLY_RIGID
+    flexibility = static_flexibility(Sections.from_scenario(s), s.contact.point, clamped=False)
+    return bool(s.contact.stiffness * flexibility[0, 0] > _NEARLY_RIGID)
 
 
 def _resolution(s: Scenario) -> str:
@@ -151,18 +151,8 @@ def _resolved_damping(beam: Beam) -> float:
     o, s = beam.operators, beam.scenario
     if not s.is_nodal:
         return _RESOLVED / float(o.natural_frequencies()[-1])
-    return o.largest_element**2 / (math.pi**2 * _wave(o.sections, s.contact.point))
-
-
-def _wave(sections: Sections, x: float) -> float:
-    """Return sqrt(E I/m) (m^2/s) at a place (m)."""
-    return float(np.sqrt(sections.bending_stiffness(x) / sections.mass_per_length(x)))
-
-
-def _element_compliance(beam: Beam) -> float:
-    """Compliance (m/N) of the longest element of a nodal model by itself, h^3/(12 E I)."""
-    sections, x = beam.operators.sections, beam.scenario.contact.point
-    return float(beam.operators.largest_element**3 / (12.0 * sections.bending_stiffness(x)))
+    stiffness, mass = o.sections.bending_stiffness(s.contact.point), o.sections.mass_per_length(s.contact.point)
+    return o.largest_element**2 / (math.pi**2 * float(np.sqrt(stiffness / mass)))
 
 
 def _size_to_resolve(beam: Beam, damping: float) -> str:

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.beam.axis import AxisShapes, ContactKinematics, Peg, touch_peg
 from oblique_impact.beam.base_motion import Drive, drive_acceleration
-from oblique_impact.kernels.dense import DenseAlgebra
+from oblique_impact.kernels.dense import DenseAlgebra, multiply
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
 
@@ -24,6 +25,14 @@ ELASTIC_MASS, SPIN_STIFFNESS, STIFFNESS, DAMPING, GRAVITY_STIFFNESS, CONTACT_SHO
 # BeamModel.vectors: S with the hub's share, P, slope of the root, shape functions at the contact point, elastic
 # accelerations by a unit one of theta (of a driven root 0: theta is prescribed), slopes at the contact point
 COUPLING, LOAD, ROOT_SLOPE, CONTACT_SHAPE, FOLLOWING, CONTACT_SLOPE = range(6)
+
+
+class PegOnAxis(NamedTuple):
+    """A point fixed in space that takes the place of the slope, and the axis that it can touch anywhere."""
+
+    peg: Peg
+    shapes: AxisShapes
+    radius: float  # m, of the hub
 
 
 class _BeamData(NamedTuple):
@@ -50,16 +59,7 @@ class _BeamData(NamedTuple):
     slope_angle: float
     normal_offset: float  # c_n (m)
     tangential_offset: float  # c_t (m)
-
-
-@inlined
-def _multiply(matrices: Array, which: int, x: Array, product: Array) -> None:
-    """One of the model's matrices times x (n,) into product[1:] (n + 1,)."""
-    for i in range(x.shape[0]):
-        total = 0.0
-        for j in range(x.shape[0]):
-            total += matrices[which, i, j] * x[j]
-        product[i + 1] = total
+    obstacle: PegOnAxis | None = None
 
 
 @inlined
@@ -205,13 +205,14 @@ def _contact(model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace
     return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
 
 
-class ContactKinematics(NamedTuple):
-    """Gap and slip (m) of the contact point, and the biases of their accelerations (m/s^2)."""
-
-    gap: float
-    slip: float
-    gap_bias: float
-    slip_bias: float
+@jitable
+def _contact_with(
+    obstacle: PegOnAxis | None, model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace
+) -> ContactKinematics:
+    """Contact of the beam with a peg, or with the slope; the compiler drops one of the two branches."""
+    if obstacle is None:
+        return _contact(model, q, qd, bending, w)
+    return touch_peg(obstacle.shapes, obstacle.radius, obstacle.peg, q, qd, w.vectors)
 
 
 @inlined
@@ -283,7 +284,7 @@ def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w
     v = w.vectors
     normal_row, tangential_row = v.normal_row, v.tangential_row
     damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
-    k = _contact(model, q, qd, bending, w)
+    k = _contact_with(model.obstacle, model, q, qd, bending, w)
     gap_rate, slip_rate, gap_bias, slip_bias = (
         dot(normal_row, qd),
         dot(tangential_row, qd),
@@ -306,23 +307,18 @@ def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w
 @inlined
 def _solve(model: BeamModel, pivot: float, right: Array, x: Array) -> None:
     """Solve M x = right: only the entry of theta in M, less that of the elastic part, changes with q."""
-    _multiply_inner(model.matrices, MASS_INVERSE, right, x)
+    n, inverse = x.shape[0] - 1, model.matrices[MASS_INVERSE]
+    for i in range(n):
+        product = 0.0
+        for j in range(n):
+            product += inverse[i, j] * right[j + 1]
+        x[i + 1] = product
     following, total = model.vectors[FOLLOWING], right[0]
     for i in range(following.shape[0]):
         total += following[i] * right[i + 1]
     x[0] = total / pivot
     for i in range(following.shape[0]):
         x[i + 1] += following[i] * x[0]
-
-
-@inlined
-def _multiply_inner(matrices: Array, which: int, x: Array, product: Array) -> None:
-    """One of the model's matrices times x[1:] into product[1:]."""
-    for i in range(product.shape[0] - 1):
-        total = 0.0
-        for j in range(product.shape[0] - 1):
-            total += matrices[which, i, j] * x[j + 1]
-        product[i + 1] = total
 
 
 @jitable
@@ -355,9 +351,9 @@ def add_beam_tangent(
 @jitable
 def beam_damping(model: BeamModel, t: float, q: Array, qd: Array, w: Workspace) -> float:
     """Power (W) of the damping matrix at the velocities q'."""
-    v = w.vectors
-    _multiply(model.matrices, DAMPING, qd[1:], v.scratch_b)
-    return float(_contract(v.scratch_b, qd[1:]))
+    rates, product = qd[1:], w.vectors.scratch_b[1:]
+    multiply(model.matrices[DAMPING], rates, product)
+    return float(dot(product, rates))
 
 
 class BeamModel(_BeamData, DenseAlgebra):

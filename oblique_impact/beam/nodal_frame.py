@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from oblique_impact.beam.floating_frame import ContactKinematics, kinematics
+from oblique_impact.beam.axis import ContactKinematics
+from oblique_impact.beam.floating_frame import kinematics
 from oblique_impact.kernels.banded import (
     HALF_BANDWIDTH,
     band_multiply,

@@ -182,6 +182,13 @@ class SpinningBeam:
         return np.append(rigid, elastic)[:count]
 
 
+def gauss_rule(edges: Array, order: int) -> tuple[Array, Array]:
+    """Points and weights (panels order,) of the composite Gauss rule on panels with the given edges (m)."""
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
+    return (middle + half * nodes).ravel(), (half * weights).ravel()
+
+
 @cache
 def cumulative_weights(order: int) -> Array:
     """Weights (order, order) of int_0^{x_l} over a unit panel.
@@ -248,17 +255,14 @@ def build_operators(scenario: Scenario, user_defined: Discretization | None = No
     if user_defined is not None:
         operators: BeamOperators = contiguous(user_defined.build_operators(scenario))
         return operators
-    return _cached_operators(_beam_alone(scenario))
-
-
-def _beam_alone(scenario: Scenario) -> Scenario:
-    """Return a scenario in which only the keys that operators depend on are kept: equal beams are equal."""
-    return Scenario.model_construct(
+    # only the keys that operators depend on: equal beams are equal
+    beam_alone = Scenario.model_construct(
         beam=scenario.beam,
         root=scenario.root,
         contact=ContactSection(point=scenario.contact.point),
         discretization=scenario.discretization,
     )
+    return _cached_operators(beam_alone)
 
 
 @lru_cache(maxsize=8)  # finite elements take a tenth of a second

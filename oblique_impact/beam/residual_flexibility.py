@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import issparse
 
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.beam.operators import Array, BeamOperators
+from oblique_impact.beam.operators import Array, BeamOperators, gauss_rule
 
 _CELLS, _GAUSS_POINTS = 64, 6
 _ROUNDING = 1e-9  # of the whole compliance: a residual below it is the rounding of a difference
@@ -26,20 +26,13 @@ def static_flexibility(sections: Sections, point: float, clamped: bool) -> Array
     the mean-axis frame.  Uniform beam with the force at its end: L^3/(3 E I), and on a pin 2 L^3/(105 E I).
     """
     edges = np.union1d(np.linspace(0.0, sections.length, _CELLS + 1), [*sections.kinks, point])
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
-    x, w = (middle + half * nodes).ravel(), (half * weights).ravel()
+    x, w = gauss_rule(edges, _GAUSS_POINTS)
     moments = np.stack([np.maximum(point - x, 0.0), np.where(x < point, 1.0, 0.0)])
     if not clamped:
         inertia = sections.inertia + sections.hub_inertia
         turning = np.array([sections.hub_radius + point, 1.0]) / inertia
         moments -= turning[:, None] * sections.outer_inertia_moment(x)
     return np.asarray((moments * (w / sections.bending_stiffness(x))) @ moments.T)
-
-
-def static_compliance(sections: Sections, point: float, clamped: bool) -> float:
-    """Return the deflection (m/N) of the point at x = `point` (m) under a unit force there."""
-    return float(static_flexibility(sections, point, clamped)[0, 0])
 
 
 def residual_flexibility(operators: BeamOperators, clamped: bool) -> Array:
@@ -52,8 +45,3 @@ def residual_flexibility(operators: BeamOperators, clamped: bool) -> Array:
     whole = static_flexibility(operators.sections, operators.contact_point, clamped)
     left = np.asarray(whole - shapes @ np.linalg.solve(stiffness, shapes.T))
     return left if left[0, 0] > _ROUNDING * whole[0, 0] else np.zeros((2, 2))
-
-
-def residual_compliance(operators: BeamOperators, clamped: bool) -> float:
-    """Return the transverse compliance (m/N) at the contact point that the modes leave out; 0 if none."""
-    return float(residual_flexibility(operators, clamped)[0, 0])

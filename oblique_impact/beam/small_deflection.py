@@ -111,34 +111,26 @@ def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> tuple[float, f
     return float(np.abs(deflection).max()), float(np.abs(spin).max())
 
 
-def deflection_warnings(
-    scenario: Scenario, deflection: float, spin: float = 0.0, touched: bool = True
-) -> list[str]:
-    """Return a warning if the deflection is too large for the model.
-
-    `deflection` (m) and `spin` (rad/s) are the largest ones of a run, `touched` says whether there was a contact.
-    """
-    of_deflection = deflection_error(scenario, deflection, spin)
-    of_force = contact_force_error(scenario, deflection) if touched and scenario.contact.enabled else 0.0
+def deflection_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
+    """Return a warning if the deflection of a run is too large for the model."""
+    s, (deflection, spin) = beam.scenario, largest_motion(beam, variables)
+    of_deflection, of_force = deflection_error(s, deflection, spin), 0.0
+    if s.contact.enabled and np.any(variables["state"] > 0):
+        of_force = contact_force_error(s, deflection)
     if max(of_deflection, of_force) <= NOTICEABLE:
         return []
-    off = f"{_off(of_deflection)} in deflection within two elastic periods"
+
+    def off(error: float) -> str:
+        return f"by about {100.0 * error:.2g} %" if error < 1.0 else "by more than itself"
+
+    words = f"{off(of_deflection)} in deflection within two elastic periods"
     if of_force > 0.0:
-        off += f" and {_off(of_force)} in the largest contact force"
-    share, d = deflection / scenario.beam.length, scenario.discretization
+        words += f" and {off(of_force)} in the largest contact force"
+    hub = f"with a hub of {_hub(s):.2g} times the beam's inertia"
+    root = {"pin": "on a pin", "driven": "at a driven root", "hub": hub}[s.root.kind]
+    share, d = deflection / s.beam.length, s.discretization
     return [
-        f"largest deflection {deflection:.3g} m, {100.0 * share:.2g} % of the length, {_root(scenario)}: the "
-        f"small-deflection model ({d.kinetics} kinetics, {d.frame} frame) is off {off}; "
+        f"largest deflection {deflection:.3g} m, {100.0 * share:.2g} % of the length, {root}: the "
+        f"small-deflection model ({d.kinetics} kinetics, {d.frame} frame) is off {words}; "
         'discretization.method = "absolute" is exact (on elastic stops)'
     ]
-
-
-def _off(error: float) -> str:
-    return f"by about {100.0 * error:.2g} %" if error < 1.0 else "by more than itself"
-
-
-def _root(scenario: Scenario) -> str:
-    root = scenario.root
-    if root.kind == "hub":
-        return f"with a hub of {_hub(scenario):.2g} times the beam's inertia"
-    return "on a pin" if root.kind == "pin" else "at a driven root"

@@ -11,14 +11,12 @@ from typing import Annotated, Any
 import typer
 
 from oblique_impact.command_line.console import print_note
-from oblique_impact.command_line.init import init
 from oblique_impact.command_line.modes import modes
+from oblique_impact.command_line.pictures import export, render
 from oblique_impact.command_line.run import run
-from oblique_impact.command_line.scenarios import scenarios
-from oblique_impact.command_line.schema import schema
+from oblique_impact.command_line.scenarios import init, scenarios, schema
+from oblique_impact.command_line.studies import compare, refine, reproduce, sweep, validate
 from oblique_impact.errors import InputError, Interrupted, Outcome
-from oblique_impact.renders.commands import export, render
-from oblique_impact.validation.commands import compare, refine, reproduce, sweep, validate
 
 #: shells ask for completions by this variable (typer derives it from the name of the program)
 _COMPLETE = "_OBLIQUE_IMPACT_COMPLETE"

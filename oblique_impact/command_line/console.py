@@ -6,6 +6,7 @@ import errno
 import json
 import math
 import os
+import shlex
 import sys
 from collections.abc import Iterable
 from typing import Annotated, Any
@@ -102,3 +103,20 @@ def minutes(what: str, seconds: float, workers: int | None) -> str:
     if least <= 0.5:
         return ""
     return f"{what}: {math.ceil(least)} to {math.ceil(3.0 * least)} minutes on {used} core{'s'[: used > 1]}"
+
+
+def command_text(command: str, *arguments: object, **options: object) -> str:
+    """Return a command as it is typed in a shell, with all that was given.
+
+    Options that are None, False or empty are left out; True is an option without a value; a list is repeated.
+    """
+    words = ["oblique-impact", command, *map(str, arguments)]
+    for name, value in options.items():
+        option = f"--{name}"
+        if value is True:
+            words.append(option)
+        elif isinstance(value, list):
+            words += [word for item in value for word in (option, str(item))]
+        elif value is not None and value is not False:
+            words += [option, str(value)]
+    return shlex.join(words)

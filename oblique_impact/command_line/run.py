@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.filesize import decimal
 
 from oblique_impact.command_line.console import (
     JsonOption,
@@ -57,11 +58,11 @@ def run(
 
 def _size_notes(scenario: Scenario) -> Iterator[str]:
     """Yield a note if the history will be large."""
-    from oblique_impact.history.size import LARGE, MEMORY, expected_size, size_text
+    from oblique_impact.history.size import LARGE, MEMORY, expected_size
 
     size = expected_size(scenario)
     if size > LARGE:
-        needs = f"about {size_text(size)} on disk and {size_text(MEMORY * size)} of memory"
+        needs = f"about {decimal(int(size))} on disk and {decimal(int(MEMORY * size))} of memory"
         yield f"the history will take {needs}; a longer solver.output_interval makes it smaller"
 
 

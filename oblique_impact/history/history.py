@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
@@ -16,13 +16,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from oblique_impact.beam.clearance import closest, slope_warnings
+from oblique_impact.beam.convergence import unconverged_results
+from oblique_impact.beam.frequencies import macro_gap
+from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv
 from oblique_impact.history.interpolation import Side, dataset_at
-from oblique_impact.history.summary import balance_text
-from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM
-from oblique_impact.marching.records import Contact, Event
+from oblique_impact.history.samples import Column, Samples
+from oblique_impact.history.summary import balance_text, energy_warnings, summarize
+from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, dataset
+from oblique_impact.marching.records import Contact, Event, Record
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 
@@ -205,7 +210,7 @@ class History:
         `deformation` magnifies the bending, not the results.  Raises InputError for a system that is no beam, or a
         time outside of the run.
         """
-        from oblique_impact.renders.meshes import beam_mesh
+        from oblique_impact.renders.exports import beam_mesh
 
         if self.scenario is None:
             raise InputError("to_pyvista: this is the history of a system that is no beam")
@@ -226,24 +231,21 @@ class History:
         writers: dict[Path, Callable[[Path], Any]] = {
             target / name: partial(write_text, data=text) for name, text in texts.items()
         }
-        # made in memory: HDF5 crashes the process if it cannot write to a full disk
-        netcdf = self._as_one_dataset().to_netcdf(engine="h5netcdf")
-        writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf)
-        try:
-            write_all(writers)
-        except OSError as error:
-            raise cannot_write(target, error) from None
-        return target
-
-    def _as_one_dataset(self) -> xr.Dataset:
-        """Return the data with everything else in attributes, as history.nc holds it."""
-        return self.data.assign_attrs(
+        whole = self.data.assign_attrs(
             format=FORMAT,
             scenario=self.scenario_toml,
             events=json.dumps([event_row(event) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
+        # made in memory: HDF5 crashes the process if it cannot write to a full disk
+        netcdf = whole.to_netcdf(engine="h5netcdf")
+        writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf)
+        try:
+            write_all(writers)
+        except OSError as error:
+            raise cannot_write(target, error) from None
+        return target
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> History:
@@ -284,6 +286,31 @@ class History:
             Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
             [Contact(*row) for row in json.loads(attributes["contacts"])],
         )
+
+
+def beam_history(
+    scenario: Scenario,
+    record: Record,
+    samples: Samples,
+    variables: Mapping[str, Column],
+    wall: float,
+    warnings: Sequence[str] = (),
+) -> History:
+    """Return the history of a beam's run: the summary has clearance and warnings too.
+
+    `wall` is the wall time of the marching (s); `warnings` are those of the formulation, besides those of every
+    beam.
+    """
+    summary = summarize(record, samples, wall, macro_gap(scenario))
+    summary["clearance"] = closest(variables, scenario.beam.length)
+    summary["without_limit"] = list(unconverged_results(scenario))
+    summary["warnings"] = [
+        *implausible_values(scenario),
+        *slope_warnings(scenario, variables, summary["slope_ends"]),
+        *warnings,
+        *energy_warnings(summary["energy"], np.max(samples.kinetic), scenario.solver.scheme),
+    ]
+    return History(dataset(variables), record.events, summary, scenario, record.contacts)
 
 
 def _describe(history: History) -> list[str]:

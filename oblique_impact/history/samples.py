@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
-from oblique_impact.beam.clearance import beam_clearance, slope_warnings
+from oblique_impact.beam.clearance import beam_clearance
 from oblique_impact.beam.section_forces import Motion, displacements_along, fields_along
-from oblique_impact.beam.small_deflection import deflection_warnings, largest_motion
 from oblique_impact.contact.state import Instant
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
@@ -122,13 +121,3 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
         "deflection": uy,
         "shortening": ux,
     }
-
-
-def range_warnings(beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return warnings about ranges of validity; `passages` are those of the summary's `slope_ends`."""
-    deflection, spin = largest_motion(beam, variables)
-    touched = bool(np.any(variables["state"] > 0))
-    return [
-        *slope_warnings(beam.scenario, variables, passages),
-        *deflection_warnings(beam.scenario, deflection, spin, touched),
-    ]

@@ -21,8 +21,3 @@ def expected_size(scenario: Scenario) -> float:
     # a variable without time is negligible
     values = sum(prod(lengths[d] for d in v.dimensions) for v in VARIABLES.values() if "time" in v.dimensions)
     return 8.0 * values * (scenario.end_time / scenario.solver.output_interval + 1.0)
-
-
-def size_text(size: float) -> str:
-    """Format a number of bytes in GB or MB."""
-    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"

@@ -48,16 +48,11 @@ def compilations(tell: Callable[[str], None]) -> Iterator[None]:
     Kernels that come from the cache on disk are not reported.  Processes hear of their own only; those that
     `validation` starts hand on what they hear to the one that started them.
     """
-    listen(tell)
+    _listeners.append(tell)
     try:
         yield
     finally:
         _listeners.remove(tell)
-
-
-def listen(tell: Callable[[str], None]) -> None:
-    """Call `tell` as :func:`compilations` does, as long as this process lives."""
-    _listeners.append(tell)
 
 
 def announce(name: str) -> None:

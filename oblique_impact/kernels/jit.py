@@ -82,6 +82,7 @@ _NUMERIC_SOURCE = (
     "kernels",
     "contact",
     "marching",
+    "beam/axis.py",
     "beam/base_motion.py",
     "beam/floating_frame.py",
     "beam/nodal_frame.py",

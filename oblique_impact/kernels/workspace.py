@@ -25,6 +25,7 @@ def own_numbers(values: Any, shape: tuple[int, ...], name: str) -> Array:
     return np.array(found, dtype=np.float64, order="C")
 
 
+POLYNOMIAL = 12  # coefficients of the polynomials that shape functions are along the beam, at most
 #: effective matrices of an implicit scheme: of its two regular steps and of a cut one
 EFFECTIVE_SLOTS = 3
 
@@ -54,11 +55,13 @@ class Vectors(NamedTuple):
     stiffness_product: Array
     shortening_product: Array
     damping_product: Array  # times B'
+    polynomial: Array  # (12,) of the deflection around a place of the axis
 
     @classmethod
     def new(cls, size: int) -> Vectors:
         """Allocate the vectors of a system with `size` degrees of freedom."""
-        return cls(**{n: np.zeros((EFFECTIVE_SLOTS, size) if n == "rank_one" else size) for n in cls._fields})
+        shapes = {"rank_one": (EFFECTIVE_SLOTS, size), "polynomial": POLYNOMIAL}
+        return cls(**{name: np.zeros(shapes.get(name, size)) for name in cls._fields})
 
 
 class Workspace(NamedTuple):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.sections import DiscretizationSection
 
 if TYPE_CHECKING:
@@ -21,140 +21,111 @@ ON_NODE = 1e-9
 _LEAST_POINT = 1e-3
 
 
-def check(scenario: Scenario) -> None:
-    """Raise InputError, in one line, for the first keys that are inconsistent."""
-    # each may rely on those before it
-    _check_root(scenario)
-    _check_beam(scenario)
-    _check_contact_point(scenario)
-    _check_massless_point(scenario)
-    _check_nodal_model(scenario)
-    _check_exact_beam(scenario)
-    _check_discretization(scenario)
-    _check_solver(scenario)
-
-
 def coordinates(discretization: DiscretizationSection) -> int:
     """Return the number of generalized coordinates, the angle of the frame included."""
     d = discretization
     return 1 + (6 * d.elements if d.method == "absolute" else d.modes or 2 * d.elements)
 
 
-def _check_root(s: Scenario) -> None:
-    speed = s.initial.angular_velocity
-    if s.root.kind == "driven" and speed not in (0.0, s.initial_angular_velocity):
-        raise refused("initial.angular_velocity", speed, "a driven root prescribes its own speed; leave it 0")
-
-
-def _check_beam(s: Scenario) -> None:
+def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
+    """Yield each key that does not fit the others, with what is allowed; each may rely on those before it."""
+    if s.root.kind == "driven" and s.initial.angular_velocity not in (0.0, s.initial_angular_velocity):
+        yield "initial.angular_velocity", "a driven root prescribes its own speed; leave it 0"
     if s.discretization.method == "modal":
         uniform = 'the modal method knows uniform beams only; discretization.method = "fem" takes'
-        for name, table in s.beam.tables().items():
+        for name in s.beam.tables():
             if name != "outer_fibre":  # of stresses alone
-                raise refused(f"beam.{name}", table, f"{uniform} tables")
+                yield f"beam.{name}", f"{uniform} tables"
         if s.beam.tip_mass > 0.0:
-            raise refused("beam.tip_mass", s.beam.tip_mass, f"{uniform} a tip mass")
+            yield "beam.tip_mass", f"{uniform} a tip mass"
+    yield from _of_contact_point(s)
+    if s.contact.point_inertia == "none":
+        yield from _of_massless_point(s)
+    if s.is_nodal:
+        yield from _of_nodal_model(s)
+    if s.is_absolute:
+        yield from _of_exact_beam(s)
+    elif s.solver.scheme == "energy-consistent":
+        yield "solver.scheme", 'only with discretization.method = "absolute"'
+    yield from _of_discretization(s)
+    yield from _of_solver(s)
 
 
-def _check_contact_point(s: Scenario) -> None:
-    point, length = s.contact.point, s.beam.length
+def _of_contact_point(s: Scenario) -> Iterator[tuple[str, str]]:
+    point, length, extent = s.contact.point, s.beam.length, s.slope.extent
     if point > length:
-        raise refused("contact.point", point, f"should be on the beam, at most beam.length = {length}")
+        yield "contact.point", f"should be on the beam, at most beam.length = {length}"
     if point < _LEAST_POINT * length:
-        least = f"should be at least {_LEAST_POINT} beam.length = {_LEAST_POINT * length}"
-        raise refused("contact.point", point, least)
-    extent = s.slope.extent
+        yield "contact.point", f"should be at least {_LEAST_POINT} beam.length = {_LEAST_POINT * length}"
     beyond = bool(extent) and not extent[0] <= s.initial_slip <= extent[1]
     if s.contact.enabled and s.initial_gap < -TOUCHING * length and not beyond:
-        below = f"the contact point starts {-s.initial_gap:.6g} m below the slope; the gap should be at least 0"
-        raise refused("initial.angle", s.initial.angle, below)
+        below = f"the contact point starts {-s.initial_gap:.6g} m below the slope"
+        yield "initial.angle", f"{below}; the gap should be at least 0"
 
 
-def _check_massless_point(s: Scenario) -> None:
-    if s.contact.point_inertia == "kept":
-        return
-    without = 'contact.point_inertia = "none"'
+def _of_massless_point(s: Scenario) -> Iterator[tuple[str, str]]:
+    without = 'with contact.point_inertia = "none"'
     if s.beam.tip_mass > 0.0 and s.contact.point == s.beam.length:
-        words = 'should be "kept": beam.tip_mass is the inertia of this contact point'
-        raise refused("contact.point_inertia", s.contact.point_inertia, words)
+        yield "contact.point_inertia", 'should be "kept": beam.tip_mass is the inertia of this contact point'
     if s.solver.scheme == "fixed-step":
-        words = f'should be "event" or "generalized-alpha" with {without}'
-        raise refused("solver.scheme", s.solver.scheme, words)
-    if s.discretization.is_nodal and s.contact.point != s.beam.length:
-        words = f"should be beam.length in the full nodal model with {without}"
-        raise refused("contact.point", s.contact.point, words)
+        yield "solver.scheme", f'should be "event" or "generalized-alpha" {without}'
+    if s.is_nodal and s.contact.point != s.beam.length:
+        yield "contact.point", f"should be beam.length in the full nodal model {without}"
 
 
-def _check_nodal_model(s: Scenario) -> None:
-    if not s.is_nodal:
-        return
+def _of_nodal_model(s: Scenario) -> Iterator[tuple[str, str]]:
     nodal, instead = "the full nodal model", "or keep modes: discretization.modes >= 1"
     if s.root.is_moved:
-        words = f"{nodal} is for a pin or a hub of radius 0; keep modes"
-        raise refused("discretization.modes", s.discretization.modes, words)
+        yield "discretization.modes", f"{nodal} is for a pin or a hub of radius 0; keep modes"
     if s.solver.scheme != "generalized-alpha":
         marched = f'{nodal} (discretization.modes = 0) is marched by "generalized-alpha" only'
-        raise refused("solver.scheme", s.solver.scheme, f"{marched}; leave this key out, {instead}")
+        yield "solver.scheme", f"{marched}; leave this key out, {instead}"
     if s.beam.modal_damping_ratio > 0.0:
-        words = f"{nodal} has no modes to damp; use beam.kelvin_voigt, {instead}"
-        raise refused("beam.modal_damping_ratio", s.beam.modal_damping_ratio, words)
+        yield "beam.modal_damping_ratio", f"{nodal} has no modes to damp; use beam.kelvin_voigt, {instead}"
 
 
-def _check_exact_beam(s: Scenario) -> None:
-    scheme = s.solver.scheme
-    if not s.is_absolute:
-        if scheme == "energy-consistent":
-            raise refused("solver.scheme", scheme, 'only with discretization.method = "absolute"')
-        return
+def _of_exact_beam(s: Scenario) -> Iterator[tuple[str, str]]:
     exact = "the beam in absolute coordinates"
     if s.contact.enabled and s.contact.normal != "spring":
-        words = f'{exact} meets an elastic stop only: contact.normal = "spring", as stiff as need be'
-        raise refused("contact.normal", s.contact.normal, words)
+        yield (
+            "contact.normal",
+            f'{exact} meets an elastic stop only: contact.normal = "spring", as stiff as need be',
+        )
     if s.contact.friction == "modified-coulomb":
-        raise refused("contact.friction", s.contact.friction, f'{exact} takes "frictionless" or "hybrid"')
+        yield "contact.friction", f'{exact} takes "frictionless" or "hybrid"'
     if not s.contact.shortening:
-        words = f"{exact} has no contact point without its shortening; leave this key out"
-        raise refused("contact.shortening", s.contact.shortening, words)
+        yield "contact.shortening", f"{exact} has no contact point without its shortening; leave this key out"
     for name in ("mass_proportional", "modal_damping_ratio"):
-        damping = getattr(s.beam, name)
-        if damping > 0.0:
-            words = f"{exact} has no frame or modes that would move without it; use beam.kelvin_voigt"
-            raise refused(f"beam.{name}", damping, words)
+        if getattr(s.beam, name) > 0.0:
+            without = "has no frame or modes that would move without it"
+            yield f"beam.{name}", f"{exact} {without}; use beam.kelvin_voigt"
     if s.root.kind == "hub" and s.root.hub_radius > 0.0:
         words = f"{exact} turns with a hub of radius 0; a driven root may have a radius"
-        others = 'discretization.method = "fem" takes it'
-        raise refused("root.hub_radius", s.root.hub_radius, f"{words}; {others}")
-    if scheme != "energy-consistent":
-        words = f'{exact} is marched by "energy-consistent" only, which is the default'
-        raise refused("solver.scheme", scheme, words)
+        yield "root.hub_radius", f'{words}; discretization.method = "fem" takes it'
+    if s.solver.scheme != "energy-consistent":
+        yield "solver.scheme", f'{exact} is marched by "energy-consistent" only, which is the default'
 
 
-def _check_discretization(s: Scenario) -> None:
+def _of_discretization(s: Scenario) -> Iterator[tuple[str, str]]:
     d, length, point = s.discretization, s.beam.length, s.contact.point
     if d.frame == "mean-axis" and s.root.is_moved:
-        words = 'the mean-axis frame is for a pin or a hub of radius 0; use "tangent" for this root'
-        raise refused("discretization.frame", d.frame, words)
+        frame = "the mean-axis frame is for a pin or a hub of radius 0"
+        yield "discretization.frame", f'{frame}; use "tangent" for this root'
     if d.method != "modal" and d.elements < 2 and point < length:
-        words = "should be at least 2 with a contact point inside the span"
-        raise refused("discretization.elements", d.elements, words)
+        yield "discretization.elements", "should be at least 2 with a contact point inside the span"
     if d.nodes and (d.nodes[0] != 0.0 or abs(d.nodes[-1] - length) > ON_NODE * length):
-        words = f"should go from 0 to beam.length = {length}, not to {d.nodes[-1]}"
-        raise refused("discretization.nodes", d.nodes, words)
+        yield "discretization.nodes", f"should go from 0 to beam.length = {length}, not to {d.nodes[-1]}"
     if d.nodes and min(abs(x - point) for x in d.nodes) > ON_NODE * length:
-        words = f"none of them is at contact.point = {point}; the contact needs one there"
-        raise refused("discretization.nodes", d.nodes, words)
+        yield "discretization.nodes", f"none of them is at contact.point = {point}; the contact needs one there"
 
 
-def _check_solver(s: Scenario) -> None:
-    interval = s.solver.output_interval
+def _of_solver(s: Scenario) -> Iterator[tuple[str, str]]:
+    samples = s.end_time / s.solver.output_interval
     # numbers of one sample in memory: states and accelerations, results at 33 stations, scalars
     values = 3 * coordinates(s.discretization) + 8 * 33 + 60
-    if s.end_time / interval * values > MAX_VALUES:
-        words = f"gives {s.end_time / interval:.3g} samples of {values} values"
-        raise refused(
-            "solver.output_interval", interval, f"{words}; at most {MAX_VALUES} values fit into a history"
-        )
+    if samples * values > MAX_VALUES:
+        words = f"gives {samples:.3g} samples of {values} values"
+        yield "solver.output_interval", f"{words}; at most {MAX_VALUES} values fit into a history"
     for name in ("free_step", "contact_step"):
-        step = getattr(s.solver, name)
-        if s.solver.scheme != "event" and s.end_time / step > MAX_STEPS:
-            raise refused(f"solver.{name}", step, f"gives more than {MAX_STEPS} steps")
+        if s.solver.scheme != "event" and s.end_time / getattr(s.solver, name) > MAX_STEPS:
+            yield f"solver.{name}", f"gives more than {MAX_STEPS} steps"

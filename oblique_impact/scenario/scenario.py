@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os.path
+from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Self, cast
+from typing import Annotated, Any
 
 import tomlkit
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
@@ -18,7 +19,7 @@ from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.schema import commented
-from oblique_impact.scenario.section import Section, key, validated
+from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.sections import (
     BeamSection,
     ContactSection,
@@ -129,19 +130,9 @@ class Scenario(Section):
                     raise refused(f"{name}.{inner}" if name else inner, inside[inner], meant)
         return data
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        consistency.check(self)
-        return self
-
-    @classmethod
-    def value_of(cls, path: str, value: Any) -> Any:
-        """Return a value as the key "section.key" takes it, whatever the other keys are; raises InputError."""
-        *sections, key = path.split(".")
-        model: type[Section] = cls
-        for name in sections:
-            model = cast("type[Section]", model.model_fields[name].annotation)
-        return validated(path, model.model_fields[key], value)
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys of different sections that do not fit together, see `oblique_impact.scenario.consistency`."""
+        return consistency.conflicts(self)
 
     # --- derived quantities
 

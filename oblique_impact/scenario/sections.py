@@ -6,13 +6,13 @@ Checks across sections are in :mod:`oblique_impact.scenario.consistency`.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
-from oblique_impact.scenario.messages import refused
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, size_conflict
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
@@ -42,20 +42,18 @@ class CrossSection(Section):
     flange_thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of each of the two flanges (i-beam)")
     web_thickness: Annotated[Size, Unit("m")] = key(0.0, "thickness of the web (i-beam)")
 
-    @model_validator(mode="after")
-    def _sizes_of_shape(self) -> Self:
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield sizes of other shapes, and those that are missing or impossible."""
         named = f'beam.section.shape = "{self.shape}"'
         sizes = SHAPES[self.shape].sizes if self.shape else ()
         for size in SIZES:
-            value = getattr(self, size)
-            if value != 0.0 and size not in sizes:
-                takes = ", ".join(sizes) or "none; name a shape"
-                raise refused(size, value, f"is no size of {named}, which takes {takes}")
-            if value == 0.0 and size in sizes:
-                raise refused(size, value, f"should be greater than 0 for {named}")
+            is_given = getattr(self, size) != 0.0
+            if is_given and size not in sizes:
+                yield size, f"is no size of {named}, which takes {', '.join(sizes) or 'none; name a shape'}"
+            if size in sizes and not is_given:
+                yield size, f"should be greater than 0 for {named}"
         if wrong := size_conflict(self):
-            raise refused("shape", self.shape, f"these sizes are not possible: {wrong}")
-        return self
+            yield "shape", f"these sizes are not possible: {wrong}"
 
 
 class BeamSection(Section):
@@ -82,23 +80,17 @@ class BeamSection(Section):
     )
     section: CrossSection = CrossSection()
 
-    @model_validator(mode="after")
-    def _given_once(self) -> Self:
-        for name, followers in (("section.shape", SHAPE_PROPERTIES), ("material", MATERIAL_PROPERTIES)):
-            named = self.section.shape if name == "section.shape" else self.material
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys that follow from shape or material and are given too, and tables that end elsewhere."""
+        shape = "section.shape", self.section.shape, SHAPE_PROPERTIES
+        for name, named, followers in (shape, ("material", self.material, MATERIAL_PROPERTIES)):
             for follower in followers if named else ():
                 if follower in self.model_fields_set:
-                    words = f'follows from beam.{name} = "{named}"; give one of the two'
-                    raise refused(follower, getattr(self, follower), words)
-        return self
-
-    @model_validator(mode="after")
-    def _tables_end_at_the_length(self) -> Self:
+                    yield follower, f'follows from beam.{name} = "{named}"; give one of the two'
         for name, table in self.tables().items():
             if table[-1][0] != self.length:
                 end = f"should end at x = beam.length = {self.length}, not at {table[-1][0]}"
-                raise refused(name, table, f"{end}; a new length needs new tables")
-        return self
+                yield name, f"{end}; a new length needs new tables"
 
     def tables(self) -> dict[str, Table]:
         """Return the keys of this section that are given as tables over x."""
@@ -122,19 +114,17 @@ class RootSection(Section):
     )
     spin_up_time: Annotated[NonNegative, Unit("s")] = key(0.0, "duration of a spin-up")
 
-    @model_validator(mode="after")
-    def _only_what_the_kind_has(self) -> Self:
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys of other kinds of root."""
         owners = {"inertia": "hub", "torque": "hub"}
         owners |= {"spin_rate": "driven", "spin_up_time": "driven", "profile": "driven"}
         for name, kind in owners.items():
-            value = getattr(self, name)
-            if value not in (0.0, "hold") and self.kind != kind:
-                raise refused(name, value, f'only with root.kind = "{kind}" (it is "{self.kind}")')
+            if getattr(self, name) not in (0.0, "hold") and self.kind != kind:
+                yield name, f'only with root.kind = "{kind}" (it is "{self.kind}")'
         if self.hub_radius > 0.0 and self.kind == "pin":
-            raise refused("hub_radius", self.hub_radius, 'a pin has radius 0; use root.kind = "hub" or "driven"')
+            yield "hub_radius", 'a pin has radius 0; use root.kind = "hub" or "driven"'
         if self.profile == "spin-up" and self.spin_up_time == 0.0:
-            raise refused("spin_up_time", self.spin_up_time, "should be greater than 0 for a spin-up")
-        return self
+            yield "spin_up_time", "should be greater than 0 for a spin-up"
 
     @property
     def is_moved(self) -> bool:
@@ -223,26 +213,20 @@ class ContactSection(Section):
             raise ValueError("[v0, v1] in m/s with v0 less than v1")
         return speeds
 
-    @model_validator(mode="after")
-    def _laws_fit_together(self) -> Self:
-        impacts = self.restitution > 0.0 or self.impact != "newton"
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys of laws that do not fit together."""
         if self.normal != "rigid" and self.restitution > 0.0:
-            words = "only with a rigid stop; a spring has contact.damping"
-            raise refused("restitution", self.restitution, words)
+            yield "restitution", "only with a rigid stop; a spring has contact.damping"
         if self.normal != "rigid" and self.impact != "newton":
-            words = 'only with contact.normal = "rigid": others have no impacts'
-            raise refused("impact", self.impact, words)
+            yield "impact", 'only with contact.normal = "rigid": others have no impacts'
         if self.mu_static < self.mu_kinetic:
-            words = f"should be at least contact.mu_kinetic = {self.mu_kinetic}"
-            raise refused("mu_static", self.mu_static, words)
-        if self.point_inertia == "none" and impacts:
-            words = 'should be "kept" with contact.restitution or contact.impact: "none" has no impacts'
-            raise refused("point_inertia", self.point_inertia, words)
+            yield "mu_static", f"should be at least contact.mu_kinetic = {self.mu_kinetic}"
+        if self.point_inertia == "none" and (self.restitution > 0.0 or self.impact != "newton"):
+            without = '"none" has no impacts'
+            yield "point_inertia", f'should be "kept" with contact.restitution or contact.impact: {without}'
         if self.point_inertia == "none" and self.surface != "axis":
             across = "such a point is compliant across the axis only"
-            words = f'should be "axis" with contact.point_inertia = "none": {across}'
-            raise refused("surface", self.surface, words)
-        return self
+            yield "surface", f'should be "axis" with contact.point_inertia = "none": {across}'
 
 
 class DiscretizationSection(Section):
@@ -290,36 +274,29 @@ class DiscretizationSection(Section):
             raise ValueError("ascending")
         return nodes
 
-    @model_validator(mode="after")
-    def _only_what_the_method_has(self) -> Self:
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys that the method, the mesh or the nodal model does not take."""
         if self.mesh:
-            raise refused("mesh", self.mesh, "is read with a scenario file or by --set; give discretization.nodes")
+            yield "mesh", "is read with a scenario file or by --set; give discretization.nodes"
         if self.method == "modal":
             if self.modes < 1:
-                raise refused("modes", self.modes, f"should be 1 to {MAX_MODES} for the modal method")
+                yield "modes", f"should be 1 to {MAX_MODES} for the modal method"
             if self.grading != 1.0:
-                words = 'the modal method has no mesh; use 1.0, or discretization.method = "fem"'
-                raise refused("grading", self.grading, words)
+                yield "grading", 'the modal method has no mesh; use 1.0, or discretization.method = "fem"'
             if self.nodes:
-                raise refused("nodes", self.nodes, 'only with discretization.method = "fem" or "absolute"')
+                yield "nodes", 'only with discretization.method = "fem" or "absolute"'
         if self.method == "fem" and self.modes > 2 * self.elements:
-            raise refused("modes", self.modes, f"should be at most the {2 * self.elements} modes of the mesh")
+            yield "modes", f"should be at most the {2 * self.elements} modes of the mesh"
         if self.nodes and self.elements != len(self.nodes) - 1:
-            words = f"the mesh has {len(self.nodes) - 1} elements; leave this key out"
-            raise refused("elements", self.elements, words)
+            yield "elements", f"the mesh has {len(self.nodes) - 1} elements; leave this key out"
         if self.nodes and self.grading != 1.0:
-            raise refused("grading", self.grading, "the mesh is graded as it is; leave this key out")
-        return self
-
-    @model_validator(mode="after")
-    def _nodal_model_is_first_order_in_the_mean_axis_frame(self) -> Self:
+            yield "grading", "the mesh is graded as it is; leave this key out"
         instead = "or keep modes: discretization.modes >= 1"
         if self.is_nodal and self.kinetics != "first-order":
-            raise refused("kinetics", self.kinetics, f'the full nodal model is "first-order"; {instead}')
+            yield "kinetics", f'the full nodal model is "first-order"; {instead}'
         if self.is_nodal and "frame" in self.model_fields_set and self.frame != "mean-axis":
             marched = 'the full nodal model (discretization.modes = 0) is marched in the "mean-axis" frame only'
-            raise refused("frame", self.frame, f"{marched}; leave this key out, {instead}")
-        return self
+            yield "frame", f"{marched}; leave this key out, {instead}"
 
     @property
     def is_nodal(self) -> bool:

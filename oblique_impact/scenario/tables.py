@@ -16,23 +16,11 @@ Table = tuple[tuple[float, float], ...]
 
 def _number_or_table(value: Any) -> float | Table:
     """Check a positive number, or the rows of a table as far as they can be judged without the beam's length."""
-    if isinstance(value, (list, tuple)):
-        return _rows(value)
-    if not _is_number(value):
-        raise ValueError("a number greater than 0, or a table of pairs [x, value]")
-    return _positive(value, "")
-
-
-def _size_or_table(value: Any) -> float | Table:
-    """Check a number that may be 0, which is as if it were not given, or a table of positive ones."""
-    if _is_number(value) and value <= 0.0:
-        if value < 0.0:
-            raise ValueError("a finite number greater than or equal to 0, or a table of pairs [x, value]")
-        return 0.0
-    return _number_or_table(value)
-
-
-def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
+    if not isinstance(value, (list, tuple)):
+        if not _is_number(value):
+            raise ValueError("a number greater than 0, or a table of pairs [x, value]")
+        return _positive(value, "")
+    rows = value
     if not 2 <= len(rows) <= MAX_ROWS:
         raise ValueError(f"a number, or a table of 2 to {MAX_ROWS} pairs [x, value], not of {len(rows)}")
     table: list[tuple[float, float]] = []
@@ -46,6 +34,15 @@ def _rows(rows: list[Any] | tuple[Any, ...]) -> Table:
             raise ValueError(f"a table with finite, strictly ascending x{where}")
         table.append((float(row[0]), _positive(row[1], where)))
     return tuple(table)
+
+
+def _size_or_table(value: Any) -> float | Table:
+    """Check a number that may be 0, which is as if it were not given, or a table of positive ones."""
+    if not _is_number(value) or not value <= 0.0:
+        return _number_or_table(value)
+    if value < 0.0:
+        raise ValueError("a finite number greater than or equal to 0, or a table of pairs [x, value]")
+    return 0.0
 
 
 def _positive(value: Any, where: str) -> float:

@@ -9,15 +9,16 @@ from markupsafe import Markup
 
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
-from oblique_impact.renders.files import save_whole
-from oblique_impact.renders.metadata import made_by, warnings_of
+from oblique_impact.renders.charts import time_label
+from oblique_impact.renders.files import made_by, save_whole, warnings_of
+from oblique_impact.renders.player.charts import variables
 from oblique_impact.renders.player.content import SPEEDS, content_of
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import DARK, LIGHT
 from oblique_impact.renders.title import model_words
 
 #: scripts of the page, which build on each other in this order
-SCRIPTS = ("run", "canvas", "scene", "charts", "controls")
+SCRIPTS = ("run", "scene", "controls")
 
 
 def write_player(story: Story, out: Path) -> Path:
@@ -37,19 +38,19 @@ def write_player(story: Story, out: Path) -> Path:
     loader = PackageLoader("oblique_impact.renders.player", "page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     page = environment.get_template("player.html.j2").render(
+        content=content,
         made_by=made_by(story.histories),
         style=story.style,
-        themes={"light": LIGHT, "dark": DARK},
+        themes={"light": variables(LIGHT), "dark": variables(DARK)},
         title=story.heading,
         model=model_words(story.geometries[0].scenario),
         outcome=_why_it_stopped(history),
         warnings=warnings_of([history]),
         all_events=len(history.events),
         speeds=SPEEDS,
-        factor=story.factor,
+        factor=f"{story.factor:g}",
+        time_label=time_label(story.time_map),
         at_tip=content.facts["touch"] == len(content.facts["stations"]) - 1,
-        facts=content.facts,
-        numbers=[name for name in content.texts if not name.endswith("_text")],
         scripts=Markup("\n").join(Markup(loader.get_source(environment, f"{name}.js")[0]) for name in SCRIPTS),
         css=Markup(loader.get_source(environment, "player.css")[0]),
         data=Markup(facts.replace("<", "\\u003c")),  # so that it cannot end the element it stands in

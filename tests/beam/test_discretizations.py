@@ -1,18 +1,16 @@
 """Both discretizations against their definitions: textbook functions, element polynomials, adaptive quadrature."""
 
-import itertools
-
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 from numpy.testing import assert_allclose
-from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from oblique_impact import InputError, Scenario, fem_beam, modal
+from oblique_impact import Scenario, fem_beam, modal, natural_frequencies
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.fem_beam.reduction import eigenmodes
+from oblique_impact.fem_beam import reduction
 from oblique_impact.modal import Eigenfunctions
+from oblique_impact.validation.beams import EPS, unit_beam
 
 M, EI = 2766.7 * 3.14e-4, 68.952e9 * 7.85e-9
 LENGTH, POINT, RADIUS = 1.3, 0.47, 0.15
@@ -114,114 +112,7 @@ def test_eigenfunctions_keep_their_digits_at_high_orders(family):
     assert_allclose(shapes.derivative(np.zeros(1), 0), np.zeros((1, 100)), atol=1e-12)
 
 
-@pytest.mark.parametrize("family", ["clamped-free", "hinged-free"])
-def test_eigenfunction_derivatives_are_derivatives(family):
-    shapes = Eigenfunctions(family, 4, LENGTH)
-    x, h = np.linspace(0.1, 1.2, 7), 1e-4
-    for order in (0, 1, 2):
-        difference = (shapes.derivative(x + h, order) - shapes.derivative(x - h, order)) / (2.0 * h)
-        scale = np.abs(shapes.derivative(x, order + 1)).max()
-        assert_allclose(shapes.derivative(x, order + 1), difference, atol=1e-5 * scale)
-
-
 # Finite elements ------------------------------------------------------------------------------------------------
-
-
-def hermite(h):
-    """Cubic shape functions of an element of length h over z = (x - a)/h: deflection and slope at either end."""
-    z = Polynomial([0.0, 1.0])
-    return [1 - 3 * z**2 + 2 * z**3, h * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, h * (z**3 - z**2)]
-
-
-def over(polynomial, h):
-    """Integral over an element of a polynomial in z."""
-    return h * polynomial.integ()(1.0)
-
-
-def assembled(nodes, weight, derivative):
-    """Int weight phi_i^(k) phi_j^(k), by exact integration of polynomials element by element."""
-    n = 2 * nodes.size
-    total = np.zeros((n, n))
-    for e, (a, b) in enumerate(itertools.pairwise(nodes)):
-        h = b - a
-        shapes = [p.deriv(derivative) / h**derivative if derivative else p for p in hermite(h)]
-        for i, p in enumerate(shapes):
-            for j, q in enumerate(shapes):
-                total[2 * e + i, 2 * e + j] += over(weight(Polynomial([a, h])) * p * q, h)
-    return total
-
-
-def loaded(nodes, weight):
-    total = np.zeros(2 * nodes.size)
-    for e, (a, b) in enumerate(itertools.pairwise(nodes)):
-        for i, p in enumerate(hermite(b - a)):
-            total[2 * e + i] += over(weight(Polynomial([a, b - a])) * p, b - a)
-    return total
-
-
-def test_element_matrices_of_the_textbook():
-    nodal = fem_beam.NodalBeam.from_scenario(scenario_of("tangent", "fem", point=LENGTH, elements=1, modes=1))
-    h = LENGTH
-    mass = np.array(
-        [
-            [156, 22 * h, 54, -13 * h],
-            [22 * h, 4 * h * h, 13 * h, -3 * h * h],
-            [54, 13 * h, 156, -22 * h],
-            [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
-        ]
-    )
-    stiffness = np.array(
-        [
-            [12, 6 * h, -12, 6 * h],
-            [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-            [-12, -6 * h, 12, -6 * h],
-            [6 * h, 2 * h * h, -6 * h, 4 * h * h],
-        ]
-    )
-    assert_allclose(nodal.M1.toarray(), M * h / 420.0 * mass, rtol=1e-12)
-    assert_allclose(nodal.K.toarray(), EI / h**3 * stiffness, rtol=1e-12)
-    assert_allclose(nodal.P, M * h / 12.0 * np.array([6, h, 6, -h]), rtol=1e-12)
-
-
-@pytest.mark.parametrize("radius", [0.0, RADIUS])
-@pytest.mark.parametrize("point", [POINT, LENGTH])
-def test_nodal_operators_are_their_definitions(radius, point):
-    nodal = fem_beam.NodalBeam.from_scenario(scenario_of("tangent", "fem", radius=radius, point=point, elements=5))
-    nodes, x = nodal.nodes, Polynomial([0.0, 1.0])
-    assert nodes.size == 6
-    expected = {
-        "M1": assembled(nodes, M * (x**0), 0),
-        "K": assembled(nodes, EI * (x**0), 2),
-        "C": assembled(nodes, M * (radius * (LENGTH - x) + (LENGTH**2 - x**2) / 2), 1),
-        "D": assembled(nodes, M * (LENGTH - x), 1),
-    }
-    for name, matrix in expected.items():
-        assert_allclose(getattr(nodal, name).toarray(), matrix, atol=1e-12 * np.abs(matrix).max(), err_msg=name)
-    inner = nodes[nodes < point + 1e-9]
-    assert inner[-1] == pytest.approx(point, abs=1e-15)
-    shortening = np.zeros((12, 12))
-    shortening[: 2 * inner.size, : 2 * inner.size] = assembled(inner, x**0, 1)
-    assert_allclose(nodal.contact_shortening.toarray(), shortening, atol=1e-12)
-    assert_allclose(nodal.S, loaded(nodes, M * (radius + x)), atol=1e-13)
-    assert_allclose(nodal.P, loaded(nodes, M * (x**0)), atol=1e-13)
-    if radius == 0.0:
-        # what makes the mean-axis gauge free of cost: S = M1 xvec, K xvec = 0
-        assert_allclose(nodal.M1 @ nodal.rigid_rotation, nodal.S, atol=1e-12)
-        assert_allclose(nodal.K @ nodal.rigid_rotation, np.zeros(12), atol=1e-9)
-
-
-def test_centrifugal_weight_is_the_swapped_double_integral():
-    """C = int m (r + x) int_0^x u'^2 for a field in the element space: polynomials, element by element."""
-    nodal = fem_beam.NodalBeam.from_scenario(scenario_of("tangent", "fem", radius=RADIUS, elements=4))
-    v = np.random.default_rng(3).normal(size=10)
-    centrifugal = bent = 0.0
-    for e, (a, b) in enumerate(itertools.pairwise(nodal.nodes)):
-        h = b - a
-        slope = sum(c * p.deriv() / h for c, p in zip(v[2 * e :], hermite(h), strict=False))
-        along = bent + h * (slope**2).integ()
-        centrifugal += over(M * Polynomial([RADIUS + a, h]) * along, h)
-        bent = along(1.0)
-    assert v @ (nodal.C @ v) == pytest.approx(centrifugal, rel=1e-12)
 
 
 @pytest.mark.parametrize(("point", "elements"), [(0.47, 2), (0.47, 7), (0.05, 6), (1.29, 6), (0.65, 8), (1.3, 5)])
@@ -248,49 +139,6 @@ def test_nodal_evaluation_interpolates_cubics_exactly():
 
 
 # Reduction ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("frame", "first"), [("tangent", 2), ("mean-axis", 1)])
-@pytest.mark.parametrize("modes", [4, 12])  # 12 are all that the mesh has
-def test_reduction_keeps_the_frequencies_of_the_nodal_eigenproblem(frame, first, modes):
-    scenario = scenario_of(frame, "fem", elements=6, modes=modes)
-    nodal = fem_beam.NodalBeam.from_scenario(scenario)
-    K, M1 = (matrix.toarray()[first:, first:] for matrix in (nodal.K, nodal.M1))
-    squares = eigh(K, M1, eigvals_only=True)
-    if frame == "mean-axis":
-        assert abs(squares[0]) < 1e-9 * squares[-1]  # the rigid rotation, which theta stands for
-        squares = squares[1:]
-    o = build_operators(scenario)
-    assert o.size == modes <= squares.size
-    assert_allclose(o.natural_frequencies(), np.sqrt(squares[:modes]), rtol=1e-8)
-
-
-def test_reduced_operators_are_projections():
-    for frame, radius in (("tangent", RADIUS), ("mean-axis", 0.0)):
-        scenario = scenario_of(frame, "fem", radius=radius, elements=6, modes=4)
-        nodal, o = fem_beam.NodalBeam.from_scenario(scenario), build_operators(scenario)
-        V = eigenmodes(nodal, "clamped" if frame == "tangent" else "hinged", 4)
-        for name in ("M1", "K", "C", "D", "contact_shortening"):
-            projected = V.T @ getattr(nodal, name).toarray() @ V
-            assert_allclose(getattr(o, name), projected, atol=1e-11 * np.abs(projected).max(), err_msg=name)
-        assert_allclose(o.S, V.T @ nodal.S, atol=1e-12)
-        assert_allclose(o.P, V.T @ nodal.P, atol=1e-12)
-        node = int(np.argmin(np.abs(nodal.nodes - POINT)))
-        assert_allclose(o.contact_shape, V[2 * node], atol=1e-12)
-        assert_allclose(o.root_slope, V[1], atol=1e-12)
-        assert_allclose(o.M1, M * LENGTH * np.eye(4), atol=1e-12)
-        assert V[-2].min() > 0.0
-        if frame == "mean-axis":
-            assert_allclose(o.S, np.zeros(4), atol=1e-12)  # the gauge of the frame
-
-
-def test_frequencies_keep_their_digits_on_fine_meshes():
-    """256 elements: the discretization error is (beta h)^4/1440, the condition number of K is 1e10."""
-    for frame, family in (("tangent", "clamped-free"), ("mean-axis", "hinged-free")):
-        o = build_operators(scenario_of(frame, "fem", elements=256, modes=3, point=LENGTH))
-        roots = Eigenfunctions(family, 3, LENGTH).roots
-        exact = np.sqrt(EI / M) * (roots / LENGTH) ** 2 * (1.0 + (roots / 256) ** 4 / 1440)
-        assert_allclose(o.natural_frequencies(), exact, rtol=5e-11)
 
 
 OPERATORS = ("K", "C", "D", "S", "P", "contact_shape", "contact_shortening", "root_slope")
@@ -320,18 +168,62 @@ def test_elements_approach_the_modes_like_h4(frame, radius):
 # The spinning beam and the registry -----------------------------------------------------------------------------
 
 
-def test_spectra_of_both_discretizations_agree():
-    for root in ({}, {"root__kind": "driven", "root__hub_radius": RADIUS}):
-        scenario = Scenario().replace(contact__enabled=False, discretization__elements=48, **root)
-        analytic, elements = modal.spectrum(scenario), fem_beam.spectrum(scenario)
-        for spin in (0.0, 40.0):
-            assert_allclose(elements.flapwise(spin, 4), analytic.flapwise(spin, 4), rtol=2e-6, atol=1e-6)
-            assert_allclose(elements.chordwise(spin, 4), analytic.chordwise(spin, 4), rtol=2e-6, atol=1e-6)
-        hinged = not root
-        assert (analytic.flapwise(40.0, 4)[0] == 40.0) == hinged
-        assert (analytic.chordwise(40.0, 4)[0] == 0.0) == hinged
+@pytest.mark.parametrize("elements", [4, 64])
+def test_the_rigid_rotation_carries_no_stiffness(elements):
+    """Item 2.free: C x = M1 x makes the hinged rigid mode exact at every spin rate; K x = 0."""
+    nodal = fem_beam.NodalBeam.from_scenario(unit_beam(method="fem", elements=elements))
+    x = nodal.rigid_rotation
+    free = nodal.free_dofs("hinged")
+    # the slopes of the element's functions are 1/h times those of the unit element
+    assert_allclose(
+        (nodal.C @ x)[free], (nodal.M1 @ x)[free], rtol=0.0, atol=4 * elements * EPS * abs(nodal.C).max()
+    )
+    assert_allclose(nodal.K @ x, 0.0, atol=8 * EPS * abs(nodal.K).max())
+    assert_allclose(nodal.S, nodal.M1 @ x, rtol=0.0, atol=4 * elements * EPS)
+    assert x @ nodal.S == pytest.approx(1.0 / 3.0, rel=1e-12)  # J = m L^3/3
 
 
-def test_unknown_discretization_is_refused_by_name():
-    with pytest.raises(InputError, match=r"discretization\.method = 'splines'"):
-        Scenario().replace(discretization__method="splines")
+@pytest.mark.parametrize(("modes", "count"), [(2, 4), (6, 6)])
+def test_as_many_frequencies_as_modes_but_four_at_least(modes, count):
+    found = natural_frequencies(Scenario.builtin("paper", [f"discretization.modes={modes}"]))
+    assert found.flapwise.shape == found.chordwise.shape == (1, count)
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+def test_few_modes_of_a_large_mesh_are_those_of_the_whole_decomposition(frame, monkeypatch):
+    """Shift-invert Lanczos against the singular vectors: frequencies to 2e-10, shapes to the root of that."""
+    scenario = Scenario.builtin("paper").replace(
+        discretization__method="fem",
+        discretization__frame=frame,
+        discretization__elements=128,
+        discretization__modes=16,
+    )
+    quick = reduction.build_operators(scenario)
+    monkeypatch.setattr(reduction, "_LARGE", 10**9)
+    whole = reduction.build_operators(scenario)
+    assert_allclose(quick.natural_frequencies(), whole.natural_frequencies(), rtol=2e-10)
+    assert_allclose(quick.contact_shape, whole.contact_shape, atol=2e-8 * np.abs(whole.contact_shape).max())
+    again = reduction.build_operators(scenario.replace(end_time=0.5))
+    np.testing.assert_array_equal(again.K, whole.K)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"contact__point": 0.6},
+        {"root__hub_radius": 0.2, "root__kind": "hub"},
+        {"beam__density": 3000.0},
+        {"discretization__modes": 3},
+    ],
+)
+def test_operators_are_kept_for_equal_beams_alone(change):
+    """Runs that differ in friction or slope share them, read-only; each of these differs in the beam at rest."""
+    base = Scenario.builtin("paper").replace(discretization__frame="tangent")
+    operators = build_operators(base)
+    assert build_operators(base.replace(contact__mu_kinetic=0.1, slope__angle=0.2)) is operators
+    with pytest.raises(ValueError, match="read-only"):
+        operators.M1[0, 0] = 0.0
+    other, kept = base.replace(**change), build_operators(base.replace(**change))
+    fresh = modal.build_operators(other)
+    for name in ("M1", "S", "P", "contact_shape"):
+        np.testing.assert_array_equal(getattr(kept, name), getattr(fresh, name))

@@ -12,7 +12,6 @@ from oblique_impact.beam.operators import build_operators
 from oblique_impact.contact.forces import instant_of
 from oblique_impact.kernels.workspace import dot
 from oblique_impact.marching.sampling import contact_problem
-from oblique_impact.modal import Eigenfunctions
 
 PIN = {}
 HUB = {"root__kind": "hub", "root__inertia": 0.02, "root__torque": 1.7}
@@ -97,34 +96,6 @@ def gradient(function, x, step):
     return np.array(rows)
 
 
-@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
-def test_energies_are_integrals_over_the_moving_beam(frame):
-    """Kinetic and gravity energy of the full kinematics by plain Gauss quadrature of r(x, t) and its velocity."""
-    beam = beam_of(f"full, {frame}, hub")
-    family = "clamped-free" if frame == "tangent" else "hub-free"
-    shapes = Eigenfunctions(family, 3, 1.0, hub=0.02 / (2766.7 * 3.14e-4))
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    x, w = 0.5 * (1.0 + nodes), 0.5 * weights
-    inner = np.multiply.outer(x, x)  # Gauss points of [0, x]
-    slopes = shapes.derivative(inner.ravel(), 1).reshape(*inner.shape, 3)
-    values, m = shapes.derivative(x, 0), 2766.7 * 3.14e-4
-    for q, qd in states(beam, size=2e-2):
-        bend, bend_rate = slopes @ q[1:], slopes @ qd[1:]
-        along = x - 0.5 * x * (bend**2 @ w)
-        along_rate = -x * ((bend * bend_rate) @ w)
-        across, across_rate = values @ q[1:], values @ qd[1:]
-        axial, transverse = along_rate - qd[0] * across, across_rate + qd[0] * along
-        root = qd[0] + shapes.derivative(np.zeros(1), 1)[0] @ qd[1:]
-        energies = beam.energies(q[None], qd[None])
-        kinetic_energy = 0.5 * m * w @ (axial**2 + transverse**2) + 0.5 * 0.02 * root**2
-        assert energies.kinetic[0] == pytest.approx(kinetic_energy, rel=1e-12)
-        height = along * np.sin(q[0]) + across * np.cos(q[0])
-        assert energies.gravity[0] == pytest.approx(9.8 * m * w @ height, rel=1e-12, abs=1e-13)
-        curvature = shapes.derivative(x, 2) @ q[1:]
-        stiffness = 68.952e9 * 7.85e-9
-        assert energies.elastic[0] == pytest.approx(0.5 * stiffness * w @ curvature**2, rel=1e-12)
-
-
 @pytest.mark.parametrize("name", FREE)
 def test_mass_matrix_is_the_hessian_of_the_kinetic_energy(name):
     beam = beam_of(name)
@@ -173,62 +144,6 @@ def test_driven_root_is_the_free_beam_with_its_first_row_replaced(name):
         assert e.supplied_power + dot(driven.vectors.supply, solution) == pytest.approx(power, rel=1e-10)
 
 
-def test_hub_torque_supplies_its_power():
-    for name in ("first-order, mean-axis, hub", "full, tangent, hub radius", "zeroth-order, tangent, hub"):
-        beam = beam_of(name)
-        for q, qd in states(beam):
-            turning = qd[0] + beam.operators.root_slope @ qd[1:]
-            work, e = evaluated(beam, q, qd)
-            assert e.supplied_power == pytest.approx(1.7 * turning, rel=1e-13)
-            assert not work.vectors.supply.any()
-
-
-def contact_kinematics(beam, q, shortening=True):
-    """Gap and slip of the contact point, from the definition of the slope and of the floating frame."""
-    o, s = beam.operators, beam.scenario
-    kept = shortening and s.discretization.kinetics != "zeroth-order"
-    B = q[1:]
-    along = s.root.hub_radius + s.contact.point - (0.5 * B @ o.contact_shortening @ B if kept else 0.0)
-    across = o.contact_shape @ B
-    place = np.array([along * np.cos(q[0]) - across * np.sin(q[0]), along * np.sin(q[0]) + across * np.cos(q[0])])
-    alpha = s.slope.angle
-    relative = place - np.array(s.slope.origin)
-    normal, tangent = np.array([-np.sin(alpha), np.cos(alpha)]), np.array([np.cos(alpha), np.sin(alpha)])
-    return np.array([normal @ relative, tangent @ relative])
-
-
-@pytest.mark.parametrize("name", FREE)
-@pytest.mark.parametrize("shortening", [True, False])
-def test_contact_rows_are_gradients_of_gap_and_slip(name, shortening):
-    beam = beam_of(name, contact__shortening=shortening)
-    for q, qd in states(beam, size=2e-2):
-        work, e = evaluated(beam, q, qd)
-        rows = np.array([work.vectors.normal_row, work.vectors.tangential_row])
-        assert_allclose([e.gap, e.slip], contact_kinematics(beam, q, shortening), rtol=1e-13, atol=1e-15)
-        expected = gradient(lambda x: contact_kinematics(beam, x, shortening), q, 1e-3)
-        assert_allclose(rows, expected.T, atol=1e-11)
-        assert_allclose([e.gap_rate, e.slip_rate], rows @ qd, rtol=1e-13, atol=1e-14)
-
-
-@pytest.mark.parametrize("name", FREE)
-def test_biases_are_second_derivatives_along_a_motion(name):
-    """On q + q' t + 1/2 a t^2 the gap accelerates by D_n a + z_n; Richardson-extrapolated differences."""
-    beam = beam_of(name)
-    rng = np.random.default_rng(5)
-    for q, qd in states(beam):
-        work, e = evaluated(beam, q, qd)
-        a = rng.normal(size=beam.size)
-
-        def along(t, q=q, qd=qd, a=a):
-            return contact_kinematics(beam, q + qd * t + 0.5 * a * t * t)
-
-        h = 2e-3
-        weights = {0: -49 / 18, 1: 3 / 2, 2: -3 / 20, 3: 1 / 90}  # order 6
-        second = weights[0] * along(0.0) + sum(weights[k] * (along(k * h) + along(-k * h)) for k in (1, 2, 3))
-        expected = second / h**2 - np.array([work.vectors.normal_row, work.vectors.tangential_row]) @ a
-        assert_allclose([e.gap_bias, e.slip_bias], expected, rtol=1e-8, atol=1e-8)
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_compiled_and_interpreted_forms_agree(name):
     beam = beam_of(name, beam__kelvin_voigt=1e-5)
@@ -243,27 +158,6 @@ def test_compiled_and_interpreted_forms_agree(name):
         assert_allclose(compiled.vectors.forces, plain.vectors.forces, rtol=1e-12)
         assert_allclose(found, e, rtol=1e-9, atol=1e-12)
         assert_allclose(instant, instant_of(e, plain), rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
-def test_full_kinetics_tend_to_first_order_as_the_deflection_vanishes(frame):
-    """What the first order drops from T is of third order in (B, B'), so M and Q lack terms of second order."""
-    small, large = (beam_of(f"{kinetics}, {frame}, pin") for kinetics in ("first-order", "full"))
-    q, qd = next(states(small))
-    masses, forces = [], []
-    sizes = np.array([1.0, 0.5, 0.25, 0.125])
-    for scale in sizes:
-        Q, Qd = q.copy(), qd.copy()
-        Q[1:] *= scale
-        Qd[1:] *= scale
-        one, two = evaluated(small, Q, Qd)[0], evaluated(large, Q, Qd)[0]
-        masses.append(np.abs(one.mass - two.mass).max())
-        forces.append(np.abs(one.vectors.forces - two.vectors.forces).max())
-    assert masses[-1] > 1e-7
-    assert np.polyfit(np.log(sizes), np.log(masses), 1)[0] == pytest.approx(2.0, abs=0.01)
-    # cubic terms with the large integrals of H H outweigh the quadratic ones at first
-    assert forces[-1] > 1e-4
-    assert 1.9 < np.polyfit(np.log(sizes), np.log(forces), 1)[0] < 3.1
 
 
 def test_full_mass_matrix_is_positive_where_the_first_order_is_not():
@@ -316,18 +210,6 @@ def test_drive_profiles():
     # the middle, by hand: theta_dot = (w/T) (T/2 - 0), theta = (w/T) (T^2/8 - 2 (T/2 pi)^2)
     middle = 10.0 * (0.25**2 / 2.0 - 2.0 * (0.25 / math.pi) ** 2)
     assert spin_up.at(0.25) == pytest.approx((middle, 2.5, 20.0), rel=1e-14)
-
-
-def test_drive_derivatives_are_consistent():
-    spin_up, h = motion("spin-up"), 1e-3
-    for t in np.linspace(0.01, 0.6, 60):
-        if abs(t - 0.5) < 4 * h:
-            continue
-        for order in (0, 1):
-            slope = gradient(lambda x, order=order: spin_up.at(x[0])[order], np.array([t]), h)[0]
-            assert spin_up.at(t)[order + 1] == pytest.approx(slope, abs=1e-9)
-    before, after = spin_up.at(0.5 * (1.0 - 1e-15)), spin_up.at(0.5)
-    assert before == pytest.approx(after, abs=1e-12)
 
 
 def test_initial_state_of_a_driven_root_follows_the_drive():

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array
 
-from oblique_impact import InputError, Scenario, fem_beam, simulate
+from oblique_impact import Scenario, fem_beam
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.kernels.banded import band_multiply
@@ -136,42 +136,3 @@ def test_memory_is_linear():
     works = [beam.model.new_workspace() for beam in beams]
     sizes = [sum(array.nbytes for array in (*work[:-1], *work.vectors)) for work in works]
     assert sizes[1] < 2.001 * sizes[0]
-
-
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"discretization__frame": "tangent"}, "discretization.frame"),
-        ({"discretization__kinetics": "full"}, "discretization.kinetics"),
-        ({"beam__modal_damping_ratio": 0.01}, "beam.modal_damping_ratio"),
-    ],
-)
-def test_what_the_nodal_model_does_not_take_is_refused(change, key):
-    with pytest.raises(InputError, match=rf"{key} = .*discretization\.modes >= 1"):
-        scenario_of(**change)
-
-
-def test_nodal_and_all_modes_march_alike():
-    """The same mesh, scheme and steps: banded in W, dense in all modes."""
-    common = {
-        "contact__normal": "spring",
-        "end_time": 0.325,
-        "solver__contact_step": 1e-5,
-        "discretization__elements": 8,
-    }
-    nodal = simulate(scenario_of(**common))
-    # what all modes leave out is an inertia that the mesh interpolates: the nodes leave it out too
-    modes = {"discretization__modes": 16, "contact__residual_flexibility": False}
-    dense = simulate(scenario_of(**(common | modes)))
-    assert [e.kind for e in nodal.events] == [e.kind for e in dense.events]
-    assert len(nodal.events) >= 3
-    assert_allclose([e.time for e in nodal.events], [e.time for e in dense.events], atol=2e-9)
-    assert nodal["theta"].shape == dense["theta"].shape
-    for name, scale in (
-        ("theta", 1.0),
-        ("tip_y", 1.0),
-        ("lambda_n", 900.0),
-        ("moment", 80.0),
-        ("axial_force", 300.0),
-    ):
-        assert_allclose(nodal[name], dense[name], atol=2e-5 * scale, err_msg=name)

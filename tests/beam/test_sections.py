@@ -53,7 +53,6 @@ BAD = {
     "negative": ("[beam]\nsecond_moment = -1e-9", ["beam.second_moment", "-1e-09", "greater than 0"]),
     "infinite": ("[beam]\narea = inf", ["beam.area", "inf", "finite"]),
     "digits": ("[beam]\narea = 1" + "0" * 400, ["beam.area", "finite"]),
-    "huge": ("[beam]\narea = 1e31", ["beam.area", "1e+31", "less than or equal to 1e+30"]),
     "empty": ("[beam]\narea = []", ["beam.area", "2 to 1000 pairs", "not of 0"]),
     "one row": ("[beam]\narea = [[0, 1e-4]]", ["beam.area", "2 to 1000 pairs", "not of 1"]),
     "too many rows": (f"[beam]\narea = {[[i, 1.0] for i in range(1001)]}", ["beam.area", "1000", "not of 1001"]),
@@ -62,22 +61,13 @@ BAD = {
         ["beam.area", "pairs", "row 2", "[1, 0.0002, 3]"],
     ),
     "no rows": ("[beam]\narea = [0, 1]", ["beam.area", "pairs", "row 1 is 0"]),
-    "string in a row": ('[beam]\narea = [[0, "a"], [1, 2]]', ["beam.area", "in m^2", "entry 1", "'a'"]),
     "table in a row": ("[beam]\narea = [[0, {a = 1}], [1, 2]]", ["beam.area", "pairs", "row 1", "{'a': 1}"]),
-    "NaN in a row": ("[beam]\narea = [[0, 1], [1, nan]]", ["beam.area", "finite", "row 2", "nan"]),
     "zero in a row": (
         "[beam]\nsecond_moment = [[0, 1], [1, 0]]",
         ["beam.second_moment", "greater than 0", "row 2"],
     ),
     "late start": ("[beam]\narea = [[0.1, 1], [1, 1]]", ["beam.area", "begins at x = 0", "not at 0.1"]),
     "not ascending": ("[beam]\narea = [[0, 1], [0.5, 1], [0.5, 2], [1, 1]]", ["beam.area", "ascending", "row 3"]),
-    "early end": (f"[beam]\narea = [[0, 1], [0.9, 1]]\n{FEM}", ["beam.area", "beam.length = 1.0", "not at 0.9"]),
-    "area of modes": ("[beam]\narea = [[0, 1], [1, 1]]", ["beam.area", 'discretization.method = "fem"', "tables"]),
-    "second moment of modes": (
-        "[beam]\nsecond_moment = [[0, 1], [1, 1]]",
-        ["beam.second_moment", 'discretization.method = "fem"', "tables"],
-    ),
-    "tip mass of modes": ("[beam]\ntip_mass = 0.1", ["beam.tip_mass", "0.1", 'discretization.method = "fem"']),
     "negative tip mass": (
         f"[beam]\ntip_mass = -0.1\n{FEM}",
         ["beam.tip_mass", "-0.1", "greater than or equal to 0"],
@@ -86,7 +76,6 @@ BAD = {
         "[beam]\nouter_fibre = -1e-3",
         ["beam.outer_fibre", "-0.001", "greater than or equal to 0"],
     ),
-    "graded modes": ("[discretization]\ngrading = 2.0", ["discretization.grading", "2.0", "1.0", '"fem"']),
     "grading below 1": (f"{FEM}grading = 0.5", ["discretization.grading", "0.5", "greater than or equal to 1"]),
     "steep grading": (
         f"{FEM}grading = 1e5",
@@ -105,22 +94,6 @@ def test_bad_tables_are_one_line_with_key_value_and_what_is_allowed(name):
     assert len(message) < 400
     for part in parts:
         assert part in message
-
-
-def test_tables_make_the_round_trip():
-    scenario = varied(discretization__grading=3.5, beam__outer_fibre=0.01)
-    assert scenario.beam.area == AREA
-    text = scenario.to_toml()
-    assert Scenario.from_toml(text) == scenario
-    assert Scenario.from_toml(text).to_toml() == text
-    assert hash(scenario.beam) == hash(Scenario.from_toml(text).beam)
-
-
-def test_tables_are_set_on_the_command_line():
-    overrides = ["beam.area=[[0, 1e-4], [0.5, 3e-4], [1, 2e-4]]", "discretization.method=fem", "beam.tip_mass=1"]
-    beam = Scenario.builtin("paper", overrides).beam
-    assert beam.area == ((0.0, 1e-4), (0.5, 3e-4), (1.0, 2e-4))
-    assert (beam.second_moment, beam.tip_mass) == (7.85e-9, 1.0)
 
 
 # Integrals ------------------------------------------------------------------------------------------------------
@@ -148,17 +121,6 @@ def test_masses_outside_are_their_integrals():
     assert_allclose(sections.fibre_distance(np.array([0.0, LENGTH])), np.sqrt(np.array([3e-4, 2e-4]) / np.pi))
 
 
-def test_a_table_of_equal_values_is_the_number():
-    number = Scenario().replace(discretization__method="fem", beam__area=4e-4)
-    table = number.replace(beam__area=[[0.0, 4e-4], [0.3, 4e-4], [1.0, 4e-4]], discretization__elements=10)
-    number = number.replace(discretization__elements=10)
-    one, other = build_operators(number), build_operators(table)
-    for name in ("M1", "K", "C", "D", "S", "P", "J", "Sm", "contact_shortening"):
-        expected = getattr(one, name)
-        assert_allclose(getattr(other, name), expected, atol=1e-12 * np.abs(expected).max(), err_msg=name)
-    assert Profile.of(2.0, 3.0)(1.1) == 2.0
-
-
 @pytest.mark.parametrize("elements", [2, 3, 8])
 def test_nodal_operators_of_tables_are_their_definitions(elements):
     """Whether or not there are elements enough for nodes at the kinks; fields of the element space, quadrature."""
@@ -179,23 +141,12 @@ def test_nodal_operators_of_tables_are_their_definitions(elements):
     assert v @ (nodal.K @ v) == pytest.approx(w @ (stiffness * curvature**2), rel=1e-11)
     assert v @ (nodal.C @ v) == pytest.approx(w @ (moment * slope**2), rel=1e-11)
     assert v @ (nodal.D @ v) == pytest.approx(w @ (outer * slope**2), rel=1e-11)
+    bent = w @ (np.where(x < nodal.scenario.contact.point, 1.0, 0.0) * slope**2)
+    assert v @ (nodal.contact_shortening @ v) == pytest.approx(bent, rel=1e-11)
     assert nodal.S @ v == pytest.approx(w @ (m * (RADIUS + x) * u) + TIP * (RADIUS + LENGTH) * tip, rel=1e-10)
     assert nodal.P @ v == pytest.approx(w @ (m * u) + TIP * tip, rel=1e-10)
     factor = nodal.curvature_factor()
     assert_allclose((factor.T @ factor).toarray(), nodal.K.toarray(), atol=1e-11 * nodal.K.max())
-
-
-def test_modes_have_the_mass_of_the_beam():
-    scenario = Scenario().replace(
-        discretization__method="fem",
-        discretization__frame="mean-axis",
-        beam__area=[[0.0, 3e-4], [0.4, 5e-4], [1.0, 2e-4]],
-        beam__tip_mass=TIP,
-    )
-    o = build_operators(scenario)
-    assert_allclose(o.M1, o.sections.mass * np.eye(2), atol=1e-12)
-    assert_allclose(o.S, 0.0, atol=1e-12)  # the gauge of the frame
-    assert o.stations.values[-1].min() > 0.0
 
 
 # Meshes ---------------------------------------------------------------------------------------------------------
@@ -227,15 +178,6 @@ def test_sizes_shrink_from_both_sides_to_a_contact_point_inside(grading, kinks):
         assert 0.7 < left[-1] / right[0] < 1.4
         for side in (left, right):
             assert_allclose(side[1:] / side[:-1], side[1] / side[0], rtol=1e-9)
-
-
-def test_a_grading_of_one_keeps_the_uniform_mesh():
-    for point in (LENGTH, 0.47):
-        for elements in (2, 5, 32):
-            sizes = np.diff(beam_mesh(LENGTH, elements, point, grading=1.0).p[0])
-            left = round(point / LENGTH * elements) if point < LENGTH else elements
-            assert_allclose(sizes[:left], point / left, rtol=1e-12)
-            assert_allclose(sizes[left:], (LENGTH - point) / max(elements - left, 1), rtol=1e-12)
 
 
 def test_kinks_that_lie_too_close_get_no_nodes_of_their_own():

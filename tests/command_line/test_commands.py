@@ -123,12 +123,6 @@ def test_what_modes_prints_has_its_units():
     assert lines[8:] == ["at 6 rad/s: 4.000000", "Hz: 0.636620"]
 
 
-def test_modes_draws_a_campbell_diagram(tmp_path, cli):
-    assert cli("modes", "spin-up", "--speeds", "0,3,6", "--out", tmp_path)[0] == 0
-    assert [p.name for p in tmp_path.iterdir()] == ["campbell.png"]
-    assert (tmp_path / "campbell.png").stat().st_size > 10_000
-
-
 def test_validate_refine_and_sweep_print_what_they_write(object_of, tmp_path):
     checks = object_of("validate", "--only", "statics.own-weight", "--workers", "1", "--out", tmp_path / "v")
     assert {check["verdict"] for check in checks["checks"]} == {"pass"}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import doctest
 
-import numpy as np
 import pytest
 
 from oblique_impact import InputError, Progress, Scenario, natural_frequencies, scenario_schema, simulate
@@ -32,12 +31,6 @@ def test_calls_are_silent_and_say_how_far_they_are(capfd):
     assert {r.verdict for r in validate(only=chosen, workers=1, on_progress=told.append)} == {"pass"}
     assert told[-1].done == told[-1].total
     assert capfd.readouterr() == ("", "")
-
-
-def test_frequencies_ascend():
-    found = natural_frequencies(Scenario.builtin("spin-up"), [0.0, 6.0], 3)
-    assert found.flapwise.shape == found.chordwise.shape == (2, 3)
-    assert np.all(np.diff(found.flapwise, axis=1) > 0.0)
 
 
 @pytest.mark.parametrize(

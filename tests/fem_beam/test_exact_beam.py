@@ -7,8 +7,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance, equilibrium
 from oblique_impact.fem_beam.exact.beam import BANDWIDTH, strains
@@ -103,16 +101,6 @@ def test_tangent_of_a_step_is_the_derivative_of_its_forces(turn, relaxation):
     assert np.abs(exact - (ahead - behind) / (2 * step)).max() < 1e-8 * np.abs(exact).max()
 
 
-def test_static_tangent_is_symmetric_and_the_derivative_of_the_forces():
-    b = beam(3, FLYING, 10.0)
-    q, step = shaken(b, 0.3, 7), 1e-5
-    directions = np.random.default_rng(8).normal(size=(2, b.size))
-    products = [product(b.static_forces(q).tangent, d) for d in directions]
-    assert directions[0] @ products[1] == pytest.approx(directions[1] @ products[0], rel=1e-12)
-    ahead, behind = (b.static_forces(q + s * step * directions[0]).forces for s in (1, -1))
-    assert np.abs(products[0] - (ahead - behind) / (2 * step)).max() < 1e-8 * np.abs(products[0]).max()
-
-
 def test_newton_converges_quadratically():
     """Each increment is of the order of the square of the one before, down to rounding."""
     b = beam(8, ElasticSections.uniform(1e4, 1e4, 100.0, 1.0, 1.0))
@@ -133,65 +121,6 @@ def test_newton_converges_quadratically():
 # --- statics
 
 
-@pytest.mark.parametrize("elements", [2, 8])
-def test_cantilever_is_rolled_up_by_an_end_moment(elements):
-    """M = 2 pi E I/L bends it into a full circle: the tip is back at the root (Simo and Vu-Quoc 1986)."""
-    b, load = beam(elements), np.zeros(elements * 6 + 3)
-    q = b.straight(0.0)
-    for part in np.arange(1, 11) / 10:
-        load[-1] = 2.0 * np.pi * EI * part
-        q, _ = equilibrium(b, q, load, 3)
-    assert np.abs(q[-3:] - [0.0, 0.0, 2.0 * np.pi]).max() < 1e-9
-
-
-def elastica(load: float) -> tuple[float, float, float]:
-    """Deflection, place and slope of the tip of an inextensible cantilever of unit length, load P L^2/E I.
-
-    Elliptic integrals of the modulus p, 2 p^2 = 1 + sin(slope) (Bisshopp and Drucker, Quart. Appl. Math. 3, 1945).
-    """
-    root = np.sqrt(load)
-
-    def amplitude(p: float) -> float:
-        return float(np.arcsin(1.0 / (p * np.sqrt(2.0))))
-
-    p = brentq(
-        lambda p: ellipk(p**2) - ellipkinc(amplitude(p), p**2) - root,
-        np.sqrt(0.5) + 1e-12,
-        1.0 - 1e-12,
-        xtol=1e-15,
-    )
-    deflection = 1.0 - 2.0 / root * (ellipe(p**2) - ellipeinc(amplitude(p), p**2))
-    slope = float(np.arcsin(2.0 * p**2 - 1.0))
-    return float(deflection), float(np.sqrt(2.0 * (2.0 * p**2 - 1.0)) / root), slope
-
-
-def bent(elements: int, load: float) -> np.ndarray:
-    b = beam(elements)
-    q, forces = b.straight(0.0), np.zeros(b.size)
-    for part in np.arange(1, 9) / 8:
-        forces[-2] = load * EI * part
-        q, _ = equilibrium(b, q, forces, 3)
-    return q[-3:]
-
-
-def test_elastica_by_elliptic_integrals_is_the_published_one():
-    """Mattiasson, Int. J. Numer. Meth. Engng 17 (1981), pp. 145-153, P L^2/E I = 10, to its 5 decimals."""
-    deflection, place, slope = elastica(10.0)
-    assert (deflection, 1.0 - place, slope) == pytest.approx((0.81061, 0.55500, 1.43029), abs=6e-6)
-
-
-def test_elastica_and_the_order_in_the_mesh():
-    """Slender, so that extension (1e-8) and shear are nothing; nodes of these elements converge like h^4."""
-    deflection, place, slope = elastica(4.0)
-    errors = []
-    for elements in (4, 8, 16):
-        x, y, angle = bent(elements, 4.0)
-        errors.append(max(abs(x - place), abs(y - deflection), abs(angle - slope)))
-    orders = np.log2(np.divide(errors[:-1], errors[1:]))
-    assert np.all((orders > 3.6) & (orders < 4.4)), (errors, orders)
-    assert errors[-1] < 5e-7
-
-
 def test_frequencies_of_the_slender_hinged_beam():
     """Small vibrations about the straight beam: roots of tan b = tanh b, reference 1.2."""
     from oblique_impact.validation.reference_values import VALUES
@@ -207,42 +136,6 @@ def test_frequencies_of_the_slender_hinged_beam():
 
 
 # --- dynamics
-
-
-def flight(elements: int, length: float, end: float) -> tuple[ExactBeam, list[Stage]]:
-    """Simo and Vu-Quoc's flying rod: from (6, 0) to (0, 8), pushed and turned at its lower end for 2.5 s."""
-    b = beam(elements, FLYING, 10.0)
-    q = b.straight(np.pi - np.arctan2(8.0, 6.0))
-    q[0::3] += 6.0
-    stages, load = [Stage(q, np.zeros(b.size))], np.zeros(b.size)
-    for k in range(round(end / length)):
-        load[0], load[2] = (8.0, -80.0) if (k + 0.5) * length < 2.5 else (0.0, 0.0)
-        stages.append(advance(b, stages[-1], length, load, held=np.zeros(0)).stage)
-    return b, stages
-
-
-def test_flying_rod_keeps_energy_and_momentum():
-    """The push of 8 N for 2.5 s moves the 10 kg at 2 m/s, for ever; the energy stays to rounding."""
-    b, stages = flight(10, 0.05, 15.0)
-    free = stages[50:]
-    energy = np.array([b.kinetic_energy(s.v) + b.elastic_energy(s.q) for s in free])
-    assert np.ptp(energy) < 1e-12 * energy[0]
-    momentum = np.array([(b.M @ s.v).reshape(-1, 3)[:, :2].sum(axis=0) for s in free])
-    assert np.abs(momentum - [20.0, 0.0]).max() < 1e-10
-    place = (b.M @ free[-1].q).reshape(-1, 3)[:, :2].sum(axis=0) / 10.0
-    # 3 m at rest, 1/2 a t^2 while it is pushed, 2 m/s afterwards
-    assert place == pytest.approx([3.0 + 0.5 * 0.8 * 2.5**2 + 2.0 * 12.5, 4.0], abs=1e-9)
-
-
-def test_angular_momentum_of_the_flying_rod_drifts_like_the_square_of_the_step():
-    spans = []
-    for length in (0.05, 0.025, 0.0125):
-        b, stages = flight(10, length, 10.0)
-        turning = np.array([b.angular_momentum(s.q, s.v) for s in stages[round(2.5 / length) :]])
-        spans.append(np.ptp(turning) / abs(turning[0]))
-    orders = np.log2(np.divide(spans[:-1], spans[1:]))
-    assert np.all((orders > 1.6) & (orders < 2.6)), spans
-    assert spans[-1] < 5e-6
 
 
 def test_order_of_the_step_in_time():

@@ -304,7 +304,10 @@ class ExactBeam(_Beam):
         if s.discretization.frame == "tangent":
             self.theta, self.spin = self.q[:, 2], self.qd[:, 2]
         else:
-            self.theta, self.spin = self._mean_axis(self.z_points @ arms, self.v_points @ arms)
+            # deflections from the mean axis, times m (r + x), sum up to 0
+            sums, rates = self.z_points @ arms, self.v_points @ arms
+            near = self.q[:, 2]
+            self.theta, self.spin = near + np.angle(sums * np.exp(-1j * near)), np.imag(rates / sums)
         turn = np.exp(-1j * self.theta)[:, None]
         u = turn * self.z
         rate = turn * self.v - 1j * self.spin[:, None] * u
@@ -315,27 +318,6 @@ class ExactBeam(_Beam):
         self.turning = (self.qd[:, 2::3] @ points.T) * np.append(rotary, 0.0)
         self.drag = np.zeros_like(self.z_points)
         self.hub_spin = self.qd[:, 2]
-
-    def _mean_axis(self, sums, rates):
-        """Angle from which deflections, times m (r + x), and the turn of the hub, times its inertia, sum up to 0.
-
-        With A the sum of m (r + x) z, and the angles a of A and phi of the hub, y = a - theta solves
-        |A| sin y + J_h (y - (a - phi)) = 0, between 0 and a - phi: halved until it is a point.
-        """
-        size, whole = np.abs(sums), np.angle(sums * np.exp(-1j * self.q[:, 2]))
-        near, far = np.zeros(whole.size), np.ones(whole.size)
-        for _ in range(60):
-            middle = 0.5 * (near + far)
-            y = middle * whole
-            beyond = (size * np.sin(y) + self.hub_inertia * (y - whole)) * np.sign(whole) > 0.0
-            near, far = np.where(beyond, near, middle), np.where(beyond, middle, far)
-        y = 0.5 * (near + far) * whole
-        # the time derivative of that equation, with A' = (|A|' + i |A| a') e^{i a}
-        growth, turn = np.real(rates * np.conj(sums)) / size, np.imag(rates / sums)
-        y_dot = (self.hub_inertia * (turn - self.qd[:, 2]) - growth * np.sin(y)) / (
-            size * np.cos(y) + self.hub_inertia
-        )
-        return self.q[:, 2] + whole - y, turn - y_dot
 
     @cached_property
     def kinetic(self):

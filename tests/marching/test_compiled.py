@@ -16,14 +16,54 @@ from oblique_impact import InputError
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.kernels.compiling import clock
 
-_SOLVE = """
+_NAMES = """
 import logging, sys
-from dataclasses import dataclass
 logging.basicConfig(level=logging.INFO)
 import numba.core.codegen
 if sys.argv[1] == "plain":
     del numba.core.codegen.JITCodeLibrary
     sys.modules["oblique_impact.kernels.reference"] = None  # an import of it is an ImportError
+"""
+#: named tuples in each other, a method of theirs, and a helper that both call
+_SMALL = """
+from typing import Any, NamedTuple, Protocol
+import numpy as np
+from oblique_impact.kernels.jit import by_reference, compiled_protocol, jitable, kernel
+
+@compiled_protocol
+class Weighed(Protocol):
+    def weigh(self, factor: float) -> float: ...
+
+class Masses(NamedTuple):
+    values: Any
+
+@jitable
+def total(masses, factor):
+    found = 0.0
+    for value in masses.values:
+        found += factor * value
+    return found
+
+@jitable
+def weigh(body, factor):
+    return total(body.masses, factor)
+
+class _Body(NamedTuple):
+    masses: Masses
+
+class Body(_Body):
+    __slots__ = ()
+    weigh = weigh
+
+@kernel("the weight")
+def weight(system, gravity):
+    body = by_reference(system)
+    return body.weigh(gravity) + total(body.masses, 1.0)
+
+print(weight(Body(Masses(np.array([0.1, 0.2, 0.3]))), 9.8))
+"""
+_WHOLE = """
+from dataclasses import dataclass
 from oblique_impact import Scenario
 from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.marching.equations import QUADRATURES, take_derivative
@@ -50,12 +90,12 @@ for law in (ElasticStop(1e6), Hertz()):
 """
 
 
-def solved(folder):
-    """Compile and call a kernel in a new process; what it prints, and what it logs."""
+def solved(program, folder):
+    """Compile and call a kernel in a new process; returns what it prints and what it logs."""
     root = Path(__file__).parents[2]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder), "NUMBA_OPT": "0"}  # it need not be fast
     ended = subprocess.run(
-        [sys.executable, "-c", _SOLVE, folder.name],
+        [sys.executable, "-c", _NAMES + program, folder.name],
         cwd=root,
         env=environment,
         capture_output=True,
@@ -66,10 +106,11 @@ def solved(folder):
     return [float(word) for word in ended.stdout.split()], ended.stderr
 
 
-def test_where_names_of_numba_are_missing_the_plain_way_takes_over(tmp_path):
-    usual, log = solved(tmp_path / "usual")
+@pytest.mark.parametrize("program", [_SMALL, pytest.param(_WHOLE, marks=pytest.mark.slow)], ids=["small", "whole"])
+def test_where_names_of_numba_are_missing_the_plain_way_takes_over(program, tmp_path):
+    usual, log = solved(program, tmp_path / "usual")
     assert "plain way" not in log
-    plain, log = solved(tmp_path / "plain")
+    plain, log = solved(program, tmp_path / "plain")
     assert log.count("plain way") == 2
     assert plain == pytest.approx(usual, rel=1e-12)
 

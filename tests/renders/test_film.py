@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
-import textwrap
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
 from oblique_impact.renders.film import strip_times, write_film, write_still, write_strip
@@ -18,34 +21,37 @@ from oblique_impact.renders.overview import overview_figure
 from oblique_impact.renders.story import story_of
 from oblique_impact.renders.style import Style
 from oblique_impact.renders.timeline import make_timeline
-from tests.renders.decoding import decode
 
 SIZE = (480, 270)
 
 
-def small(run):
+@pytest.fixture
+def story(run):
     return story_of([run("paper")], Style(size=SIZE))
 
 
-def film(run, tmp_path, name, frames=12):
-    story = small(run)
-    timeline = make_timeline(story.time_map, between=(0.30, 0.34), frames=frames, fps=20)
-    done = []
-    out = tmp_path / name
-    write_film(story, timeline, out, lambda n, total: done.append((n, total)))
-    assert done[-1] == (frames, frames)
-    assert sorted(p.name for p in tmp_path.iterdir()) == [name]
-    return out
+def decode(file: Path) -> tuple[float, NDArray[np.uint8]]:
+    """Return the duration of a film (s) as the container tells it, and its frames (count, height, width, 3)."""
+    ffmpeg = imageio_ffmpeg.get_ffmpeg_exe()
+    command = [ffmpeg, "-i", str(file), "-f", "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"]
+    done = subprocess.run(command, capture_output=True, check=True)
+    text = done.stderr.decode()
+    width, height = map(int, re.search(r" (\d{2,})x(\d{2,})[ ,]", text).groups())
+    hours, minutes, seconds = re.search(r"Duration: (\d+):(\d+):([\d.]+)", text).groups()
+    frames = np.frombuffer(done.stdout, np.uint8).reshape(-1, height, width, 3)
+    return 3600 * int(hours) + 60 * int(minutes) + float(seconds), frames
 
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
-def test_a_film_has_its_frames_size_and_duration(run, tmp_path, name):
-    duration, frames = decode(film(run, tmp_path, name))
-    assert len(frames) == 12
+def test_a_film_has_its_frames_size_and_duration(story, tmp_path, name):
+    timeline, done = make_timeline(story.time_map, between=(0.30, 0.34), frames=12, fps=20), []
+    write_film(story, timeline, tmp_path / name, lambda n, total: done.append((n, total)))
+    assert done[-1] == (12, 12)
+    assert [p.name for p in tmp_path.iterdir()] == [name]
+    duration, frames = decode(tmp_path / name)
+    assert frames.shape == (12, SIZE[1], SIZE[0], 3)
     assert duration == pytest.approx(12 / 20, abs=0.06)
-    changes = [np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)]
-    assert min(changes) > 20
-    assert all(frame.std() > 5.0 for frame in frames)
+    assert min(np.abs(a.astype(int) - b).max() for a, b in pairwise(frames)) > 20
 
 
 def test_a_strip_has_a_row_for_each_time_in_their_order(run, tmp_path):
@@ -68,8 +74,8 @@ def test_a_strip_has_a_row_for_each_time_in_their_order(run, tmp_path):
     assert float(force["time"][int(np.argmax(force.values))]) in times
 
 
-def test_pictures_and_films_say_what_made_them_and_what_their_run_warns_of(run, tmp_path):
-    history = run("paper")
+def test_pictures_and_films_say_what_made_them_and_what_their_run_warns_of(story, tmp_path):
+    history = story.histories[0]
     warned = replace(history, summary=history.summary | {"warnings": ["a rigid stop"]})
     story = story_of([warned], Style(size=SIZE))
     with Image.open(write_still(story, 0.1, tmp_path / "a.png")) as picture:
@@ -84,50 +90,29 @@ def test_pictures_and_films_say_what_made_them_and_what_their_run_warns_of(run, 
         assert "warning: a rigid stop" in text
 
 
-def test_an_interrupted_film_leaves_nothing(run, tmp_path):
-    story = small(run)
-    timeline = make_timeline(story.time_map, frames=50)
-
+def test_an_interrupted_film_leaves_nothing(story, tmp_path):
     def stop(done, total):
         if done == 3:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_film(story, timeline, tmp_path / "a.mp4", stop)
+        write_film(story, make_timeline(story.time_map, frames=50), tmp_path / "a.mp4", stop)
     assert list(tmp_path.iterdir()) == []
 
 
-def without_libraries(tmp_path, code):
-    """Run Python with no library to draw with: names that are not found stand for them."""
-    text = f"""
-        import ctypes
-        real = ctypes.CDLL
-        def missing(name, *a, **k):
-            if isinstance(name, str) and ("EGL" in name or "OSMesa" in name):
-                raise OSError(name + ": cannot open shared object file")
-            return real(name, *a, **k)
-        ctypes.CDLL = missing
-        {code}
-    """
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems draw without these libraries")
+@pytest.mark.parametrize("lacking", ["libraries", "drivers"])
+def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path, lacking):
+    """Files that are no libraries stand before those of the system; or EGL finds no driver."""
+    run("paper", "end_time=0.01").save(tmp_path / "run")
+    (tmp_path / "none").mkdir()
+    osmesa = ["libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"]
+    for name in osmesa if lacking == "drivers" else [*osmesa, "libEGL.so.1"]:
+        (tmp_path / "none" / name).touch()
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW")}
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(text)],
-        capture_output=True,
-        text=True,
-        env=environment,
-        cwd=tmp_path,
-        timeout=120,
-        check=False,
-    )
-
-
-def test_without_a_library_to_draw_with_there_is_one_line(run, tmp_path):
-    run("paper").save(tmp_path / "run")
-    done = without_libraries(
-        tmp_path,
-        "from oblique_impact.command_line.application import main; "
-        "main(['render', 'run', '--out', 'a.png', '--size', '320x240'])",
-    )
+    environment |= {"LD_LIBRARY_PATH": str(tmp_path / "none"), "__EGL_VENDOR_LIBRARY_DIRS": str(tmp_path / "none")}
+    command = [sys.executable, "-m", "oblique_impact", "render", "run", "--out", "a.png", "--size", "320x240"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "libegl1" in done.stderr

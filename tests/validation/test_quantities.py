@@ -10,30 +10,17 @@ import pytest
 
 from oblique_impact import InputError, Scenario
 from oblique_impact.history.sample_times import last_sample
-from oblique_impact.validation.studies.measure import REGIMES, regime
 from oblique_impact.validation.studies.quantities import (
-    FIELDS,
-    VARIABLES,
     GapError,
     default_quantities,
     named_quantities,
     natural_scale,
     quantity,
 )
+from oblique_impact.validation.studies.study import regime
 
 #: with three mean-axis modes the second impact lands in a Painleve configuration (theory Sec. 5)
 ROUGH = ("discretization.frame=mean-axis", "contact.mu_static=20.0", "contact.mu_kinetic=20.0", "end_time=0.4")
-
-
-def test_variables_are_those_of_a_history(run):
-    data = run("paper").data
-    for name, (unit, _) in VARIABLES.items():
-        if name != "energy":
-            assert data[name].dims == ("time",)
-            assert data[name].attrs["units"] == unit
-    for name, (unit, _) in FIELDS.items():
-        assert data[name].dims == ("time", "station")
-        assert data[name].attrs["units"] == unit
 
 
 def test_quantities_of_the_papers_case(run):
@@ -55,6 +42,10 @@ def test_quantities_of_the_papers_case(run):
         "theta@end": float(history["theta"][-1]),
         "max:tip_y": float(history["tip_y"].max()),
         "min:moment": float(history["moment"].min()),
+        "min:theta_dot": float(history["theta_dot"].min()),
+        "event:1": history.events[0].time,
+        f"event:{len(history.events)}": history.events[-1].time,
+        "collision_impulse:2": second["normal_impulse"],
     }
     for name, value in expected.items():
         assert quantity(name).measure(history) == value, name
@@ -62,43 +53,26 @@ def test_quantities_of_the_papers_case(run):
     assert 0.0 < lost < sum(history.summary["energy"][f"lost_{k}"] for k in ("impact", "friction", "scheme"))
 
 
-def test_extremes_have_signs_and_events_are_counted_from_one(run):
-    """A beam that falls from rest turns ever faster the other way: its rate is at most the 0 of the start."""
-    fall = run("paper", "end_time=0.3")
-    assert quantity("max:theta_dot").measure(fall) == 0.0
-    assert quantity("min:theta_dot").measure(fall) == float(fall["theta_dot"][-1]) < -1.0
-    history = run("paper")
-    found = [quantity(f"event:{number}").measure(history) for number in (1, 2, len(history.events))]
-    assert found == [history.events[k].time for k in (0, 1, -1)]
-
-
-def test_every_quantity_has_the_unit_of_what_it_measures(run):
+def test_named_quantities_have_units_and_take_what_they_are_called(run):
     units = {
         "s": "first_impact collision_end collision_duration second_impact",
         "N s": "impulse tangential_impulse second_impulse",
         "N": "peak_force",
-        "1": "contacts events restitution",
+        "1": "contacts events restitution model_error",
         "J": "energy_after_collision energy_final lost_impact lost_friction lost_damping lost_scheme unaccounted "
         "energy_lost",
     }
-    assert {q.name: q.unit for q in named_quantities()} == {
-        n: unit for unit, names in units.items() for n in names.split()
-    }
+    by_name = {name: unit for unit, names in units.items() for name in names.split()}
+    assert {q.name: q.unit for q in named_quantities()} == by_name
     history = run("paper", "end_time=0.4")
     keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
     energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0), strict=True))
     known = replace(history, summary=history.summary | {"energy": energy})
-    assert quantity("energy_final").measure(known) == 1.0
-    assert [quantity(key).measure(known) for key in keys[1:]] == [2.0, 4.0, 8.0, 16.0, 32.0]
-    assert quantity("energy_lost").measure(known) == 30.0
-    jump = history.data["gap_rate"].values
-    assert (quantity("max:gap_rate").measure(history), quantity("min:gap_rate").measure(history)) == (
-        jump.max(),
-        jump.min(),
-    )
+    names = ("energy_final", *keys[1:], "energy_lost")
+    assert [quantity(name).measure(known) for name in names] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 30.0]
 
 
-@pytest.mark.parametrize("name", ["tip_y", "theta", "deflection", "energy_elastic"])
+@pytest.mark.parametrize("name", ["tip_y", "energy_elastic"])
 def test_values_between_samples(run, name):
     """A run with four times the samples knows what lies between."""
     coarse, fine = (run("paper", "end_time=0.31", f"solver.output_interval={step}") for step in (2e-4, 5e-5))
@@ -139,7 +113,7 @@ def test_what_a_run_does_not_have_is_a_named_gap(run):
     assert quantity("first_impact").measure(stopped) == pytest.approx(0.317, abs=1e-3)
 
 
-@pytest.mark.parametrize("name", ["peak", "tip_y@", "moment@0.5", "tip_z@0.5", "max:", "mean:tip_y", "tip_y@-1"])
+@pytest.mark.parametrize("name", ["peak", "tip_y@", "moment@0.5", "max:", "mean:tip_y", "tip_y@-1"])
 def test_unknown_quantities_are_one_line(name):
     with pytest.raises(InputError, match=r"--quantity") as caught:
         quantity(name, 1.0)
@@ -162,7 +136,17 @@ def test_regimes(run):
     assert regime(run("sticking")) == "stick"
     steep = ("contact.mu_static=20.0", "contact.mu_kinetic=20.0")
     assert regime(run("paper", *mean_axis, *steep)) == "painleve"
-    assert set(REGIMES) >= {"no contact", "slip", "reversal", "stick", "painleve", "stopped"}
+
+
+def test_the_model_error_is_the_estimate_that_a_run_warns_of(run):
+    """A soft beam bends far: what the warning says in percent; the exact beam has no such error."""
+    soft = ("beam.youngs_modulus=1e8", "contact.enabled=false", "end_time=0.3")
+    history = run("paper", *soft)
+    (warning,) = [text for text in history.summary["warnings"] if "small-deflection model" in text]
+    error = quantity("model_error").measure(history)
+    assert f"off by about {100.0 * error:.2g} % in deflection" in warning
+    with pytest.raises(GapError, match="floating frame"):
+        quantity("model_error").measure(run("paper", *soft, "end_time=1e-3", "discretization.method=absolute"))
 
 
 TIP_MASS = ("discretization.method=fem", "beam.tip_mass=0.2", "beam.length=0.8")
@@ -170,8 +154,8 @@ TIP_MASS = ("discretization.method=fem", "beam.tip_mass=0.2", "beam.length=0.8")
 
 @pytest.mark.parametrize(
     ("frame", "changes"),
-    [("tangent", ()), ("mean-axis", ()), ("tangent", TIP_MASS)],
-    ids=["tangent", "mean-axis", "tip mass"],
+    [("mean-axis", ()), ("tangent", TIP_MASS)],
+    ids=["mean-axis", "tip mass"],
 )
 def test_restitution_is_the_balance_of_angular_momentum(run, frame, changes):
     """J (w+ - w-) is the moment of the contact impulses less that of gravity during the collision."""

@@ -10,10 +10,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from oblique_impact.validation.reference_values import TABLE, VALUES
+from oblique_impact.validation.reference_values import REFERENCES, VALUES
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-PROGRAMS = ("reference_beams", "reference_impact")
 #: relative differences that the entries state, and that of numbers with all digits
 TOLERANCES = {"3-SVQ-amp": 2e-5, "3-SVQ-min-modes": 2e-6, "3-SVQ-table": 1e-6, "3-SVQ-min": 1e-8}
 FAST = ("1.1", "1.2", "1.4-c4", "1.4-h8", "2-c-d1-eta2", "2-h-d0-eta5", "5c", "5e", "7c", "7c-inclined")
@@ -46,7 +45,7 @@ def flat(value) -> list[float]:
 
 def named(program: str) -> list[str]:
     """Entries whose source is this program."""
-    return [item.id for item in TABLE if f"{program}.py" in item.source]
+    return [item for item, reference in REFERENCES.items() if f"{program}.py" in reference.source]
 
 
 def entries() -> list:

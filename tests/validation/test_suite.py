@@ -6,15 +6,8 @@ import math
 
 import pytest
 
-from oblique_impact import InputError
-from oblique_impact.validation.checks.registry import (
-    Check,
-    Group,
-    Measurement,
-)
-from oblique_impact.validation.suite import counts, results_of, select
-
-HOME = Group("a", "A")
+from oblique_impact.validation.checks.registry import Check, Group, Measurement
+from oblique_impact.validation.suite import select
 
 
 @pytest.mark.parametrize(
@@ -36,25 +29,11 @@ def test_an_error_in_a_check_is_a_failure_with_its_name():
     def broken() -> Measurement:
         raise ValueError("no\nsuch thing")
 
-    (found,) = Check("a.b", HOME, "a problem", 0.1, broken).evidence().measurements
+    (found,) = Check("a.b", Group("a", "A"), "a problem", 0.1, broken).evidence().measurements
     assert found.verdict == "fail"
     assert found.quantity == "did not finish: ValueError: no such thing"
 
 
-def test_counts_are_of_checks_measurements_and_failures():
-    def check(name, *computed):
-        measured = [Measurement("x", value, 0.0, "m", 1.0, "", str(n)) for n, value in enumerate(computed)]
-        return Check(f"a.{name}", HOME, "", 0.1, lambda: measured)
-
-    checks = [check("one", 0.0, 2.0, 2.0), check("two", 2.0, 0.0)]
-    results = results_of(checks, {check.id: check.evidence() for check in checks})
-    assert counts(results) == "2 checks, 5 measurements: 3 fail"
-    assert counts(results[:1]) == "1 check, 1 measurement: all pass"
-
-
-def test_selection_by_group_and_by_check():
-    assert {check.group.id for check in select(["statics", "frames"])} == {"statics", "frames"}
-    assert [check.id for check in select(["statics.inclined"])] == ["statics.inclined"]
-    assert len(select(quick=True)) < len(select())
-    with pytest.raises(InputError, match="--only statica: should be a group"):
-        select(["statica"])
+def test_quick_leaves_out_what_takes_long():
+    assert {check.id for check in select()} > {check.id for check in select(quick=True)}
+    assert max(check.seconds for check in select(quick=True)) <= 2.0

@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from oblique_impact import History, InputError, simulate
+from oblique_impact import InputError, simulate
 from oblique_impact.validation import sweep
-from oblique_impact.validation.studies.design import MAX_RUNS, load_plan, make_plan, shipped_names
+from oblique_impact.validation.studies.design import MAX_RUNS, load_plan, make_plan, shipped_sweeps
 from oblique_impact.validation.studies.maps import sweep_pictures
-from oblique_impact.validation.studies.measure import REGIMES, failed
+from oblique_impact.validation.studies.study import REGIMES, failed
 from tests.processes import started
 
 FLIGHT = """
@@ -28,7 +28,6 @@ end_time = 0.02
 contact.enabled = false
 """
 AXIS = "[[axes]]\n"
-ANGLES = FLIGHT + AXIS + 'key = "initial.angle"\nvalues = [0.1, 0.2, 0.3, 0.4]\n'
 
 #: 12 runs of some 20 ms, three of them not possible
 SMALL = """
@@ -50,23 +49,27 @@ def values(text: str) -> np.ndarray:
     return np.array([[v for key, v in run.labels.items() if key != "run"] for run in make_plan(text).runs])
 
 
+def axis(key, rest="values = [1]", also=""):
+    """A sweep over one key, with other lines before it."""
+    return f'{also}\n[[axes]]\nkey = "{key}"\n{rest}\n'
+
+
 # --- designs
 
 
 @pytest.mark.parametrize("spacing", ["linear", "log"])
 def test_ranges_hold_both_ends_exactly_and_step_evenly(spacing):
-    found = values(f'[[axes]]\nkey = "gravity"\nrange = [0.7, 0.1]\ncount = 7\nspacing = "{spacing}"')[:, 0]
+    found = values(axis("gravity", f'range = [0.7, 0.1]\ncount = 7\nspacing = "{spacing}"'))[:, 0]
     assert (found[0], found[-1]) == (0.7, 0.1)
     steps = np.diff(np.log(found) if spacing == "log" else found)
     assert steps == pytest.approx(steps[0], rel=1e-12)
 
 
 def test_texts_with_units_become_si_units():
-    assert values(AXIS + 'key = "beam.length"\nrange = ["900 mm", "1.1 m"]\ncount = 3')[:, 0] == pytest.approx(
-        [0.9, 1.0, 1.1]
-    )
-    found = values(AXIS + 'key = "initial.angle"\nvalues = ["30 deg", 0.7]')[:, 0]
-    assert found == pytest.approx([math.pi / 6, 0.7])
+    lengths = values(axis("beam.length", 'range = ["900 mm", "1.1 m"]\ncount = 3'))[:, 0]
+    assert lengths == pytest.approx([0.9, 1.0, 1.1])
+    angles = values(axis("initial.angle", 'values = ["30 deg", 0.7]'))[:, 0]
+    assert angles == pytest.approx([math.pi / 6, 0.7])
 
 
 SAMPLE = """
@@ -105,41 +108,30 @@ def test_blocks_are_combined_with_the_last_one_fastest():
         range = [1, 3]
         """
     )
-    assert len(rows) == 12
     expected = [(1.0, 0.5, 0.4), (1.0, 0.3, 0.2), (2.0, 0.5, 0.4), (2.0, 0.3, 0.2)]
     assert [tuple(row[:3]) for row in rows[::3]] == expected
-    assert set(rows[:, 3]) == {1, 2, 3}
-
-
-# --- sweep files
-
-
-def axis(key, rest="values = [1]", also=""):
-    """A sweep over one key, with other lines before it."""
-    return f'{also}\n[[axes]]\nkey = "{key}"\n{rest}\n'
+    assert sorted(rows[:, 3]) == sorted(4 * [1, 2, 3])
 
 
 BAD = {
-    "not TOML": ("axes = [", "not valid TOML"),
     "nothing to sweep": ('scenario = "paper"', "[[axes]]"),
     "unknown key of the file": (axis("gravity", also='titel = "x"'), "title, description"),
-    "unknown key of an axis": (axis("gravity", "valuse = [1]"), "axes.0.valuse"),
     "unknown scenario key": (axis("contact.mu"), "contact.mu_static"),
     "out of bounds": (axis("beam.length", "values = [-1.0]"), "beam.length = -1.0"),
-    "no values": (axis("gravity", ""), "axes.0"),
     "values and range": (axis("gravity", "values = [1]\nrange = [1, 2]\ncount = 2"), "not both"),
+    "no such unit": (axis("beam.length", 'values = ["1 s"]'), "axes.0.beam.length = '1 s'"),
     "no count": (axis("gravity", "range = [1, 2]"), "axes.0.count"),
     "log of zero": (axis("gravity", 'range = [0, 2]\ncount = 3\nspacing = "log"'), "greater than 0"),
     "no whole number": (axis("discretization.modes", "range = [1, 4]\ncount = 3"), "modes = 2.5"),
+    "range of words": (axis("contact.friction", 'range = ["hybrid", "frictionless"]\ncount = 2'), "use values"),
     "key and keys": (axis("gravity", 'keys = ["gravity"]\nvalues = [1]'), "exactly one"),
     "a key twice": (2 * axis("gravity"), "set twice"),
     "too many runs": (
         "".join(axis(key, "range = [1, 9]\ncount = 100") for key in ("gravity", "end_time", "beam.density")),
         f"at most {MAX_RUNS}",
     ),
+    "equal ends": (SAMPLE.format(name="sobol", samples=4, seed=1).replace("11.0", "1.0"), "sobol.axes.0.range"),
     "Sobol sequence of 3": (SAMPLE.format(name="sobol", samples=3, seed=1), "power of 2"),
-    "unknown scenario": (axis("gravity", also='scenario = "papier"'), "papier"),
-    "unknown quantity": (axis("gravity", also='quantities = ["speed"]'), "first_impact"),
     "time after the end": (axis("end_time", "values = [1, 2]", 'quantities = ["tip_y@3"]'), "tip_y@3"),
     "no run is possible": (axis("contact.mu_static", "values = [0.1, 0.2]"), "contact.mu_static = 0.1"),
 }
@@ -156,17 +148,17 @@ def test_a_bad_sweep_file_is_one_line(case):
 
 def test_a_scenario_file_lies_beside_its_sweep_file(tmp_path):
     (tmp_path / "mine.toml").write_text("end_time = 0.125")
-    (tmp_path / "sweep.toml").write_text('scenario = "mine.toml"\n' + AXIS + 'key = "gravity"\nvalues = [1]')
+    (tmp_path / "sweep.toml").write_text('scenario = "mine.toml"\n' + axis("gravity"))
     assert load_plan(str(tmp_path / "sweep.toml")).base.end_time == 0.125
 
 
-@pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.parametrize("name", shipped_sweeps())
 def test_shipped_studies_are_possible_and_described(name):
     plan = load_plan(name)
     assert plan.impossible == []
     assert plan.file.title
-    assert len(plan.file.description) > 100
-    assert 10 <= len(plan.runs) <= 1000
+    assert plan.file.description
+    assert len(plan.runs) >= 10
 
 
 # --- the table
@@ -193,43 +185,36 @@ def test_a_sweep_is_a_table_of_plain_runs(tmp_path, cli):
     assert frame["impulse"][7] == history.macro_collisions[0]["normal_impulse"]
     (warning,) = history.summary["warnings"]
     assert frame["warnings"][7] == warning
-    assert any(line.startswith("  warning of 9 of 12 runs") and warning[:60] in line for line in said.splitlines())
-    page = html.unescape((out / "report.html").read_text())
-    assert warning in page
-    assert page.count("<svg") == 1
+    assert f"warning of 9 of 12 runs, the first run 4: {warning}" in said
+    assert warning in html.unescape((out / "report.html").read_text())
     # the resolved file in the folder is the same sweep: nothing is left to do
     code, said, _ = cli("sweep", out / "sweep.toml", "--workers", 1, "--out", out)
     assert "9 of them were there before" in said
     pd.testing.assert_frame_equal(pd.read_parquet(out / "results.parquet"), frame)
 
 
-def test_histories_are_kept_by_number(tmp_path):
-    result = sweep(make_plan("histories = true\n" + ANGLES), tmp_path, workers=2)
-    assert sorted(p.name for p in (tmp_path / "histories").iterdir()) == [f"{n:06d}" for n in (1, 2, 3, 4)]
-    assert float(result.history(3)["theta"][0]) == 0.3
-    assert isinstance(result.history(1), History)
-
-
-def test_all_kinds_of_keys_are_columns(tmp_path):
+def test_all_kinds_of_keys_are_columns_and_histories_are_kept_by_number(tmp_path):
     plan = make_plan(
         """
         quantities = ["theta@end"]
-        changes = {end_time = 0.001, discretization.method = "fem"}
+        histories = true
+        changes.end_time = 0.01
         [table]
-        keys = ["contact.enabled", "contact.friction", "discretization.elements", "slope.origin", "beam.area"]
+        keys = ["contact.enabled", "contact.friction", "discretization.method", "slope.origin", "beam.area"]
         rows = [
-            [true, "hybrid", 8, [0.3, 0.0], 3e-4],
-            [false, "frictionless", 16, [0.4, 0.0], [[0, 3e-4], [1, 2e-4]]],
+            [true, "hybrid", "fem", [0.3, 0.0], 3e-4],
+            [false, "frictionless", "fem", [0.4, 0.0], [[0, 3e-4], [1, 2e-4]]],
         ]
         """
     )
-    sweep(plan, tmp_path, workers=1)
+    result = sweep(plan, tmp_path, workers=1)
     frame = pd.read_parquet(tmp_path / "results.parquet")
     assert frame["contact.enabled"].tolist() == [True, False]
     assert frame["contact.friction"].tolist() == ["hybrid", "frictionless"]
-    assert frame["discretization.elements"].dtype == np.int64
     assert json.loads(frame["slope.origin"][1]) == [0.4, 0.0]
     assert [json.loads(text) for text in frame["beam.area"]] == [3e-4, [[0.0, 3e-4], [1.0, 2e-4]]]
+    assert sorted(p.name for p in (tmp_path / "histories").iterdir()) == ["000001", "000002"]
+    assert float(result.history(2)["theta"][-1]) == frame["theta@end"][1]
 
 
 def test_one_worker_needs_no_other_process(tmp_path):
@@ -249,35 +234,33 @@ def test_one_worker_needs_no_other_process(tmp_path):
 
 # --- pictures
 
-
-TWO_AXES = 'quantities = ["impulse"]\n' + AXIS + 'key = "slope.angle"\nrange = [0.1, 0.9]\ncount = 6\n' + AXIS
+TWO_AXES = 'quantities = ["impulse"]\n' + axis("slope.angle", "range = [0.1, 0.9]\ncount = 6")
 
 
 @pytest.mark.parametrize(
     ("text", "pictures", "labels"),
     [
-        (ANGLES, 1, ["initial.angle (rad)", "tip y@0.01 (m)"]),
-        (TWO_AXES + 'key = "gravity"\nvalues = [1, 2]', 1, ["gravity = 1 m/s²", "run stopped before its end"]),
-        (TWO_AXES + 'key = "contact.friction"\nvalues = ["hybrid", "frictionless"]', 1, ["slope.angle (rad)"]),
+        (FLIGHT + axis("initial.angle", "values = [0.1, 0.2]"), 1, ["initial.angle (rad)", "tip y@0.01 (m)"]),
         (
-            TWO_AXES + 'key = "gravity"\nrange = [1, 100]\ncount = 7\nspacing = "log"',
-            2,
-            ["gravity (m/s²)", "impulse (N s)", "no such value"],
+            TWO_AXES + axis("gravity", "values = [1, 2]"),
+            1,
+            ["gravity = 1 m/s²", "slope.angle (rad)", "run stopped before its end"],
         ),
-        (TWO_AXES + 'key = "gravity"\nvalues = [1, 2]\n' + AXIS + 'key = "end_time"\nvalues = [1, 2]', 0, []),
+        (
+            TWO_AXES + axis("gravity", 'range = [1, 100]\ncount = 7\nspacing = "log"'),
+            2,
+            ["gravity (m/s²)", "impulse (N s)", "no such value", "reversal"],
+        ),
+        (SAMPLE.format(name="sobol", samples=4, seed=1), 2, ["gravity (m/s²)", "end_time (s)"]),
+        (TWO_AXES + axis("gravity", "values = [1, 2]") + axis("end_time", "values = [1, 2]"), 0, []),
     ],
-    ids=["one axis", "curves", "words", "map", "three axes"],
+    ids=["one axis", "curves", "map", "sample", "three axes"],
 )
 def test_pictures_of_one_and_two_axes(text, pictures, labels):
     """Of runs that are not run: the first quantity counts them, the last one stopped."""
     plan = make_plan(text)
     rows = [
-        {
-            **run.labels,
-            **dict.fromkeys(run.quantities, float(n)),
-            **failed("completed", ""),
-            "regime": REGIMES[n % 3],
-        }
+        run.labels | dict.fromkeys(run.quantities, float(n)) | failed("completed", "") | {"regime": REGIMES[n % 3]}
         for n, run in enumerate(plan.runs)
     ]
     frame = pd.DataFrame(rows)
@@ -291,10 +274,8 @@ def test_pictures_of_one_and_two_axes(text, pictures, labels):
 
 REFUSED = {
     "unknown study": (("nonsense",), "friction, regimes, restitution"),
-    "no workers": (("friction", "--workers", "0"), "--workers"),
     "workers and scheduler": (("friction", "--workers", "2", "--scheduler", "tcp://h:1"), "--scheduler"),
     "no address": (("friction", "--scheduler", "nowhere"), "tcp://host:8786"),
-    "nothing": ((), "SWEEP"),
 }
 
 
@@ -305,10 +286,9 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, refused, case):
     assert not (tmp_path / "never").exists()
 
 
-def test_a_missing_dask_is_one_line(tmp_path, cli, monkeypatch):
+def test_a_missing_dask_is_one_line(tmp_path, refused, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    code, _, err = cli("sweep", "friction", "--scheduler", "tcp://127.0.0.1:8786", "--out", tmp_path / "a")
-    assert (code, err.count("\n")) == (2, 1)
+    err = refused("sweep", "friction", "--scheduler", "tcp://127.0.0.1:8786", "--out", tmp_path / "a")
     assert "oblique-impact[cluster]" in err
 
 

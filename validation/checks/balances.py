@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise, product
 
 import numpy as np
@@ -53,38 +54,27 @@ def ledger() -> Evidence:
     """Energy that no entry explains, for each kind of loss."""
     found = []
     for name, overrides in _LEDGERS.items():
-        energy = run("paper", *_SHORT, *overrides).summary["energy"]
-        found.append(
-            Measurement(f"unaccounted energy, {name}", energy["unaccounted"], 0.0, "J", 4e-10, _LAW, name)
-        )
+        left = run("paper", *_SHORT, *overrides).summary["energy"]["unaccounted"]
+        found.append(Measurement(f"unaccounted energy, {name}", left, 0.0, "J", 4e-10, _LAW, name))
     return Evidence(found, [energy_figure(run("paper"))])
 
 
 @check("What is lost has a sign: impacts, friction and damping only take.", seconds=1.5)
-def losses() -> list[Measurement]:
+def losses() -> Iterator[Measurement]:
     """Smallest loss of all cases, and the largest of each kind so that nothing is checked in vain."""
     summaries = [run("paper", *_SHORT, *overrides).summary["energy"] for overrides in _LEDGERS.values()]
-    found = []
+    given = (
+        "what the 14 cases are given: all but the spring have a rigid stop with restitution below 1, all "
+        "but the frictionless one have friction, four have damping"
+    )
     for kind, losing in _LOSING.items():
         values = [summary[f"lost_{kind}"] for summary in summaries]
-        least = float(min(values))
-        found += [
-            Measurement(
-                f"most negative loss by {kind}", min(least, 0.0), 0.0, "J", ROUNDING, "second law", f"sign-{kind}"
-            ),
-            # so that no sign is checked in vain
-            Measurement(
-                f"cases that lose more than 0.1 mJ by {kind}",
-                float(sum(value > 1e-4 for value in values)),
-                float(losing),
-                "1",
-                0.0,
-                "what the 14 cases are given: all but the spring have a rigid stop with restitution below 1, all "
-                "but the frictionless one have friction, four have damping",
-                f"there-{kind}",
-            ),
-        ]
-    return found
+        least, sign = min(float(min(values)), 0.0), f"sign-{kind}"
+        yield Measurement(f"most negative loss by {kind}", least, 0.0, "J", ROUNDING, "second law", sign)
+        # so that no sign is checked in vain
+        cases = float(sum(value > 1e-4 for value in values))
+        quantity = f"cases that lose more than 0.1 mJ by {kind}"
+        yield Measurement(quantity, cases, float(losing), "1", 0.0, given, f"there-{kind}")
 
 
 @check("A hub's torque supplies torque times angle.", seconds=0.5)
@@ -97,35 +87,17 @@ def torque() -> Measurement:
 
 
 @check("Free flight conserves the energy: both frames, first-order and full kinetics, both discretizations.", 2.0)
-def free_flight() -> list[Measurement]:
+def free_flight() -> Iterator[Measurement]:
     """Largest change over the largest kinetic energy in 0.2 s at 20 rad/s."""
-    found = []
-    for kinetics in ("first-order", "full"):
-        for frame in ("tangent", "mean-axis"):
-            for method in ("modal", "fem"):
-                keys = (f"kinetics={kinetics}", f"frame={frame}", f"method={method}", "modes=3")
-                history = run(
-                    "paper",
-                    "contact.enabled=false",
-                    "initial.angular_velocity=-20.0",
-                    "end_time=0.2",
-                    *(f"discretization.{key}" for key in keys),
-                )
-                total = history.total_energy.values
-                change = float(np.abs(total - total[0]).max() / column(history, "energy_kinetic").max())
-                name = f"{kinetics}-{frame}-{method}"
-                found.append(
-                    Measurement(
-                        f"relative change, {kinetics}, {frame}, {method}",
-                        change,
-                        0.0,
-                        "1",
-                        2.5e-13,
-                        "conservation of energy",
-                        name,
-                    )
-                )
-    return found
+    text = "conservation of energy"
+    flight = ("contact.enabled=false", "initial.angular_velocity=-20.0", "end_time=0.2")
+    for choice in product(("first-order", "full"), ("tangent", "mean-axis"), ("modal", "fem")):
+        pairs = zip(("kinetics", "frame", "method", "modes"), (*choice, 3), strict=True)
+        history = run("paper", *flight, *(f"discretization.{key}={value}" for key, value in pairs))
+        total = history.total_energy.values
+        change = float(np.abs(total - total[0]).max() / column(history, "energy_kinetic").max())
+        quantity = f"relative change, {', '.join(choice)}"
+        yield Measurement(quantity, change, 0.0, "1", 2.5e-13, text, "-".join(choice))
 
 
 @check(
@@ -138,60 +110,33 @@ def implicit_ledger() -> list[Measurement]:
         steps = (f"solver.free_step={2e-5 * part}", f"solver.contact_step={4e-6 * part}")
         energies.append(run("elastic-stop", *steps).summary["energy"])
     left = [abs(energy["unaccounted"]) for energy in energies]
+    order, work = float(np.log(left[0] / left[1]) / np.log(8.0)), "trapezoidal work of nonlinear forces"
+    gained = min(energies[0]["lost_scheme"], 0.0)
+    text = "generalized-alpha with rho_infinity = 0.9 < 1 dissipates (Chung, Hulbert, J. Appl. Mech. 60, 1993)"
     return [
         Measurement("unaccounted energy at a quarter of the steps", left[1], 0.0, "J", 1e-8, _LAW, "quarter"),
         # the largest step does not resolve all vibrations
-        Measurement(
-            "observed order over a factor of eight",
-            float(np.log(left[0] / left[1]) / np.log(8.0)),
-            2.0,
-            "1",
-            0.15,
-            "trapezoidal work of nonlinear forces",
-            "order",
-        ),
-        Measurement(
-            "negative part of the scheme's loss",
-            min(energies[0]["lost_scheme"], 0.0),
-            0.0,
-            "J",
-            ROUNDING,
-            "generalized-alpha with rho_infinity = 0.9 < 1 dissipates (Chung, Hulbert, J. Appl. Mech. 60, 1993)",
-            "sign",
-        ),
+        Measurement("observed order over a factor of eight", order, 2.0, "1", 0.15, work, "order"),
+        Measurement("negative part of the scheme's loss", gained, 0.0, "J", ROUNDING, text, "sign"),
     ]
 
 
 @check("Momentum: the normal impulses of the summary are the integral of the force plus the impacts.", seconds=1.5)
-def impulse() -> list[Measurement]:
+def impulse() -> Iterator[Measurement]:
     """First macro-collision from samples 10 µs apart."""
-    found = []
+    text = "impulse = integral of the force; cubic splines through the samples"
     for friction in ("frictionless", "hybrid"):
         history = run("paper", f"contact.friction={friction}", *_FINE)
-        collision = history.summary["macro_collisions"][0]
-        force = np.nan_to_num(column(history, "lambda_n"))
-        total = _integral(column(history, "time"), force) + sum(
-            event.normal_impulse for event in history.events if event.kind.impulsive
-        )
-        found.append(
-            within(
-                f"normal impulse, {friction}",
-                collision["normal_impulse"],
-                total,
-                "N s",
-                6e-10,
-                "impulse = integral of the force; cubic splines through the samples",
-                friction,
-            )
-        )
-    return found
+        collected = history.summary["macro_collisions"][0]["normal_impulse"]
+        time, force = column(history, "time"), np.nan_to_num(column(history, "lambda_n"))
+        total = float(sum(_integral(time[piece], force[piece]) for piece in pieces(time) if piece.size >= 4))
+        total += sum(event.normal_impulse for event in history.events if event.kind.impulsive)
+        yield within(f"normal impulse, {friction}", collected, total, "N s", 6e-10, text, friction)
 
 
 def _integral(time: Array, values: Array) -> float:
-    """Integral over all smooth pieces, by cubic splines."""
-    long = [piece for piece in pieces(time) if piece.size >= 4]
-    splines = (CubicSpline(time[piece], values[piece]) for piece in long)
-    return float(sum(s.integrate(time[p[0]], time[p[-1]]) for s, p in zip(splines, long, strict=True)))
+    """Integral over a smooth piece, by a cubic spline."""
+    return float(CubicSpline(time, values).integrate(time[0], time[-1]))
 
 
 def first_order_momentum(o: BeamOperators, q: Array, qd: Array) -> Array:
@@ -240,7 +185,7 @@ def momentum_defects(history: History, kinetics: str) -> Array:
     found = []
     for piece in pieces(time):
         if piece.size >= 4:
-            done = float(CubicSpline(time[piece], torque[piece]).integrate(time[piece[0]], time[piece[-1]]))
+            done = _integral(time[piece], torque[piece])
             found.append(momentum[piece[-1]] - momentum[piece[0]] - done)
     impacts = {event.time: event for event in history.events if event.kind.impulsive}
     for left, right in pairwise(pieces(time)):
@@ -254,40 +199,27 @@ def momentum_defects(history: History, kinetics: str) -> Array:
 @check(
     "Angular momentum about the frictionless pin changes by the moments of weight and contact alone.", seconds=2.0
 )
-def angular_momentum() -> list[Measurement]:
+def angular_momentum() -> Iterator[Measurement]:
     """Largest defect of a phase or an impact, through a macro-collision."""
-    found = []
-    for kinetics in ("first-order", "full"):
-        for frame in ("tangent", "mean-axis"):
-            history = run("paper", *_FINE, f"discretization.kinetics={kinetics}", f"discretization.frame={frame}")
-            worst = float(np.abs(momentum_defects(history, kinetics)).max())
-            found.append(
-                Measurement(
-                    f"largest defect, {kinetics}, {frame}",
-                    worst,
-                    0.0,
-                    "N m s",
-                    1.5e-10,
-                    "Euler's second law about the pin, int m (r x v) dx by quadrature",
-                    f"{kinetics}-{frame}",
-                )
-            )
-    return found
+    text = "Euler's second law about the pin, int m (r x v) dx by quadrature"
+    for kinetics, frame in product(("first-order", "full"), ("tangent", "mean-axis")):
+        history = run("paper", *_FINE, f"discretization.kinetics={kinetics}", f"discretization.frame={frame}")
+        worst, name = float(np.abs(momentum_defects(history, kinetics)).max()), f"{kinetics}-{frame}"
+        yield Measurement(f"largest defect, {kinetics}, {frame}", worst, 0.0, "N m s", 1.5e-10, text, name)
 
 
 @check(
     "The pin is free: in full kinetics the moment there, by equilibrium of the whole beam, is zero.", seconds=1.5
 )
-def pin_moment() -> list[Measurement]:
+def pin_moment() -> Iterator[Measurement]:
     """Largest moment at the pin and at the free end over the largest in the beam, in flight and contact."""
-    found, text = [], "a frictionless pin and a free end carry no moment"
+    text = "a frictionless pin and a free end carry no moment"
     for frame, method in product(("tangent", "mean-axis"), ("modal", "fem")):
         shapes = ("kinetics=full", f"frame={frame}", f"method={method}", "modes=3")
         moment = column(run("paper", *_SHORT, *(f"discretization.{key}" for key in shapes)), "moment")
         ratio = float(np.nanmax(np.abs(moment[:, [0, -1]])) / np.nanmax(np.abs(moment)))
         quantity = f"moment at the ends over the largest, {frame}, {method}"
-        found.append(Measurement(quantity, ratio, 0.0, "1", 3e-12, text, f"{frame}-{method}"))
-    return found
+        yield Measurement(quantity, ratio, 0.0, "1", 3e-12, text, f"{frame}-{method}")
 
 
 @check("Without gravity the implicit scheme at rho_infinity = 1 conserves the energy of a full mesh.", seconds=1.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.special import gamma, hyp1f1
 
@@ -48,9 +50,9 @@ def exact_impulse(t: float, viscosity: float) -> float:
 
 
 @check("The end of a damped beam meets a rigid stop: its impulse until the first wave is back.", seconds=2.0)
-def short_time_impulse() -> list[Measurement]:
+def short_time_impulse() -> Iterator[Measurement]:
     """Twenty modes and 64 elements without inertia at the end, eta = 1e-4 s, 1e-5 to 6e-4 s after the touch."""
-    viscosity, found = 1e-4, []
+    viscosity = 1e-4
     text = "closed form, I = Z v0 (eta t)^(1/4)/Gamma(5/4) 1F1(-1/4; 5/4; -t/eta), Z = (EI)^(1/4) m^(3/4)/sqrt 2"
     nodal = (
         "discretization.method=fem",
@@ -68,8 +70,7 @@ def short_time_impulse() -> list[Measurement]:
             (contact,) = run("paper", *_MASSLESS, *TURNING, *model, *changes).contacts
             quantity, tail = f"impulse after {1e6 * t:g} us, {name}", f"{name.split()[1]}-{1e6 * t:g}us"
             exact = exact_impulse(t, viscosity)
-            found.append(within(quantity, contact.normal_impulse, exact, "N s", allowed, text, tail))
-    return found
+            yield within(quantity, contact.normal_impulse, exact, "N s", allowed, text, tail)
 
 
 @check("The paper's beam with 1e-5 s of damping on a rigid stop: sixteen modes without inertia.", seconds=2.0)
@@ -92,47 +93,23 @@ def sixteen_modes() -> list[Measurement]:
     "Three ways to one limit: plastic impacts on elements, no inertia on modes, a stiff spring on modes.",
     seconds=40.0,
 )
-def three_ways() -> list[Measurement]:
+def three_ways() -> Iterator[Measurement]:
     """Each against the limit: impulse and energy of the first collision, starts of the next three."""
-    found, text = [], source("damped-stop")
-    spring = (*_MODES, "contact.normal=spring", "contact.stiffness=1e11", "discretization.modes=24")
-    ways = {
-        "plastic impacts": (Scenario.builtin("paper", [*_ELEMENTS, "end_time=1.0"]), 5e-6, (1e-6, 2e-6, 4e-5)),
-        "no inertia": (
-            Scenario.builtin("paper", [*_MASSLESS, "discretization.modes=24", "end_time=1.0"]),
-            5e-6,
-            (1e-6, 4e-6, 6e-5),
-        ),
-        "stiff spring": (Scenario.builtin("paper", [*spring, "end_time=1.0"]), 5e-6, (1e-6, 2e-6, 4e-5)),
+    text = source("damped-stop")
+    spring = ("contact.normal=spring", "contact.stiffness=1e11")
+    ways: dict[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
+        "plastic impacts": (_ELEMENTS, (1e-6, 2e-6, 4e-5)),
+        "no inertia": ((*_MASSLESS, "discretization.modes=24"), (1e-6, 4e-6, 6e-5)),
+        "stiff spring": ((*_MODES, *spring, "discretization.modes=24"), (1e-6, 2e-6, 4e-5)),
     }
-    for name, (scenario, of_impulse, of_starts) in ways.items():
-        history, tail = simulate(scenario), name.replace(" ", "-")
+    for name, (keys, of_starts) in ways.items():
+        history, tail = simulate(Scenario.builtin("paper", [*keys, "end_time=1.0"])), name.replace(" ", "-")
         first, *later = collisions(history)
-        found.append(
-            Measurement(
-                f"impulse, {name}",
-                first.normal_impulse,
-                LIMIT["impulse"],
-                "N s",
-                of_impulse,
-                text,
-                f"impulse-{tail}",
-            )
-        )
-        energy = float(history.total_energy.sel(time=LIMIT["after"], method="nearest"))
-        found.append(
-            Measurement(f"energy after, {name}", energy, LIMIT["energy"], "J", 5e-6, text, f"energy-{tail}")
-        )
+        impulse, exact = first.normal_impulse, LIMIT["impulse"]
+        yield Measurement(f"impulse, {name}", impulse, exact, "N s", 5e-6, text, f"impulse-{tail}")
+        energy, exact = float(history.total_energy.sel(time=LIMIT["after"], method="nearest")), LIMIT["energy"]
+        yield Measurement(f"energy after, {name}", energy, exact, "J", 5e-6, text, f"energy-{tail}")
         for number, (collision, allowed) in enumerate(zip(later, of_starts, strict=True), start=2):
-            found.append(
-                Measurement(
-                    f"start of collision {number}, {name}",
-                    collision.start,
-                    LIMIT["starts"][number - 1],
-                    "s",
-                    allowed,
-                    text,
-                    f"start-{number}-{tail}",
-                )
-            )
-    return found
+            quantity, exact = f"start of collision {number}, {name}", LIMIT["starts"][number - 1]
+            start = f"start-{number}-{tail}"
+            yield Measurement(quantity, collision.start, exact, "s", allowed, text, start)

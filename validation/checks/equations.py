@@ -6,7 +6,7 @@ energy is quadratic in the velocities, and everything is differentiated by compl
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -91,9 +91,8 @@ _LAGRANGE = "Lagrange's equations of the energies of theory Sec. 3, differentiat
 
 
 @check("Mass matrix and forces of the floating frame at a bent, fast state.", seconds=0.5)
-def floating_frame() -> list[Measurement]:
+def floating_frame() -> Iterator[Measurement]:
     """Both kinetic orders, both frames, both discretizations."""
-    found = []
     for name, overrides in _CASES.items():
         for kinetics in ("first-order", "full"):
             scenario = Scenario.builtin("paper", [*overrides, f"discretization.kinetics={kinetics}"])
@@ -104,28 +103,11 @@ def floating_frame() -> list[Measurement]:
             model.evaluate(0.0, q, qd, work)
             energy = (full_lagrangian if kinetics == "full" else first_order_lagrangian)(o, scenario.gravity)
             mass, force = lagrange(energy, q, qd)
-            label = f"{kinetics}-{name}"
-            found += [
-                Measurement(
-                    f"mass matrix, {kinetics}, {name}: relative distance",
-                    _relative(work.mass, mass),
-                    0.0,
-                    "1",
-                    ROUNDING,
-                    _LAGRANGE,
-                    f"mass-{label}",
-                ),
-                Measurement(
-                    f"forces, {kinetics}, {name}: relative distance",
-                    _relative(work.vectors.forces, force),
-                    0.0,
-                    "1",
-                    ROUNDING,
-                    _LAGRANGE,
-                    f"forces-{label}",
-                ),
-            ]
-    return found
+            compared = (("mass matrix", work.mass, mass), ("forces", work.vectors.forces, force))
+            for what, marched, exact in compared:
+                quantity = f"{what}, {kinetics}, {name}: relative distance"
+                distance, tail = _relative(marched, exact), f"{what.split()[0]}-{kinetics}-{name}"
+                yield Measurement(quantity, distance, 0.0, "1", ROUNDING, _LAGRANGE, tail)
 
 
 @check(
@@ -134,16 +116,9 @@ def floating_frame() -> list[Measurement]:
 )
 def nodal() -> list[Measurement]:
     """Five elements; theta = S W/J, B = W - x theta."""
-    scenario = Scenario.builtin(
-        "paper",
-        [
-            "discretization.method=fem",
-            "discretization.modes=0",
-            "discretization.frame=mean-axis",
-            "discretization.elements=5",
-            "solver.scheme=generalized-alpha",
-        ],
-    )
+    keys = ("method=fem", "modes=0", "frame=mean-axis", "elements=5")
+    nodal = [*(f"discretization.{key}" for key in keys), "solver.scheme=generalized-alpha"]
+    scenario = Scenario.builtin("paper", nodal)
     full = FullBeam(scenario, discretization("fem").build_nodal(scenario))
     o, J = full.operators, full.operators.J
     inner = first_order_lagrangian(o, scenario.gravity)
@@ -162,19 +137,10 @@ def nodal() -> list[Measurement]:
     columns = np.empty_like(mass)
     for k, e in enumerate(np.eye(full.size)):
         full.model.mass_product(evaluated.rank_one, work, e, columns[:, k])
+    of_mass, of_forces = _relative(columns, mass), _relative(work.vectors.forces, force)
     return [
-        Measurement(
-            "mass: relative distance", _relative(columns, mass), 0.0, "1", 5.0 * ROUNDING, _LAGRANGE, "mass"
-        ),
-        Measurement(
-            "forces: relative distance",
-            _relative(work.vectors.forces, force),
-            0.0,
-            "1",
-            ROUNDING,
-            _LAGRANGE,
-            "forces",
-        ),
+        Measurement("mass: relative distance", of_mass, 0.0, "1", 5.0 * ROUNDING, _LAGRANGE, "mass"),
+        Measurement("forces: relative distance", of_forces, 0.0, "1", ROUNDING, _LAGRANGE, "forces"),
     ]
 
 
@@ -190,9 +156,8 @@ def _place(o: BeamOperators, scenario: Scenario, q: Any) -> tuple[Any, Any]:
 
 
 @check("Gap and slip, their gradients and their accelerations at a bent, fast state.", seconds=0.3)
-def contact_rows() -> list[Measurement]:
+def contact_rows() -> Iterator[Measurement]:
     """Positions by geometry, rows by complex steps, biases by differences of the rates along the motion."""
-    found = []
     text = "geometry of the bent centreline; gradient by complex steps, bias by central differences"
     for name, overrides in _CASES.items():
         scenario = Scenario.builtin("paper", list(overrides))
@@ -206,41 +171,23 @@ def contact_rows() -> list[Measurement]:
         def rate(at: Array, k: int, o: BeamOperators = o, s: Scenario = scenario, qd: Array = qd) -> float:
             return float(np.imag(_place(o, s, at + 1j * _STEP * qd)[k]) / _STEP)
 
-        for k, (kind, position, computed, speed, bias) in enumerate(
-            (
-                ("gap", e.gap, v.normal_row, e.gap_rate, e.gap_bias),
-                ("slip", e.slip, v.tangential_row, e.slip_rate, e.slip_bias),
-            )
-        ):
+        rows = (
+            ("gap", e.gap, v.normal_row, e.gap_rate, e.gap_bias),
+            ("slip", e.slip, v.tangential_row, e.slip_rate, e.slip_bias),
+        )
+        for k, (kind, position, computed, speed, bias) in enumerate(rows):
             gradient = np.array([np.imag(_place(o, scenario, q + 1j * _STEP * u)[k]) / _STEP for u in unit])
             bent = (rate(q + h * qd, k) - rate(q - h * qd, k)) / (2.0 * h)
             distance = abs(position - _place(o, scenario, q)[k])
             distance += abs(speed - rate(q, k))
-            found += [
-                Measurement(
-                    f"{kind} and its rate, {name}", distance, 0.0, "m, m/s", ROUNDING, text, f"{kind}-{name}"
-                ),
-                Measurement(
-                    f"gradient of the {kind}, {name}: relative distance",
-                    _relative(computed, gradient),
-                    0.0,
-                    "1",
-                    ROUNDING,
-                    text,
-                    f"{kind}-gradient-{name}",
-                ),
-                # differences over 1e-4 s of motion err by h² times the third derivative
-                Measurement(
-                    f"acceleration bias of the {kind}, {name}",
-                    bias,
-                    bent,
-                    "m/s²",
-                    3e-7 * max(1.0, abs(bent)),
-                    text,
-                    f"{kind}-bias-{name}",
-                ),
-            ]
-    return found
+            quantity, tail = f"{kind} and its rate, {name}", f"{kind}-{name}"
+            yield Measurement(quantity, distance, 0.0, "m, m/s", ROUNDING, text, tail)
+            quantity, tail = f"gradient of the {kind}, {name}: relative distance", f"{kind}-gradient-{name}"
+            yield Measurement(quantity, _relative(computed, gradient), 0.0, "1", ROUNDING, text, tail)
+            # differences over 1e-4 s of motion err by h² times the third derivative
+            quantity, tail = f"acceleration bias of the {kind}, {name}", f"{kind}-bias-{name}"
+            allowed = 3e-7 * max(1.0, abs(bent))
+            yield Measurement(quantity, bias, bent, "m/s²", allowed, text, tail)
 
 
 @check("A beam at rest that is let go starts with the rigid bar's angular acceleration.", seconds=0.2)

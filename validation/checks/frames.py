@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from oblique_impact.beam.operators import build_operators
@@ -37,20 +39,9 @@ def free_fall() -> list[Measurement]:
 @check("A driven hub in all modes of one mesh: both frames span the same nodal space.", seconds=2.0)
 def same_space() -> list[Measurement]:
     """Tip distance for a torque and a tenth of it: what is left is of second order in the deflection."""
-    base = Scenario.builtin(
-        "paper",
-        [
-            "root.kind=hub",
-            "root.inertia=2.0",
-            "contact.enabled=false",
-            "gravity=0.0",
-            "end_time=0.05",
-            "discretization.method=fem",
-            "discretization.elements=4",
-            "discretization.modes=8",
-            "discretization.kinetics=full",
-        ],
-    )
+    hub = ("root.kind=hub", "root.inertia=2.0", "contact.enabled=false", "gravity=0.0", "end_time=0.05")
+    keys = ("method=fem", "elements=4", "modes=8", "kinetics=full")
+    base = Scenario.builtin("paper", [*hub, *(f"discretization.{key}" for key in keys)])
     times, differences = np.linspace(0.0, 0.05, 11), []
     for torque in (30.0, 3.0):
         tips = [
@@ -58,18 +49,10 @@ def same_space() -> list[Measurement]:
             for frame in ("tangent", "mean-axis")
         ]
         differences.append(float(np.abs(tips[0] - tips[1]).max()))
-    text = "the foreshortened positions differ by products of deflections"
+    text, ratio = "the foreshortened positions differ by products of deflections", differences[1] / differences[0]
     return [
         Measurement("largest distance, 30 N m", differences[0], 0.0, "m", 1e-7, text, "distance"),
-        Measurement(
-            "distance at a tenth of the torque over that",
-            differences[1] / differences[0],
-            0.0,
-            "1",
-            0.008,
-            text,
-            "quadratic",
-        ),
+        Measurement("distance at a tenth of the torque over that", ratio, 0.0, "1", 0.008, text, "quadratic"),
     ]
 
 
@@ -78,28 +61,18 @@ def same_space() -> list[Measurement]:
     "elastic coordinates leave the angle hardly any inertia.",
     seconds=2.0,
 )
-def frame_rate() -> list[Measurement]:
+def frame_rate() -> Iterator[Measurement]:
     """Largest theta' through the paper's impacts in the mean-axis frame; inertia left in the tangent frame."""
     history = run("paper", "discretization.frame=mean-axis", "discretization.modes=4")
+    fastest, quantity = float(np.abs(column(history, "theta_dot")).max()), "largest rate, mean-axis, four modes"
+    speed, text = -VALUES["4"]["omega"], f"speed at the first touch; {source('4')}"
     # the beam vibrates a little while it falls
-    rate = Measurement(
-        "largest rate, mean-axis, four modes",
-        float(np.abs(column(history, "theta_dot")).max()),
-        -VALUES["4"]["omega"],
-        "rad/s",
-        3e-3,
-        f"speed at the first touch; {source('4')}",
-        "mean-axis",
-    )
-    found = [rate]
+    yield Measurement(quantity, fastest, speed, "rad/s", 3e-3, text, "mean-axis")
     for modes in (1, 2, 4):
         o = build_operators(Scenario.builtin("paper", [f"discretization.modes={modes}"]))
         left = float(1.0 - o.S @ np.linalg.solve(o.M1, o.S) / o.J)
         # a small difference from 1, which is what is rounded
         exact = 1.0 - 12.0 * sum(root**-4 for root in VALUES["1.1"][:modes])
         text = "closed form: 1 - 12 sum b^-4, as int x phi dx = 2 L^2/b^2 (clamped-free, int phi^2 dx = L)"
-        quantity = f"inertia left for theta over J, tangent, {modes} modes"
-        found.append(
-            Measurement(quantity, left, exact, "1", ROUNDING, f"{text}; {source('1.1')}", f"tangent-{modes}")
-        )
-    return found
+        text, quantity = f"{text}; {source('1.1')}", f"inertia left for theta over J, tangent, {modes} modes"
+        yield Measurement(quantity, left, exact, "1", ROUNDING, text, f"tangent-{modes}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
@@ -10,6 +12,7 @@ from oblique_impact import fem_beam, modal
 from oblique_impact.beam.frequencies import natural_frequencies
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.modal import clamped_free_roots, hinged_free_roots
+from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.beams import EPS, unit_beam
 from oblique_impact.validation.checks.plots import frequency_errors_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
@@ -23,13 +26,11 @@ _MODES = 60
 
 
 def _roots(name: str, roots: np.ndarray, item: str) -> list[Measurement]:
-    exact = np.array(VALUES[item])
+    exact, text = VALUES[item], source(item)
     # two units in the last place of a simple root, and as much for another processor
     accuracy = 8.0 * EPS
     return [
-        within(
-            f"root {k} of the {name} beam", roots[k - 1], exact[k - 1], "1", accuracy, source(item), f"root-{k}"
-        )
+        within(f"root {k} of the {name} beam", roots[k - 1], exact[k - 1], "1", accuracy, text, f"root-{k}")
         for k in (1, 2, 5, 10)
     ]
 
@@ -47,9 +48,9 @@ def hinged_free() -> list[Measurement]:
 
 
 @check("Sixty eigenfunctions are orthogonal: M1 = m L 1 and K = (E I/L³) diag b⁴.", seconds=0.3)
-def orthogonality() -> list[Measurement]:
+def orthogonality() -> Iterator[Measurement]:
     """Largest entry of the normalized matrices off the unit matrix, for L = 2.5, m = 3, E I = 7."""
-    found, length, density, modulus = [], 2.5, 3.0, 7.0
+    length, density, modulus = 2.5, 3.0, 7.0
     text = "orthogonality of eigenfunctions scaled to int phi^2 = L (Rayleigh)"
     for family, frame in _FRAMES.items():
         scenario = unit_beam(frame=frame, modes=_MODES)
@@ -59,18 +60,8 @@ def orthogonality() -> list[Measurement]:
         mass, stiffness = o.M1 / (density * length), o.K * length**3 / modulus / np.outer(roots, roots) ** 2
         for name, matrix in (("mass", mass), ("stiffness", stiffness)):
             off = float(np.abs(matrix - np.eye(_MODES)).max())
-            found.append(
-                Measurement(
-                    f"{name}, {family}-free: largest deviation",
-                    off,
-                    0.0,
-                    "1",
-                    2.0 * ROUNDING,
-                    text,
-                    f"{name}-{family}",
-                )
-            )
-    return found
+            quantity = f"{name}, {family}-free: largest deviation"
+            yield Measurement(quantity, off, 0.0, "1", 2.0 * ROUNDING, text, f"{name}-{family}")
 
 
 def _with_hub(inertia: float, radius: float, count: int) -> np.ndarray:
@@ -99,9 +90,9 @@ def _with_hub(inertia: float, radius: float, count: int) -> np.ndarray:
 @check(
     "A beam that is free to turn with its hub, whose inertia goes from none, a pin, to a held root's.", seconds=0.5
 )
-def with_hub() -> list[Measurement]:
+def with_hub() -> Iterator[Measurement]:
     """The worst of three elastic frequencies for each hub; inertias in m L³, radii in L."""
-    found, text = [], "zeros of the determinant of the four boundary conditions, by bisection"
+    text = "zeros of the determinant of the four boundary conditions, by bisection"
     for inertia, radius in ((0.0, 0.0), (1e-4, 0.0), (0.02, 0.0), (1.0, 0.0), (1e3, 0.0), (0.02, 0.3), (1.0, 2.0)):
         roots = _with_hub(inertia, radius, 3)
         root = {"kind": "hub", "inertia": inertia, "hub_radius": radius}
@@ -109,14 +100,11 @@ def with_hub() -> list[Measurement]:
         bounds = {"modal": np.full(3, 2e-13), "fem": 1.5 * VALUES["1.3"] * (roots / 32) ** 4}
         for method, bound in bounds.items():
             scenario = unit_beam(root, method=method, elements=32)
-            computed = natural_frequencies(scenario, count=4).chordwise[0, 1:]
-            k = int(np.argmax(np.abs(computed / roots**2 - 1.0) / bound))
+            computed, exact = natural_frequencies(scenario, count=4).chordwise[0, 1:], roots**2
+            k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
             quantity = f"frequency {k + 1}, hub of {inertia:g} m L³ at {radius:g} L, {method}"
-            name = f"{method}-{inertia:g}-{radius:g}"
-            found.append(
-                within(quantity, computed[k], roots[k] ** 2, "sqrt(EI/(m L⁴))", float(bound[k]), text, name)
-            )
-    return found
+            name, allowed = f"{method}-{inertia:g}-{radius:g}", float(bound[k])
+            yield within(quantity, computed[k], exact[k], "sqrt(EI/(m L⁴))", allowed, text, name)
 
 
 def _errors(root: str, elements: int) -> np.ndarray:
@@ -127,41 +115,33 @@ def _errors(root: str, elements: int) -> np.ndarray:
 @check(
     "Hermite elements against the same elements in 40-digit arithmetic: errors of three frequencies.", seconds=0.3
 )
-def element_errors() -> list[Measurement]:
+def element_errors() -> Iterator[Measurement]:
     """Relative frequency errors of uniform meshes."""
-    found = []
     for key, root in (("c4", 0), ("c8", 0), ("c16", 0), ("c32", 0), ("h8", 1), ("h16", 1)):
         kind = ("clamped", "hinged")[root]
         computed, exact = _errors(kind, int(key[1:])), np.array(VALUES[f"1.4-{key}"])
         k = int(np.argmax(np.abs(computed - exact)))
         quantity = f"relative frequency error, {kind}, {key[1:]} elements, mode {k + 1}"
         # the error is a small difference: what rounding leaves is a part of the frequency itself
-        found.append(Measurement(quantity, computed[k], exact[k], "1", ROUNDING, source(f"1.4-{key}"), key))
-    return found
+        yield Measurement(quantity, computed[k], exact[k], "1", ROUNDING, source(f"1.4-{key}"), key)
 
 
 @check("The banded matrices of the full nodal model have the same frequency errors.", seconds=0.3)
-def nodal_matrices() -> list[Measurement]:
+def nodal_matrices() -> Iterator[Measurement]:
     """Pinned beam of 8 and 16 elements: K and M1 as the implicit scheme has them."""
-    found = []
     for elements in (8, 16):
         scenario = unit_beam(method="fem", frame="mean-axis", modes=0, elements=elements)
         o = fem_beam.build_nodal(scenario)
         # the largest eigenvalues of a dense problem lose least to rounding: those of the inverse, 1/(1 + w²)
         inverse = eigh(o.M1.toarray(), (o.K + o.M1).toarray(), eigvals_only=True)[::-1]
-        computed, exact = (
-            np.sqrt(1.0 / inverse[1:4] - 1.0) / _ROOTS["hinged"][:3] ** 2 - 1.0,
-            np.array(VALUES[f"1.4-h{elements}"]),
-        )
+        computed = np.sqrt(1.0 / inverse[1:4] - 1.0) / _ROOTS["hinged"][:3] ** 2 - 1.0
+        item = f"1.4-h{elements}"
+        exact = np.array(VALUES[item])
         k = int(np.argmax(np.abs(computed - exact)))
         quantity = f"relative frequency error, {elements} elements, mode {k + 1}"
         # rounding, as much again of the entries of K, which are 10⁵ times the square of the frequency
-        found.append(
-            Measurement(
-                quantity, computed[k], exact[k], "1", 5.0 * ROUNDING, source(f"1.4-h{elements}"), f"{elements}"
-            )
-        )
-    return found
+        allowed = 5.0 * ROUNDING
+        yield Measurement(quantity, computed[k], exact[k], "1", allowed, source(item), f"{elements}")
 
 
 @check("Frequency errors of Hermite elements fall with h⁴, with the constant (b h)⁴/1440.", seconds=0.3)
@@ -179,44 +159,26 @@ def order_four() -> Evidence:
         found.append(Measurement(quantity, orders[worst], 4.0, "1", 0.1, text, f"order-{root}"))
         for k in range(3):
             b = _ROOTS[root][k] / 32
-            constant = float(errors[3, k] / b**4)
+            constant, name = float(errors[3, k] / b**4), f"constant-{root}-{k + 1}"
+            quantity = f"error/(b h)⁴ at 32 elements, {root}, mode {k + 1}"
             # the next term is a tenth of (b h)^2
-            found.append(
-                within(
-                    f"error/(b h)⁴ at 32 elements, {root}, mode {k + 1}",
-                    constant,
-                    VALUES["1.3"],
-                    "1",
-                    0.2 * b**2,
-                    source("1.3"),
-                    f"constant-{root}-{k + 1}",
-                )
-            )
+            found.append(within(quantity, constant, VALUES["1.3"], "1", 0.2 * b**2, source("1.3"), name))
     return Evidence(found, [frequency_errors_figure(np.array(meshes), curves, _ROOTS)])
 
 
 @check("The paper's beam: first frequencies in rad/s from both discretizations.")
-def paper_beam() -> list[Measurement]:
+def paper_beam() -> Iterator[Measurement]:
     """(b/L)^2 sqrt(EI/m) with the paper's data."""
-    from oblique_impact.scenario.scenario import Scenario
-
-    found = []
+    text = "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
     for method, constant in (("modal", 0.0), ("fem", VALUES["1.3"])):
-        for frame, root in (("tangent", "clamped"), ("mean-axis", "hinged")):
-            scenario = Scenario.builtin(
-                "paper",
-                [f"discretization.method={method}", f"discretization.frame={frame}", "discretization.elements=64"],
-            )
-            beam = scenario.beam
-            speed = np.sqrt(68.952e9 * 7.85e-9 / (2766.7 * 3.14e-4)) / beam.length**2
+        for root, frame in _FRAMES.items():
+            keys = (f"method={method}", f"frame={frame}", "elements=64")
+            scenario = Scenario.builtin("paper", [f"discretization.{key}" for key in keys])
+            speed = np.sqrt(68.952e9 * 7.85e-9 / (2766.7 * 3.14e-4)) / scenario.beam.length**2
             computed = build_operators(scenario).natural_frequencies()
             exact = _ROOTS[root][:2] ** 2 * speed
             # the constant holds up to the next term, of relative size (b h)²
             bound = ROUNDING + 1.1 * constant * (_ROOTS[root][:2] / 64) ** 4
             k = int(np.argmax(np.abs(computed / exact - 1.0) / bound))
-            text = "(b/L)² sqrt(EI/m) with the roots above and the paper's data"
-            quantity = f"frequency {k + 1}, {root}-free, {method}"
-            found.append(
-                within(quantity, computed[k], exact[k], "rad/s", float(bound[k]), text, f"{method}-{root}")
-            )
-    return found
+            quantity, name = f"frequency {k + 1}, {root}-free, {method}", f"{method}-{root}"
+            yield within(quantity, computed[k], exact[k], "rad/s", float(bound[k]), text, name)

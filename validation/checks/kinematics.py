@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -36,22 +38,15 @@ def _end(history: History) -> tuple[Array, Array]:
 
 
 @check("The gap and the slip that are marched are those of the deformed centreline's end.", seconds=1.5)
-def position() -> list[Measurement]:
+def position() -> Iterator[Measurement]:
     """Largest distance over all samples; catches wrong contact rows and a wrong H(x_F)."""
-    found, text = (
-        [],
-        "geometry: the end of the centreline, by quadrature of the slope, against the line of the slope",
-    )
+    text = "geometry: the end of the centreline, by quadrature of the slope, against the line of the slope"
     for name, overrides in _METHODS.items():
         history = run("paper", *_FINE, *overrides)
-        for quantity, exact in zip(("gap", "slip"), _along_slope(history, *_end(history)), strict=True):
-            worst = float(np.abs(column(history, quantity) - exact).max())
-            found.append(
-                Measurement(
-                    f"{quantity}: largest distance, {name}", worst, 0.0, "m", ROUNDING, text, f"{quantity}-{name}"
-                )
-            )
-    return found
+        for kind, exact in zip(("gap", "slip"), _along_slope(history, *_end(history)), strict=True):
+            worst = float(np.abs(column(history, kind) - exact).max())
+            quantity = f"{kind}: largest distance, {name}"
+            yield Measurement(quantity, worst, 0.0, "m", ROUNDING, text, f"{kind}-{name}")
 
 
 def integral_defects(history: History, values: str, rate: str) -> Array:
@@ -68,26 +63,15 @@ def integral_defects(history: History, values: str, rate: str) -> Array:
 @check(
     "Rates integrate to positions between jumps: the contact rows are the gradients of gap and slip.", seconds=1.5
 )
-def rates() -> list[Measurement]:
+def rates() -> Iterator[Measurement]:
     """Largest defect over the phases of the first macro-collision."""
-    found, text = [], "fundamental theorem of calculus; cubic splines through samples 10 µs apart"
+    text = "fundamental theorem of calculus; cubic splines through samples 10 µs apart"
     for name, overrides in _METHODS.items():
         history = run("paper", *_FINE, *overrides)
         for values, rate in (("gap", "gap_rate"), ("slip", "slip_rate"), ("tip_x", "tip_vx"), ("tip_y", "tip_vy")):
             worst = float(np.abs(integral_defects(history, values, rate)).max())
-            label = values.replace("_", "-")
-            found.append(
-                Measurement(
-                    f"{values} against {rate}: largest defect, {name}",
-                    worst,
-                    0.0,
-                    "m",
-                    1e-12,
-                    text,
-                    f"{label}-{name}",
-                )
-            )
-    return found
+            label, quantity = values.replace("_", "-"), f"{values} against {rate}: largest defect, {name}"
+            yield Measurement(quantity, worst, 0.0, "m", 1e-12, text, f"{label}-{name}")
 
 
 @check("A closed contact stays closed, and its force never pulls.", seconds=1.5)
@@ -97,13 +81,11 @@ def closed_contact() -> list[Measurement]:
     closed = column(history, "state") > 0
     force = column(history, "lambda_n")
     drift = float(np.abs(column(history, "gap")[closed]).max())
-    pull = float(np.minimum(force[closed], 0.0).min())
-    text = "unilateral contact (Signorini)"
+    pull = -float(np.minimum(force[closed], 0.0).min()) / float(force.max())
+    flight, text = float(np.abs(force[~closed]).max()), "unilateral contact (Signorini)"
     return [
         Measurement("largest |gap| in contact", drift, 0.0, "m", ROUNDING, text, "drift"),
         # a release is located where the force is zero but for rounding
-        Measurement(
-            "largest pull over the largest force", -pull / float(force.max()), 0.0, "1", ROUNDING, text, "pull"
-        ),
-        Measurement("largest force in flight", float(np.abs(force[~closed]).max()), 0.0, "N", 0.0, text, "flight"),
+        Measurement("largest pull over the largest force", pull, 0.0, "1", ROUNDING, text, "pull"),
+        Measurement("largest force in flight", flight, 0.0, "N", 0.0, text, "flight"),
     ]

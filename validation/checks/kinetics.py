@@ -28,13 +28,11 @@ def collisions() -> list[Measurement]:
     """Ends of the first and starts of the second macro-collision."""
     common = ("discretization.frame=mean-axis", "discretization.modes=6")
     first, full = (run("paper", *common, *extra).summary["macro_collisions"] for extra in ((), (_FULL,)))
+    end, exact_end = first[0]["end"], full[0]["end"]
+    start, exact_start = first[1]["start"], full[1]["start"]
     return [
-        Measurement(
-            "end of the first macro-collision", first[0]["end"], full[0]["end"], "s", 9e-7, _TEXT, "first"
-        ),
-        Measurement(
-            "start of the second macro-collision", first[1]["start"], full[1]["start"], "s", 5e-4, _TEXT, "second"
-        ),
+        Measurement("end of the first macro-collision", end, exact_end, "s", 9e-7, _TEXT, "first"),
+        Measurement("start of the second macro-collision", start, exact_start, "s", 5e-4, _TEXT, "second"),
     ]
 
 
@@ -49,18 +47,12 @@ def order_in_deflection() -> list[Measurement]:
         differences.append(float(np.abs(tip_at(a, times) - tip_at(b, times)).max()))
         deflections.append(float(np.abs(column(a, "deflection")).max()))
     order = np.log(differences[0] / differences[1]) / np.log(deflections[0] / deflections[1])
+    quantity, allowed = "largest distance of the tips, the paper's beam", 0.1 * deflections[1] ** 2
+    text = "a part of the deflection squared over the length"
     return [
         # vibrations of two beams meet the sampled times in different phases
         Measurement("observed order", float(order), 2.0, "1", 0.5, _DROPPED, "order"),
-        Measurement(
-            "largest distance of the tips, the paper's beam",
-            differences[1],
-            0.0,
-            "m",
-            0.1 * deflections[1] ** 2,
-            "a part of the deflection squared over the length",
-            "distance",
-        ),
+        Measurement(quantity, differences[1], 0.0, "m", allowed, text, "distance"),
     ]
 
 
@@ -68,7 +60,5 @@ def order_in_deflection() -> list[Measurement]:
 def zeroth_order() -> Measurement:
     """Largest axial displacement."""
     history = run("paper", "end_time=0.3", "discretization.kinetics=zeroth-order")
-    worst = float(np.abs(column(history, "ux")).max())
-    return Measurement(
-        "largest axial displacement, zeroth order", worst, 0.0, "m", 0.0, "definition of zeroth order"
-    )
+    worst, text = float(np.abs(column(history, "ux")).max()), "definition of zeroth order"
+    return Measurement("largest axial displacement, zeroth order", worst, 0.0, "m", 0.0, text)

@@ -6,19 +6,20 @@
     def cantilever_tip() -> Measurement:
         return Measurement("tip deflection", computed, reference, "m", tolerance, source)
 
-A check returns one measurement, several (each with a `name`, the tail of its id), or `Evidence` with pictures.
+A check returns one measurement, or it returns or yields several (each with a `name`, the tail of its id), or it
+returns `Evidence` with pictures.
 """
 
 from __future__ import annotations
 
 import math
 import pkgutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 
-from oblique_impact.validation.report.document import Picture
+from oblique_impact.validation.report import Picture
 
 #: a check that takes longer (s) is full, not quick: `--quick` and `make test` leave it out
 QUICK_SECONDS = 2.0
@@ -38,6 +39,7 @@ _ORDER = (
     "small_systems",
     "kinematics",
     "springs",
+    "pegs",
     "rigid_impact",
     "rods",
     "damped_stop",
@@ -89,7 +91,7 @@ class Evidence:
     pictures: Sequence[Picture] = ()
 
 
-Finding = Measurement | Sequence[Measurement] | Evidence
+Finding = Measurement | Iterable[Measurement] | Evidence
 
 
 @dataclass(frozen=True)
@@ -119,12 +121,12 @@ class Check:
         """Compute the measurements; an exception is a failed check with its name."""
         try:
             found = self.function()
+            if isinstance(found, Evidence):
+                return found
+            return Evidence([found] if isinstance(found, Measurement) else list(found))
         except Exception as error:  # a check reports whatever goes wrong
             text = " ".join(f"{type(error).__name__}: {error}".split())[:160]
             return Evidence([Measurement(f"did not finish: {text}", math.nan, math.nan, "", 0.0, "")])
-        if isinstance(found, Measurement):
-            return Evidence([found])
-        return found if isinstance(found, Evidence) else Evidence(found)
 
 
 _CHECKS: dict[str, Check] = {}

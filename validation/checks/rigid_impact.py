@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -115,56 +116,27 @@ def impulse_law() -> Evidence:
 @check(
     "The series of the impulse has its closed values after a quarter and half of the first period.", seconds=0.2
 )
-def series() -> list[Measurement]:
+def series() -> Iterator[Measurement]:
     """J(T1/4) = m L v0/4 and J(T1/2) = m L v0/2, a check of the reference itself."""
     period = 2.0 / np.pi * LENGTH**2 / WAVE
-    return [
-        within(
-            f"impulse after T1/{part:g}",
-            exact_impulse(period / part),
-            MASS * LENGTH * SPEED / part,
-            "N s",
-            1e-4,
-            "closed value of the series",
-            f"T1-{part:g}",
-        )
-        for part in (4.0, 2.0)
-    ]
+    text = "closed value of the series"
+    for part in (4.0, 2.0):
+        impulse, exact = exact_impulse(period / part), MASS * LENGTH * SPEED / part
+        yield within(f"impulse after T1/{part:g}", impulse, exact, "N s", 1e-4, text, f"T1-{part:g}")
 
 
 @check("The first impulse on a mesh is the tip's effective mass times its speed.", seconds=0.5)
-def tip_mass() -> list[Measurement]:
+def tip_mass() -> Iterator[Measurement]:
     """Impulse 0.0722100668 m h v0 and energy half of that times v0."""
-    found = []
+    text = source("5c")
     for elements in (16, 64, 256):
-        scenario = Scenario.builtin(
-            "paper",
-            [*NODAL, *TURNING, f"discretization.elements={elements}", "end_time=1e-9", "solver.free_step=1e-9"],
-        )
-        event = simulate(scenario).events[0]
+        keys = (f"discretization.elements={elements}", "end_time=1e-9", "solver.free_step=1e-9")
+        event = simulate(Scenario.builtin("paper", [*NODAL, *TURNING, *keys])).events[0]
         exact = VALUES["5c"]["tip"] * MASS * LENGTH / elements
-        text = source("5c")
-        found += [
-            within(
-                f"first impulse over v0, {elements} elements",
-                event.normal_impulse / SPEED,
-                exact,
-                "kg",
-                5e-12,
-                text,
-                f"impulse-{elements}",
-            ),
-            within(
-                f"energy lost over v0²/2, {elements} elements",
-                2.0 * event.energy_loss / SPEED**2,
-                exact,
-                "kg",
-                5e-12,
-                text,
-                f"energy-{elements}",
-            ),
-        ]
-    return found
+        mass, quantity = event.normal_impulse / SPEED, f"first impulse over v0, {elements} elements"
+        yield within(quantity, mass, exact, "kg", 5e-12, text, f"impulse-{elements}")
+        mass, quantity = 2.0 * event.energy_loss / SPEED**2, f"energy lost over v0²/2, {elements} elements"
+        yield within(quantity, mass, exact, "kg", 5e-12, text, f"energy-{elements}")
 
 
 _END = "end_time=0.331"  # of the first macro-collision
@@ -175,95 +147,48 @@ _ALLOWED = {"modal": (5e-12, 7e-10), "fem": (2e-9, 1e-7)}
 
 
 @check("The paper's case with two clamped modes: event times of the first macro-collision.", seconds=1.0)
-def scipy_events() -> list[Measurement]:
+def scipy_events() -> Iterator[Measurement]:
     """Largest distance from SciPy alone, with and without friction, on both discretizations."""
-    found = []
     for friction in ("frictionless", "hybrid"):
-        exact = np.array(VALUES[f"two-modes-{friction}"])
+        exact, text = np.array(VALUES[f"two-modes-{friction}"]), source(f"two-modes-{friction}")
         for name, overrides in _METHODS.items():
             times = event_times(run("paper", f"contact.friction={friction}", *overrides, _END))[: exact.size]
-            k = int(np.argmax(np.abs(times - exact)))
-            found.append(
-                Measurement(
-                    f"time of event {k + 1}, {friction}, {name}",
-                    times[k],
-                    exact[k],
-                    "s",
-                    _ALLOWED[name][0],
-                    source(f"two-modes-{friction}"),
-                    f"{friction}-{name}",
-                )
-            )
-    return found
+            k, allowed = int(np.argmax(np.abs(times - exact))), _ALLOWED[name][0]
+            quantity = f"time of event {k + 1}, {friction}, {name}"
+            yield Measurement(quantity, times[k], exact[k], "s", allowed, text, f"{friction}-{name}")
 
 
 @check("The same case: the first impulse.", seconds=0.5)
-def scipy_impulse() -> list[Measurement]:
+def scipy_impulse() -> Iterator[Measurement]:
     """Both discretizations."""
     exact, text = VALUES["two-modes-impulse"], source("two-modes-impulse")
-    return [
-        within(
-            f"first impulse, {name}",
-            run("paper", "contact.friction=frictionless", *keys, _END).events[0].normal_impulse,
-            exact,
-            "N s",
-            _ALLOWED[name][1],
-            text,
-            name,
-        )
-        for name, keys in _METHODS.items()
-    ]
+    for name, keys in _METHODS.items():
+        impulse = run("paper", "contact.friction=frictionless", *keys, _END).events[0].normal_impulse
+        yield within(f"first impulse, {name}", impulse, exact, "N s", _ALLOWED[name][1], text, name)
 
 
 @check("Rigid stop and 4 to 8 mean-axis modes: impulse of the first macro-collision and energy left.", seconds=1.5)
-def scipy_modes() -> list[Measurement]:
+def scipy_modes() -> Iterator[Measurement]:
     """The two programs find their events on their own; impacts magnify a difference by about 30 each."""
-    found, text = [], source("rigid-stop-modes")
+    text = source("rigid-stop-modes")
+    common = ("contact.friction=frictionless", "discretization.frame=mean-axis", "end_time=0.34")
     for modes in (4, 6, 8):
-        history = run(
-            "paper",
-            "contact.friction=frictionless",
-            "discretization.frame=mean-axis",
-            f"discretization.modes={modes}",
-            "end_time=0.34",
-        )
-        impulse, energy = VALUES["rigid-stop-modes"][modes]
-        computed = history.summary["macro_collisions"][0]["normal_impulse"]
-        found += [
-            Measurement(f"impulse, {modes} modes", computed, impulse, "N s", 1.2e-9, text, f"impulse-{modes}"),
-            Measurement(
-                f"energy left, {modes} modes",
-                history.summary["energy"]["final"],
-                energy,
-                "J",
-                4e-9,
-                text,
-                f"energy-{modes}",
-            ),
-        ]
-    return found
+        summary = run("paper", *common, f"discretization.modes={modes}").summary
+        impulse, left = summary["macro_collisions"][0]["normal_impulse"], summary["energy"]["final"]
+        exact, energy = VALUES["rigid-stop-modes"][modes]
+        yield Measurement(f"impulse, {modes} modes", impulse, exact, "N s", 1.2e-9, text, f"impulse-{modes}")
+        yield Measurement(f"energy left, {modes} modes", left, energy, "J", 4e-9, text, f"energy-{modes}")
 
 
 @check(
     "The impulse at the onset is -(1 + e) Z'/(D M⁻¹ Dᵀ): the gap rate after it is -e times that before.",
     seconds=1.0,
 )
-def restitution() -> list[Measurement]:
+def restitution() -> Iterator[Measurement]:
     """Right and left gap rates of the first event, e = 0 and 0.7."""
-    found = []
+    text = "Newton's law of restitution"
     for e in (0.0, 0.7):
         history = run("paper", f"contact.restitution={e}", "end_time=0.32")
         time, rate, impact = column(history, "time"), column(history, "gap_rate"), history.events[0].time
-        before, after = rate[first_sample(time, impact)], rate[last_sample(time, impact)]
-        found.append(
-            Measurement(
-                f"gap rate after over before, e = {e}",
-                float(-after / before),
-                e,
-                "1",
-                ROUNDING,
-                "Newton's law of restitution",
-                f"e{e:g}",
-            )
-        )
-    return found
+        ratio = -float(rate[last_sample(time, impact)] / rate[first_sample(time, impact)])
+        yield Measurement(f"gap rate after over before, e = {e}", ratio, e, "1", ROUNDING, text, f"e{e:g}")

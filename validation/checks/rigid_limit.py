@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -42,38 +43,19 @@ def _stiff(frame: str, scale: float = 1e6) -> History:
 
 
 @check("A very stiff beam falls from 45 degrees and meets the slope as a rigid bar does.", seconds=7.0)
-def first_touch() -> list[Measurement]:
+def first_touch() -> Iterator[Measurement]:
     """Time, angle, speed and place; what vibrates is bounded by twice the static deflection over a million."""
-    found, text = [], source("4")
+    text = source("4")
     for frame in ("mean-axis", "tangent"):
         history = _stiff(frame)
         event = history.events[0]
         before = int(np.flatnonzero(column(history, "time") == event.time)[0])
-        found.append(
-            Measurement(
-                f"time of the first touch, {frame}",
-                event.time,
-                VALUES["4"]["t"],
-                "s",
-                _ALLOWED[frame]["time"],
-                text,
-                f"time-{frame}",
-            )
-        )
+        allowed, exact, quantity = _ALLOWED[frame], VALUES["4"], f"time of the first touch, {frame}"
+        yield Measurement(quantity, event.time, exact["t"], "s", allowed["time"], text, f"time-{frame}")
         for name, key in _NAMES.items():
-            computed = float(column(history, name)[before])
-            found.append(
-                Measurement(
-                    f"{name} there, {frame}",
-                    computed,
-                    VALUES["4"][key],
-                    _UNITS[name],
-                    _ALLOWED[frame][name],
-                    text,
-                    f"{name.replace('_', '-')}-{frame}",
-                )
-            )
-    return found
+            there, tail = float(column(history, name)[before]), f"{name.replace('_', '-')}-{frame}"
+            quantity, unit = f"{name} there, {frame}", _UNITS[name]
+            yield Measurement(quantity, there, exact[key], unit, allowed[name], text, tail)
 
 
 @check(
@@ -89,18 +71,10 @@ def vanishing_error() -> Measurement:
 
 
 @check("The energy at rest is m g L sin(theta_0)/2.", seconds=0.1)
-def energy_at_rest() -> list[Measurement]:
+def energy_at_rest() -> Iterator[Measurement]:
     """Gravity energy of the undeformed beam, both frames."""
+    text = "m g L sin(theta_0)/2 with the paper's data"
     exact = 0.5 * 2766.7 * 3.14e-4 * 9.8 * np.sin(np.pi / 4)
-    return [
-        Measurement(
-            f"energy at t = 0, {frame}",
-            float(run("paper", f"discretization.frame={frame}", "end_time=1e-3").summary["energy"]["initial"]),
-            exact,
-            "J",
-            ROUNDING,
-            "m g L sin(theta_0)/2 with the paper's data",
-            frame,
-        )
-        for frame in ("mean-axis", "tangent")
-    ]
+    for frame in ("mean-axis", "tangent"):
+        initial = run("paper", f"discretization.frame={frame}", "end_time=1e-3").summary["energy"]["initial"]
+        yield Measurement(f"energy at t = 0, {frame}", initial, exact, "J", ROUNDING, text, frame)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from itertools import product
 
@@ -21,6 +22,7 @@ _ELEMENTS = 64
 #: relative: 48 eigenfunctions at a spin of 6, where the tension couples those of a clamped beam (what is left out
 #: enters with its square), and those of a hinged one hardly; (b h)⁴/1440 of the fourth mode of 64 elements
 _ACCURACY = {"modal": {"c": 1e-8, "h": 0.0}, "fem": {"c": 1e-6, "h": 1e-6}}
+_UNIT = "sqrt(EI/(m L⁴))"
 _NAMES = {"modal": "48 assumed modes", "fem": f"{_ELEMENTS} elements"}
 
 
@@ -50,10 +52,8 @@ def _worst(item: str, method: str, direction: str) -> Measurement:
     k = int(np.argmax(np.abs(computed - exact) / allowed))
     held = {"c": "clamped", "h": "hinged"}[root]
     quantity = f"{direction}wise frequency {k + 1}, {held}, hub {radius:g} L, spin {eta:g}, {_NAMES[method]}"
-    unit = "sqrt(EI/(m L⁴))"
-    return Measurement(
-        quantity, computed[k], exact[k], unit, allowed[k], source(item), f"{method}-{direction}-{item[2:]}"
-    )
+    name = f"{method}-{direction}-{item[2:]}"
+    return Measurement(quantity, computed[k], exact[k], _UNIT, allowed[k], source(item), name)
 
 
 @check("Flapwise frequencies of beams spinning at up to six times sqrt(EI/(m L⁴)).", seconds=0.5)
@@ -79,14 +79,8 @@ def campbell() -> Evidence:
     first = np.array([beam.flapwise(eta, 1)[0] for eta in speeds])
     k = int(np.argmax(np.abs(first - np.array(list(table.values())))))
     text = "Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (1982), 4 decimals; the Frobenius series agrees"
-    measured = Measurement(
-        f"first flapwise frequency at spin {speeds[k]:g}",
-        first[k],
-        table[speeds[k]],
-        "sqrt(EI/(m L⁴))",
-        6e-5,
-        text,
-    )
+    quantity = f"first flapwise frequency at spin {speeds[k]:g}"
+    measured = Measurement(quantity, first[k], table[speeds[k]], _UNIT, 6e-5, text)
     points = [(_row(item), VALUES[item]) for item in _ITEMS]
     return Evidence([measured], [campbell_figure({"c": beam, "h": _beam("h", 0.0, "modal")}, points)])
 
@@ -104,36 +98,19 @@ _FREE_ACCURACY = {
 @check(
     "A pinned beam that spins freely, by the forces that are marched: their slope at a steady spin.", seconds=0.5
 )
-def free_spin() -> list[Measurement]:
+def free_spin() -> Iterator[Measurement]:
     """Zero eigenvalue and hinged chordwise frequencies in both frames; C - M1 has the rigid rotation as a mode."""
-    found = []
+    exact, text = VALUES["2-h-d0-eta5"]["chord"][1:], source("2-h-d0-eta5")
+    rotation = "exact: a rigid rotation x has C x = M1 x and K x = 0"
     for frame, kinetics in product(("tangent", "mean-axis"), ("first-order", "full")):
         squares, rounding = _free_squares(frame, kinetics)
         label, where = f"{frame}-{kinetics}", f"{frame} frame, {kinetics}"
-        rigid = Measurement(
-            f"square of the lowest frequency, {where}",
-            squares[0],
-            0.0,
-            "EI/(m L⁴)",
-            rounding,
-            "exact: a rigid rotation x has C x = M1 x and K x = 0",
-            f"rigid-{label}",
-        )
-        exact = VALUES["2-h-d0-eta5"]["chord"][1:]
-        elastic = [
-            Measurement(
-                f"frequency {k + 1} in the plane, {where}",
-                float(np.sqrt(squares[k + 1])),
-                exact[k],
-                "sqrt(EI/(m L⁴))",
-                accuracy * exact[k],
-                source("2-h-d0-eta5"),
-                f"elastic-{label}-{k + 1}",
-            )
-            for k, accuracy in enumerate(_FREE_ACCURACY[frame, kinetics])
-        ]
-        found += [rigid, *elastic]
-    return found
+        quantity, name = f"square of the lowest frequency, {where}", f"rigid-{label}"
+        yield Measurement(quantity, squares[0], 0.0, "EI/(m L⁴)", rounding, rotation, name)
+        for k, accuracy in enumerate(_FREE_ACCURACY[frame, kinetics]):
+            frequency, allowed = float(np.sqrt(squares[k + 1])), accuracy * exact[k]
+            quantity, name = f"frequency {k + 1} in the plane, {where}", f"elastic-{label}-{k + 1}"
+            yield Measurement(quantity, frequency, exact[k], _UNIT, allowed, text, name)
 
 
 def _free_squares(frame: str, kinetics: str, eta: float = 5.0, modes: int = 8) -> tuple[np.ndarray, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -58,32 +59,20 @@ def _at_rest(scenario: Scenario) -> tuple[float, Fields]:
 
 
 @check("A horizontal cantilever bends under its own weight.", seconds=0.2)
-def own_weight() -> list[Measurement]:
+def own_weight() -> Iterator[Measurement]:
     """Tip deflection and root moment."""
-    found, text = [], source("7a")
+    text = source("7a")
     for name, shapes in _SOURCES.items():
         tip, fields = _at_rest(_cantilever(0.0, shapes))
-        accuracy = _ACCURACY[name]
-        found += [
-            within(f"tip deflection, {name}", -tip, VALUES["7a"]["tip"], "m", accuracy, text, f"tip-{name}"),
-            # arms shrink by the foreshortening, less than (3/2)(tip slope)² = 1e-5
-            within(
-                f"root moment, {name}",
-                -fields.moment[0, 0],
-                VALUES["7a"]["M0"],
-                "N m",
-                1e-5,
-                text,
-                f"moment-{name}",
-            ),
-        ]
-    return found
+        accuracy, moment, exact = _ACCURACY[name], -fields.moment[0, 0], VALUES["7a"]["M0"]
+        yield within(f"tip deflection, {name}", -tip, VALUES["7a"]["tip"], "m", accuracy, text, f"tip-{name}")
+        # arms shrink by the foreshortening, less than (3/2)(tip slope)² = 1e-5
+        yield within(f"root moment, {name}", moment, exact, "N m", 1e-5, text, f"moment-{name}")
 
 
 @check("A heavy cantilever at 45 degrees up and down: its weight softens or stiffens it.", seconds=0.2)
-def inclined() -> list[Measurement]:
+def inclined() -> Iterator[Measurement]:
     """Tip deflection over that of the transverse load alone."""
-    found = []
     for name, shapes in _SOURCES.items():
         for degrees in (45, -45):
             angle = np.radians(degrees)
@@ -92,14 +81,12 @@ def inclined() -> list[Measurement]:
             exact = VALUES["7c-inclined"][str(degrees)]
             quantity = f"deflection at {degrees} degrees over the linear one, {name}"
             text = source("7c-inclined")
-            found.append(within(quantity, ratio, exact, "1", _ACCURACY[name], text, f"{name}{degrees:+d}"))
-    return found
+            yield within(quantity, ratio, exact, "1", _ACCURACY[name], text, f"{name}{degrees:+d}")
 
 
 @check("Axial weight of the order of the buckling load amplifies the deflection.", seconds=0.2)
-def amplification() -> list[Measurement]:
+def amplification() -> Iterator[Measurement]:
     """Compression 1 and 4 EI/L², tension 4 EI/L²."""
-    found = []
     for axial in ("1", "4", "-4"):
         angle = np.copysign(np.pi / 4, float(axial))
         bending = MASS * GRAVITY * np.sin(np.pi / 4) / abs(float(axial))
@@ -107,14 +94,13 @@ def amplification() -> list[Measurement]:
         ratio = -tip * 8.0 * bending / (MASS * GRAVITY * np.cos(angle))
         # order 4 with the geometric stiffness: (1/16)⁴/720
         quantity = f"deflection over the linear one at q L³/EI = {axial}"
-        found.append(within(quantity, ratio, VALUES["7c"][axial], "1", 1e-6, source("7c"), f"a{axial}"))
-    return found
+        yield within(quantity, ratio, VALUES["7c"][axial], "1", 1e-6, source("7c"), f"a{axial}")
 
 
 @check("A heavy damped cantilever settles at its static deflection, through the equations that are marched.", 0.5)
-def settling() -> list[Measurement]:
+def settling() -> Iterator[Measurement]:
     """Held root at 45 degrees up; the weight's geometric stiffness amplifies 1.147 times (q L³/EI = 1)."""
-    found, bending = [], MASS * GRAVITY * np.sin(np.pi / 4)
+    bending = MASS * GRAVITY * np.sin(np.pi / 4)
     cases: tuple[tuple[dict[str, Any], str], ...] = (
         ({"method": "modal", "modes": 6}, "6 modes"),
         ({"method": "fem", "modes": 6, "elements": 16}, "16 elements"),
@@ -132,8 +118,7 @@ def settling() -> list[Measurement]:
         ratio = -tip * 8.0 * bending / (MASS * GRAVITY * np.cos(np.pi / 4))
         quantity = f"final deflection over the linear one, {text}"
         # six modes leave out 3e-6 of the deflection
-        found.append(within(quantity, ratio, VALUES["7c"]["1"], "1", 2e-5, source("7c"), shapes["method"]))
-    return found
+        yield within(quantity, ratio, VALUES["7c"]["1"], "1", 2e-5, source("7c"), shapes["method"])
 
 
 def _falling(**shapes: Any) -> Scenario:
@@ -166,9 +151,9 @@ _CHIMNEYS: dict[str, tuple[dict[str, Any], tuple[float, float], tuple[float, flo
 
 
 @check("A pinned beam that falls bends like a chimney: largest moment at a third, m g L cos/27.", seconds=0.2)
-def falling_chimney() -> list[Measurement]:
+def falling_chimney() -> Iterator[Measurement]:
     """Moment by equilibrium, offset and slope of the tip; both frames."""
-    found, angle, text = [], np.pi / 4, source("4b")
+    angle, text = np.pi / 4, source("4b")
     for k, frame in enumerate(("tangent", "mean-axis")):
         for name, (shapes, *accuracies) in _CHIMNEYS.items():
             offset_accuracy, slope_accuracy = accuracies[k]
@@ -183,9 +168,8 @@ def falling_chimney() -> list[Measurement]:
             third = int(np.argmin(np.abs(o.stations.points - 1.0 / 3.0)))
             where, tail = f"{name}, {frame} frame", f"{name.replace(' ', '-')}-{frame}"
             exact, moment = VALUES["4b"], fields.moment[0, third]
-            found += [
-                Measurement(f"moment at L/3, {where}", moment, exact["Mmax"], "N m", 5e-9, text, f"moment-{tail}"),
-                within(f"tip offset, {where}", offset, exact["tip"], "m", offset_accuracy, text, f"tip-{tail}"),
-                within(f"tip slope, {where}", slope, exact["slope"], "1", slope_accuracy, text, f"slope-{tail}"),
-            ]
-    return found
+            yield Measurement(
+                f"moment at L/3, {where}", moment, exact["Mmax"], "N m", 5e-9, text, f"moment-{tail}"
+            )
+            yield within(f"tip offset, {where}", offset, exact["tip"], "m", offset_accuracy, text, f"tip-{tail}")
+            yield within(f"tip slope, {where}", slope, exact["slope"], "1", slope_accuracy, text, f"slope-{tail}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -58,72 +57,6 @@ def cases() -> dict[str, Scenario]:
                 contact__friction=model, solver__scheme=scheme, solver__stick="force"
             )
     found["no-shortening/fixed-step/hybrid"] = paper("fixed-step", "hybrid", FINE, contact__shortening=False)
-    return found
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One value of one choice that the paper leaves open; `assumed` marks the value in all other runs."""
-
-    choice: str
-    label: str
-    scenario: Scenario
-    assumed: bool
-
-
-#: what the paper leaves open, with the values that it allows, the assumed one among them
-_CHOICES: dict[str, dict[str, dict[str, Any]]] = {
-    "number of modes": {f"{n} clamped": {"discretization__modes": n} for n in (1, 2, 3, 4)},
-    "kind of modes": {
-        "2 clamped, tangent frame": {},
-        **{
-            f"{n} hinged, mean-axis frame": {"discretization__frame": "mean-axis", "discretization__modes": n}
-            for n in (2, 3, 4, 8)
-        },
-    },
-    "contact point": {f"x_F = {x} m": {"contact__point": x} for x in (1.0, 0.95, 0.9, 0.8)},
-    "value of g": {f"{g} m/s²": {"gravity": g} for g in (9.8, 9.80665, 9.81, 10.0)},
-    "Baumgarte's form": {
-        "Z'' + 2χZ' + β²Z = 0": {},
-        "Z'' + χZ' + βZ = 0": {"solver__baumgarte_form": "plain"},
-    },
-    "velocities of the modified Coulomb law": {
-        f"v₀ = {low:g}, v₁ = {high:g} m/s": {
-            "contact__friction": "modified-coulomb",
-            "contact__regularization": [low, high],
-        }
-        for low, high in ((1e-3, 1e-2), (0.0, 1e-2), (1e-5, 1e-4), (1e-2, 1e-1))
-    },
-    "judgement of stick": {
-        "by the force that would hold the contact (Sec. 5.3)": {},
-        "and by the slip, which must end within the step": {"solver__stick": "arrest"},
-    },
-    "foreshortening of the contact point": {
-        "in gap and slip": {},
-        "left out of both": {"contact__shortening": False},
-    },
-}
-#: ways to integrate: each is a scheme of its own, so they are not crossed with the two schemes
-_INTEGRATORS: dict[str, dict[str, Any]] = {
-    "RK4, 0.1 ms and 1 µs": {"scheme": "fixed-step"},
-    "RK4, 10 µs and 1 µs": {"scheme": "fixed-step", "solver__free_step": 1e-5},
-    "RK4, 1 µs always": {"scheme": "fixed-step", "solver__free_step": 1e-6},
-    "generalized-α, ρ∞ = 0.8": {"scheme": "generalized-alpha"},
-    "order 8, event-located": {"scheme": "event"},
-}
-
-
-def variants() -> list[Variant]:
-    """Return the paper's case with one choice changed at a time, under both schemes."""
-    found = []
-    for choice, values in _CHOICES.items():
-        for (label, changes), scheme in product(values.items(), SCHEMES):
-            scenario = paper(scheme, **changes)
-            ours = paper(scheme, str(scenario.contact.friction))
-            found.append(Variant(choice, label, scenario, scenario == ours))
-    for label, changes in _INTEGRATORS.items():
-        scenario = paper(**changes)
-        found.append(Variant("integrator", label, scenario, scenario == paper("fixed-step")))
     return found
 
 

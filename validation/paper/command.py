@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,15 +15,16 @@ import pandas as pd
 from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, silent
-from oblique_impact.validation.paper.cases import MODELS, SCHEMES, Variant, cases, combinations, paper, variants
+from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.validation.paper.cases import MODELS, SCHEMES, cases, combinations, paper
 from oblique_impact.validation.paper.claims import CLAIMS, VERDICTS, Judged
-from oblique_impact.validation.paper.measures import Models, collision_numbers, longest, macros, run_light, sticks
+from oblique_impact.validation.paper.measures import NAN, Models, longest, macros, run_light, sticks
 from oblique_impact.validation.paper.report import write_report
 from oblique_impact.validation.paper.sticking import StickCheck, Threshold, find_threshold, stick_checks
 from oblique_impact.validation.studies.parallel import map_parallel
 
 #: s of one core that the runs and figures take on a fast machine
-SECONDS = 200.0
+SECONDS = 150.0
 
 
 @dataclass(frozen=True)
@@ -36,9 +37,8 @@ class Reproduction:
         The paper's claims, each with what either scheme found and a verdict.
     runs : dict
         Histories by group/scheme/model, without what varies along the beam.
-    variants, combinations : DataFrame
-        What each value of an open choice does to the first two macro-collisions; what each combination of open
-        choices does to the second one and to the verdicts (SI units).
+    combinations : DataFrame
+        What each combination of open choices does to the second macro-collision and to the verdicts (SI units).
     stick : dict
         Why the tips of the hybrid models could not stick, or did, by the key of the run.
     threshold : Threshold
@@ -51,7 +51,6 @@ class Reproduction:
 
     claims: Sequence[Judged]
     runs: dict[str, History]
-    variants: pd.DataFrame
     combinations: pd.DataFrame
     stick: dict[str, list[StickCheck]]
     threshold: Threshold
@@ -80,7 +79,7 @@ def reproduce(
     Parameters
     ----------
     out : path, optional
-        Folder for report.html, results.json, claims.csv, sensitivity.csv and, in figures/, figures 2 to 16;
+        Folder for report.html, results.json, claims.csv, combinations.csv and, in figures/, figures 2 to 16;
         without it nothing is drawn or written.
     workers : int, optional
         Parallel processes; default: the cores.  With one, everything runs in this process.
@@ -108,23 +107,19 @@ def reproduce(
     """
     folder = None if out is None else prepare_folder(out)
     started = time.perf_counter()
-    named, varied, grid = cases(), variants(), combinations()
-    tasks: list[tuple[Callable[[Any], Any], Any]] = [(run_light, scenario) for scenario in named.values()]
-    tasks += [(_measure_variant, variant) for variant in varied]
-    tasks += [(_judge_combination, changes) for changes in grid]
-    names = [*named, *(f"{variant.choice}: {variant.label}" for variant in varied), *map(str, grid)]
+    named, grid = cases(), combinations()
     with warnings.catch_warnings():
         # workers that hold much memory after a long run are replaced by joblib, which says so
         warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
-        found = map_parallel(_call, tasks, workers, on_progress, names)
+        tasks: list[Scenario | dict[str, Any]] = [*named.values(), *grid]
+        found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
     runs: dict[str, History] = dict(zip(named, found, strict=False))
-    rows = found[len(named) :]
+    combined = found[len(named) :]
     stick = {key: stick_checks(named[key], run) for key, run in runs.items() if key.endswith("hybrid")}
     result = Reproduction(
-        claims=_judge(runs, rows[len(varied) :]),
+        claims=_judge(runs, combined),
         runs=runs,
-        variants=pd.DataFrame(rows[: len(varied)]),
-        combinations=pd.DataFrame(rows[len(varied) :]),
+        combinations=pd.DataFrame(combined),
         stick=stick,
         threshold=find_threshold(stick["paper/event/hybrid"]),
         seconds=time.perf_counter() - started,
@@ -140,38 +135,20 @@ def lines(result: Reproduction) -> list[str]:
     return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}; report: {result.report}"]
 
 
-def _call(task: tuple[Callable[[Any], Any], Any]) -> Any:
-    function, argument = task
-    return function(argument)
-
-
-def _measure_variant(variant: Variant) -> dict[str, Any]:
-    """Return the row of a variant: what it is, and what happens in its first two macro-collisions (SI units)."""
-    run = run_light(variant.scenario)
+def _compute(task: Scenario | dict[str, Any]) -> History | dict[str, Any]:
+    """Return the run of a scenario; of a combination of choices its second macro-collision and verdicts."""
+    if isinstance(task, Scenario):
+        return run_light(task)
+    models = Models(*(run_light(paper(model=model, **task)) for model in MODELS))
+    second = next(iter(macros(models.hybrid)[1:2]), None)
+    start, duration = longest(sticks(models.hybrid, second)) if second else (NAN, 0.0)
     return {
-        "choice": variant.choice,
-        "variant": variant.label,
-        "assumed": variant.assumed,
-        "scheme": str(variant.scenario.solver.scheme),
-        "model": str(variant.scenario.contact.friction),
-        "outcome": run.outcome.label,
-        **{f"first_{name}": value for name, value in collision_numbers(run, 1).items()},
-        **{f"second_{name}": value for name, value in collision_numbers(run, 2).items()},
-    }
-
-
-def _judge_combination(changes: dict[str, Any]) -> dict[str, Any]:
-    """Return the row of a combination: its second macro-collision (SI units) and the verdicts by claim."""
-    models = Models(*(run_light(paper(model=model, **changes)) for model in MODELS))
-    second = collision_numbers(models.hybrid, 2)
-    stuck = [stay for macro in macros(models.hybrid)[1:2] for stay in sticks(models.hybrid, macro)]
-    return {
-        **{name.rpartition("__")[2]: value for name, value in changes.items()},
+        **{name.rpartition("__")[2]: value for name, value in task.items()},
         "outcomes": [run.outcome.label for run in models],
-        "second_start": second["start"],
-        "second_end": second["end"],
-        "longest_stick_start": second["longest_stick_start"],
-        "longest_stick": longest(stuck)[1],
+        "second_start": second.start if second else NAN,
+        "second_end": second.end if second else NAN,
+        "longest_stick_start": start,
+        "longest_stick": duration,
         "verdicts": {claim.id: claim.judge(models).verdict for claim in CLAIMS if claim.case == "paper"},
     }
 
@@ -185,8 +162,8 @@ def _judge(runs: dict[str, History], combined: Sequence[dict[str, Any]]) -> list
             keys = [f"{claim.case}/{scheme}/{model}" for model in MODELS]
             # where friction is the point there is no frictionless run
             findings[scheme] = claim.judge(Models(*(runs.get(key, runs[keys[0]]) for key in keys)))
-        verdicts = [row["verdicts"][claim.id] for row in combined] if claim.case == "paper" else []
-        judged.append(Judged(claim, findings, _count(verdicts) if verdicts else None))
+        counts = _count(row["verdicts"][claim.id] for row in combined) if claim.case == "paper" else None
+        judged.append(Judged(claim, findings, counts))
     return judged
 
 

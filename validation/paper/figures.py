@@ -15,7 +15,7 @@ from oblique_impact.history.history import History
 from oblique_impact.renders.envelope import drawn
 from oblique_impact.renders.style import SERIES, STATE_COLOURS
 from oblique_impact.validation.paper.cases import SCHEMES
-from oblique_impact.validation.paper.measures import Models, inside, macros, reversals, sticks, value_at, values
+from oblique_impact.validation.paper.measures import Models, macros, reversals, sticks, within
 from oblique_impact.validation.report import Picture, picture
 
 #: inches; half of an A4 page within its margins, so that the print is as large as drawn
@@ -146,8 +146,8 @@ def _draw_curve(
     axes: Axes, plot: Plot, run: History, line: dict[str, Any], window: tuple[float, float], factor: float
 ) -> None:
     start, end = window
-    within = inside(run, start, end)
-    times, course = values(run, "time")[within], plot.scale * values(run, plot.variable)[within]
+    times, course = (within(run, name, start, end) for name in ("time", plot.variable))
+    course = plot.scale * course
     if plot.variable.startswith("lambda"):
         # forces act for milliseconds: of a band that narrow only the outline would show
         axes.plot(factor * times, course, **line)
@@ -164,9 +164,9 @@ def _draw_curve(
 
 def _mark_events(axes: Axes, plot: Plot, run: History, factor: float) -> None:
     """Mark the hybrid model's reversals and sticks."""
-    for macro in macros(run)[plot.collision - 1 : plot.collision]:
-        begun = [stay.start for stay in sticks(run, macro)]
-        for times, mark in ((reversals(run, macro), REVERSAL_MARK), (begun, STICK_MARK)):
+    for collision in macros(run)[plot.collision - 1 : plot.collision]:
+        begun = [stay.start for stay in sticks(run, collision)]
+        for times, mark in ((reversals(run, collision), REVERSAL_MARK), (begun, STICK_MARK)):
             if times:
-                places = [plot.scale * value_at(run, plot.variable, time) for time in times]
+                places = [plot.scale * float(run.at(time)[plot.variable]) for time in times]
                 axes.plot(factor * np.array(times), places, **mark)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
-from itertools import pairwise
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +30,7 @@ class MissingError(Exception):
 
 
 class Stay(NamedTuple):
-    """One stay in a state of contact: start and end (s), and the slip velocity as it began (m/s).
-
-    A rebound has no length.
-    """
+    """One stay in a state of contact: start and end (s), and the slip velocity as it began (m/s)."""
 
     start: float
     end: float
@@ -84,20 +80,14 @@ def run_light(scenario: Scenario) -> History:
 # --- one run
 
 
-def values(run: History, name: str) -> NDArray[Any]:
-    """Return the samples of a variable."""
-    return np.asarray(run.data[name].values)
+def within(run: History, name: str, start: float, end: float) -> Array:
+    """Return the samples of a variable in a window of time (s)."""
+    return np.asarray(run[name].sel(time=slice(start, end)).values)
 
 
-def value_at(run: History, name: str, time: float) -> float:
-    """Return a variable at a time (s)."""
-    return float(run.at(time)[name])
-
-
-def inside(run: History, start: float, end: float) -> NDArray[np.bool_]:
-    """Return which samples lie in a window of time (s)."""
-    times = values(run, "time")
-    return np.asarray((times >= start) & (times <= end))
+def energy_at(run: History, time: float) -> float:
+    """Return the total energy (J) at a time (s)."""
+    return float(run.at(time)["energy"])
 
 
 def macros(run: History) -> list[MacroCollision]:
@@ -114,18 +104,18 @@ def macro(run: History, number: int) -> MacroCollision:
 
 
 def stays(run: History, during: MacroCollision | None = None) -> list[Stay]:
-    """Return stays in contact and rebounds, in the whole run or during a macro-collision."""
+    """Return the stays in contact that begin in the whole run or in a macro-collision."""
     ends = [event.time for event in run.events[1:]] + [run.end_time]
     found = [
-        Stay(event.time, event.time if event.state == State.FREE else end, event.state, event.tangential_velocity)
+        Stay(event.time, end, event.state, event.tangential_velocity)
         for event, end in zip(run.events, ends, strict=False)
-        if event.state != State.FREE or event.kind.impulsive
+        if event.state != State.FREE
     ]
     return [stay for stay in found if during is None or during.start <= stay.start <= during.end]
 
 
 def sticks(run: History, during: MacroCollision | None = None) -> list[Stay]:
-    """Return every stay in the state STICK, in the whole run or during a macro-collision."""
+    """Return the stays in the state STICK, in the whole run or in a macro-collision."""
     return [stay for stay in stays(run, during) if stay.state == State.STICK]
 
 
@@ -141,54 +131,13 @@ def reversals(run: History, during: MacroCollision) -> list[float]:
     return [time for time in turned if during.start <= time <= during.end]
 
 
-def stick_share(run: History, among: Sequence[MacroCollision]) -> float:
-    """Return the part of the time in contact that is spent in the state STICK, over some macro-collisions."""
-    contact = sum(stay.duration for macro in among for stay in stays(run, macro))
-    stuck = sum(stay.duration for macro in among for stay in sticks(run, macro))
-    return stuck / contact if contact > 0.0 else 0.0
-
-
-def flight_ranges(run: History, name: str) -> list[float]:
-    """Return largest minus smallest value of a variable in each flight; the last may be cut by the end."""
-    starts = [0.0, *(macro.end for macro in macros(run))]
-    ends = [*(macro.start for macro in macros(run)), run.end_time]
-    flights = [inside(run, start, end) for start, end in zip(starts, ends, strict=True) if end > start]
-    return [float(np.ptp(values(run, name)[flight])) for flight in flights]
-
-
-def collision_numbers(run: History, number: int) -> dict[str, float]:
-    """Return what happens in a macro-collision (SI units); NaN or 0 where the run has no such one.
-
-    `reversal` is the one nearest to 0.325 s (first) or the first one (second), `energy_left` the total energy in
-    the flight that follows.
-    """
-    found = macros(run)
-    if len(found) < number:
-        it, turned, stuck, left = MacroCollision(NAN, NAN, 0, NAN, NAN, NAN), [], [], NAN
-    else:
-        it = found[number - 1]
-        turned, stuck = reversals(run, it), sticks(run, it)
-        until = found[number].start if len(found) > number else run.end_time
-        left = value_at(run, "energy", 0.5 * (it.end + until))
-    wanted = REVERSAL if number == 1 else it.start
-    return {
-        **asdict(it),
-        "reversals": len(turned),
-        "reversal": min(turned, key=lambda time: abs(time - wanted), default=NAN),
-        "sticks": len(stuck),
-        "stick_time": sum(stay.duration for stay in stuck),
-        "longest_stick_start": longest(stuck)[0],
-        "energy_left": left,
-    }
-
-
 # --- runs beside each other
 
 
 def sampled(runs: Sequence[History], name: str, start: float, end: float) -> Array:
     """Return values (runs, points) of a variable, linear between samples, at many times from `start` to `end`."""
     times = np.linspace(start, end, _POINTS)
-    return np.stack([np.interp(times, values(run, "time"), values(run, name)) for run in runs])
+    return np.stack([np.interp(times, run["time"].values, run[name].values) for run in runs])
 
 
 def force_difference(a: History, b: History, name: str, number: int) -> float:
@@ -205,7 +154,7 @@ def force_difference(a: History, b: History, name: str, number: int) -> float:
     return float(np.sum(np.abs(x - y))) / total if total > 0.0 else NAN
 
 
-def between(models: Models, number: int) -> float | None:
+def in_flight(models: Models, number: int) -> float | None:
     """Return the time (s) in the middle of the flight after macro-collision `number`; None if they overlap."""
     found = [macros(run) for run in models]
     if min(map(len, found)) < number:
@@ -213,19 +162,3 @@ def between(models: Models, number: int) -> float | None:
     last = max(own[number - 1].end for own in found)
     first = min((own[number].start for own in found if len(own) > number), default=models.end)
     return 0.5 * (last + first) if first > last else None
-
-
-def largest_difference(models: Models, names: Sequence[str], end: float) -> float:
-    """Return the largest difference of any two runs up to `end`, relative to each variable's largest value."""
-    courses = [sampled(models, name, 0.0, end) for name in names]
-    return max(float(np.max(np.ptp(v, axis=0))) / (float(np.max(np.abs(v))) or 1.0) for v in courses)
-
-
-def existing(numbers: Sequence[float]) -> list[float]:
-    """Return the numbers in front of the first that does not exist (NaN)."""
-    return list(numbers[: next((i for i, value in enumerate(numbers) if np.isnan(value)), len(numbers))])
-
-
-def increasing(numbers: Sequence[float]) -> bool:
-    """Return whether there are two numbers at least, each larger than the one before."""
-    return len(numbers) > 1 and all(a < b for a, b in pairwise(numbers))

@@ -22,7 +22,6 @@ from oblique_impact.validation.report import (
     Text,
     cell,
     number,
-    write_csv,
     write_file,
 )
 
@@ -44,7 +43,7 @@ _UNITS = {"start": "s", "end": "s", "normal_impulse": "N s", "tangential_impulse
 
 
 def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
-    """Write report.html, results.json, claims.csv, sensitivity.csv and the figures; returns the page.
+    """Write report.html, results.json, claims.csv, combinations.csv and the figures; returns the page.
 
     Raises InputError if a file cannot be written.
     """
@@ -55,8 +54,10 @@ def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
     for name, picture in pictures.items():
         write_file(folder / "figures" / f"{name}.svg", picture.svg)
     claims = pd.DataFrame(map(_claim_row, result.claims))
-    for name, frame in (("claims", claims), ("sensitivity", result.variants)):
-        write_csv(folder / f"{name}.csv", list(frame), frame.values.tolist())
+    verdicts = pd.DataFrame(list(result.combinations["verdicts"]))
+    combined = result.combinations.drop(columns=["outcomes", "verdicts"]).join(verdicts)
+    for name, frame in (("claims", claims), ("combinations", combined)):
+        write_file(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
     page = Report(
         "The paper's figures and claims, from our runs",
         _LEAD,
@@ -67,7 +68,7 @@ def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
         sections=[
             Section("Claims", [_claims(result)]),
             Section("Figures 2 to 16", [Text(_ABOUT_FIGURES), *pictures.values()]),
-            Section("What the paper leaves open", [_choices(result), Text(_robustness(result.combinations))]),
+            Section("What the paper leaves open", _choices(result.combinations)),
             Section("Stick: where it can and cannot occur", _sticking(result)),
             Section("The runs", _runs(result)),
             Section("Limits of this reproduction", [Text(text) for text in _LIMITS]),
@@ -95,7 +96,6 @@ def results(result: Reproduction) -> dict[str, Any]:
     }
     return {
         "claims": [_claim_data(judged) for judged in result.claims],
-        "sensitivity": result.variants.to_dict("records"),
         "combinations": result.combinations.to_dict("records"),
         "stick": stick,
         "stick_threshold": result.threshold._asdict(),
@@ -108,7 +108,7 @@ def _claim_data(judged: Judged) -> dict[str, Any]:
     return {
         "id": claim.id,
         "place": claim.place,
-        "paper": claim.statement,
+        "paper": claim.paper,
         "rule": claim.rule,
         "verdict": judged.verdict,
         "schemes": {
@@ -131,7 +131,7 @@ def _claim_row(judged: Judged) -> dict[str, Any]:
 
 def _overview(result: Reproduction) -> list[Block]:
     counts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
-    missed = " ".join(judged.claim.statement for judged in result.claims if judged.verdict == NOT) or "none."
+    missed = " ".join(judged.claim.paper for judged in result.claims if judged.verdict == NOT) or "none."
     return [
         Text(
             f"{len(result.claims)} claims: {counts}. {result.undiscriminating} of them, marked =, do not "
@@ -150,7 +150,7 @@ def _claims(result: Reproduction) -> Table:
         rows.append(
             [
                 place,
-                f"{claim.statement} ({claim.place})",
+                f"{claim.paper} ({claim.place})",
                 *(f"{MARKS[KINDS[found[scheme].verdict]]} {found[scheme].text}" for scheme in SCHEMES),
                 Cell(claim.rule, "dim"),
                 Cell(judged.verdict, KINDS[judged.verdict]),
@@ -162,35 +162,26 @@ def _claims(result: Reproduction) -> Table:
     return Table(columns, rows, caption, wide=(1, 2, 3, 4))
 
 
-def _choices(result: Reproduction) -> Table:
-    frame = result.variants
-    shown = pd.DataFrame(
-        {
-            "choice": frame["choice"].mask(frame["choice"].duplicated(), ""),
-            "value": frame["variant"] + np.where(frame["assumed"], " *", ""),
-            "scheme": frame["scheme"],
-        }
-    )
-    for n, which in ((1, "first"), (2, "second")):
-        for name in ("start", "end", "reversal"):
-            shown[f"{n}: {name} (s)"] = frame[f"{which}_{name}"]
-        shown[f"{n}: impulse (N s)"] = frame[f"{which}_normal_impulse"]
-        shown[f"{n}: stick (µs)"] = 1e6 * frame[f"{which}_stick_time"]
-    caption = "One choice changed at a time; 1, 2: macro-collisions; * marks what is assumed elsewhere"
-    return Table.of_frame(shown, caption, digits=4, wide=(0, 1))
-
-
-def _robustness(grid: pd.DataFrame) -> str:
+def _choices(grid: pd.DataFrame) -> list[Block]:
+    """Return what becomes of the second macro-collision in all combinations of open choices."""
     off = np.maximum(grid["second_start"] - STICK, STICK - grid["second_end"]).clip(lower=0.0)
     nearest, long = grid.loc[off.idxmin()], grid[grid["longest_stick"] >= 1e-4]
     chosen = ", ".join(f"{name.replace('_', ' ')} {nearest[name]}" for name in grid.columns[:5])
-    return (
+    text = (
         f"All {len(grid)} combinations of number of modes, g, shortening of the contact point, Baumgarte's form "
         f"(fixed-step only) and scheme, three models each: in {(off == 0.0).sum()} of them the second "
         f"macro-collision is under way at 0.699 s (nearest: {chosen}; {nearest['second_start']:.4f} s to "
         f"{nearest['second_end']:.4f} s). Stays judged as stick of 0.1 ms or more occur in it in {len(long)} of "
         f"them, the latest from {number(long['longest_stick_start'].max(), 4)} s."
     )
+    counts = [list(verdicts.values()).count(REPRODUCED) for verdicts in grid["verdicts"]]
+    shown = grid.drop(columns=["outcomes", "verdicts"]).assign(claims_reproduced=counts)
+    shown["shortening"] = shown["shortening"].map({True: "in gap and slip", False: "left out"})
+    times = ("second_start", "second_end", "longest_stick_start", "longest_stick")
+    shown.attrs["units"] = dict.fromkeys(times, "s") | {"gravity": "m/s²"}
+    headings = {name: name.replace("_", " ") for name in shown}
+    caption = "Combinations: the second macro-collision, the longest stick in it, claims reproduced"
+    return [Text(text), Table.of_frame(shown, caption, digits=4, columns=headings)]
 
 
 def _sticking(result: Reproduction) -> list[Block]:
@@ -250,7 +241,7 @@ _LEAD = (
 _ASSUMED = [
     ("as printed", "RK4, 0.1 ms in flight and 1 µs in contact, Baumgarte 10 and 1000, stick judged at each step"),
     ("event-located", "the same equations, order 8, adaptive, every transition located in time"),
-    ("assumed (*)", "two clamped modes, x_F = L, g = 9.8 m/s², Z'' + 2χZ' + β²Z = 0, v₀, v₁ = 0.001, 0.01 m/s"),
+    ("assumed", "two clamped modes, x_F = L, g = 9.8 m/s², Z'' + 2χZ' + β²Z = 0, v₀, v₁ = 0.001, 0.01 m/s"),
 ]
 _RULES = (
     "Each claim is judged by its rule, once on the fixed-step runs (the algorithm as printed) and once on the "
@@ -266,7 +257,7 @@ _ABOUT_FIGURES = (
 _LIMITS = (
     "The fixed-step algorithm notices a contact up to one free step late, 0.4 mm below the slope; its Baumgarte "
     "terms then push the tip out and do work on the beam. From the second macro-collision on, the results of the "
-    "printed step sizes are shaped by that: compare the integrators, and the column lost_scheme.",
+    "printed step sizes are shaped by that: compare the two schemes, and the column lost_scheme.",
     "With a rigid stop nothing after the first macro-collision converges as modes are added: agreement or "
     "disagreement at 0.699 s depends on the number of modes, which the paper does not give. A statement about the "
     "second macro-collision is one about a discretized beam.",

@@ -27,7 +27,7 @@ from oblique_impact.history.sample_times import last_sample
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.paper.cases import paper
-from oblique_impact.validation.paper.measures import NAN, run_light, values
+from oblique_impact.validation.paper.measures import NAN, run_light
 
 
 class StickCheck(NamedTuple):
@@ -57,14 +57,14 @@ def stick_checks(scenario: Scenario, run: History) -> list[StickCheck]:
     """Return the sticking solution wherever the direction of slip turned or stick began."""
     solver = scenario.solver
     model = Beam(scenario, build_operators(scenario)).model
-    work, times = model.new_workspace(), values(run, "time")
+    work, times = model.new_workspace(), run["time"].values
     rate, place = Baumgarte.from_parameters(*solver.baumgarte, solver.baumgarte_form)
     checks = []
     for event in run.events:
         if event.kind not in (EventKind.REVERSAL, EventKind.STICK):
             continue
         sample = int(last_sample(times, event.time))
-        q, qd = (np.ascontiguousarray(values(run, name)[sample]) for name in ("q", "qd"))
+        q, qd = (np.ascontiguousarray(run[name].values[sample]) for name in ("q", "qd"))
         problem = contact_problem(model, float(times[sample]), q, qd, work)[2]
         slip_rate = problem.slip_rate
         if solver.scheme == "fixed-step":
@@ -74,7 +74,7 @@ def stick_checks(scenario: Scenario, run: History) -> list[StickCheck]:
             )
         force = holding_force(Phase(), problem, 0.0)
         normal, tangential = force[1:] if force.status == OK else (NAN, NAN)
-        line = np.arctan2(values(run, "tip_y")[sample], values(run, "tip_x")[sample])
+        line = np.arctan2(run["tip_y"].values[sample], run["tip_x"].values[sample])
         cotangent = float(1.0 / np.tan(abs(line - scenario.slope.angle)))
         checks.append(StickCheck(event.time, event.kind.value, slip_rate, normal, tangential, cotangent))
     return checks

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -27,23 +26,6 @@ def provenance_data() -> dict[str, Any]:
 
 def _versions() -> dict[str, str]:
     return {"Python": platform.python_version(), **versions(*PACKAGES)}
-
-
-def command_line(command: str, *arguments: object, **options: object) -> str:
-    """Return the words of a command as a shell takes them, with all that was given.
-
-    Options that are None, False or empty are left out; True is an option without a value; a list is repeated.
-    """
-    words = ["oblique-impact", command, *map(str, arguments)]
-    for name, value in options.items():
-        option = f"--{name}"
-        if value is True:
-            words.append(option)
-        elif isinstance(value, list):
-            words += [word for item in value for word in (option, str(item))]
-        elif value is not None and value is not False:
-            words += [option, str(value)]
-    return shlex.join(words)
 
 
 def machine() -> str:

@@ -37,7 +37,15 @@ CONVERGED, CONVERGING = "converged", "converging"
 #: the differences do not fall; they fall, but the levels do not confirm an order; there is no limit; no value
 NOT_CONVERGING, NOT_CONFIRMED = "not converging", "not confirmed"
 NOT_DETERMINED, NO_VERDICT = "not determined", "no verdict"
-
+#: verdicts, with the kind of cell that a report gives them
+VERDICTS = {
+    CONVERGED: "pass",
+    CONVERGING: "partly",
+    NOT_CONFIRMED: "partly",
+    NOT_CONVERGING: "fail",
+    NOT_DETERMINED: "fail",
+    NO_VERDICT: "dim",
+}
 
 #: the rule of the verdicts, in paragraphs, for every report
 RULE = (

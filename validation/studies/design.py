@@ -6,10 +6,9 @@ import itertools
 import json
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache, cached_property
-from importlib import resources
+from functools import cache
 from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -21,7 +20,7 @@ from scipy.stats import qmc
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.scenario.messages import did_you_mean, short
+from oblique_impact.scenario.messages import did_you_mean, one_of, refused, short
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.section import Section
@@ -39,16 +38,36 @@ Keys = Annotated[list[str], Field(min_length=1)]
 Values = Annotated[list[Any], Field(min_length=1, max_length=MAX_RUNS)]
 
 
+@cache
+def _defaults() -> dict[str, Any]:
+    """Return the default values of all keys of a scenario, "section.key" or "key"."""
+    return flat_keys(Scenario().model_dump())
+
+
+def _check_keys(keys: Iterable[str], where: str) -> None:
+    """Raise InputError for the first that is no key of a scenario."""
+    for key in keys:
+        if key not in _defaults():
+            inside = [known for known in _defaults() if known.startswith(f"{key.rpartition('.')[0]}.")]
+            meant = did_you_mean(key, _defaults())
+            words = f"known here: {', '.join(inside) or 'those of a scenario file'}{meant}"
+            raise refused(where, key, f"not a key of a scenario; {words}")
+
+
+def _si(key: str, value: Any) -> Any:
+    """Return a value whose texts with a unit are numbers in SI units; raises InputError."""
+    unit = key_schemas()[key].get("unit", "1")
+    try:
+        return value if unit == "1" else Unit(unit).convert(value)
+    except ValueError as error:
+        raise refused(key, value, f"should be {error}") from None
+
+
 class KeysSection(Section):
     """What one direction of a sweep changes: `key`, or `keys` that take the same value."""
 
     key: str | None = None
     keys: Keys | None = None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The keys."""
-        return tuple(self.keys or ()) if self.key is None else (self.key,)
 
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
@@ -56,6 +75,24 @@ class KeysSection(Section):
             raise InputError("key: takes key, or keys that have the same value; exactly one of them")
         _check_keys(self.names, "key" if self.keys is None else "keys")
         return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The keys."""
+        return tuple(self.keys or ()) if self.key is None else (self.key,)
+
+    def _ends(self, given: tuple[Any, Any], spacing: str) -> tuple[float, float]:
+        """Return the two ends of a range in SI units; raises InputError."""
+        if {type(_defaults()[key]) for key in self.names} not in ({float}, {int}):
+            raise refused("range", list(given), "is for keys that are all floats or all integers; use values")
+        start, stop = (_si(self.names[0], end) for end in given)
+        if not all(type(end) in (int, float) and abs(end) <= 1e30 for end in (start, stop)):
+            raise refused("range", list(given), "should be two finite numbers, or texts with a unit")
+        if start == stop:
+            raise refused("range", list(given), "the two ends should differ")
+        if spacing == "log" and not (start > 0.0 and stop > 0.0):
+            raise refused("range", list(given), "both should be greater than 0 for log spacing")
+        return start, stop
 
 
 class AxisSection(KeysSection):
@@ -71,13 +108,27 @@ class AxisSection(KeysSection):
         if (self.values is None) == (self.range is None):
             both = "not both" if self.range is not None else "one of them is needed"
             raise InputError(f"values: takes values, or range with count; {both}")
-        if self.range is None:
-            for name in ("count", "spacing"):
-                if getattr(self, name) is not None:
-                    raise InputError(f"{name} = {short(getattr(self, name))}: only with range, not with values")
-        elif self.count is None:
+        if self.range is None and (self.count, self.spacing) != (None, None):
+            raise InputError("count and spacing: only with range, not with values")
+        if self.range is not None and self.count is None:
             raise InputError(f"count: missing; how many values from {self.range[0]} to {self.range[1]}?")
+        self.rows()
         return self
+
+    def rows(self) -> list[tuple[Any, ...]]:
+        """Return its values, a row each; raises InputError."""
+        values = list(self.values or ())
+        if self.range is not None:
+            spread = np.geomspace if self.spacing == "log" else np.linspace
+            values = spread(*self._ends(self.range, self.spacing or "linear"), self.count or 2).tolist()
+            if type(_defaults()[self.names[0]]) is int:
+                for value in values:
+                    if not math.isclose(value, round(value)):
+                        raise InputError(
+                            f"range: {self.names[0]} = {value:.6g}: should be a whole number; use values"
+                        )
+                values = [round(value) for value in values]
+        return [(_si(self.names[0], value),) for value in values]
 
 
 class SampledSection(KeysSection):
@@ -86,6 +137,22 @@ class SampledSection(KeysSection):
     range: Range
     spacing: Spacing = "linear"
 
+    @model_validator(mode="after")
+    def _check_range(self) -> Self:
+        self._ends(self.range, self.spacing)
+        return self
+
+    def spread(self, parts: np.ndarray) -> list[Any]:
+        """Return the values at parts of the range from 0 to 1; raises InputError."""
+        start, stop = self._ends(self.range, self.spacing)
+        if type(_defaults()[self.names[0]]) is int:
+            low, high = sorted((round(start), round(stop)))
+            values = np.minimum(low + (parts * (high - low + 1)).astype(int), high)
+        else:
+            values = start * (stop / start) ** parts if self.spacing == "log" else start + parts * (stop - start)
+        found: list[Any] = values.tolist()
+        return found
+
 
 class HypercubeSection(Section):
     """A sample of `samples` points of a hypercube, the same ones for the same `seed`."""
@@ -93,6 +160,14 @@ class HypercubeSection(Section):
     samples: Annotated[int, Field(ge=1, le=MAX_RUNS)]
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     axes: Annotated[list[SampledSection], Field(min_length=1)]
+
+    def rows(self, sampler: type[qmc.QMCEngine]) -> list[tuple[Any, ...]]:
+        """Return the points, a value for each of the axes; raises InputError."""
+        generator = np.random.default_rng(self.seed)
+        points = sampler(len(self.axes), seed=generator).random(self.samples)
+        return list(
+            zip(*(axis.spread(parts) for axis, parts in zip(self.axes, points.T, strict=True)), strict=True)
+        )
 
 
 class TableSection(Section):
@@ -106,7 +181,7 @@ class TableSection(Section):
         _check_keys(self.keys, "keys")
         for number, row in enumerate(self.rows):
             if len(row) != len(self.keys):
-                raise InputError(f"rows.{number} = {short(row)}: should have one value a key, {len(self.keys)}")
+                raise refused(f"rows.{number}", row, f"should have one value a key, {len(self.keys)}")
         return self
 
 
@@ -123,6 +198,34 @@ class SweepFile(Section):
     table: TableSection | None = None
     latin_hypercube: HypercubeSection | None = None
     sobol: HypercubeSection | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        """Refuse too many runs, or none, before they are made."""
+        _check_keys(flat_keys(self.changes), "changes")
+        if self.sobol and self.sobol.samples & (self.sobol.samples - 1):
+            raise InputError(f"sobol.samples = {self.sobol.samples}: should be a power of 2")
+        sizes = [axis.count or len(axis.values or ()) for axis in self.axes or ()]
+        sizes += [len(self.table.rows)] if self.table else []
+        sizes += [cube.samples for cube in (self.latin_hypercube, self.sobol) if cube]
+        if not sizes:
+            raise InputError("nothing to sweep over; give [[axes]], [table], [latin_hypercube] or [sobol]")
+        if math.prod(sizes) > MAX_RUNS:
+            product = " x ".join(str(size) for size in sizes)
+            raise InputError(f"{product} = {short(math.prod(sizes))} runs; at most {MAX_RUNS} are allowed")
+        return self
+
+    def blocks(self) -> list[tuple[list[Dimension], list[tuple[Any, ...]]]]:
+        """Return the directions of each block, and its rows with a value for each of them; raises InputError."""
+        found = [([Dimension(axis.names, axis.spacing or "linear")], axis.rows()) for axis in self.axes or ()]
+        if self.table:
+            columns = [Dimension((key,)) for key in self.table.keys]
+            rows = [tuple(map(_si, self.table.keys, row)) for row in self.table.rows]
+            found.append((columns, rows))
+        for cube, sampler in ((self.latin_hypercube, qmc.LatinHypercube), (self.sobol, qmc.Sobol)):
+            if cube:
+                found.append(([Dimension(axis.names, axis.spacing) for axis in cube.axes], cube.rows(sampler)))
+        return found
 
 
 @dataclass(frozen=True)
@@ -152,19 +255,6 @@ class Dimension:
 
 
 @dataclass(frozen=True)
-class _Block:
-    """Rows of values of the keys of some dimensions; an axis of a grid, or scattered."""
-
-    dimensions: tuple[Dimension, ...]
-    rows: Sequence[Sequence[Any]]
-    grid: bool
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        return tuple(key for dimension in self.dimensions for key in dimension.keys)
-
-
-@dataclass(frozen=True)
 class Plan:
     """A sweep that can run.
 
@@ -178,8 +268,6 @@ class Plan:
         Values of keys that hold for all runs.
     dimensions : tuple of Dimension
         What changes from run to run.
-    grid : bool
-        Whether it consists of axes alone.
     runs : tuple of Run
         All combinations, the last block changing fastest; "run" counts them from 1.
     """
@@ -188,15 +276,19 @@ class Plan:
     base: Scenario
     changes: dict[str, Any]
     dimensions: tuple[Dimension, ...]
-    grid: bool
     runs: tuple[Run, ...]
+
+    @property
+    def grid(self) -> bool:
+        """Whether it consists of axes alone."""
+        return not (self.file.table or self.file.latin_hypercube or self.file.sobol)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """Quantities that are measured in each run."""
         return tuple(quantity(name) for name in self.runs[0].quantities)
 
-    @cached_property
+    @property
     def impossible(self) -> list[Run]:
         """Runs whose values do not fit together; they become rows that say why."""
         return [run for run in self.runs if run.scenario is None]
@@ -207,15 +299,9 @@ class Plan:
         return tomli_w.dumps({**data, "quantities": list(self.runs[0].quantities)})
 
 
-@cache
-def defaults() -> dict[str, Any]:
-    """Return the default values of all keys of a scenario, "section.key" or "key"."""
-    return flat_keys(Scenario().model_dump())
-
-
-def shipped_names() -> list[str]:
-    """Return the names of the shipped sweeps."""
-    return sorted(p.name[:-5] for p in _shipped().iterdir() if p.name.endswith(".toml"))
+def shipped_sweeps() -> dict[str, Path]:
+    """Return the files of the shipped sweeps by their names."""
+    return {file.stem: file for file in sorted((Path(__file__).parent / "sweeps").glob("*.toml"))}
 
 
 def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> Plan:
@@ -223,19 +309,15 @@ def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> P
 
     Raises InputError, in one line that names the key, its value and what is allowed.
     """
-    source = os.fspath(source)
-    if source in shipped_names():
-        return make_plan((_shipped() / f"{source}.toml").read_text(encoding="utf-8"), base=base)
-    path = Path(source)
+    name = os.fspath(source)
+    path = shipped_sweeps().get(name, Path(name))
     if not os.path.isfile(path):
-        known = shipped_names()
-        words = f"neither a file nor a shipped study ({', '.join(known)}){did_you_mean(source, known)}"
-        raise InputError(f"sweep = {short(source)}: {words}")
+        raise refused("sweep", name, f"neither a file nor a shipped study, which {one_of(name, shipped_sweeps())}")
     try:
         text = read_text(path)
     except (OSError, ValueError) as error:
-        raise InputError(f"sweep = {short(source)}: cannot be read: {short(str(error))}") from None
-    return make_plan(text, path.parent, base, source)
+        raise refused("sweep", name, f"cannot be read: {short(str(error))}") from None
+    return make_plan(text, path.parent, base, name)
 
 
 def make_plan(text: str, folder: Path = Path(), base: Scenario | None = None, name: str = "sweep file") -> Plan:
@@ -257,169 +339,46 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     """
     if base is None:
         beside = folder / file.scenario
-        is_file = file.scenario.endswith(".toml") and os.path.isfile(beside)
-        base = Scenario.load(str(beside) if is_file else file.scenario)
-    changes = flat_keys(file.changes)
-    _check_keys(changes, "changes")
-    _check_size(file)
-    blocks = [_axis(axis, f"axes.{n}", base) for n, axis in enumerate(file.axes or ())]
-    if file.table:
-        columns = tuple(Dimension((key,)) for key in file.table.keys)
-        blocks.append(_Block(columns, file.table.rows, grid=False))
-    cubes = {"latin_hypercube": file.latin_hypercube, "sobol": file.sobol}
-    blocks += [_sample(cube, name, base) for name, cube in cubes.items() if cube]
-    keys = [key for block in blocks for key in block.keys]
+        base = Scenario.load(str(beside) if beside.suffix == ".toml" and beside.is_file() else file.scenario)
+    changes, blocks = flat_keys(file.changes), file.blocks()
+    dimensions = tuple(dimension for directions, _ in blocks for dimension in directions)
+    keys = [key for dimension in dimensions for key in dimension.keys]
     for key in [*changes, *keys]:
         if [*changes, *keys].count(key) > 1:
-            raise InputError(f"sweep file: {key} is set twice; once in changes, or in one of the blocks")
-    values = [tuple(itertools.chain(*rows)) for rows in itertools.product(*(block.rows for block in blocks))]
-    dimensions = tuple(dimension for block in blocks for dimension in block.dimensions)
-    runs = _runs(base, changes, keys, values, file.quantities)
-    return Plan(file, base, changes, dimensions, all(block.grid for block in blocks), runs)
-
-
-def _runs(
-    base: Scenario,
-    changes: dict[str, Any],
-    keys: list[str],
-    values: list[tuple[Any, ...]],
-    names: list[str] | None,
-) -> tuple[Run, ...]:
-    """Make every scenario; labels are values in SI units as the scenario holds them."""
-    found: list[tuple[Scenario | None, str]] = []
-    for row in values:
-        changed = {**changes, **dict(zip(keys, row, strict=True))}
+            raise InputError(f"{key} is set twice; once in changes, or in one of the blocks")
+    made: list[tuple[dict[str, Any], Scenario | None, str]] = []
+    for parts in itertools.product(*(rows for _, rows in blocks)):
+        row = zip(dimensions, itertools.chain(*parts), strict=True)
+        values = {key: value for dimension, value in row for key in dimension.keys}
+        changed = {key.replace(".", "__"): value for key, value in {**changes, **values}.items()}
         try:
-            found.append((base.replace(**{key.replace(".", "__"): value for key, value in changed.items()}), ""))
+            found = base.replace(**changed)
         except InputError as error:
-            found.append((None, str(error)))
-    possible = [scenario for scenario, _ in found if scenario]
+            made.append((values, None, str(error)))
+        else:
+            # as the scenario holds them
+            made.append(({key: attrgetter(key)(found) for key in values}, found, ""))
+    possible = [scenario for _, scenario, _ in made if scenario]
     if not possible:
-        raise InputError(found[0][1] + (" (and no other run is possible)" if len(found) > 1 else ""))
+        raise InputError(made[0][2] + (" (and no other run is possible)" if len(made) > 1 else ""))
+    wanted = tuple(dict.fromkeys(file.quantities or default_quantities(possible[0])))
     longest = max(scenario.end_time for scenario in possible)
-    wanted = tuple(dict.fromkeys(names or default_quantities(possible[0])))
     try:
         for name in wanted:
             quantity(name, longest)
     except InputError as error:
         raise InputError(f"quantities: {str(error).removeprefix('--quantity ')}") from None
-    columns = {
-        key: _column(key, [attrgetter(key)(s) if s else row[n] for (s, _), row in zip(found, values, strict=True)])
-        for n, key in enumerate(keys)
-    }
-    return tuple(
-        Run({"run": n + 1, **{key: column[n] for key, column in columns.items()}}, scenario, wanted, fault)
-        for n, (scenario, fault) in enumerate(found)
-    )
+    lists = {key for values, *_ in made for key, value in values.items() if isinstance(value, list | tuple)}
+    runs = []
+    for number, (values, scenario, fault) in enumerate(made, start=1):
+        labels = {key: _entry(key, value, key in lists) for key, value in values.items()}
+        runs.append(Run({"run": number, **labels}, scenario, wanted, fault))
+    return Plan(file, base, changes, dimensions, tuple(runs))
 
 
-def _column(key: str, values: list[Any]) -> list[Any]:
-    """Return the values of a key as one type: numbers, words, switches, or JSON where some are lists."""
-    if any(isinstance(value, list | tuple) for value in values):
-        return [json.dumps(value) for value in values]
-    if isinstance(defaults()[key], str):
-        return [str(value) for value in values]
-    # what no scenario takes is no number
-    return [math.nan if isinstance(value, str) else value for value in values]
-
-
-def _check_keys(keys: Iterable[str], where: str) -> None:
-    """Raise InputError for the first that is no key of a scenario."""
-    known = list(defaults())
-    for key in keys:
-        if key not in known:
-            section, dot, _ = key.rpartition(".")
-            inside = [k for k in known if dot and k.startswith(f"{section}.")]
-            sections = ", ".join(dict.fromkeys(k.partition(".")[0] for k in known if "." in k))
-            words = (
-                ", ".join(inside) or f"{', '.join(k for k in known if '.' not in k)}, SECTION.KEY of {sections}"
-            )
-            line = f"not a key of a scenario; known here: {words}{did_you_mean(key, known)}"
-            raise InputError(f"{where} = {short(key)}: {line}")
-
-
-def _check_size(file: SweepFile) -> None:
-    """Refuse too many runs, or none, before they are made."""
-    sizes = [axis.count or len(axis.values or ()) for axis in file.axes or ()]
-    sizes += [len(file.table.rows)] if file.table else []
-    sizes += [cube.samples for cube in (file.latin_hypercube, file.sobol) if cube]
-    if not sizes:
-        raise InputError("sweep file: nothing to sweep over; give [[axes]], [table], [latin_hypercube] or [sobol]")
-    if math.prod(sizes) > MAX_RUNS:
-        product = " x ".join(str(size) for size in sizes)
-        raise InputError(f"sweep file: {product} = {short(math.prod(sizes))} runs; at most {MAX_RUNS} are allowed")
-
-
-def _axis(axis: AxisSection, where: str, base: Scenario) -> _Block:
-    keys, spacing = axis.names, axis.spacing or "linear"
-    values = list(axis.values or ())
-    if axis.range is not None:
-        assert axis.count is not None
-        spread = np.geomspace if spacing == "log" else np.linspace
-        values = spread(*_ends(keys, axis.range, spacing, f"{where}.range", base), axis.count).tolist()
-        if _whole(keys[0]):
-            values = [_rounded(value, keys[0], f"{where}.range") for value in values]
-    return _Block((Dimension(keys, spacing),), [[value] * len(keys) for value in values], grid=True)
-
-
-def _sample(cube: HypercubeSection, name: str, base: Scenario) -> _Block:
-    """Return the points of a Latin hypercube, or of a scrambled Sobol sequence."""
-    generator = np.random.default_rng(cube.seed)
-    if name == "sobol" and cube.samples & (cube.samples - 1):
-        raise InputError(f"sobol.samples = {cube.samples}: should be a power of 2")
-    sampler = qmc.Sobol if name == "sobol" else qmc.LatinHypercube
-    points = sampler(len(cube.axes), seed=generator).random(cube.samples)
-    dimensions, columns = [], []
-    for number, (axis, parts) in enumerate(zip(cube.axes, points.T, strict=True)):
-        where = f"{name}.axes.{number}"
-        keys = axis.names
-        start, stop = _ends(keys, axis.range, axis.spacing, f"{where}.range", base)
-        if _whole(keys[0]):
-            low, high = (_rounded(value, keys[0], f"{where}.range") for value in sorted((start, stop)))
-            values = np.minimum(low + (parts * (high - low + 1)).astype(int), high)
-        elif axis.spacing == "log":
-            values = start * (stop / start) ** parts
-        else:
-            values = start + parts * (stop - start)
-        dimensions.append(Dimension(keys, axis.spacing))
-        columns += [values.tolist()] * len(keys)
-    return _Block(tuple(dimensions), list(zip(*columns, strict=True)), grid=False)
-
-
-def _ends(
-    keys: Sequence[str], given: tuple[Any, Any], spacing: str, where: str, base: Scenario
-) -> tuple[float, float]:
-    """Return the two ends of a range as numbers in SI units."""
-    kinds = {type(defaults()[key]) for key in keys}
-    if kinds not in ({float}, {int}):
-        words = "keys that are all floats or all integers" if len(keys) > 1 else "keys with numbers; use values"
-        raise InputError(f"{where} = {short(list(given))}: {', '.join(keys)}: ranges are for {words}")
-    ends = []
-    for number, end in enumerate(given):
-        if isinstance(end, str):  # with a unit
-            end = attrgetter(keys[0])(base.replace(**{key.replace(".", "__"): end for key in keys}))
-        if isinstance(end, bool) or not isinstance(end, int | float) or not abs(end) <= 1e30:
-            words = "should be a finite number, or a text with a unit"
-            raise InputError(f"{where}.{number} = {short(end)}: {words}")
-        ends.append(float(end))
-    start, stop = ends
-    if start == stop:
-        raise InputError(f"{where} = {short([start, stop])}: the two ends should differ")
-    if spacing == "log" and not (start > 0.0 and stop > 0.0):
-        raise InputError(f"{where} = {short([start, stop])}: both should be greater than 0 for log spacing")
-    return start, stop
-
-
-def _whole(key: str) -> bool:
-    return type(defaults()[key]) is int
-
-
-def _rounded(value: float, key: str, where: str) -> int:
-    nearest = round(value)
-    if abs(value - nearest) > 1e-9 * max(1.0, abs(value)):
-        raise InputError(f"{where}: {key} = {value:.6g}: should be a whole number; change count, or use values")
-    return nearest
-
-
-def _shipped() -> Any:
-    return resources.files("oblique_impact.validation.studies") / "sweeps"
+def _entry(key: str, value: Any, as_json: bool) -> Any:
+    """Return a value for a column of one type, as parquet has it: where some values are lists, all are JSON."""
+    if as_json:
+        return json.dumps(value)
+    # a text that no scenario takes is no number
+    return math.nan if isinstance(value, str) and not isinstance(_defaults()[key], str) else value

@@ -63,23 +63,30 @@ def compute_each(
         return
     left = dict(enumerate(items))
     count = max(1, min(workers or cores(), len(left)))
+    ahead = _AHEAD * count
+
+    def run(some: Mapping[int, Item]) -> Iterator[tuple[int, Result]]:
+        parallel = Parallel(batch_size=1, pre_dispatch=ahead, return_as="generator_unordered", max_nbytes=None)
+        found: Iterator[tuple[int, Result]] = parallel(
+            delayed(_numbered)(function, *item) for item in some.items()
+        )
+        return found
+
     # one thread each; a Ctrl-C in a terminal reaches every process, and it is for this one to decide
     with parallel_config("loky", n_jobs=count, inner_max_num_threads=1, initializer=_begin):
         while left:
             try:
-                for index, result in _run(function, left, _AHEAD * count):
+                for index, result in run(dict(left)):
                     del left[index]
                     yield index, result
             except BrokenExecutor:
                 # joblib does not say whose process died: what it may have handed out runs again, one by one
-                for index in list(left)[: 2 * _AHEAD * count]:
+                for index in list(left)[: 2 * ahead]:
                     try:
-                        ((_, found),) = _run(function, {index: left.pop(index)}, 1)
+                        yield from run({index: left.pop(index)})
                     except BrokenExecutor as error:
                         codes = re.search(r"\{(.+)\}", str(error))
                         yield index, Crash(f"its process ended: {codes[1] if codes else 'killed'}")
-                    else:
-                        yield index, found
 
 
 def map_parallel(
@@ -120,15 +127,6 @@ def running_source() -> str:
     return f"{package_version()} (source {source_digest(SOURCE)})"
 
 
-def _run(
-    function: Callable[[Item], Result], items: Mapping[int, Item], ahead: int
-) -> Iterator[tuple[int, Result]]:
-    parallel = Parallel(batch_size=1, pre_dispatch=ahead, return_as="generator_unordered", max_nbytes=None)
-    calls = (delayed(_numbered)(function, n, item) for n, item in list(items.items()))
-    found: Iterator[tuple[int, Result]] = parallel(calls)
-    return found
-
-
 def _numbered(function: Callable[[Item], Result], index: int, item: Item) -> tuple[int, Result]:
     return index, function(item)
 
@@ -157,7 +155,7 @@ def _on_cluster(
         raise _fault(address, f"cannot be reached: {error}") from None
     try:
         _check_workers(address, client)
-        places = {client.submit(function, item, pure=False): n for n, item in enumerate(items)}
+        places = {client.submit(_in_worker, function, item, pure=False): n for n, item in enumerate(items)}
         for future in as_completed(places, loop=client.loop):
             if isinstance(future.exception(), KilledWorker):
                 yield places[future], Crash("its workers died, again and again")
@@ -168,6 +166,15 @@ def _on_cluster(
         raise _fault(address, lost) from None
     finally:
         client.close(timeout=1.0)
+
+
+def _in_worker(function: Callable[[Item], Result], item: Item) -> Result:
+    """Run an item on a worker of a cluster."""
+    import dask
+
+    # else xarray asks the cluster for a lock before it writes a history, in memory, and finds none
+    with dask.config.set(scheduler="synchronous"):
+        return function(item)
 
 
 def _check_workers(address: str, client: Any) -> None:

@@ -39,21 +39,18 @@ from oblique_impact.validation.report import (
     number,
     picture,
 )
-from oblique_impact.validation.studies.measure import FAILURES
-from oblique_impact.validation.studies.study import Limits, Run, run_study
+from oblique_impact.validation.studies.study import FAILURES, Run, run_study
 
 Array = NDArray[np.float64]
 
 PREDICTABLE, SENSITIVE, UNPREDICTABLE, UNKNOWN = "predictable", "sensitive", "not predictable", "no verdict"
 #: growths that separate the verdicts: what the motion carries along is about 1, rounding is 1e-16 of a time
 SMALL, LARGE = 10.0, 1e3
-#: times that are compared at most
-MOST_COLLISIONS, MOST_EVENTS = 20, 400
+#: quantities that are measured, and how many of each at most
+_ASKED = {"start": 20, "collision_impulse": 20, "collision_contacts": 20, "event": 400}
 #: rad
 PERTURBATIONS = (1e-8, 1e-6)
 SHADOWS, MOST_SHADOWS = 4, 1000
-#: what results.json tells of each run
-_RUN = ["offset", "outcome", "message"]
 _KINDS = {PREDICTABLE: "pass", SENSITIVE: "partly", UNPREDICTABLE: "fail", UNKNOWN: "dim"}
 RULE = (
     "Each perturbed run starts at an initial angle that differs by no more than d. The growth of a time t is "
@@ -160,7 +157,7 @@ def predictability(
     out : path, optional
         Folder for report.html, results.json and results.csv, where an interrupted study goes on.
     scheduler, workers, timeout, on_progress
-        As for :func:`oblique_impact.validation.studies.refinement.refine`.
+        As for :func:`~oblique_impact.validation.studies.study.run_study`.
     name, command : str
         What the scenario is called, and how to repeat the study, for the report.
 
@@ -177,28 +174,24 @@ def predictability(
     >>> predictability(soft, shadows=2, workers=1).cases[0].collisions["verdict"][0]
     'predictable'
     """
-    if isinstance(scenario, Sequence) and all(isinstance(case, Case) for case in scenario):
-        cases = list(scenario)
-    else:
-        cases = [Case(name, require_scenario(scenario, "predictability"))]
+    cases = [scenario] if isinstance(scenario, Scenario) else list(scenario)
+    cases = [
+        one if isinstance(one, Case) else Case(name, require_scenario(one, "predictability")) for one in cases
+    ]
     if not perturbations or not all(0.0 < d <= 0.1 for d in perturbations):
         given = "".join(f" {d:g}" for d in perturbations)
         raise InputError(f"perturbations{given}: should be angles in rad, above 0 and at most 0.1")
     if not 2 <= shadows <= MOST_SHADOWS:
         raise InputError(f"shadows {shadows}: should be from 2 to {MOST_SHADOWS}")
-    limits = Limits(workers, scheduler, timeout)
     started = time.perf_counter()
-    most = {"start": MOST_COLLISIONS, "collision_impulse": MOST_COLLISIONS, "collision_contacts": MOST_COLLISIONS}
-    names = tuple(
-        f"{kind}:{n}" for kind, last in {**most, "event": MOST_EVENTS}.items() for n in range(1, last + 1)
-    )
+    names = tuple(f"{kind}:{n}" for kind, last in _ASKED.items() for n in range(1, last + 1))
     runs = []
     for case in cases:
-        for offset in (0.0, *_offsets(case.scenario, perturbations, shadows)):
-            angle = case.scenario.initial.angle + float(offset)
+        for offset in (0.0, *_offsets(case.scenario, perturbations, shadows).tolist()):
+            angle = case.scenario.initial.angle + offset
             perturbed = case.scenario.replace(initial__angle=angle) if offset else case.scenario
-            runs.append(Run({"case": case.name, "offset": float(offset)}, perturbed, names))
-    frame = run_study(runs, out, limits=limits, on_progress=on_progress)
+            runs.append(Run({"case": case.name, "offset": offset}, perturbed, names))
+    frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
     found = tuple(judge(case, tuple(perturbations), frame[frame["case"] == case.name]) for case in cases)
     result = Predictability(name, found, time.perf_counter() - started)
     if out is None:
@@ -211,8 +204,15 @@ def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> 
     """Judge a case by the frame of its runs, that of offset 0 first; quantities "start:1", "event:1", ..."""
     failing = frame["outcome"].isin(FAILURES) & (frame["offset"] != 0.0)
     failed, frame = frame[failing], frame[~failing]
-    offsets = frame["offset"].abs().to_numpy(float)[1:]
-    events, starts = _known(frame, "event"), _known(frame, "start")
+
+    def table(kind: str) -> Array:
+        """Return the quantities "kind:1", "kind:2", ... of all runs, shape (runs, numbers)."""
+        columns = [f"{kind}:{n}" for n in range(1, _ASKED[kind] + 1)]
+        return np.asarray(frame.reindex(columns=columns), dtype=float)
+
+    events, starts = (times[:, np.isfinite(times[0])] for times in (table("event"), table("start")))
+    count = starts.shape[1]
+    impulses, contacts = table("collision_impulse")[:, :count], table("collision_contacts")[:, :count]
     unit = float(events[0, 0]) if events.size and events[0, 0] > 0.0 else case.scenario.end_time
     # a perturbed run that came to its end without such a time would have had it later, which is a lower bound; one
     # that the physics stopped will never have it
@@ -220,11 +220,10 @@ def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> 
     shifts, moved = (
         np.where(np.isnan(times[1:]), ends - times[0], np.abs(times[1:] - times[0])) for times in (starts, events)
     )
+    offsets = frame["offset"].abs().to_numpy(float)[1:]
     scale = offsets[:, None] * unit
     growth = _largest(shifts / scale)
     bounded = np.isnan(starts[1:]).any(axis=0) & np.isfinite(growth)
-    count = starts.shape[1]
-    impulses, contacts = (_table(frame, f"collision_{kind}", count) for kind in ("impulse", "contacts"))
     collisions = pd.DataFrame(
         {
             "collision": np.arange(1, count + 1),
@@ -245,6 +244,11 @@ def judge(case: Case, perturbations: tuple[float, ...], frame: pd.DataFrame) -> 
         below = d * (1.0 + 1e-9)
     growths = pd.DataFrame({"time": events[0], "growth": _largest(moved / scale)})
     return CaseResult(case, growths, collisions, unit, frame, failed)
+
+
+def _largest(values: Array) -> Array:
+    """Return the largest over all perturbed runs, NaN where there are none."""
+    return np.asarray(np.max(values, axis=0) if len(values) else np.full(values.shape[1:], math.nan))
 
 
 def verdict_of(growth: float, lower_bound: bool = False) -> str:
@@ -285,23 +289,6 @@ def _offsets(scenario: Scenario, perturbations: Sequence[float], shadows: int) -
     return np.concatenate(
         [d * (one if not possible(-d) else -one if not possible(d) else both) for d in perturbations]
     )
-
-
-def _table(frame: pd.DataFrame, kind: str, most: int) -> Array:
-    """Return the quantities "kind:1" to "kind:most", shape (runs, most)."""
-    columns = [f"{kind}:{n}" for n in range(1, most + 1)]
-    return np.asarray(frame.reindex(columns=columns), dtype=float)
-
-
-def _known(frame: pd.DataFrame, kind: str) -> Array:
-    """Return the times of a kind that the first run has, shape (runs, times)."""
-    times = _table(frame, kind, MOST_EVENTS if kind == "event" else MOST_COLLISIONS)
-    return times[:, np.isfinite(times[0])]
-
-
-def _largest(values: Array) -> Array:
-    """Return the largest over all perturbed runs, NaN where there are none."""
-    return np.asarray(np.max(values, axis=0) if len(values) else np.full(values.shape[1:], math.nan))
 
 
 # --- report

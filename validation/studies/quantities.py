@@ -5,18 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 import numpy as np
+from scipy.integrate import simpson
 
+from oblique_impact.beam.convergence import convergence_warnings
+from oblique_impact.beam.cross_sections import Sections
+from oblique_impact.beam.small_deflection import contact_force_error, deflection_error, largest_motion
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
+from oblique_impact.history.history import History
+from oblique_impact.history.interpolation import RATES, value_at
+from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, SECTION_FORCES
+from oblique_impact.problem import beam_of
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.scenario.scenario import Scenario
-
-# the names of quantities are checked by programs that do not simulate: they should not wait for the compiler
-if TYPE_CHECKING:
-    from oblique_impact.history.history import History
-from oblique_impact.history.interpolation import RATES, value_at
 
 
 class GapError(Exception):
@@ -43,33 +48,12 @@ class Quantity:
 
 #: variables over time that `VARIABLE@TIME` knows: unit and meaning
 VARIABLES = {
-    "theta": ("rad", "angle of the floating frame"),
-    "theta_dot": ("rad/s", "angular velocity of the floating frame"),
-    "tip_x": ("m", "contact point, inertial x"),
-    "tip_y": ("m", "contact point, inertial y"),
-    "tip_vx": ("m/s", "velocity of the contact point, x"),
-    "tip_vy": ("m/s", "velocity of the contact point, y"),
-    "deflection": ("m", "transverse deflection of the contact point"),
-    "shortening": ("m", "foreshortening at the contact point"),
-    "gap": ("m", "normal gap"),
-    "depth": ("m", "compression of the stop itself"),
-    "slip": ("m", "tangential position on the slope"),
-    "gap_rate": ("m/s", "gap rate"),
-    "slip_rate": ("m/s", "slip velocity"),
-    "lambda_n": ("N", "normal contact force"),
-    "lambda_tau": ("N", "tangential contact force"),
-    "energy": ("J", "kinetic, elastic and gravity energy"),
-    "energy_kinetic": ("J", "kinetic energy"),
-    "energy_elastic": ("J", "elastic energy"),
-    "energy_gravity": ("J", "gravity energy"),
-}
+    name: (variable.units, variable.long_name)
+    for name, variable in (OF_A_BEAM | OF_A_SYSTEM).items()
+    if variable.dimensions == ("time",) and name not in ("time", "state")
+} | {"energy": ("J", "kinetic, elastic and gravity energy")}
 #: variables over time and along the beam, for `max:` and `min:` besides
-FIELDS = {
-    "moment": ("N m", "bending moment"),
-    "shear": ("N", "shear force"),
-    "axial_force": ("N", "axial force"),
-    "bending_stress": ("Pa", "bending stress"),
-}
+FIELDS = {name: (variable.units, variable.long_name) for name, variable in SECTION_FORCES.items()}
 _SAME_TIME = 1e-12  # s; a multiple of the output interval in floating point
 
 
@@ -91,7 +75,7 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     if colon and extreme in ("max", "min") and variable in known:
         unit, meaning = known[variable]
         words = f"{'largest' if extreme == 'max' else 'least'} {meaning} among the samples"
-        return Quantity(name, unit, words, lambda history: _extreme(history, extreme, variable))
+        return Quantity(name, unit, words, lambda history: _extreme(extreme, _values(history, variable)))
     known_names = [*_NAMED, *(f"{v}{at}{moment}" for v in VARIABLES), *(f"{extreme}:{v}" for v in known)]
     raise InputError(
         f"--quantity {name}: known are {', '.join(_NAMED)}; VARIABLE@TIME or VARIABLE@end with "
@@ -129,7 +113,7 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     if not history.macro_collisions:
         return {}
     limits = history.summary.get("without_limit", ())
-    if "start" in limits or _warned(history):
+    if "start" in limits or _damping_unresolved(history):
         touch_down = float(history.macro_collisions[0]["start"])
         why = "what follows the first touch-down is not determined, see the warning"
         return {name: why for name in names if not _decided_before(name, history, touch_down)}
@@ -140,18 +124,12 @@ def not_determined(names: Sequence[str], history: History) -> dict[str, str]:
     return {}
 
 
-def _warned(history: History) -> bool:
+def _damping_unresolved(history: History) -> bool:
     """Whether the run warns that its damping is not resolved, or of too many contacts on an elastic stop."""
-    from oblique_impact.beam.convergence import convergence_warnings
-    from oblique_impact.problem import beam_of
-
-    if not history.summary.get("warnings"):
-        return False
-    scenario = Scenario.from_toml(history.scenario_toml)
     # the exact beam has mechanics of its own and no operators to judge by
-    if scenario.is_absolute:
+    if not history.summary.get("warnings") or history.scenario is None or history.scenario.is_absolute:
         return False
-    return bool(convergence_warnings(beam_of(scenario), [m["contacts"] for m in history.macro_collisions]))
+    return bool(convergence_warnings(beam_of(history.scenario), [m["contacts"] for m in history.macro_collisions]))
 
 
 def _decided_before(name: str, history: History, touch_down: float) -> bool:
@@ -161,9 +139,8 @@ def _decided_before(name: str, history: History, touch_down: float) -> bool:
         return moment != "end" and float(moment) <= touch_down
     extreme, _, variable = name.partition(":")
     if extreme in ("max", "min"):
-        earlier = _values(history, variable)[history["time"].values <= touch_down]
-        before = float(np.nanmax(earlier) if extreme == "max" else np.nanmin(earlier))
-        return before == _extreme(history, extreme, variable)
+        values, before = _values(history, variable), history["time"].values <= touch_down
+        return _extreme(extreme, values[before]) == _extreme(extreme, values)
     return name in _DETERMINED
 
 
@@ -172,7 +149,11 @@ def natural_scale(unit: str, scenario: Scenario, energy: float) -> float:
     return {"m": scenario.beam.length, "J": energy}.get(unit, 0.0)
 
 
+# --- variables
+
+
 def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity:
+    """Return the quantity VARIABLE@MOMENT."""
     unit, meaning = VARIABLES[variable]
     if moment == "end":
         return Quantity(name, unit, f"{meaning} at the end", lambda history: _at_end(history, variable))
@@ -187,19 +168,22 @@ def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity
 
 
 def _values(history: History, variable: str) -> np.ndarray:
-    if variable == "energy":
-        return np.asarray(history.total_energy.values)
-    return np.asarray(history[variable].values, dtype=float)
+    found = history.total_energy if variable == "energy" else history[variable]
+    return np.asarray(found.values, dtype=float)
 
 
-def _complete(history: History) -> bool:
-    return history.outcome is Outcome.COMPLETED
+def _extreme(which: str, values: np.ndarray) -> float:
+    return float(np.nanmax(values) if which == "max" else np.nanmin(values))
 
 
 def _at_end(history: History, variable: str) -> float:
-    if not _complete(history):
-        raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
+    _require_completed(history)
     return float(_values(history, variable)[-1])
+
+
+def _require_completed(history: History) -> None:
+    if history.outcome is not Outcome.COMPLETED:
+        raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
 
 
 def _at(history: History, variable: str, time: float) -> float:
@@ -214,48 +198,34 @@ def _at(history: History, variable: str, time: float) -> float:
     return float(value_at(times, values, rates, time))
 
 
-def _extreme(history: History, which: str, variable: str) -> float:
-    values = _values(history, variable)
-    return float(np.nanmax(values) if which == "max" else np.nanmin(values))
+# --- macro-collisions, by their numbers from 0
 
 
 def _begun(history: History, number: int = 0) -> dict[str, Any]:
-    """Return a macro-collision, by its number from 0."""
+    """Return a macro-collision."""
     found: list[dict[str, Any]] = history.macro_collisions
     if len(found) > number:
         return found[number]
     what = "no second impact" if found else "no contact"
-    if _complete(history):
+    if history.outcome is Outcome.COMPLETED:
         raise GapError(f"{what} before end_time")
     raise GapError(f"{what} before it stopped at {history.end_time:.4g} s: {history.outcome.label}")
 
 
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision that has ended."""
-    from oblique_impact.contact.state import State
-
     collision = _begun(history, number)
     if len(history.macro_collisions) == number + 1:
-        end = history.end_time
-        if not _complete(history) and end - collision["end"] < history.macro_gap:
+        end, completed = history.end_time, history.outcome is Outcome.COMPLETED
+        if not completed and end - collision["end"] < history.macro_gap:
             raise GapError(f"stopped at {end:.4g} s, within the collision: {history.outcome.label}")
         if history["state"].values[-1] != State.FREE:
             raise GapError("still in contact at end_time")
     return collision
 
 
-def _energy_after(history: History) -> float:
-    return _at(history, "energy", float(_collision(history)["end"]))
-
-
-def _duration(history: History) -> float:
-    collision = _collision(history)
-    return float(collision["end"] - collision["start"])
-
-
 def _restitution(history: History) -> float:
-    collision = _collision(history)
-    times = history["time"].values
+    collision, times = _collision(history), history["time"].values
     start, end = (np.flatnonzero(np.abs(times - collision[key]) <= _SAME_TIME) for key in ("start", "end"))
     before, after = _mean_spin(history, int(start[0])), _mean_spin(history, int(end[-1]))
     if not before:
@@ -268,12 +238,8 @@ def _mean_spin(history: History, sample: int) -> float:
 
     That is theta' + S B'/J (theory, Sec. 2); in the mean-axis frame S B = 0.
     """
-    from scipy.integrate import simpson
-
-    from oblique_impact.beam.cross_sections import Sections
-
-    scenario = Scenario.from_toml(history.scenario_toml)
-    if scenario.root.kind != "pin":
+    scenario = history.scenario
+    if scenario is None or scenario.root.kind != "pin":
         raise GapError("only for a beam on a pin, which carries all of its angular momentum")
     spin = float(history["theta_dot"].values[sample])
     if scenario.discretization.frame == "mean-axis":
@@ -285,15 +251,24 @@ def _mean_spin(history: History, sample: int) -> float:
     return spin + moment / sections.inertia
 
 
-def _energy_lost(history: History) -> float:
-    return sum(_ledger(f"lost_{way}")(history) for way in ("impact", "friction", "damping", "scheme"))
+def _model_error(history: History) -> float:
+    """Estimate of :mod:`oblique_impact.beam.small_deflection`."""
+    scenario = history.scenario
+    if scenario is None or scenario.is_absolute:
+        raise GapError("only for the small-deflection model of the floating frame")
+    variables = {name: history[name].values for name in ("uy", "theta_dot", "qd")}
+    deflection, spin = largest_motion(beam_of(scenario), variables)
+    if scenario.contact.enabled:
+        return contact_force_error(scenario, deflection)
+    return deflection_error(scenario, deflection, spin)
 
 
-def _ledger(key: str) -> Callable[[History], float]:
+def _ledger(*keys: str) -> Callable[[History], float]:
+    """Return what measures a sum of entries of the energy balance."""
+
     def measure(history: History) -> float:
-        if not _complete(history):
-            raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
-        return float(history.balance[key])
+        _require_completed(history)
+        return float(sum(history.balance[key] for key in keys))
 
     return measure
 
@@ -318,50 +293,51 @@ def _event_time(number: int) -> Callable[[History], float]:
 #: of the N-th macro-collision or event: unit, meaning, measure with the number from 0
 _NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]]] = {
     "start": ("s", "start of macro-collision {}", _start_of),
-    "collision_impulse": (
-        "N s",
-        "normal impulse of macro-collision {}",
-        lambda number: _of_collision("normal_impulse", number),
-    ),
-    "collision_contacts": (
-        "1",
-        "contacts of macro-collision {}",
-        lambda number: _of_collision("contacts", number),
-    ),
+    "collision_impulse": ("N s", "normal impulse of macro-collision {}", partial(_of_collision, "normal_impulse")),
+    "collision_contacts": ("1", "contacts of macro-collision {}", partial(_of_collision, "contacts")),
     "event": ("s", "time of event {}", _event_time),
 }
 _LAST = 9999
 
-_BOUNCE = "effective restitution of the first macro-collision: minus the mean spin after it over that before it"
+_LOSSES = ("lost_impact", "lost_friction", "lost_damping", "lost_scheme")
+_FIRST, _SECOND = "of the first macro-collision", "of the second macro-collision"
+_BOUNCE = f"effective restitution {_FIRST}: minus the mean spin after it over that before it"
+_MODEL_ERROR = (
+    "estimated relative error of the small-deflection model: with contact of the largest force, else of the "
+    "deflection within two elastic periods"
+)
 _NAMED = {
-    name: Quantity(name, unit, meaning, measure)
-    for name, unit, meaning, measure in (
-        ("first_impact", "s", "first touch-down", _start_of(0)),
-        ("collision_end", "s", "end of the first macro-collision", _of_collision("end")),
-        ("collision_duration", "s", "length of the first macro-collision", _duration),
-        ("impulse", "N s", "normal impulse of the first macro-collision", _of_collision("normal_impulse")),
-        (
-            *("tangential_impulse", "N s", "tangential impulse of the first macro-collision"),
-            _of_collision("tangential_impulse"),
+    found.name: found
+    for found in (
+        Quantity("first_impact", "s", "first touch-down", _start_of(0)),
+        Quantity("collision_end", "s", f"end {_FIRST}", _of_collision("end")),
+        Quantity(
+            "collision_duration",
+            "s",
+            f"length {_FIRST}",
+            lambda history: float(_collision(history)["end"] - _collision(history)["start"]),
         ),
-        ("peak_force", "N", "largest normal force of the first macro-collision", _of_collision("peak_force")),
-        ("contacts", "1", "contacts of the first macro-collision", _of_collision("contacts")),
-        ("energy_after_collision", "J", "energy as the first macro-collision ends", _energy_after),
-        ("restitution", "1", _BOUNCE, _restitution),
-        ("second_impact", "s", "start of the second macro-collision", _start_of(1)),
-        (
-            "second_impulse",
-            "N s",
-            "normal impulse of the second macro-collision",
-            _of_collision("normal_impulse", 1),
+        Quantity("impulse", "N s", f"normal impulse {_FIRST}", _of_collision("normal_impulse")),
+        Quantity("tangential_impulse", "N s", f"tangential impulse {_FIRST}", _of_collision("tangential_impulse")),
+        Quantity("peak_force", "N", f"largest normal force {_FIRST}", _of_collision("peak_force")),
+        Quantity("contacts", "1", f"contacts {_FIRST}", _of_collision("contacts")),
+        Quantity(
+            "energy_after_collision",
+            "J",
+            "energy as the first macro-collision ends",
+            lambda history: _at(history, "energy", float(_collision(history)["end"])),
         ),
-        ("energy_final", "J", "energy at the end", _ledger("final")),
-        ("lost_impact", "J", "energy lost in impacts", _ledger("lost_impact")),
-        ("lost_friction", "J", "energy lost in friction", _ledger("lost_friction")),
-        ("lost_damping", "J", "energy lost in damping", _ledger("lost_damping")),
-        ("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
-        ("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
-        ("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _energy_lost),
-        ("events", "1", "transitions of the whole run", lambda history: float(len(history.events))),
+        Quantity("restitution", "1", _BOUNCE, _restitution),
+        Quantity("second_impact", "s", f"start {_SECOND}", _start_of(1)),
+        Quantity("second_impulse", "N s", f"normal impulse {_SECOND}", _of_collision("normal_impulse", 1)),
+        Quantity("energy_final", "J", "energy at the end", _ledger("final")),
+        Quantity("lost_impact", "J", "energy lost in impacts", _ledger("lost_impact")),
+        Quantity("lost_friction", "J", "energy lost in friction", _ledger("lost_friction")),
+        Quantity("lost_damping", "J", "energy lost in damping", _ledger("lost_damping")),
+        Quantity("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
+        Quantity("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
+        Quantity("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
+        Quantity("events", "1", "transitions of the whole run", lambda history: float(len(history.events))),
+        Quantity("model_error", "1", _MODEL_ERROR, _model_error),
     )
 }

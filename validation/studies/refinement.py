@@ -25,9 +25,8 @@ from oblique_impact.validation.studies.convergence import (
     Analysis,
     analyse,
 )
-from oblique_impact.validation.studies.measure import reasons, same_warnings
 from oblique_impact.validation.studies.quantities import Quantity, default_quantities, natural_scale, quantity
-from oblique_impact.validation.studies.study import Limits, Run, run_study
+from oblique_impact.validation.studies.study import Run, reasons, run_study, same_warnings
 
 #: levels that a verdict needs, and most that are run
 FEWEST, MOST = 3, 16
@@ -63,17 +62,14 @@ class Axis:
     within: str = ""
 
     @property
+    def whole(self) -> bool:
+        """Whether its levels are counts."""
+        return self.rising and self.unit == "1"
+
+    @property
     def numbers(self) -> str:
         """Allowed levels, in words for messages."""
-        return "whole numbers from 1" if self.rising and self.unit == "1" else "numbers above 0"
-
-
-def _elements(scenario: Scenario, level: float) -> Scenario:
-    return scenario.replace(discretization__method="fem", discretization__elements=int(level))
-
-
-def _modes(scenario: Scenario, level: float) -> Scenario:
-    return scenario.replace(discretization__modes=int(level))
+        return f"{'whole numbers from 1' if self.whole else 'numbers above 0'} separated by commas"
 
 
 def _steps(scenario: Scenario, level: float) -> Scenario:
@@ -103,8 +99,16 @@ def _tolerances(scenario: Scenario, level: float) -> Scenario:
 
 #: by the name of the option
 AXES = {
-    "elements": Axis("elements", "1", "1/elements", True, _elements),
-    "modes": Axis("modes", "1", "1/modes", True, _modes),
+    "elements": Axis(
+        "elements",
+        "1",
+        "1/elements",
+        True,
+        lambda base, level: base.replace(discretization__method="fem", discretization__elements=int(level)),
+    ),
+    "modes": Axis(
+        "modes", "1", "1/modes", True, lambda base, level: base.replace(discretization__modes=int(level))
+    ),
     "steps": Axis("free step", "s", "free step (s)", False, _steps, " in the step"),
     "stiffness": Axis("stiffness", "N/m", "1/stiffness (m/N)", True, _stiffness, " in the stiffness"),
     "tolerances": Axis("tolerance", "1", "mean step (s)", False, _tolerances, " in the tolerance"),
@@ -119,73 +123,62 @@ class Ladder:
     ----------
     name : str
         Short, for tables and legends.
-    scenario : str
-        A built-in scenario or a file.
-    changes : tuple of str
-        "section.key=value".
+    base : Scenario
+        What is refined.
     axis : str
         A key of `AXES`.
     levels : tuple of float
         From coarse to fine.
     quantities : tuple of str
-        Empty: the usual ones of the scenario.
+        What is measured.
     declared : mapping
         Order that the method declares, by quantity; those not named have none.
     text : str
         What this ladder shows, for the report.
-    base : Scenario, optional
-        The scenario itself; `scenario` is then what it is called.
+    scenario : str
+        What the scenario is called: a built-in one that it differs from, or a file.
     """
 
     name: str
-    scenario: str
-    changes: tuple[str, ...]
+    base: Scenario
     axis: str
     levels: tuple[float, ...]
-    quantities: tuple[str, ...] = ()
+    quantities: tuple[str, ...]
     declared: Mapping[str, float] = field(default_factory=dict)
     text: str = ""
-    base: Scenario | None = None
+    scenario: str = "paper"
 
-    def resolved(self, changes: Sequence[str] = (), quantities: Sequence[str] = ()) -> Ladder:
-        """Return the ladder with its scenario loaded, further changes, and other quantities if any are given."""
-        base = self.base or Scenario.load(self.scenario, [*self.changes, *changes])
-        names = tuple(dict.fromkeys(quantities or self.quantities or default_quantities(base)))
-        for name in names:
-            quantity(name, base.end_time)
-        return replace(self, base=base, quantities=names)
+    @property
+    def finest(self) -> Scenario:
+        """Scenario of the last level."""
+        return AXES[self.axis].change(self.base, self.levels[-1])
 
-    def scenario_at(self, level: float) -> Scenario:
-        """Return the scenario of a level; raises InputError."""
-        assert self.base is not None, "resolve it first"
-        return AXES[self.axis].change(self.base, level)
+    def changed(self, changes: Sequence[str], quantities: Sequence[str]) -> Ladder:
+        """Return the ladder with changes "section.key=value", and other quantities if any are given."""
+        base = Scenario.from_toml(self.base.to_toml(), list(changes), "") if changes else self.base
+        return replace(self, base=base, quantities=tuple(dict.fromkeys(quantities)) or self.quantities)
 
     def runs(self) -> list[Run]:
         """Return the runs: a level each, and the finest once more with a tighter tolerance to measure its noise.
 
-        A fixed-step run, or one over tolerances, has no noise.
+        A fixed-step run, or one over tolerances, has no noise.  Raises InputError for what is not possible.
         """
-        label, scenarios = AXES[self.axis].label, [self.scenario_at(level) for level in self.levels]
-        found = [(label, level, scenario) for level, scenario in zip(self.levels, scenarios, strict=True)]
-        finest = scenarios[-1]
+        for name in self.quantities:
+            quantity(name, self.base.end_time)
+        axis, finest = AXES[self.axis], self.finest
+        found = [(axis.label, level, axis.change(self.base, level)) for level in self.levels]
         if self.axis != "tolerances" and finest.solver.scheme != "fixed-step":
             tighter = max(_TIGHTER * finest.solver.tolerance, _TIGHTEST)
             found.append(("noise", self.levels[-1], finest.replace(solver__tolerance=tighter)))
-        # the finest levels take longest
         return [
-            Run(
-                {"ladder": self.name, "axis": axis, "level": level},
-                scenario,
-                self.quantities,
-                urgency=n / len(found),
-            )
-            for n, (axis, level, scenario) in enumerate(found)
+            Run({"ladder": self.name, "axis": label, "level": level}, scenario, self.quantities)
+            for label, level, scenario in found
         ]
 
     @property
     def within(self) -> str:
         """In what it refines at a fixed number of modes, "" if it adds modes or elements."""
-        if self.axis == "elements" and self.scenario_at(self.levels[-1]).discretization.modes > 0:
+        if self.axis == "elements" and self.finest.discretization.modes > 0:
             return " in the mesh"
         return AXES[self.axis].within
 
@@ -324,11 +317,11 @@ def sizes_of(axis: str, levels: Sequence[float], mean_steps: Sequence[float]) ->
 
 
 def judge(ladder: Ladder, frame: pd.DataFrame, tolerance: float) -> LadderResult:
-    """Judge every quantity of a resolved ladder by the frame of its runs."""
+    """Judge every quantity of a ladder by the frame of its runs."""
     count = len(ladder.levels)
     runs, noisy = frame.iloc[:count], frame.iloc[count:]
     h, remark = sizes_of(ladder.axis, ladder.levels, (runs["stopped_at"] / runs["steps"].clip(lower=1)).tolist())
-    finest, finest_scenario = runs.iloc[-1], ladder.scenario_at(ladder.levels[-1])
+    finest, finest_scenario = runs.iloc[-1], ladder.finest
     lost, results = reasons(finest["undetermined"]), []
     for name in ladder.quantities:
         q, values, noise = quantity(name), runs[name].tolist(), 0.0
@@ -397,18 +390,12 @@ def refine(
     out : path, optional
         Folder for report.html, results.json, results.csv and results.parquet, where an interrupted study goes on;
         without it nothing is written.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used.
-    workers : int, optional
-        Parallel processes; default: the cores.  With one, everything runs in this process.
-    timeout : float, optional
-        Wall time (s) that a run may take; one that takes longer has the outcome "timeout".
+    scheduler, workers, timeout, on_progress
+        As for :func:`~oblique_impact.validation.studies.study.run_study`.
     name : str
         What the scenario is called in the report.
     command : str
         How to repeat the study, for the report.
-    on_progress : callable, optional
-        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each run.
 
     Returns
     -------
@@ -434,12 +421,11 @@ def refine(
 
     every = zip(AXES, (elements, modes, steps, stiffness, tolerances), strict=True)
     chosen = {axis: tuple(map(float, levels)) for axis, levels in every if levels is not None}
-    limits = Limits(workers, scheduler, timeout)
     if within is not None and not 0.0 < within < 1.0:
         raise InputError(f"--within {within}: should be between 0 and 1, relative to the value")
     if study is None:
         if changes:
-            raise InputError("changes: are for a shipped study; scenario.replace changes a scenario")
+            raise InputError("changes: are for a study; scenario.replace changes a scenario")
         described = _own_study(scenario, name, chosen, quantities)
     else:
         described = shipped_study(study) if isinstance(study, str) else study
@@ -447,14 +433,12 @@ def refine(
             raise InputError(f"{given} together with --study {described.name}: a shipped study has its own levels")
     started = time.perf_counter()
     # everything that can be refused is refused before a folder appears
-    ladders = [ladder.resolved(changes, quantities) for ladder in described.ladders]
-    runs = [ladder.runs() for ladder in ladders]
-    frame = run_study([run for part in runs for run in part], out, limits=limits, on_progress=on_progress)
-    tolerance, found, start = described.tolerance if within is None else within, [], 0
-    for ladder, part in zip(ladders, runs, strict=True):
-        found.append(judge(ladder, frame.iloc[start : start + len(part)], tolerance))
-        start += len(part)
-    result = StudyResult(described, tolerance, tuple(found), time.perf_counter() - started)
+    ladders = [ladder.changed(changes, quantities) for ladder in described.ladders]
+    runs = [run for ladder in ladders for run in ladder.runs()]
+    frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
+    tolerance = described.tolerance if within is None else within
+    found = tuple(judge(ladder, frame[frame["ladder"] == ladder.name], tolerance) for ladder in ladders)
+    result = StudyResult(described, tolerance, found, time.perf_counter() - started)
     if out is None:
         return result
     page = report(result, command).write(Path(out), study_data(result, command), level_frame(result))
@@ -466,19 +450,19 @@ def parse_levels(axis: str, text: str) -> list[float]:
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
-        raise InputError(f"--{axis} {text}: should be {AXES[axis].numbers} separated by commas") from None
+        raise InputError(f"--{axis} {text}: should be {AXES[axis].numbers}") from None
 
 
 def check_levels(axis: str, levels: Sequence[float]) -> None:
     """Raise InputError unless there are enough levels, each finer than the one before."""
-    rising, numbers, text = AXES[axis].rising, AXES[axis].numbers, ",".join(f"{level:g}" for level in levels)
-    whole = numbers.startswith("whole")
-    if not all(math.isfinite(v) and (v >= 1.0 and v == int(v) if whole else v > 0.0) for v in levels):
-        raise InputError(f"--{axis} {text}: should be {numbers} separated by commas")
+    kind, text = AXES[axis], ",".join(f"{level:g}" for level in levels)
+    if not all(math.isfinite(v) and (v >= 1.0 and v == int(v) if kind.whole else v > 0.0) for v in levels):
+        raise InputError(f"--{axis} {text}: should be {kind.numbers}")
     if not FEWEST <= len(levels) <= MOST:
         raise InputError(f"--{axis} {text}: a verdict takes {FEWEST} to {MOST} levels, these are {len(levels)}")
-    if not all(b > a if rising else b < a for a, b in pairwise(levels)):
-        raise InputError(f"--{axis} {text}: should {'increase' if rising else 'decrease'}, from coarse to fine")
+    if not all(b > a if kind.rising else b < a for a, b in pairwise(levels)):
+        order = "increase" if kind.rising else "decrease"
+        raise InputError(f"--{axis} {text}: should {order}, from coarse to fine")
 
 
 def lines(result: StudyResult) -> list[str]:
@@ -532,9 +516,9 @@ def _own_study(
     require_scenario(scenario, "refine")
     ((axis, levels),) = chosen.items()
     check_levels(axis, levels)
-    names = tuple(quantities) or default_quantities(scenario)
+    names = tuple(dict.fromkeys(quantities)) or default_quantities(scenario)
     title = f"{axis} of {name}"
     declared = declared_orders(axis, AXES[axis].change(scenario, levels[-1]), names)
-    ladder = Ladder(title, name, (), axis, levels, names, declared, base=scenario)
+    ladder = Ladder(title, scenario, axis, levels, names, declared, scenario=name)
     text = f"The scenario over {AXES[axis].label}, from coarse to fine; everything else stays as it is."
     return Study(title.replace(" ", "-"), title, text, (ladder,))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -27,26 +26,9 @@ from oblique_impact.validation.report import (
     picture,
     with_unit,
 )
-from oblique_impact.validation.studies.convergence import (
-    CONVERGED,
-    CONVERGING,
-    NO_VERDICT,
-    NOT_CONFIRMED,
-    NOT_CONVERGING,
-    NOT_DETERMINED,
-    RULE,
-    Analysis,
-)
+from oblique_impact.validation.studies.convergence import CONVERGED, RULE, VERDICTS
 from oblique_impact.validation.studies.refinement import LadderResult, QuantityResult, StudyResult
 
-_KINDS = {
-    CONVERGED: "pass",
-    CONVERGING: "partly",
-    NOT_CONFIRMED: "partly",
-    NOT_CONVERGING: "fail",
-    NOT_DETERMINED: "fail",
-    NO_VERDICT: "dim",
-}
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 
 
@@ -76,7 +58,7 @@ def _ladder_data(result: LadderResult) -> dict[str, Any]:
         "sizes": list(result.sizes),
         "size": result.axis.size,
         "remark": result.remark,
-        "finest_scenario": ladder.scenario_at(ladder.levels[-1]).model_dump(mode="json"),
+        "finest_scenario": ladder.finest.model_dump(mode="json"),
         "runs": runs.assign(warnings=runs["warnings"].map(str.splitlines)).to_dict("records"),
         "quantities": [_quantity_data(item) for item in result.results],
     }
@@ -96,53 +78,54 @@ def _quantity_data(item: QuantityResult) -> dict[str, Any]:
         "scale": item.scale,
         "without_limit": item.without_limit,
         **a.levels.drop(columns="size").rename(columns=plural).to_dict("list"),
-        **{field.name: getattr(a, field.name) for field in fields(Analysis) if field.name != "levels"},
+        **{name: value for name, value in vars(a).items() if name != "levels"},
     }
 
 
 def level_frame(result: StudyResult) -> pd.DataFrame:
     """Return a row for each ladder, quantity and level; NaN where there is nothing."""
-    return pd.concat([_levels(part, item) for part in result.ladders for item in part.results], ignore_index=True)
-
-
-def _levels(part: LadderResult, item: QuantityResult) -> pd.DataFrame:
-    before = {
-        "ladder": part.ladder.name,
-        "axis": part.ladder.axis,
-        "level": part.ladder.levels,
-        "outcome": part.runs["outcome"].tolist(),
-        "quantity": item.quantity.name,
-        "unit": item.quantity.unit,
-        "gap": item.gaps,
-    }
-    return pd.concat([pd.DataFrame(before), item.analysis.levels], axis=1).assign(verdict=item.analysis.words)
+    parts = []
+    for part in result.ladders:
+        for item in part.results:
+            before = {
+                "ladder": part.ladder.name,
+                "axis": part.ladder.axis,
+                "level": part.ladder.levels,
+                "outcome": part.runs["outcome"].tolist(),
+                "quantity": item.quantity.name,
+                "unit": item.quantity.unit,
+                "gap": item.gaps,
+            }
+            levels = pd.concat([pd.DataFrame(before), item.analysis.levels], axis=1)
+            parts.append(levels.assign(verdict=item.analysis.words))
+    return pd.concat(parts, ignore_index=True)
 
 
 def report(result: StudyResult, command: str) -> Report:
     """Return the report; `command` repeats the study."""
-    return Report(
-        f"Refinement study: {result.study.title}",
-        result.study.text,
-        command,
-        result.seconds,
-        facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
-        overview=[_verdicts(result), Fold("How a verdict is found", [Text(text) for text in RULE])],
-        sections=[_section(part) for part in result.ladders],
-    )
-
-
-def _verdicts(result: StudyResult) -> Table:
     rows = []
     for part in result.ladders:
         for item in part.results:
             a, q = item.analysis, item.quantity
             finest, limit = (Cell(a.shown(value), "number") for value in (item.values[-1], a.limit))
             # what has no limit over modes has converged at one number of them only
-            kind = "partly" if a.verdict == CONVERGED and item.without_limit else _KINDS[a.verdict]
+            kind = "partly" if a.verdict == CONVERGED and item.without_limit else VERDICTS[a.verdict]
             found = [part.ladder.name, q.name, finest, q.unit, limit, cell(a.uncertainty, 2), Cell(a.words, kind)]
             rows.append([*found, a.reason])
     columns = ["ladder", "quantity", "finest value", "unit", "limit", "uncertainty", "verdict", "because"]
-    return Table(columns, rows, "Verdicts; limits are given where the order is confirmed", wide=[0, 7])
+    caption = "Verdicts; limits are given where the order is confirmed"
+    return Report(
+        f"Refinement study: {result.study.title}",
+        result.study.text,
+        command,
+        result.seconds,
+        facts=[("tolerance", f"{number(result.tolerance)} (relative)")],
+        overview=[
+            Table(columns, rows, caption, wide=[0, 7]),
+            Fold("How a verdict is found", [Text(text) for text in RULE]),
+        ],
+        sections=[_section(part) for part in result.ladders],
+    )
 
 
 def _section(result: LadderResult) -> Section:
@@ -150,7 +133,6 @@ def _section(result: LadderResult) -> Section:
     levels = ", ".join(number(level) for level in ladder.levels)
     note = f"Scenario {Path(ladder.scenario).name}; {_changes(result)}. "
     note += f"Refined: {ladder.axis} {levels}; h is {axis.size}. {result.remark}"
-    runs = result.runs.assign(h=result.sizes)
     columns = {"level": with_unit(axis.label, axis.unit), "h": "h", "outcome": "outcome", "stopped_at": "ended at"}
     columns |= {"steps": "steps", "events": "events", "message": ""}
     return Section(
@@ -160,7 +142,7 @@ def _section(result: LadderResult) -> Section:
             Text(note, note=True),
             *(Text(f"{remark[:1].upper()}{remark[1:]}.", note=True) for remark in result.remarks),
             _picture(result),
-            Table.of_frame(runs, "Runs", wide=[6], columns=columns),
+            Table.of_frame(result.runs.assign(h=result.sizes), "Runs", wide=[6], columns=columns),
             *(_level_table(result, item) for item in result.results),
         ],
     )
@@ -168,32 +150,29 @@ def _section(result: LadderResult) -> Section:
 
 def _changes(result: LadderResult) -> str:
     """Return what is changed against the scenario of that name, or against the defaults."""
-    name = result.ladder.scenario
-    original = Scenario.builtin(name) if name in builtin_names() else Scenario()
-    assert result.ladder.base is not None
+    name, known = result.ladder.scenario, result.ladder.scenario in builtin_names()
+    original = Scenario.builtin(name) if known else Scenario()
     given, plain = (flat_keys(s.model_dump(mode="json")) for s in (result.ladder.base, original))
     changed = [f"{key} = {value}" for key, value in given.items() if repr(value) != repr(plain.get(key))]
-    against = "" if name in builtin_names() else " (against the defaults)"
-    return ", ".join(changed) + against if changed else "no changes"
+    return ", ".join(changed) + ("" if known else " (against the defaults)") if changed else "no changes"
 
 
 def _level_table(result: LadderResult, item: QuantityResult) -> Table:
     a, unit, axis = item.analysis, item.quantity.unit, result.axis
     rows = []
-    for row in _levels(result, item).itertuples():
+    for level, gap, row in zip(result.ladder.levels, item.gaps, a.levels.itertuples(), strict=True):
         kind = "number" if row.above_noise else "dim"
         order, index = number(row.observed_order, 3), number(row.grid_convergence_index, 2)
         found = [Cell(text, kind) for text in (order, a.shown(row.richardson_limit), index)]
-        value = Cell(row.gap, "dim") if row.gap else Cell(a.shown(row.value), "number")
-        rows.append([row.level, value, cell(row.difference, 3), *found])
+        value = Cell(gap, "dim") if gap else Cell(a.shown(row.value), "number")
+        rows.append([level, value, cell(row.difference, 3), *found])
     declared = f", declared order {item.declared:g}" if item.declared else ""
     caption = (
         f"{item.quantity.name}: {item.quantity.meaning}{declared}. Verdict: {a.words} ({a.reason}); "
         f"uncertainty {number(a.uncertainty, 2)} {unit}, noise {number(a.noise, 2)} {unit}, "
         f"GCI of the last two levels alone {number(a.two_level_index, 2)} {unit}"
     )
-    units = dict.fromkeys(("value", "difference"), unit) | {"observed order": "1"}
-    units |= dict.fromkeys(("Richardson limit", "GCI"), unit)
+    units = {"value": unit, "difference": unit, "observed order": "1", "Richardson limit": unit, "GCI": unit}
     return Table([with_unit(*pair) for pair in ({axis.label: axis.unit} | units).items()], rows, caption)
 
 
@@ -220,8 +199,7 @@ def _picture(result: LadderResult) -> Picture:
         orders += [item.analysis.order for item in result.results if math.isfinite(item.analysis.order)]
         if largest and orders:
             h = np.array(result.sizes)[1:]
-            label = f"order {orders[0]:.3g}"
-            right.plot([], [], "--", color=GREY, label=label)
+            right.plot([], [], "--", color=GREY, label=f"order {orders[0]:.3g}")
             left.plot(places[1:], 2.5 * largest * (h / h[0]) ** orders[0], "--", color=GREY, linewidth=1.1)
         left.set(ylabel="relative difference", title="Difference from the level before")
         if largest:

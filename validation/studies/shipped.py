@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from oblique_impact.errors import InputError
 from oblique_impact.marching.event import EventScheme
@@ -18,20 +18,25 @@ _FEM = "discretization.method=fem"
 _NODAL = (_FEM, "discretization.modes=0", _MEAN_AXIS, "solver.scheme=generalized-alpha")
 _SMOOTH = "contact.friction=frictionless"
 _SPRING = "contact.normal=spring"
+_MASSLESS = "contact.point_inertia=none"
 #: Hermite elements: frequencies, and what depends on them smoothly, converge like h^4
 _HERMITE = 4.0
 #: digits to show, not a requirement: at a fixed model nothing but rounding is in the way
 _FINE = 1e-6
 
 
+def _paper(*changes: str) -> Scenario:
+    return Scenario.builtin("paper", list(changes))
+
+
 def elements() -> Study:
     """Finite elements at a fixed number of modes."""
     names = ("first_impact", "collision_end", "impulse", "peak_force", "energy_after_collision", "second_impact")
+    declared, levels = dict.fromkeys(names, _HERMITE), (32.0, 64.0, 128.0, 256.0)
     modes = (_FEM, _MEAN_AXIS, "discretization.modes=6")
-    cases = (
-        ("rigid stop", ("end_time=0.75",), "The paper's rigid stop, e = 0, with its friction."),
-        ("elastic stop", ("end_time=0.9", _SPRING, _SMOOTH), "On a spring of 1e6 N/m, without friction."),
-    )
+    rigid, soft = _paper(*modes, "end_time=0.75"), _paper(*modes, "end_time=0.9", _SPRING, _SMOOTH)
+    about_rigid = "The paper's rigid stop, e = 0, with its friction."
+    about_soft = "On a spring of 1e6 N/m, without friction."
     return Study(
         "elements",
         "Finite elements at a fixed number of modes",
@@ -39,18 +44,9 @@ def elements() -> Study:
             stays the same while the modes become exact. Cubic Hermite elements give frequencies of order 4,
             and at a fixed number of modes the motion depends smoothly on them as long as the sequence of
             contacts stays the same.""",
-        tuple(
-            Ladder(
-                name,
-                "paper",
-                (*modes, *changes),
-                "elements",
-                (32.0, 64.0, 128.0, 256.0),
-                names,
-                dict.fromkeys(names, _HERMITE),
-                text,
-            )
-            for name, changes, text in cases
+        (
+            Ladder("rigid stop", rigid, "elements", levels, names, declared, about_rigid),
+            Ladder("elastic stop", soft, "elements", levels, names, declared, about_soft),
         ),
         tolerance=_FINE,
     )
@@ -82,34 +78,27 @@ _ORDERS = {
     "event": float(EventScheme.order),
     "generalized-alpha": float(GeneralizedAlphaScheme.order),
 }
-_FLIGHT_STEPS: tuple[float, ...] = (8e-4, 4e-4, 2e-4, 1e-4)
-_FLIGHT_TOLERANCES: tuple[float, ...] = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
-_CONTACT_STEPS = (1.6e-5, 8e-6, 4e-6, 2e-6, 1e-6)
-_CONTACT_TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+#: by axis and by whether the beam flies, from coarse to fine
+_LEVELS: dict[tuple[str, bool], tuple[float, ...]] = {
+    ("steps", True): (8e-4, 4e-4, 2e-4, 1e-4),
+    ("steps", False): (1.6e-5, 8e-6, 4e-6, 2e-6, 1e-6),
+    ("tolerances", True): (1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
+    ("tolerances", False): (1e-5, 1e-6, 1e-7, 1e-8, 1e-9),
+}
 
 
-def _steps_ladder(motion: str, scheme: str) -> Ladder:
+def _scheme_ladder(motion: str, scheme: str) -> Ladder:
+    """Return the steps or tolerances of a scheme on a motion."""
     changes, names, text = _MOTIONS[motion]
-    adaptive, flying = scheme == "event", motion == "flight"
-    if adaptive:
-        levels = _FLIGHT_TOLERANCES if flying else _CONTACT_TOLERANCES
-    else:
-        levels = _FLIGHT_STEPS if flying else _CONTACT_STEPS
+    axis, flying = "tolerances" if scheme == "event" else "steps", motion == "flight"
+    if axis == "steps":
         # one step for flight and contact, so that the order shows in both
         changes = (*changes, "solver.free_step=1e-6", "solver.contact_step=1e-6")
     # contact noticed at the end of a step, and jumps of velocity, leave no scheme its order by right
     smooth = flying or (motion == "elastic stop" and scheme == "generalized-alpha")
     declared = {name: _ORDERS[scheme] for name in names if smooth and name != "peak_force"}
-    return Ladder(
-        f"{motion}, {scheme}",
-        "paper",
-        (*changes, f"solver.scheme={scheme}"),
-        "tolerances" if adaptive else "steps",
-        levels,
-        names,
-        declared,
-        text,
-    )
+    base = _paper(*changes, f"solver.scheme={scheme}")
+    return Ladder(f"{motion}, {scheme}", base, axis, _LEVELS[axis, flying], names, declared, text)
 
 
 def steps() -> Study:
@@ -123,73 +112,31 @@ def steps() -> Study:
             events may keep theirs; the paper's fixed steps notice a contact up to a step late, which is an
             error of first order with a random factor. The rigid stop adds the jumps of velocity, at a fixed
             number of modes.""",
-        tuple(_steps_ladder(motion, scheme) for motion in _MOTIONS for scheme in _ORDERS),
+        tuple(_scheme_ladder(motion, scheme) for motion in _MOTIONS for scheme in _ORDERS),
         tolerance=_FINE,
     )
 
 
-_REMEDY_QUANTITIES = ("impulse", "peak_force", "second_impact", "contacts")
-_REMEDY_MODES = (8.0, 16.0, 24.0, 32.0)
-_REMEDY_ELEMENTS = (8.0, 16.0, 32.0, 64.0, 128.0)
-_REMEDY_STEPS = (8e-5, 4e-5, 2e-5, 1e-5, 5e-6)
-
-
-# differences are of 1e-4 and more: a tolerance of 1e-8 is tight enough, and the noise shows it
-_RIGID = (_MEAN_AXIS, _SMOOTH, "solver.tolerance=1e-8")
-_RIGID_NODAL = (*_NODAL, _SMOOTH, "end_time=0.75", "solver.free_step=2e-5")
-_DISSIPATIVE = (*_RIGID_NODAL, "solver.rho_infinity=0.0", "solver.contact_step=2e-5")
-_REMEDY_CASES = (
-    (
-        "rigid, modes",
-        (*_RIGID, "end_time=0.75"),
-        "modes",
-        _REMEDY_MODES,
-        "The rigid stop over the modes, by the event-located scheme.",
-    ),
-    (
-        "rigid, elements",
-        (*_RIGID_NODAL, "solver.rho_infinity=1.0", "solver.contact_step=2e-6"),
-        "elements",
-        _REMEDY_ELEMENTS,
-        """The rigid stop over the elements of the full nodal model, by generalized-alpha without
-        dissipation (spectral radius 1). The noise says how much of it a tighter tolerance changes.""",
-    ),
-    (
-        "elastic stop",
-        (*_RIGID, _SPRING, "end_time=0.9"),
-        "modes",
-        _REMEDY_MODES,
-        """First remedy: contact.normal = spring of 1e6 N/m. This is not the rigid stop any more, and its
-        limit is another; but it is a limit of every quantity.""",
-    ),
-    (
-        "Kelvin-Voigt",
-        (*_RIGID, "end_time=0.75", "beam.kelvin_voigt=1e-5"),
-        "modes",
-        _REMEDY_MODES,
-        """Second remedy: beam.kelvin_voigt = 1e-5 s, a twentieth of critical damping at 10⁴ rad/s. It
-        calms what follows a touch-down; the force of the touch-down itself stays singular.""",
-    ),
-    (
-        "dissipation, elements",
-        _DISSIPATIVE,
-        "elements",
-        _REMEDY_ELEMENTS,
-        """Third remedy: generalized-alpha with spectral radius 0 on the nodal model, over the elements at a
-        fixed contact step of 2e-5 s, which is h²/2c at 32 elements and 8 h²/c at 128, with c² = EI/m.""",
-    ),
-    (
-        "dissipation, steps",
-        (*_DISSIPATIVE, "discretization.elements=32"),
-        "steps",
-        _REMEDY_STEPS,
-        "The third remedy over its step, at 32 elements: whether what it converges to depends on the step.",
-    ),
-)
+#: by axis, from coarse to fine
+_REMEDY_LEVELS = {
+    "modes": (8.0, 16.0, 24.0, 32.0),
+    "elements": (8.0, 16.0, 32.0, 64.0, 128.0),
+    "steps": (8e-5, 4e-5, 2e-5, 1e-5, 5e-6),
+}
 
 
 def remedies() -> Study:
     """Modes and elements with the rigid stop, and what helps."""
+    # differences are of 1e-4 and more: a tolerance of 1e-8 is tight enough, and the noise shows it
+    event = (_MEAN_AXIS, "solver.tolerance=1e-8")
+    nodal = (*_NODAL, "solver.free_step=2e-5")
+    dissipative = (*nodal, "solver.rho_infinity=0.0", "solver.contact_step=2e-5")
+    names = ("impulse", "peak_force", "second_impact", "contacts")
+
+    def ladder(name: str, axis: str, changes: Iterable[str], text: str) -> Ladder:
+        base = _paper(_SMOOTH, "end_time=0.75", *changes)
+        return Ladder(name, base, axis, _REMEDY_LEVELS[axis], names, text=text)
+
     return Study(
         "remedies",
         "Modes and elements with the rigid stop, and three remedies",
@@ -199,9 +146,42 @@ def remedies() -> Study:
             puts it (modal non-convergence). Three remedies: a stop of finite stiffness, internal damping
             (Kelvin-Voigt), and an integrator that takes the high frequencies away (generalized-alpha with
             spectral radius 0).""",
-        tuple(
-            Ladder(name, "paper", changes, axis, levels, _REMEDY_QUANTITIES, {}, text)
-            for name, changes, axis, levels, text in _REMEDY_CASES
+        (
+            ladder("rigid, modes", "modes", event, "The rigid stop over the modes, by the event-located scheme."),
+            ladder(
+                "rigid, elements",
+                "elements",
+                (*nodal, "solver.rho_infinity=1.0", "solver.contact_step=2e-6"),
+                """The rigid stop over the elements of the full nodal model, by generalized-alpha without
+                dissipation (spectral radius 1). The noise says how much of it a tighter tolerance changes.""",
+            ),
+            ladder(
+                "elastic stop",
+                "modes",
+                (*event, _SPRING, "end_time=0.9"),
+                """First remedy: contact.normal = spring of 1e6 N/m. This is not the rigid stop any more, and its
+                limit is another; but it is a limit of every quantity.""",
+            ),
+            ladder(
+                "Kelvin-Voigt",
+                "modes",
+                (*event, "beam.kelvin_voigt=1e-5"),
+                """Second remedy: beam.kelvin_voigt = 1e-5 s, a twentieth of critical damping at 10⁴ rad/s. It
+                calms what follows a touch-down; the force of the touch-down itself stays singular.""",
+            ),
+            ladder(
+                "dissipation, elements",
+                "elements",
+                dissipative,
+                """Third remedy: generalized-alpha with spectral radius 0 on the nodal model, over the elements at
+                a fixed contact step of 2e-5 s: h²/2c at 32 elements and 8 h²/c at 128, with c² = EI/m.""",
+            ),
+            ladder(
+                "dissipation, steps",
+                "steps",
+                (*dissipative, "discretization.elements=32"),
+                "The third remedy over its step, at 32 elements: whether its limit depends on the step.",
+            ),
         ),
     )
 
@@ -212,53 +192,36 @@ _DAMPINGS = (
     (1e-5, 24, (16.0, 32.0, 64.0, 128.0)),
     (1e-6, 48, (32.0, 64.0, 128.0)),
 )
-_STOP_QUANTITIES = ("collision_end", "impulse", "second_impact", "lost_impact", "contacts", "peak_force")
-_STOP_NODAL = (*_NODAL, _SMOOTH, "end_time=0.72", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
-_STOP_STEPS = ("solver.scheme=generalized-alpha", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
 
 
 def rigid_stop() -> Study:
     """Rigid stop of a damped beam: plastic impacts, a point without inertia, stiff springs."""
+    names = ("collision_end", "impulse", "second_impact", "lost_impact", "contacts", "peak_force")
+
+    def order(p: float) -> dict[str, float]:
+        return dict.fromkeys(("collision_end", "impulse", "second_impact"), p)
+
+    common = (_MEAN_AXIS, _SMOOTH, "end_time=0.72")
+    small_steps = ("solver.scheme=generalized-alpha", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
     ladders = []
     for viscosity, modes, meshes in _DAMPINGS:
-        damped, group = f"beam.kelvin_voigt={viscosity}", f"damping {viscosity:g} s"
+        group, damped = f"damping {viscosity:g} s", (*common, f"beam.kelvin_voigt={viscosity}")
+        nodal = (*_NODAL, *damped, *small_steps)
         # explicit steps of the event scheme are as short as the damping of the highest mode is strong
-        scheme = _STOP_STEPS if modes > 24 else ("solver.tolerance=1e-9",)
-        modal = (_MEAN_AXIS, _SMOOTH, "end_time=0.72", damped, *scheme)
+        modal = (*damped, *(small_steps if modes > 24 else ("solver.tolerance=1e-9",)))
         counts = tuple(float(round(part * modes)) for part in (1 / 2, 2 / 3, 5 / 6, 1))
-        cases: tuple[tuple[str, tuple[str, ...], str, tuple[float, ...], dict[str, float]], ...] = (
-            ("plastic, elements", (*_STOP_NODAL, damped), "elements", meshes, {"lost_impact": 1.0}),
-            (
-                "no inertia, elements",
-                (*_STOP_NODAL, damped, "contact.point_inertia=none"),
-                "elements",
-                meshes,
-                dict.fromkeys(("collision_end", "impulse", "second_impact"), _HERMITE),
-            ),
-            ("no inertia, modes", (*modal, "contact.point_inertia=none"), "modes", counts, {}),
-            (
-                "stiff spring",
-                (*modal, _SPRING, f"discretization.modes={modes}"),
-                "stiffness",
-                (1e8, 1e9, 1e10, 1e11),
-                dict.fromkeys(("collision_end", "impulse", "second_impact"), 1.0),
-            ),
-        )
-        ladders += [
-            Ladder(f"{group}, {name}", "paper", changes, axis, levels, _STOP_QUANTITIES, declared)
-            for name, changes, axis, levels, declared in cases
-        ]
-    steps = (*_NODAL, _SMOOTH, "end_time=0.72", "beam.kelvin_voigt=1e-5", "discretization.elements=32")
+        stiff = (*modal, _SPRING, f"discretization.modes={modes}")
+        for case, changes, axis, levels, declared in (
+            ("plastic, elements", nodal, "elements", meshes, {"lost_impact": 1.0}),
+            ("no inertia, elements", (*nodal, _MASSLESS), "elements", meshes, order(_HERMITE)),
+            ("no inertia, modes", (*modal, _MASSLESS), "modes", counts, {}),
+            ("stiff spring", stiff, "stiffness", (1e8, 1e9, 1e10, 1e11), order(1.0)),
+        ):
+            ladders.append(Ladder(f"{group}, {case}", _paper(*changes), axis, levels, names, declared))
+    coarse = (*_NODAL, *common, "beam.kelvin_voigt=1e-5", "discretization.elements=32")
+    stepped = _paper(*coarse, "solver.free_step=2e-5", "solver.contact_step=1e-6")
     ladders.append(
-        Ladder(
-            "damping 1e-05 s, steps",
-            "paper",
-            (*steps, "solver.free_step=2e-5", "solver.contact_step=1e-6"),
-            "steps",
-            (2e-5, 1e-5, 5e-6, 2.5e-6),
-            _STOP_QUANTITIES,
-            dict.fromkeys(("collision_end", "impulse", "second_impact"), 2.0),
-        )
+        Ladder("damping 1e-05 s, steps", stepped, "steps", (2e-5, 1e-5, 5e-6, 2.5e-6), names, order(2.0))
     )
     return Study(
         "rigid-stop",
@@ -283,37 +246,33 @@ STUDIES: dict[str, Callable[[], Study]] = {
 def predictability_cases() -> list[Case]:
     """Return the cases of `--study predictability`: stops from soft to rigid, without and with damping."""
     # a spectral radius of 1: the scheme itself takes nothing out of the vibrations
-    steps = ("solver.rho_infinity=1.0", "solver.free_step=1e-5", "solver.output_interval=1e-2")
-    undamped = (*_NODAL, _SMOOTH, "end_time=1.0", *steps)
-    massless = "contact.point_inertia=none"
-    cases: list[tuple[str, tuple[str, ...], str]] = [
-        (
-            f"spring of {stiffness:.0e} N/m".replace("e+0", "e"),
-            (*undamped, _SPRING, f"contact.stiffness={stiffness}"),
+    nodal = (
+        *(*_NODAL, _SMOOTH, "end_time=1.0", "solver.rho_infinity=1.0", "solver.free_step=1e-5"),
+        *("solver.output_interval=1e-2", "discretization.elements=64", "solver.contact_step=2.5e-7"),
+    )
+    cases = [
+        Case(
+            f"spring of {stiffness} N/m",
+            _paper(*nodal, _SPRING, f"contact.stiffness={stiffness}"),
             "An elastic stop under the undamped beam.",
         )
-        for stiffness in (1e6, 1e7, 1e8, 1e9)
+        for stiffness in ("1e6", "1e7", "1e8", "1e9")
     ]
-    cases += [
-        ("rigid, undamped", (*undamped, massless), "The undamped beam on a rigid stop, its end without inertia."),
-        (
+    rigid = _paper(*nodal, _MASSLESS)
+    return [
+        *cases,
+        Case("rigid, undamped", rigid, "The undamped beam on a rigid stop, its end without inertia."),
+        Case(
             "rigid, damped",
-            (*undamped, massless, "beam.kelvin_voigt=1e-5"),
+            rigid.replace(beam__kelvin_voigt=1e-5),
             "The same stop under a beam with 1e-5 s of Kelvin-Voigt damping.",
         ),
     ]
-    fine = ("discretization.elements=64", "solver.contact_step=2.5e-7")
-    cases = [(name, (*changes, *fine), text) for name, changes, text in cases]
-    return [Case(name, Scenario.builtin("paper", list(changes)), text) for name, changes, text in cases]
 
 
 def shipped_study(name: str) -> Study:
     """Return a shipped study; raises InputError that lists them."""
     if name not in STUDIES:
-        known = "; ".join(f"{key} ({_summary(key)})" for key in STUDIES)
+        known = "; ".join(f"{key} ({(study.__doc__ or '').rstrip('.').lower()})" for key, study in STUDIES.items())
         raise InputError(f"--study {name}: shipped studies are {known}{did_you_mean(name, STUDIES)}")
     return STUDIES[name]()
-
-
-def _summary(name: str) -> str:
-    return (STUDIES[name].__doc__ or "").strip().rstrip(".").lower()

@@ -29,34 +29,24 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from scipy.optimize import brentq
 
-from oblique_impact.beam.small_deflection import (
-    NOTICEABLE,
-    contact_force_error,
-    deflection_error,
-    largest_motion,
-)
+from oblique_impact.beam.frequencies import lowest_elastic_frequency
+from oblique_impact.beam.small_deflection import NOTICEABLE
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.fem_beam.exact.history import simulate as simulate_exactly
-from oblique_impact.fem_beam.exact.sections import ElasticSections
-from oblique_impact.files import prepare_folder
-from oblique_impact.history.history import History
-from oblique_impact.problem import beam_of
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.simulation import simulate
-from oblique_impact.validation.beams import UNIT
 from oblique_impact.validation.report import Report, Section, Table, Text, picture
-from oblique_impact.validation.studies.parallel import check_limits, map_parallel
+from oblique_impact.validation.studies.study import Run, run_study
 
 #: nominal deflections over the length, and spin rates in units of 1/T
 DEFLECTIONS = (0.003, 0.01, 0.03, 0.1, 0.2, 0.4)
 SPINS = (0.0, 4.0)
-#: E A L^2/E I: an extension that nothing shows
-_SLENDER = 1e8
-_EXACT_ELEMENTS, _EXACT_STEPS, _SAMPLES = 10, 1000, 200
+#: E A L^2/E I of 1e8: neither extension nor shear nor rotary inertia shows
+BEAM = {"length": 1.0, "area": 1.0, "density": 1.0, "youngs_modulus": 1e8, "second_moment": 1e-8}
+_EXACT_ELEMENTS, _EXACT_STEPS = 10, 1000
+#: samples of a run; of a model on the stop, whose largest force is looked for among them
+_SAMPLES, _SAMPLES_OF_FORCE = 200, 4000
 #: turn (rad) in an elastic period up to which so many steps are enough: sections turn by an angle, places along a
 #: chord, which differ like the square of the turn in a step
 _SLOW = 4.0
@@ -65,26 +55,28 @@ _CLEAR = (0.01, 0.5)
 #: inertia of the beam about its root, rho A L^3
 _BEAM = 1.0 / 3.0
 _STOP = 50.0  # E I/L^3: the beam's end follows its stop for about as long as the beam vibrates
-_KINETICS, _FRAME, _MODES = "discretization__kinetics", "discretization__frame", "discretization__modes"
-_ORDERS = {"zeroth": "zeroth-order", "first": "first-order", "full": "full"}
 
 
 def _models(frame: str, modes: int, *orders: str) -> dict[str, dict[str, Any]]:
     """Return models by name, each as changes of a scenario."""
-    words = {name: name if name == "full" else f"{name} order" for name in orders}
     return {
-        f"{frame.replace('-', ' ')}, {words[name]}": {_KINETICS: _ORDERS[name], _FRAME: frame, _MODES: modes}
-        for name in orders
+        f"{frame.replace('-', ' ')}, {order.replace('-', ' ')}": {
+            "discretization__kinetics": order,
+            "discretization__frame": frame,
+            "discretization__modes": modes,
+        }
+        for order in orders
     }
 
 
+_ALL = ("zeroth-order", "first-order", "full")
 #: problem -> model -> changes
 MODELS: dict[str, dict[str, dict[str, Any]]] = {
-    "held": _models("tangent", 6, "zeroth", "first", "full"),
-    "hub": _models("tangent", 6, "zeroth", "first", "full"),
-    "light hub": _models("tangent", 6, "zeroth", "first", "full"),
-    "pendulum": _models("mean-axis", 6, "zeroth", "first", "full") | _models("tangent", 4, "first", "full"),
-    "stop": _models("tangent", 6, "first", "full"),
+    "held": _models("tangent", 6, *_ALL),
+    "hub": _models("tangent", 6, *_ALL),
+    "light hub": _models("tangent", 6, *_ALL),
+    "pendulum": _models("mean-axis", 6, *_ALL) | _models("tangent", 4, *_ALL[1:]),
+    "stop": _models("tangent", 6, *_ALL[1:]),
 }
 
 
@@ -121,15 +113,9 @@ class Case:
     @property
     def period(self) -> float:
         """Period of the first elastic mode of the beam on its root (T)."""
-
-        def hinged_with_hub(b: float) -> float:
-            inertia = self.hub * _BEAM * b**3
-            free = math.sin(b) * math.cosh(b) - math.cos(b) * math.sinh(b)
-            return free + inertia * (1.0 + math.cos(b) * math.cosh(b))
-
-        clamped, hinged = 1.875104068711961, 3.926602312047919
-        b = clamped if self.root == "driven" else brentq(hinged_with_hub, clamped, hinged + 1e-9)
-        return 2.0 * math.pi / b**2
+        root = {"kind": self.root} | ({"inertia": self.hub * _BEAM} if self.root == "hub" else {})
+        beam = Scenario.from_dict({"beam": BEAM, "root": root, "contact": {"enabled": False}})
+        return 2.0 * math.pi / lowest_elastic_frequency(beam)
 
     @property
     def scenario(self) -> Scenario:
@@ -143,7 +129,7 @@ class Case:
         end, inertia = 2.0 * self.period, self.hub * _BEAM
         root: dict[str, Any] = {"kind": self.root}
         contact: dict[str, Any] = {"enabled": False}
-        gravity, angle = 0.0, self.angle
+        gravity, angle, samples = 0.0, self.angle, _SAMPLES
         if self.load == "gravity":
             free = 0.0 if self.root == "driven" else 1.0 / (1.0 + self.hub)
             gravity = self.nominal / (0.25 * (1.0 - free) + free / 160.0)
@@ -155,18 +141,32 @@ class Case:
             root |= {"profile": "constant-speed" if rate else "hold", "spin_rate": rate}
         if self.load == "stop":
             contact = {"normal": "spring", "stiffness": self.stiffness, "friction": "frictionless"}
-            angle = min(0.001, 0.1 * self.nominal)  # it meets the stop soon
+            angle, samples = min(0.001, 0.1 * self.nominal), _SAMPLES_OF_FORCE  # it meets the stop soon
         return Scenario.from_dict(
             {
                 "end_time": end,
                 "gravity": gravity,
-                "beam": UNIT,
+                "beam": BEAM,
                 "root": root,
                 "initial": {"angle": angle, "angular_velocity": 0.0 if self.root == "driven" else self.spin},
                 "slope": {"origin": [0.5, 0.0], "angle": 0.0},
                 "contact": contact,
-                "solver": {"output_interval": end / _SAMPLES, "tolerance": 1e-8},
+                "solver": {"output_interval": end / samples, "tolerance": 1e-8},
             }
+        )
+
+    def exact(self, frame: str) -> Scenario:
+        """Return the case for the exact beam, seen from a frame."""
+        base, root = self.scenario, self.scenario.root
+        turn = (abs(self.spin) + abs(root.torque) / (root.inertia + _BEAM) * base.end_time) * base.end_time
+        step = base.end_time / (_EXACT_STEPS * min(math.ceil(max(1.0, turn / _SLOW)), 4))
+        return base.replace(
+            discretization__method="absolute",
+            discretization__elements=_EXACT_ELEMENTS,
+            discretization__frame=frame,
+            solver__free_step=step,
+            solver__contact_step=step,
+            solver__output_interval=max(step, base.solver.output_interval),  # a shorter one would cut its steps
         )
 
 
@@ -213,76 +213,47 @@ class SmallDeflection:
         return float((points["error"] / points["deflection"] ** 2).median())
 
 
-def exact(case: Case, frame: str) -> History:
-    """March the exact beam of a case: slender, without rotary inertia."""
-    base, root = case.scenario, case.scenario.root
-    turn = (abs(case.spin) + abs(root.torque) / (root.inertia + _BEAM) * base.end_time) * base.end_time
-    step = base.end_time / (_EXACT_STEPS * min(math.ceil(max(1.0, turn / _SLOW)), 4))
-    scenario = base.replace(
-        discretization__method="absolute",
-        discretization__elements=_EXACT_ELEMENTS,
-        discretization__frame=frame,
-        solver__free_step=step,
-        solver__contact_step=step,
-    )
-    sections = ElasticSections.uniform(_SLENDER, 0.4 * _SLENDER, 1.0, 1.0)
-    return simulate_exactly(scenario, sections=sections)
+def _runs(problem: str, nominal: float, spin: float) -> list[Run]:
+    """Return the runs of a case: all models, and behind them the exact beam in their frames."""
+    case = case_of(problem, nominal, spin)
+    times = [] if case.load == "stop" else np.linspace(0.0, case.scenario.end_time, _SAMPLES + 1).tolist()
+    courses = tuple(f"deflection@{time!r}" for time in times)
+    names = (*courses, "max:deflection", "min:deflection", "max:lambda_n", "model_error")
+    scenarios = {model: case.scenario.replace(**changes) for model, changes in MODELS[problem].items()}
+    frames = dict.fromkeys(changes["discretization__frame"] for changes in MODELS[problem].values())
+    scenarios |= {f"exact, {frame}": case.exact(frame) for frame in frames}
+    return [
+        Run({"problem": problem, "nominal": nominal, "spin": spin, "model": model}, scenario, names)
+        for model, scenario in scenarios.items()
+    ]
 
 
-def error_of(case: Case, reference: History, history: History) -> float:
-    """Return the error of a model's run: of the tip's deflection, or on a stop of the largest force."""
-    if case.load == "stop":
-        exactly, force = (max(contact.peak_force for contact in run.contacts) for run in (reference, history))
-        return float(abs(force / exactly - 1.0))
-    times, tip = reference["time"].values, reference["uy"].values[:, -1]
-    found = np.interp(times, history["time"].values, history["uy"].values[:, -1])
-    return float(np.abs(found - tip).max() / np.abs(tip).max())
-
-
-def motion_of(history: History) -> tuple[float, float]:
-    """Return the largest deflection (m) and spin (rad/s) that a run's own estimate is made of."""
-    beam = beam_of(Scenario.from_toml(history.scenario_toml))
-    return largest_motion(beam, {name: history[name].values for name in ("uy", "theta_dot", "qd")})
-
-
-def estimate_of(history: History) -> float:
-    """Return what a run says of its own error: of its deflection, or with a contact of the largest force."""
-    scenario, motion = Scenario.from_toml(history.scenario_toml), motion_of(history)
-    return (
-        contact_force_error(scenario, motion[0])
-        if scenario.contact.enabled
-        else deflection_error(scenario, *motion)
-    )
-
-
-def points_of(case: tuple[str, float, float]) -> list[dict[str, Any]]:
-    """March the exact beam and all models of one problem; in whatever process this is."""
-    problem, nominal, spin = case
-    loaded = case_of(*case)
-    references: dict[str, History] = {}
-    found = []
-    for model, changes in MODELS[problem].items():
-        frame = changes[_FRAME]
-        if frame not in references:
-            references[frame] = exact(loaded, frame)
-        reference = references[frame]
-        if reference.outcome is not Outcome.COMPLETED:
-            raise InputError(f"{problem}, deflection {nominal:g}, spin {spin:g}: {reference.outcome.sentence}")
-        history = simulate(loaded.scenario.replace(**changes))
-        completed = history.outcome is Outcome.COMPLETED
-        found.append(
-            {
-                "problem": problem,
-                "model": model,
-                "nominal": nominal,
-                "spin": spin,
-                "deflection": float(np.abs(reference["uy"].values[:, -1]).max()),
-                "error": error_of(loaded, reference, history) if completed else math.nan,
-                "estimate": estimate_of(history),
-                "outcome": history.outcome.label,
-            }
-        )
-    return found
+def points_of(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the points of the map from the runs: a row for each model of each case."""
+    points = []
+    for (problem, nominal, spin), runs in frame.groupby(["problem", "nominal", "spin"], sort=False):
+        runs = runs.set_index("model")
+        courses = [name for name in runs if name.startswith("deflection@") and runs[name].notna().any()]
+        for model, changes in MODELS[problem].items():
+            run, reference = runs.loc[model], runs.loc[f"exact, {changes['discretization__frame']}"]
+            if problem == "stop":
+                error = abs(run["max:lambda_n"] / reference["max:lambda_n"] - 1.0)
+            else:
+                error = (run[courses] - reference[courses]).abs().max() / reference[courses].abs().max()
+            outcomes = [one["outcome"] for one in (reference, run) if one["outcome"] != Outcome.COMPLETED.label]
+            points.append(
+                {
+                    "problem": problem,
+                    "model": model,
+                    "nominal": nominal,
+                    "spin": spin,
+                    "deflection": max(reference["max:deflection"], -reference["min:deflection"]),
+                    "error": math.nan if outcomes else float(error),
+                    "estimate": run["model_error"],
+                    "outcome": (outcomes or [Outcome.COMPLETED.label])[0],
+                }
+            )
+    return pd.DataFrame(points)
 
 
 def small_deflection(
@@ -290,7 +261,9 @@ def small_deflection(
     deflections: Sequence[float] = DEFLECTIONS,
     spins: Sequence[float] = SPINS,
     out: str | os.PathLike[str] | None = None,
+    scheduler: str | None = None,
     workers: int | None = None,
+    timeout: float | None = None,
     command: str = "",
     on_progress: OnProgress = silent,
 ) -> SmallDeflection:
@@ -303,37 +276,37 @@ def small_deflection(
     spins : sequence of float
         Spin rates in units of sqrt(E I/(rho A L^4)), from 0 to 20.
     out : path, optional
-        Folder for report.html, results.json and results.csv; without it nothing is written.
-    workers, command, on_progress
-        As for :func:`oblique_impact.validation.studies.refinement.refine`.
+        Folder for report.html, results.json and results.csv, where an interrupted study goes on.
+    scheduler, workers, timeout, on_progress
+        As for :func:`~oblique_impact.validation.studies.study.run_study`.
+    command : str
+        How to repeat the study, for the report.
 
     Raises
     ------
     InputError
         In one line for numbers that are out of range or a folder that cannot be written.
     """
-    check_limits(None, workers, None)
     for name, values, low, high in (("deflections", deflections, 0.0, 1.0), ("spins", spins, -1.0, 20.0)):
         if not values or not all(low < value <= high for value in values):
             shown = ",".join(f"{value:g}" for value in values)
             raise InputError(f"{name} {shown}: should be from {max(low, 0.0):g} to {high:g}")
-    # the stop is met at rest: a spin is none of its loads
-    cases = [
-        (problem, nominal, spin)
+    runs = [
+        run
         for problem in MODELS
         for nominal in deflections
+        # the stop is met at rest: a spin is none of its loads
         for spin in (spins if problem != "stop" else spins[:1])
+        for run in _runs(problem, nominal, spin)
     ]
-    names = [f"{problem}, deflection {nominal:g}, spin {spin:g}" for problem, nominal, spin in cases]
-    folder = None if out is None else prepare_folder(out)
     started = time.perf_counter()
-    found = map_parallel(points_of, cases, workers, on_progress, names)
-    points = pd.DataFrame([point for rows in found for point in rows])
+    frame = run_study(runs, out, scheduler=scheduler, workers=workers, timeout=timeout, on_progress=on_progress)
+    points = points_of(frame)
     result = SmallDeflection(points, time.perf_counter() - started)
-    if folder is None:
+    if out is None:
         return result
     data = {"study": "small-deflection", "command": command, "points": points.to_dict("records")}
-    return replace(result, report=report(result, command).write(folder, data, points))
+    return replace(result, report=report(result, command).write(Path(out), data, points))
 
 
 def lines(result: SmallDeflection) -> list[str]:
@@ -384,27 +357,19 @@ def report(result: SmallDeflection, command: str) -> Report:
     """Return the report; `command` repeats the study."""
     with picture("Relative error over the largest deflection", 9.2, 9.2 * SIZE[1] / SIZE[0]) as drawn:
         draw_map(drawn.figure, result.points)
-    columns = {
-        "model": "model",
-        "spin": "spin",
-        "nominal": "nominal deflection",
-        "deflection": "largest deflection / L",
-        "error": "relative error",
-        "estimate": "its estimate",
-        "outcome": "outcome",
-    }
     return Report(
         "Where the small-deflection model ends",
         "The floating frame bends linearly, and knows the shortening to the second order. Loads grow along the "
-        "lower axis; the error is that of the deflection of the tip from the model's axis, its largest difference "
-        "from the geometrically exact beam within two elastic periods, over the largest deflection; on a stop it "
-        "is that of the largest force. Spin rates are in units of sqrt(EI/(ρA L⁴)); the first clamped mode has "
-        "3.52.",
+        "lower axis: nominal is the deflection over the length that sets a load, deflection the largest one of "
+        "the exact beam. The error is that of the deflection of the tip from the model's axis, its largest "
+        "difference from the geometrically exact beam within two elastic periods, over the largest deflection; "
+        "on a stop it is that of the largest force; the estimate is what a run says of its own error. Spin rates "
+        "are in units of sqrt(EI/(ρA L⁴)); the first clamped mode has 3.52.",
         command,
         result.seconds,
         overview=[drawn, Text(_NOTE, note=True)],
         sections=[
-            Section(TITLES[problem], [Table.of_frame(frame, digits=3, columns=columns)])
+            Section(TITLES[problem], [Table.of_frame(frame.drop(columns="problem"), digits=3)])
             for problem, frame in result.points.groupby("problem", sort=False)
         ],
     )

@@ -4,30 +4,60 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
+import re
 import shutil
+import tempfile
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
 
-from oblique_impact.errors import InputError
+from oblique_impact.contact.state import State
+from oblique_impact.contact.transitions import EventKind
+from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_whole
+from oblique_impact.history.history import History
 from oblique_impact.history.provenance import source_digest
+from oblique_impact.kernels.compiling import clock
+from oblique_impact.marching.loop import Status
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.studies.measure import COLUMNS, CRASHED, INVALID, Task, failed, measure_run
+from oblique_impact.simulation import simulate
 from oblique_impact.validation.studies.parallel import SOURCE, Crash, check_limits, compute_each
-from oblique_impact.validation.studies.quantities import quantity
+from oblique_impact.validation.studies.quantities import FIELDS, GapError, not_determined, quantity
 
 #: the frame of a study in its folder
 TABLE = "results.parquet"
 #: s between two writes of the frame while runs are under way
 _SAVE_EVERY = 2.0
+
+#: outcomes of rows besides those of the physics
+FAILURES = INVALID, ERROR, CRASHED, TIMEOUT = "invalid", "error", "crashed", "timeout"
+
+#: what a first macro-collision can be, from the least to the most; "stopped" by another cause than Painleve
+REGIMES = ("no contact", "slip", "reversal", "stick", "painleve", "stopped")
+
+#: columns of every study besides its labels and quantities: value of a run that failed, unit, meaning
+COLUMNS: dict[str, tuple[Any, str, str]] = {
+    "regime": ("", "", f"first macro-collision: {', '.join(REGIMES)}"),
+    "outcome": ("", "", "how the run ended"),
+    "message": ("", "", "why, if it did not reach its end time"),
+    "gaps": ("", "", "why quantities are missing, a line each"),
+    "warnings": ("", "", "warnings of the run, a line each"),
+    "undetermined": ("", "", "quantities that have no limit over modes or elements, and why, a line each"),
+    "stopped_at": (math.nan, "s", "time that the run reached"),
+    "steps": (0, "1", "steps"),
+    "events": (0, "1", "events"),
+    "energy": (math.nan, "J", "the larger of initial and final energy"),
+    "wall_time": (0.0, "s", "wall time of the run; the only column that differs from time to time"),
+}
 
 
 @dataclass(frozen=True)
@@ -42,72 +72,32 @@ class Run:
         None if it is not possible, for the reason `fault`.
     quantities : tuple of str
         What is measured.
-    urgency : float
-        Runs of a larger one begin earlier: those that take longest.
     """
 
     labels: Mapping[str, Any]
     scenario: Scenario | None
     quantities: tuple[str, ...]
     fault: str = ""
-    urgency: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """Hash of all that decides about its row."""
+        scenario = "" if self.scenario is None else self.scenario.model_dump_json()
+        decisive = json.dumps([scenario, self.quantities, self.fault, source_digest(SOURCE)])
+        return hashlib.sha256(decisive.encode()).hexdigest()[:16]
 
 
-@dataclass(frozen=True)
-class Limits:
-    """Where and how long runs may run: processes of this machine, or a Dask scheduler; wall time (s) of each."""
-
-    workers: int | None = None
-    scheduler: str | None = None
-    timeout: float | None = None
-
-    def __post_init__(self) -> None:
-        check_limits(self.scheduler, self.workers, self.timeout)
-
-
-@dataclass
-class _Kept:
-    """Rows by key, on disk as a frame if there is a folder."""
-
-    runs: Sequence[Run]
-    keys: list[str]
-    path: Path | None
-    units: Mapping[str, str]
-    rows: dict[str, dict[str, Any]] = field(default_factory=dict)
-    saved: float = field(default_factory=time.monotonic)
-
-    def frame(self) -> pd.DataFrame:
-        """Return the rows that are there, in the order of the runs, with units and meanings as `attrs`."""
-        pairs = zip(self.runs, self.keys, strict=True)
-        rows = [{**run.labels, **self.rows[key], "key": key} for run, key in pairs if key in self.rows]
-        names = dict.fromkeys(name for run in self.runs for name in run.quantities)
-        labels = dict.fromkeys(name for run in self.runs for name in run.labels)
-        found = pd.DataFrame(rows, columns=[*labels, *names, *COLUMNS, "key"])
-        found = found.astype(dict.fromkeys(names, float))
-        about = {name: (quantity(name).unit, quantity(name).meaning) for name in names}
-        about |= {name: (unit, meaning) for name, (_, unit, meaning) in COLUMNS.items()}
-        found.attrs = {
-            "units": {**self.units, **{name: unit for name, (unit, _) in about.items()}},
-            "meanings": {name: meaning for name, (_, meaning) in about.items()},
-        }
-        return found
-
-    def save(self) -> None:
-        """Write the frame, whole or not at all."""
-        self.saved = time.monotonic()
-        if self.path is None:
-            return
-        try:
-            write_whole(self.path, lambda file: self.frame().to_parquet(file, index=False))
-        except OSError as error:
-            raise cannot_write(self.path, error) from None
+class OutOfTimeError(Exception):
+    """Raised in a run that takes longer than it may."""
 
 
 def run_study(
     runs: Sequence[Run],
     folder: str | os.PathLike[str] | None = None,
     *,
-    limits: Limits = Limits(),
+    scheduler: str | None = None,
+    workers: int | None = None,
+    timeout: float | None = None,
     units: Mapping[str, str] = MappingProxyType({}),
     histories: bool = False,
     exclusive: bool = False,
@@ -118,12 +108,16 @@ def run_study(
     Parameters
     ----------
     runs : sequence of Run
-        With the labels that make them rows.
+        With the labels that make them rows.  The last ones begin first: put those that take longest there.
     folder : path, optional
         Where results.parquet is kept, from some seconds after the first run on.  A row is taken from there if
         scenario, quantities and source are the same.
-    limits : Limits
-        Processes, cluster, timeout.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used.
+    workers : int, optional
+        Parallel processes of this machine; default: the cores.  With one, everything runs in this process.
+    timeout : float, optional
+        Wall time (s) that a run may take; one that takes longer is a row with the outcome "timeout".
     units : mapping
         Units of the labels.
     histories : bool
@@ -136,36 +130,36 @@ def run_study(
     Returns
     -------
     DataFrame
-        A row for each run, in their order: labels, quantities (NaN where a run does not have one), `COLUMNS`.
+        A row for each run, in their order: labels, quantities (NaN where a run does not have one), `COLUMNS`; with
+        units and meanings as `attrs`.
 
     Raises
     ------
     InputError
-        In one line for a folder that cannot be used.
+        In one line for a folder or a scheduler that cannot be used.
     KeyboardInterrupt
         After Ctrl-C; with a folder the finished rows are kept.
     """
+    check_limits(scheduler, workers, timeout)
     path = None if folder is None else prepare_folder(folder) / TABLE
-    kept = _Kept(runs, [_key(run) for run in runs], path, units)
+    keys = [run.key for run in runs]
+    rows = {key: failed(INVALID, run.fault) for run, key in zip(runs, keys, strict=True) if run.scenario is None}
     if path is not None and path.exists():
-        kept.rows = _read(path, set(kept.keys), exclusive)
-    for run, key in zip(runs, kept.keys, strict=True):
-        if run.scenario is None:
-            kept.rows[key] = failed(INVALID, run.fault)
-    left = [n for n, key in enumerate(kept.keys) if key not in kept.rows]
-    left.sort(key=lambda n: -runs[n].urgency)
-    done = len(runs) - len(left)
+        rows |= _read(path, set(keys), exclusive)
+    left = [n for n, key in enumerate(keys) if key not in rows][::-1]
+    done, saved = len(runs) - len(left), time.monotonic()
     on_progress(Progress(done, len(runs)))
-    tasks = [Task(runs[n].scenario, runs[n].quantities, histories, limits.timeout) for n in left]  # type: ignore[arg-type]
+    measured = partial(measure_run, histories=histories, timeout=timeout)
     try:
-        for place, found in compute_each(measure_run, tasks, limits.workers, limits.scheduler):
+        for place, found in compute_each(measured, [runs[n] for n in left], workers, scheduler):
             number = left[place]
             row, files = (failed(CRASHED, found.reason), {}) if isinstance(found, Crash) else found
             if files and path is not None:
                 _keep_history(path.parent / "histories" / f"{number + 1:06d}", files)
-            kept.rows[kept.keys[number]] = row
-            if time.monotonic() - kept.saved > _SAVE_EVERY:
-                kept.save()
+            rows[keys[number]] = row
+            if time.monotonic() - saved > _SAVE_EVERY:
+                _save(_frame(runs, keys, rows, units), path)
+                saved = time.monotonic()
             done += 1
             on_progress(Progress(done, len(runs), ", ".join(map(str, runs[number].labels.values()))))
     except KeyboardInterrupt:
@@ -174,22 +168,143 @@ def run_study(
         words = f"{done} of {len(runs)} runs are kept; the same command goes on with the others"
         raise KeyboardInterrupt(words) from None
     finally:
-        kept.save()
-    return kept.frame()
+        frame = _frame(runs, keys, rows, units)
+        _save(frame, path)
+    return frame
 
 
-def _key(run: Run) -> str:
-    """Hash of all that decides about a row."""
-    scenario = "" if run.scenario is None else run.scenario.model_dump_json()
-    decisive = json.dumps([scenario, run.quantities, run.fault, source_digest(SOURCE)])
-    return hashlib.sha256(decisive.encode()).hexdigest()[:16]
+def measure_run(run: Run, histories: bool, timeout: float | None) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """Simulate and measure one run, in whatever process; returns its row and the files of its history, if wanted.
+
+    A failure becomes a row that says so.  `timeout` (s) bounds the wall time but for what is compiled in it.
+    """
+    assert run.scenario is not None
+    started, files = time.perf_counter(), dict[str, bytes]()
+    try:
+        with clock() as marching:
+
+            def check_time(status: Status) -> None:
+                if timeout is not None and marching.seconds > timeout:
+                    raise OutOfTimeError(f"took longer than {timeout:g} s, until t = {status.time:.6g} s")
+
+            along = histories or any(name.partition(":")[2] in FIELDS for name in run.quantities)
+            history = simulate(run.scenario, check_time, section_forces=along)
+        row = measure(history, run.quantities)
+        if histories:  # as bytes: a worker of a cluster may have no folder in common with us
+            with tempfile.TemporaryDirectory() as folder:
+                history.save(folder)
+                files = {file.name: file.read_bytes() for file in Path(folder).iterdir()}
+    except InputError as error:
+        row = failed(INVALID, str(error))
+    except OutOfTimeError as error:
+        row = failed(TIMEOUT, str(error))
+    except Exception as error:
+        row = failed(ERROR, f"{type(error).__name__}: {error}")
+    row["wall_time"] = time.perf_counter() - started
+    return row, files
+
+
+def failed(outcome: str, message: str) -> dict[str, Any]:
+    """Return the row of a run that has nothing to tell but why it failed."""
+    row = {name: empty for name, (empty, *_) in COLUMNS.items()}
+    return row | {"outcome": outcome, "message": " ".join(message.split())[:500]}
+
+
+def measure(history: History, quantities: Sequence[str]) -> dict[str, Any]:
+    """Return the row of a run: the quantities, NaN where it does not have one, and `COLUMNS`."""
+    row, gaps = dict[str, Any](), list[str]()
+    for name in quantities:
+        try:
+            row[name] = float(quantity(name).measure(history))
+        except GapError as gap:
+            row[name] = math.nan
+            gaps.append(f"{name}: {gap}")
+    undetermined = not_determined(quantities, history)
+    return row | {
+        "regime": regime(history),
+        "outcome": history.outcome.label,
+        "message": "" if history.outcome is Outcome.COMPLETED else history.summary["message"],
+        "gaps": "\n".join(gaps),
+        "warnings": "\n".join(history.summary.get("warnings", ())),
+        "undetermined": "\n".join(f"{name}: {why}" for name, why in undetermined.items()),
+        "stopped_at": history.end_time,
+        "steps": history.steps,
+        "events": len(history.events),
+        "energy": max(abs(history.balance[key]) for key in ("initial", "final")),
+    }
+
+
+def regime(history: History) -> str:
+    """Name what the first macro-collision of a run is: one of `REGIMES`.
+
+    The strongest of what happens in it counts: stick before reversal before slip.
+    """
+    collisions, outcome = history.macro_collisions, history.outcome
+    if outcome is not Outcome.COMPLETED:
+        stop = history.end_time
+        if not collisions or (len(collisions) == 1 and stop - collisions[0]["end"] < history.macro_gap):
+            return "painleve" if outcome is Outcome.PAINLEVE else "stopped"
+    if not collisions:
+        return "no contact"
+    start, end = collisions[0]["start"], collisions[0]["end"]
+    inside = [event for event in history.events if start <= event.time <= end]
+    if any(event.state is State.STICK for event in inside):
+        return "stick"
+    return "reversal" if any(event.kind is EventKind.REVERSAL for event in inside) else "slip"
+
+
+def reasons(lines: str) -> dict[str, str]:
+    """Return the reasons by quantity of one entry of `gaps` or `undetermined`."""
+    return dict(line.split(": ", 1) for line in lines.splitlines())
+
+
+def same_warnings(runs: Iterable[tuple[str, str]]) -> list[tuple[str, list[str]]]:
+    """Group the warnings of labelled runs by their text: that of the first run that has it, and the labels of all.
+
+    Texts that differ in their numbers alone are the same.
+    """
+    found: dict[str, tuple[str, list[str]]] = {}
+    for label, warnings in runs:
+        for warning in warnings.splitlines():
+            kind = re.sub(r"\d[\d.e+-]*", "#", warning)
+            found.setdefault(kind, (warning, []))[1].append(label)
+    return list(found.values())
+
+
+# --- on disk
+
+
+def _frame(
+    runs: Sequence[Run], keys: Sequence[str], rows: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]
+) -> pd.DataFrame:
+    """Return the rows that are there, in the order of the runs, with units and meanings."""
+    there = [{**rows[key], **run.labels, "key": key} for run, key in zip(runs, keys, strict=True) if key in rows]
+    names = dict.fromkeys(name for run in runs for name in run.quantities)
+    labels = dict.fromkeys(name for run in runs for name in run.labels)
+    frame = pd.DataFrame(there, columns=[*labels, *names, *COLUMNS, "key"]).astype(dict.fromkeys(names, float))
+    about = {name: (quantity(name).unit, quantity(name).meaning) for name in names}
+    about |= {name: (unit, meaning) for name, (_, unit, meaning) in COLUMNS.items()}
+    frame.attrs = {
+        "units": {**units, **{name: unit for name, (unit, _) in about.items()}},
+        "meanings": {name: meaning for name, (_, meaning) in about.items()},
+    }
+    return frame
+
+
+def _save(frame: pd.DataFrame, path: Path | None) -> None:
+    """Write the frame, whole or not at all, if there is a folder for it."""
+    if path is None:
+        return
+    try:
+        write_whole(path, lambda file: frame.to_parquet(file, index=False))
+    except OSError as error:
+        raise cannot_write(path, error) from None
 
 
 def _read(path: Path, keys: set[str], exclusive: bool) -> dict[str, dict[str, Any]]:
     """Return the rows of a frame on disk that have these keys."""
     try:
-        frame = pd.read_parquet(path)
-        rows = {row["key"]: row for row in frame.to_dict("records")}
+        rows = {row["key"]: row for row in pd.read_parquet(path).to_dict("records")}
     except (OSError, ValueError, KeyError) as error:
         reason = " ".join(str(error).split())[:200]
         raise InputError(f"{path}: not a readable table: {reason}; delete it, and its runs are repeated") from None
@@ -202,13 +317,13 @@ def _read(path: Path, keys: set[str], exclusive: bool) -> dict[str, dict[str, An
 
 
 def _keep_history(folder: Path, files: Mapping[str, bytes]) -> None:
-    partial = folder.with_name(f".{folder.name}.part")
+    unfinished = folder.with_name(f".{folder.name}.part")
     try:
-        for old in (partial, folder):
+        for old in (unfinished, folder):
             shutil.rmtree(old, ignore_errors=True)
-        partial.mkdir(parents=True)
+        unfinished.mkdir(parents=True)
         for name, content in files.items():
-            (partial / name).write_bytes(content)
-        os.replace(partial, folder)
+            (unfinished / name).write_bytes(content)
+        os.replace(unfinished, folder)
     except OSError as error:
         raise cannot_write(folder, error) from None

@@ -6,22 +6,19 @@ import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
 from oblique_impact.errors import InputError, Outcome
-from oblique_impact.files import prepare_folder, write_text
+from oblique_impact.files import write_text
+from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text
 from oblique_impact.validation.studies.design import Plan, SweepFile, load_plan, plan_of
 from oblique_impact.validation.studies.maps import sweep_pictures
-from oblique_impact.validation.studies.measure import same_warnings
-from oblique_impact.validation.studies.study import Limits, run_study
-
-if TYPE_CHECKING:
-    from oblique_impact.history.history import History
+from oblique_impact.validation.studies.study import run_study, same_warnings
 
 #: distinct warnings that a terminal shows at most; runs and warnings that the report lists at most
 _SHOWN, _LISTED = 5, 20
@@ -57,6 +54,11 @@ class SweepResult:
         return self.folder / "report.html"
 
     @property
+    def unfinished(self) -> pd.DataFrame:
+        """Rows of the runs that did not complete."""
+        return self.frame[self.frame["outcome"] != Outcome.COMPLETED.label]
+
+    @property
     def outcomes(self) -> dict[str, int]:
         """How many runs ended how, the most frequent first."""
         return {str(name): int(count) for name, count in self.frame["outcome"].value_counts().items()}
@@ -71,8 +73,6 @@ class SweepResult:
 
         Raises InputError if there is none.
         """
-        from oblique_impact.history.history import History
-
         return History.load(self.folder / "histories" / f"{run:06d}")
 
 
@@ -97,14 +97,8 @@ def sweep(
         Folder; a sweep that was interrupted there goes on.
     base : Scenario, optional
         In place of the scenario that the source names.
-    scheduler : str, optional
-        Address of a Dask scheduler.
-    workers : int, optional
-        Processes of this machine; default: the cores.
-    timeout : float, optional
-        Wall time (s) that a run may take; one that takes longer is a row with the outcome "timeout".
-    on_progress : callable, optional
-        Called with a :class:`~oblique_impact.progress.Progress` before the first and after runs.
+    scheduler, workers, timeout, on_progress
+        As for :func:`~oblique_impact.validation.studies.study.run_study`.
     command : str
         How to repeat the sweep, for the report.
 
@@ -122,7 +116,6 @@ def sweep(
     >>> result = sweep(plan, "out/friction", workers=1)  # doctest: +SKIP
     >>> result.frame["impulse"]  # doctest: +SKIP
     """
-    limits = Limits(workers, scheduler, timeout)
     if isinstance(source, Plan):
         if base is not None:
             raise InputError("base: a plan has its own scenario")
@@ -138,13 +131,15 @@ def sweep(
     frame = run_study(
         plan.runs,
         out,
-        limits=limits,
+        scheduler=scheduler,
+        workers=workers,
+        timeout=timeout,
         units={key: dimension.unit for dimension in plan.dimensions for key in dimension.keys},
         histories=plan.file.histories,
         exclusive=True,
         on_progress=count,
     )
-    folder = prepare_folder(out)
+    folder = Path(out)
     write_text(folder / "scenario.toml", plan.base.to_toml())
     write_text(folder / "sweep.toml", plan.to_toml())
     result = SweepResult(plan, folder, frame, there[0] - len(plan.impossible), time.monotonic() - started)
@@ -160,14 +155,14 @@ def warned(frame: pd.DataFrame) -> list[tuple[int, str, str]]:
 
 def lines(result: SweepResult) -> list[str]:
     """Return how a sweep went in lines, for a terminal."""
-    frame, earlier, seconds = result.frame, result.earlier, result.seconds
+    frame, earlier = result.frame, result.earlier
     found = [f"{len(frame)} runs: {', '.join(f'{count} {name}' for name, count in result.outcomes.items())}"]
     if earlier:
         found.append(f"  {earlier} of them were there before")
     new = len(frame) - earlier - len(result.plan.impossible)
     if new:
-        found.append(f"  {new} runs in {seconds:.1f} s, {new / seconds:.1f} runs/s")
-    for row in _unfinished(frame).head(1).to_dict("records"):
+        found.append(f"  {new} runs in {result.seconds:.1f} s, {new / result.seconds:.1f} runs/s")
+    for row in result.unfinished.head(1).to_dict("records"):
         found.append(f"  the first not to complete is run {row['run']}: {row['outcome']}: {row['message']}")
     warnings = warned(frame)
     for count, run, text in warnings[:_SHOWN]:
@@ -179,14 +174,12 @@ def lines(result: SweepResult) -> list[str]:
 
 def report(result: SweepResult, command: str) -> Report:
     """Return the report of a finished sweep; `command` repeats it.  The numbers are in the table."""
-    plan, frame = result.plan, result.frame
-    pictures: list[Block] = list(sweep_pictures(plan, frame))
-    none = Text("Pictures are drawn for sweeps with one or two directions.", note=True)
+    plan, frame, unfinished = result.plan, result.frame, result.unfinished
     outcomes = frame[["outcome", "regime"]].value_counts().rename("runs").reset_index()
     warnings = pd.DataFrame(warned(frame)[:_LISTED], columns=["runs", "the first", "warning"])
-    unfinished, names = _unfinished(frame), ["run", "outcome", "stopped_at", "message"]
+    stopped = unfinished.head(_LISTED)[["run", "outcome", "stopped_at", "message"]]
     more = f"The first {_LISTED} of {len(unfinished)}." if len(unfinished) > _LISTED else ""
-    stopped = Table.of_frame(unfinished.head(_LISTED), more, wide=(3,), columns={name: name for name in names})
+    none = [Text("Pictures are drawn for sweeps with one or two directions.", note=True)]
     seconds = frame["wall_time"]
     return Report(
         plan.file.title or "Sweep",
@@ -206,15 +199,15 @@ def report(result: SweepResult, command: str) -> Report:
             *([Table.of_frame(warnings, "Warnings of the runs.", wide=(2,))] if len(warnings) else []),
         ],
         sections=[
-            Section("Pictures", pictures or [none]),
+            Section("Pictures", sweep_pictures(plan, frame) or none),
             Section("Directions and quantities", _descriptions(plan, frame)),
-            *([Section("Runs that did not complete", [stopped])] if len(unfinished) else []),
+            *(
+                [Section("Runs that did not complete", [Table.of_frame(stopped, more, wide=(3,))])]
+                if len(stopped)
+                else []
+            ),
         ],
     )
-
-
-def _unfinished(frame: pd.DataFrame) -> pd.DataFrame:
-    return frame[frame["outcome"] != Outcome.COMPLETED.label]
 
 
 def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
@@ -225,10 +218,9 @@ def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
         numeric = pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
         ends = (values.min(), values.max()) if numeric else (str(values.iloc[0]), str(values.iloc[-1]))
         directions.append([Cell(dimension.label, "code"), dimension.unit, int(values.nunique()), *ends])
-    asked = frame[[q.name for q in plan.quantities]].agg(["min", "max"]).T
     quantities = [
-        [Cell(q.name, "code"), q.meaning, q.unit, *asked.loc[q.name], int(frame[q.name].isna().sum())]
-        for q in plan.quantities
+        [Cell(q.name, "code"), q.meaning, q.unit, values.min(), values.max(), int(values.isna().sum())]
+        for q, values in ((q, frame[q.name]) for q in plan.quantities)
     ]
     caption = "What each run is asked for; the column gaps of the table says why a value is missing."
     columns = ["quantity", "meaning", "unit", "least", "largest", "missing"]

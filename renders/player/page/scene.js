@@ -1,80 +1,113 @@
 /* The beam, the slope, the force: as a whole with its deflection magnified, and the contact point true to scale.
-   A view is {scale, x0, y0, thick}: the beam is drawn `thick` times as thick as it is. */
+   A view is {scale, x0, y0, thick}, from metres to pixels: the beam is drawn `thick` times as thick as it is. */
 
-const scene = { surface: new Surface("scene"), factor: null, thick: 1 };
-const inset = new Surface("inset");
-const zoom = { by: 1, x: 0, y: 0 }; // how large; the middle of what is seen, in metres from that of the whole
-
-const BAR = 52; // pixels at the bottom for the colour bar,
-const LOW = 190; // for which a lower picture has no room
+const FONT = '12.5px "Helvetica Neue", "Segoe UI", "DejaVu Sans", Arial, sans-serif';
+const PAD = 6; // pixels around the whole
 const THIN = 2.2; // pixels: a thinner radius is drawn thicker
 const MARK = 3; // radius of the mark at the place of contact
-const SHADE = 4; // pixels of length in which the colour of the beam may change
+const PIECES = 5; // of one colour along the beam between two stations
 const GHOSTS = 4;
 const MOST = 400; // times as large as the whole
 
-/** Height of the picture above the colour bar. */
-const above = (height) => (height < LOW ? height : height - BAR);
+const scene = $("scene"), inset = $("inset");
+const zoom = { by: 1, x: 0, y: 0 }; // how large; the middle of what is seen, in metres from that of the whole
+let factor = null; // one of `facts.factors`
+let colour = {}; // of the theme
 
-/** What is seen of the whole: metres to pixels; `whole` is the scale without zoom. */
+// Canvases -------------------------------------------------------------------------------------------------------
+
+/** One unit of length on a canvas in CSS pixels: everything grows with the type of the page. */
+const unit = () => parseFloat(getComputedStyle(document.documentElement).fontSize) / 14;
+const sizeOf = (canvas) => [canvas.clientWidth / unit(), canvas.clientHeight / unit()];
+
+/** Context of a canvas, empty, at the resolution of the screen. */
+function begin(canvas) {
+  const dots = Math.max(window.devicePixelRatio, 1), c = canvas.getContext("2d");
+  Object.assign(canvas, { width: canvas.clientWidth * dots, height: canvas.clientHeight * dots });
+  c.scale(dots * unit(), dots * unit());
+  Object.assign(c, { font: FONT, lineJoin: "round", textAlign: "center", textBaseline: "middle" });
+  return c;
+}
+
+const toPixels = (view, [x, y]) => [view.x0 + view.scale * x, view.y0 - view.scale * y];
+
+function polygon(c, points, fill) {
+  c.beginPath();
+  points.forEach((point) => c.lineTo(...point));
+  c.closePath();
+  c.fillStyle = fill;
+  c.fill();
+}
+
+function circle(c, at, radius, fill, width = 0) {
+  c.beginPath();
+  c.arc(...at, radius, 0, 2 * Math.PI);
+  c.fillStyle = fill;
+  c.fill();
+  if (width) outline(c, width);
+}
+
+function outline(c, width, path) {
+  c.strokeStyle = colour.edge;
+  c.lineWidth = width;
+  if (path) c.stroke(path);
+  else c.stroke();
+}
+
+/** Text with a halo of the background, so that it can be read over anything. */
+function label(c, text, x, y, fill) {
+  c.strokeStyle = colour.background;
+  c.lineWidth = 4;
+  c.strokeText(text, x, y);
+  c.fillStyle = fill;
+  c.fillText(text, x, y);
+}
+
+// Views ----------------------------------------------------------------------------------------------------------
+
+/** What is seen of the whole; `whole` is the scale without zoom. */
 function sceneView() {
-  const { width, height } = scene.surface, [left, right, low, high] = scene.factor.bounds, pad = 6, tall = above(height);
-  const whole = Math.min((width - 2 * pad) / (right - left), (tall - 2 * pad) / (high - low)), scale = whole * zoom.by;
+  const [width, height] = sizeOf(scene), [left, right, low, high] = factor.bounds;
+  const room = [width, height].map((size) => Math.max(1, size - 2 * PAD)); // a low window may leave none
+  const whole = Math.min(room[0] / (right - left), room[1] / (high - low)), scale = whole * zoom.by;
   const x = (left + right) / 2 + zoom.x, y = (low + high) / 2 + zoom.y;
-  scene.thick = Math.max(1, Math.ceil(THIN / (scale * Math.max(...facts.radius))));
-  return { scale, whole, x0: width / 2 - scale * x, y0: tall / 2 + scale * y, thick: scene.thick };
+  const thick = Math.max(1, Math.ceil(THIN / (scale * Math.max(...facts.radius))));
+  return { scale, whole, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick };
 }
 
-/** Enlarge so many times; what lies at an offset, pixels from the middle to the right and downward, stays there. */
-function zoomBy(times, [right, down]) {
-  const before = zoom.by, { whole } = sceneView();
-  zoom.by = Math.min(MOST, Math.max(1, before * times));
-  const moved = (1 / before - 1 / zoom.by) / whole;
-  moveView(right * moved, -down * moved);
-}
-
-/** Move the middle of what is seen by metres, not beyond the picture of the whole. */
-function moveView(x, y) {
-  const [left, right, low, high] = scene.factor.bounds, free = 0.5 * (1 - 1 / zoom.by);
-  const within = (value, most) => Math.min(most, Math.max(-most, value));
-  zoom.x = within(zoom.x + x, free * (right - left));
-  zoom.y = within(zoom.y + y, free * (high - low));
+/** The contact point; the view follows it only where it would leave the middle of the picture. */
+function insetView() {
+  const [width, height] = sizeOf(inset), { span, home } = facts.inset, scale = Math.min(width, height) / span;
+  const [x, y] = pair(run.contact, show.place).map((v, n) => v + clamp((home?.[n] ?? v) - v, -0.22 * span, 0.22 * span));
+  return { scale, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick: 1 };
 }
 
 function drawScene() {
-  if (!scene.surface.begin()) return;
-  const { context: c, width, height } = scene.surface, view = sceneView(), tall = above(height);
-  c.save();
-  c.beginPath();
-  c.rect(0, 0, width, tall);
-  c.clip();
+  const c = begin(scene), view = sceneView();
   drawSlope(c, view);
-  drawPin(c, view);
+  drawRoot(c, view);
   const gone = facts.ghosts.filter(([, from]) => from <= show.place).slice(-GHOSTS);
-  gone.forEach(([frame], n) => drawGhost(c, view, frame, 0.24 - 0.05 * (gone.length - 1 - n)));
+  gone.forEach(([frame], n) => {
+    c.globalAlpha = 0.24 - 0.05 * (gone.length - 1 - n);
+    c.fillStyle = colour.ghost;
+    c.fill(beamPath(view, edgesOf(view, axisAt(frame, factor.factor))));
+  });
   drawTrace(c, view);
-  drawBeam(c, view, axisAt(show.place, scene.factor.factor));
+  drawBeam(c, view, axisAt(show.place, factor.factor));
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
-  circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.paper : colour.edge, colour.edge, 1.6);
-  drawForce(c, view, facts.arrow * view.whole, [width, tall]);
-  if (zoom.by > 1) drawScaleBar(c, view, width, tall);
-  c.restore();
-  if (tall < height) drawColourBar(c, width, height);
+  circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
+  drawForce(c, view, facts.longest_arrow * view.whole, run.force_text[Math.floor(show.place)]);
+  if (zoom.by > 1) drawScaleBar(c, view, scene);
 }
 
-/** The view follows the contact point only where it would leave the middle of the picture. */
 function drawInset() {
-  if (!inset.begin()) return;
-  const { context: c, width, height } = inset, { span, home } = facts.inset, scale = Math.min(width, height) / span;
-  const place = pair(run.contact, show.place), slack = 0.22 * span;
-  const [x, y] = place.map((v, n) => v + Math.min(slack, Math.max(-slack, (home || place)[n] - v)));
-  const view = { scale, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick: 1 };
+  const c = begin(inset), view = insetView();
   drawSlope(c, view);
   drawTrace(c, view);
   drawBeam(c, view, axisAt(show.place, 1));
-  circle(c, facts.on_axis ? toPixels(view, place) : touchPlace(view), 2.4, colour.edge);
-  drawForce(c, view, 0.36 * Math.min(width, height));
-  drawScaleBar(c, view, width, height);
+  circle(c, facts.on_axis ? toPixels(view, pair(run.contact, show.place)) : touchPlace(view), 2.4, colour.edge);
+  drawForce(c, view, 0.36 * Math.min(...sizeOf(inset)));
+  drawScaleBar(c, view, inset);
 }
 
 // Beam -----------------------------------------------------------------------------------------------------------
@@ -94,7 +127,7 @@ function edgesOf(view, axis) {
 }
 
 /** Outline of the beam with its end: round, flat, or the sphere that a mass at the tip is drawn as. */
-function outlineOf(view, { lower, upper, heading, end }) {
+function beamPath(view, { lower, upper, heading, end }) {
   const path = new Path2D(), last = facts.radius[STATIONS - 1];
   lower.forEach((point) => path.lineTo(...point));
   if (!facts.flat_end) {
@@ -109,51 +142,34 @@ function outlineOf(view, { lower, upper, heading, end }) {
 
 /** The beam in the colours of the result, from the lower fibre to the upper one. */
 function drawBeam(c, view, axis) {
-  const edges = edgesOf(view, axis), { lower, upper, heading, end } = edges, path = outlineOf(view, edges);
-  const [low, top] = ["lower", "upper"].map((side) => coloursAt(show.place, side));
-  const between = (a, b, part) => [a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])];
+  const edges = edgesOf(view, axis), { lower, upper, heading, end } = edges, path = beamPath(view, edges);
+  const codes = ["lower", "upper"].map((side) => run[`${show.result}_${side}`]);
+  const codesAt = (j) => codes.map((code) => mix(code, show.place, STATIONS, j));
+  const between = (a, b, part) => a.map((v, n) => v + part * (b[n] - v));
+  c.globalAlpha = 1;
   c.save();
   c.clip(path);
   for (let j = 0; j + 1 < STATIONS; j++) {
-    const [p, q, u, v] = [lower[j], lower[j + 1], upper[j], upper[j + 1]];
-    if (outside(c, [p, q, u, v])) continue;
-    const pieces = Math.max(1, Math.min(200, Math.ceil(Math.hypot(q[0] - p[0], q[1] - p[1]) / SHADE)));
-    for (let n = 0; n < pieces; n++) {
-      const from = n / pieces, to = (n + 1) / pieces, middle = (from + to) / 2;
-      const corners = [between(p, q, from), between(p, q, to), between(u, v, to), between(u, v, from)];
-      shade(c, corners, low[j] + middle * (low[j + 1] - low[j]), top[j] + middle * (top[j + 1] - top[j]), heading, 1);
+    const [now, next] = [codesAt(j), codesAt(j + 1)];
+    for (let n = 0; n < PIECES; n++) {
+      const corner = (edge, part) => between(edge[j], edge[j + 1], part), [from, to] = [n / PIECES, (n + 1) / PIECES];
+      const corners = [corner(lower, from), corner(lower, to), corner(upper, to), corner(upper, from)];
+      shade(c, corners, between(now, next, (from + to) / 2), heading, 1);
     }
   }
   const [p, u] = [lower[STATIONS - 1], upper[STATIONS - 1]], cap = 1.1 * view.scale * view.thick * facts.radius[STATIONS - 1];
-  shade(c, [p, p, u, u], low[STATIONS - 1], top[STATIONS - 1], heading, cap);
+  shade(c, [p, p, u, u], codesAt(STATIONS - 1), heading, cap);
   c.restore();
-  c.strokeStyle = colour.edge;
-  c.lineWidth = 1.1;
-  c.stroke(path);
-  if (facts.mass_radius) circle(c, end, view.scale * view.thick * facts.mass_radius, colour.ground, colour.edge, 1.1);
-}
-
-/** Whether a piece lies outside of the picture to one side. */
-function outside({ canvas }, points) {
-  return [canvas.width, canvas.height].some((most, n) => points.every((p) => p[n] < 0) || points.every((p) => p[n] > most));
+  outline(c, 1.1, path);
+  if (facts.mass_radius) circle(c, end, view.scale * view.thick * facts.mass_radius, colour.ground, 1.1);
 }
 
 /** One piece across the beam; it reaches a little under the next one, the last one over the cap: no seams. */
-function shade(c, [p, q, v, u], low, top, heading, reach) {
+function shade(c, [p, q, v, u], [low, top], heading, reach) {
   const fill = c.createLinearGradient((p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (u[0] + v[0]) / 2, (u[1] + v[1]) / 2);
   for (let n = 0; n <= 6; n++) fill.addColorStop(n / 6, facts.ramp[Math.round(low + (top - low) * (n / 6))]);
-  const ex = reach * Math.cos(heading), ey = reach * Math.sin(heading);
-  c.fillStyle = fill;
-  polygon(c, [p, [q[0] + ex, q[1] + ey], [v[0] + ex, v[1] + ey], u]);
-  c.fill();
-}
-
-/** An earlier position. */
-function drawGhost(c, view, frame, strength) {
-  c.globalAlpha = strength;
-  c.fillStyle = colour.ghost;
-  c.fill(outlineOf(view, edgesOf(view, axisAt(frame, scene.factor.factor))));
-  c.globalAlpha = 1;
+  const [ex, ey] = [reach * Math.cos(heading), reach * Math.sin(heading)];
+  polygon(c, [p, [q[0] + ex, q[1] + ey], [v[0] + ex, v[1] + ey], u], fill);
 }
 
 /** The last of the path of the contact point, in the colours of the states. */
@@ -163,7 +179,7 @@ function drawTrace(c, view) {
   c.globalAlpha = 0.75;
   for (let k = run.trace[end]; k <= end; k++) {
     c.beginPath();
-    c.strokeStyle = stateColour[run.state[k]];
+    c.strokeStyle = colour.states[run.state[k]];
     c.moveTo(...at(k));
     while (k < end && run.state[k + 1] === run.state[k]) c.lineTo(...at(++k));
     if (k === end) c.lineTo(...at(show.place));
@@ -179,55 +195,37 @@ function drawSlope(c, view) {
   if (!facts.slope) return;
   const lower = (view.thick - 1) * facts.touch_radius;
   const corners = facts.slope.map((point) => toPixels(view, point.map((v, n) => v - lower * facts.normal[n])));
-  polygon(c, corners);
-  c.fillStyle = colour.ground;
-  c.fill();
-  polygon(c, corners.slice(0, 2));
-  c.strokeStyle = colour.edge;
-  c.lineWidth = 1.6;
-  c.stroke();
-}
-
-/** Block under the pin, or the hub. */
-function drawPin(c, view) {
-  const [x, y] = toPixels(view, [0, 0]), p = facts.pin * view.scale;
-  if (facts.hub_radius > 0) {
-    circle(c, [x, y], Math.max(facts.hub_radius * view.scale, 3), colour.ground, colour.edge, 1.2);
-    return;
-  }
-  c.fillStyle = colour.ground;
-  c.strokeStyle = colour.edge;
-  c.lineWidth = 1.2;
+  polygon(c, corners, colour.ground);
   c.beginPath();
-  c.arc(x, y, 0.75 * p, Math.PI, 0);
-  c.lineTo(x + 0.95 * p, y + 1.7 * p);
-  c.lineTo(x - 0.95 * p, y + 1.7 * p);
-  c.closePath();
-  c.fill();
-  c.stroke();
-  c.fillRect(x - 1.8 * p, y + 1.7 * p, 3.6 * p, 0.6 * p);
-  c.strokeRect(x - 1.8 * p, y + 1.7 * p, 3.6 * p, 0.6 * p);
+  corners.slice(0, 2).forEach((point) => c.lineTo(...point));
+  outline(c, 1.6);
 }
 
-function drawColourBar(c, width, height) {
-  const wide = Math.min(360, width - 80), x = (width - wide) / 2, y = height - BAR + 22, high = 11;
-  const ramp = c.createLinearGradient(x, 0, x + wide, 0), { title, ticks } = facts.results[show.result];
-  for (let k = 0; k < 256; k += 5) ramp.addColorStop(k / 255, facts.ramp[k]);
-  c.fillStyle = ramp;
-  c.fillRect(x, y, wide, high);
-  c.strokeStyle = colour.edge;
-  c.lineWidth = 0.8;
-  c.strokeRect(x, y, wide, high);
+/** The hub, or the block under the pin. */
+function drawRoot(c, view) {
+  const [x, y] = toPixels(view, [0, 0]), p = facts.pin * view.scale;
+  if (facts.hub_radius > 0) return circle(c, [x, y], Math.max(facts.hub_radius * view.scale, 3), colour.ground, 1.2);
+  const block = new Path2D();
+  block.arc(x, y, 0.75 * p, Math.PI, 0);
+  block.lineTo(x + 0.95 * p, y + 1.7 * p);
+  block.lineTo(x - 0.95 * p, y + 1.7 * p);
+  block.closePath();
+  block.rect(x - 1.8 * p, y + 1.7 * p, 3.6 * p, 0.6 * p);
+  c.fillStyle = colour.ground;
+  c.fill(block);
+  outline(c, 1.2, block);
+}
+
+function drawScaleBar(c, view, canvas) {
+  const [width, height] = sizeOf(canvas);
+  const [length, text] = facts.bars.findLast(([metres]) => metres * view.scale <= 0.3 * width) || facts.bars[0];
+  const x = 10, y = height - 9, long = length * view.scale;
+  c.fillStyle = colour.background;
+  c.fillRect(x - 2, y - 3, long + 4, 6);
   c.fillStyle = colour.ink;
-  c.textAlign = "center";
-  c.textBaseline = "alphabetic";
-  c.fillText(title, width / 2, y - 6);
-  c.textBaseline = "top";
-  for (const [part, text] of ticks) {
-    const at = x + (wide * (part + 1)) / 2;
-    c.fillRect(at - 0.5, y + high, 1, 3);
-    c.fillText(text, at, y + high + 4);
-  }
+  for (const bar of [[x, y - 1, long, 2], [x, y - 4, 1.5, 8], [x + long - 1.5, y - 4, 1.5, 8]]) c.fillRect(...bar);
+  c.textAlign = "left";
+  label(c, text, x, y - 13, colour.ink);
 }
 
 // Force ----------------------------------------------------------------------------------------------------------
@@ -239,31 +237,24 @@ function touchPlace(view) {
 }
 
 /** Mark at the place of contact and, ending just before it, the arrow of the force, `longest` pixels at the peak. */
-function drawForce(c, view, longest, room) {
+function drawForce(c, view, longest, text) {
   const [fx, fy] = pair(run.arrow, show.place), part = Math.hypot(fx, fy);
   if (!part || stateAt(show.place) === 0) return;
-  const tint = stateColour[stateAt(show.place)], [x, y] = touchPlace(view), ux = fx / part, uy = -fy / part;
-  const length = longest * part, tip = [x - (MARK + 2.5) * ux, y - (MARK + 2.5) * uy];
-  const tail = [tip[0] - length * ux, tip[1] - length * uy];
-  if (length > 6) drawArrow(c, tip, [ux, uy], length, tint);
-  circle(c, [x, y], MARK, colour.paper, colour.ink, 1.2);
-  if (!room || tail.some((v, n) => v < 0 || v > room[n])) return;
+  const tint = colour.states[stateAt(show.place)], [x, y] = touchPlace(view), ux = fx / part, uy = -fy / part;
+  const from = MARK + 2.5, length = longest * part, head = Math.min(13, 0.6 * length), shaft = Math.min(2.2, 0.18 * head);
+  const corners = [[length, shaft], [head, shaft], [head, 0.42 * head], [0, 0], [head, -0.42 * head], [head, -shaft], [length, -shaft]];
+  if (length > 6) {
+    polygon(c, corners.map(([back, aside]) => [x - (from + back) * ux - aside * uy, y - (from + back) * uy + aside * ux]), tint);
+    c.strokeStyle = colour.background;
+    c.lineWidth = 1.2;
+    c.stroke();
+  }
+  circle(c, [x, y], MARK, colour.background, 1.2);
+  if (!text) return;
   c.font = `600 ${FONT}`;
-  c.textAlign = "center";
-  c.textBaseline = "middle";
-  const text = run.force_text[Math.floor(show.place)], half = c.measureText(text).width / 2;
-  const at = [tail[0] - (half + 8) * ux, tail[1] - 14 * uy], inside = (v, least, most) => Math.min(most - least, Math.max(least, v));
-  labelled(c, text, inside(at[0], half + 4, room[0]), inside(at[1], 10, room[1]), tint);
+  const [width, height] = sizeOf(scene), half = c.measureText(text).width / 2, tail = from + length;
+  const at = [x - (tail + half + 8) * ux, y - (tail + 14) * uy];
+  if (x < 0 || x > width || y < 0 || y > height) return;
+  label(c, text, clamp(at[0], half + 4, width - half - 4), clamp(at[1], 10, height - 10), tint);
   c.font = FONT;
-}
-
-function drawArrow(c, [x, y], [ux, uy], length, tint) {
-  const head = Math.min(13, 0.6 * length), shaft = Math.min(2.2, 0.18 * head), wide = 0.42 * head;
-  const corners = [[length, shaft], [head, shaft], [head, wide], [0, 0], [head, -wide], [head, -shaft], [length, -shaft]];
-  polygon(c, corners.map(([back, aside]) => [x - back * ux - aside * uy, y - back * uy + aside * ux]));
-  c.strokeStyle = colour.paper;
-  c.lineWidth = 2.5;
-  c.stroke();
-  c.fillStyle = tint;
-  c.fill();
 }

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from typer import Option
 
 from oblique_impact.command_line.console import JsonOption, print_result
+from oblique_impact.command_line.progress_bars import counting_bar
 from oblique_impact.errors import InputError
 
 Histories = Annotated[list[Path], typer.Argument(metavar="HISTORY", help="Run folders or history.nc files.")]
@@ -68,34 +70,45 @@ def render(
 
     A page takes --deformation, --theme, --colour, --name, --title; charts --theme, --title, --name, --preset.
     """
-    from oblique_impact.renders.command import STRIP_SIZE, parse_size, render_command
-    from oblique_impact.renders.style import BARE, PRESETS, Style
-    from oblique_impact.scenario.messages import one_of
+    from oblique_impact.renders.command import CHARTS, FILMS, STRIP_SIZE
+    from oblique_impact.renders.command import render as draw
+    from oblique_impact.renders.style import BARE, Style
 
-    if preset and preset not in PRESETS:
-        raise InputError(f"--preset {preset}: {one_of(preset, PRESETS)}")
-    look: dict[str, Any] = PRESETS.get(preset, {}) | (BARE if bare else {})
+    look: dict[str, Any] = dict(BARE) if bare else {}
     look |= {"camera": camera, "quantity": colour, "deformation": deformation, "layout": layout}
     given = {"theme": theme, "letters": letters, "dpi": dpi, "title": title}
     look |= {name: value for name, value in given.items() if value is not None}
     if size or strip:
-        look["size"] = parse_size(size) if size else STRIP_SIZE
-    lines, data = render_command(
-        histories,
-        out,
-        Style(**look),
-        times=times or (),
-        event=event,
-        strip=strip,
-        fps=fps,
-        speed=speed,
-        contact_speed=contact_speed,
-        seconds=seconds,
-        between=_pair("--between", between),
-        frames=frames,
-        names=names or (),
-    )
-    print_result(lines, data, as_json)
+        look["size"] = _size(size) if size else STRIP_SIZE
+    with counting_bar("film" if out.suffix.lower() in FILMS else "picture") as show:
+        result = draw(
+            histories,
+            out,
+            Style.of(preset, **look) if preset else Style(**look),
+            times=times or (),
+            event=event,
+            strip=strip,
+            fps=fps,
+            speed=speed,
+            contact_speed=contact_speed,
+            seconds=seconds,
+            between=_pair("--between", between),
+            frames=frames,
+            names=names or (),
+            on_progress=show,
+        )
+    lines: list[str] = []
+    data: dict[str, Any] = {"file": result.file, "factor": result.factor, "size": result.size}
+    if out.suffix.lower() not in CHARTS:
+        lines.append(f"deformation factor {result.factor:g}, about the line from pin to contact point")
+    if (film := result.timeline) is not None:
+        count = film.times.size
+        lines.append(
+            f"{count} frames of {result.size[0]}x{result.size[1]}, {film.duration:.1f} s at "
+            f"{film.fps} per second; time runs at {film.rates.max():.3g} to {film.rates.min():.3g} of real time"
+        )
+        data |= {"frames": count, "fps": film.fps, "duration": film.duration}
+    print_result([*lines, f"written: {out}"], data, as_json)
 
 
 def export(
@@ -108,12 +121,38 @@ def export(
     as_json: JsonOption = False,
 ) -> None:
     """Write a history as a time series: PVD with .vtp files or XDMF with an .h5 file, or as a table (CSV)."""
-    from oblique_impact.renders.exports.command import export_command
+    from oblique_impact.history.history import History
+    from oblique_impact.renders.exports import READERS
+    from oblique_impact.renders.exports import export as write
 
     span = _pair("--between", between)
-    print_result(
-        *export_command(history, out, format, every=every, between=span, deformation=deformation), as_json
-    )
+    kind = cast(Any, format)  # a wrong one is refused with the list of those that are allowed
+    with counting_bar("export") as show:
+        done = write(
+            History.load(history),
+            out,
+            format=kind,
+            every=every,
+            between=span,
+            deformation=deformation,
+            on_progress=show,
+        )
+    lines = [
+        f"{done.samples} of {done.of} samples, {done.span[0]:g} to {done.span[1]:g} s",
+        f"  {done.format}: {done.file}",
+        f"  read by {READERS[done.format]}",
+    ]
+    if done.format != "csv":
+        lines[0] += f"; deformation factor {done.factor:g}"
+    print_result(lines, asdict(done), as_json)
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Return WIDTHxHEIGHT in pixels."""
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() and len(part) <= 5 for part in parts):
+        raise InputError(f"--size {text}: should be WIDTHxHEIGHT in pixels, e.g. 1280x720")
+    return int(parts[0]), int(parts[1])
 
 
 def _pair(option: str, text: str | None) -> tuple[float, float] | None:

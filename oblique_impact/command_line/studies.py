@@ -12,6 +12,7 @@ from oblique_impact.command_line.console import (
     JsonOption,
     ScenarioArgument,
     SetOption,
+    command_text,
     minutes,
     print_note,
     print_result,
@@ -40,11 +41,10 @@ def validate(
     as_json: JsonOption = False,
 ) -> None:
     """Check everything against something outside it; writes report.html, results.json and results.csv."""
-    from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.suite import counts, select
     from oblique_impact.validation.suite import validate as compute
 
-    repeat = command_line("validate", out=out, only=only, quick=quick, workers=workers)
+    repeat = command_text("validate", out=out, only=only, quick=quick, workers=workers)
     checks = select(only or [], quick)
     expected = minutes(f"{len(checks)} checks", sum(check.seconds for check in checks), workers)
     with counting_bar("checks", note=expected) as show:
@@ -91,7 +91,6 @@ def refine(
 ) -> None:
     """Refine elements, modes, steps or a stop's stiffness; writes report.html, results.json and results.csv."""
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.studies.refinement import lines, parse_levels
     from oblique_impact.validation.studies.refinement import refine as compute
 
@@ -114,7 +113,7 @@ def refine(
                 changes=changes or () if study else (),
                 within=within,
                 name=Path(scenario).name,
-                command=command_line("refine", *([] if study else [scenario]), **given, **how),
+                command=command_text("refine", *([] if study else [scenario]), **given, **how),
                 on_progress=show,
                 **{axis: parse_levels(axis, text) for axis, text in axes.items()},  # type: ignore[arg-type]
                 **how,
@@ -126,7 +125,6 @@ def refine(
 def _predict(scenario: str | None, given: dict[str, Any], how: dict[str, Any]) -> list[str]:
     """Judge what of a scenario, or of the shipped cases, is predictable; returns lines."""
     from oblique_impact.scenario.scenario import Scenario
-    from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.studies.predictability import lines, predictability
     from oblique_impact.validation.studies.shipped import predictability_cases
 
@@ -135,7 +133,7 @@ def _predict(scenario: str | None, given: dict[str, Any], how: dict[str, Any]) -
     asked = "--predictability" if own else "--study predictability"
     _refuse({name: value for name, value in given.items() if name != allowed}, asked)
     kept = {allowed: given[allowed]}
-    repeat = command_line("refine", *([scenario] if own else []), predictability=own, **kept, **how)
+    repeat = command_text("refine", *([scenario] if own else []), predictability=own, **kept, **how)
     cases = predictability_cases() if scenario is None else Scenario.load(scenario, given["set"] or [])
     name = Path(scenario or "predictability").name
     with counting_bar("predictability") as show:
@@ -144,15 +142,12 @@ def _predict(scenario: str | None, given: dict[str, Any], how: dict[str, Any]) -
 
 def _map_small_deflection(given: dict[str, Any], how: dict[str, Any]) -> list[str]:
     """Compare the floating frame with the exact beam; returns lines."""
-    from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.studies.small_deflection import lines, small_deflection
 
-    kept = {name: how[name] for name in ("out", "workers")}
-    refused = {name: value for name, value in (given | how).items() if name not in ("study", *kept)}
-    _refuse(refused, "--study small-deflection")
-    repeat = command_line("refine", study="small-deflection", **kept)
+    _refuse({name: value for name, value in given.items() if name != "study"}, "--study small-deflection")
+    repeat = command_text("refine", study="small-deflection", **how)
     with counting_bar("small-deflection") as show:
-        return lines(small_deflection(command=repeat, on_progress=show, **kept))
+        return lines(small_deflection(command=repeat, on_progress=show, **how))
 
 
 def _refuse(options: dict[str, Any], asked: str) -> None:
@@ -171,11 +166,10 @@ def reproduce(
     """Reproduce the paper's figures 2 to 16 and its claims; writes report.html, results.json and CSV tables."""
     from oblique_impact.validation.paper.command import SECONDS, lines
     from oblique_impact.validation.paper.command import reproduce as compute
-    from oblique_impact.validation.report.provenance import command_line
 
     expected = minutes("figures 2 to 16 and 31 claims", SECONDS, workers)
     with counting_bar("reproduce", note=expected) as show:
-        result = compute(out, workers, show, command_line("reproduce", out=out, workers=workers))
+        result = compute(out, workers, show, command_text("reproduce", out=out, workers=workers))
     print_result(lines(result), lambda: _written(out), as_json)
 
 
@@ -190,7 +184,6 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Run a scenario over axes of its keys; writes results.parquet and report.html."""
-    from oblique_impact.validation.report.provenance import command_line
     from oblique_impact.validation.studies.design import load_plan
     from oblique_impact.validation.studies.parallel import check_limits
     from oblique_impact.validation.studies.sweep import lines
@@ -203,7 +196,7 @@ def sweep(
         words = f"the first is run {first.labels['run']}: {first.fault}"
         print_note(f"{len(plan.impossible)} of {len(plan.runs)} runs are not possible; {words}")
     how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "timeout": timeout}
-    repeat = command_line("sweep", source, out=out, **how)
+    repeat = command_text("sweep", source, out=out, **how)
     with counting_bar("sweep", rate="runs") as show:
         result = compute(plan, out, on_progress=show, command=repeat, **how)
     print_result([*lines(result), f"results: {out}"], result.to_dict, as_json)
@@ -221,11 +214,10 @@ def compare(
     from oblique_impact.history.history import History
     from oblique_impact.validation.comparison import check_target, comparison_data, save_comparison
     from oblique_impact.validation.comparison import compare as compute
-    from oblique_impact.validation.report.provenance import command_line
 
     check_target(out)
     found = compute(History.load(left), History.load(right), names=(str(left), str(right)))
-    repeat = command_line("compare", left, right, out=out)
+    repeat = command_text("compare", left, right, out=out)
     save_comparison(found, out, repeat)
     print_result([*found.summary(), f"report: {out}"], lambda: comparison_data(found, repeat), as_json)
 

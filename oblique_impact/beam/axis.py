@@ -1,0 +1,273 @@
+"""The axis of the bent beam at any place along it: shape functions as polynomials on panels.
+
+A contact that slides along the beam needs u_y = Phi(x) B and u_x = -B^T H(x) B/2 wherever it is.  Finite elements
+are cubics on their elements; eigenfunctions are interpolated on panels so short that polynomials of the degree 11
+hold them to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from oblique_impact.kernels.jit import inlined, jitable
+from oblique_impact.kernels.workspace import Array, Vectors
+
+_MOST_ITERATIONS, _PLACED = 20, 1e-15  # of Newton's method for a place; of the length: a few units of rounding
+#: the error of a polynomial of this degree on a panel of half a wave number (rad) is 2e-16 of the function
+_DEGREE, _HALF_PANEL = 11, 0.5
+
+
+class AxisShapes(NamedTuple):
+    """Shape functions on panels, each a polynomial in z from -1 to 1; n functions."""
+
+    edges: Array  # (panels + 1,) m, ascending from 0
+    coefficients: Array  # (panels, degree + 1, n) of powers of z
+    shortening: Array  # (panels + 1, n, n) H at the edges (1/m)
+    nodes: Array  # (degree,) of Gauss's rule, exact for products of two slopes
+    weights: Array
+
+
+class Axis(NamedTuple):
+    """The bent axis at a place, in the frame: r = (radius + x + u_x, u_y) (m)."""
+
+    u_x: float
+    u_y: float
+    slope: float  # u_y' = Phi' B
+    curvature: float  # u_y'' (1/m)
+    panel: int
+    z: float  # place in the panel
+    beyond: float  # m, how far the place is past an end of the beam, from which its tangent goes on
+
+
+def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) -> AxisShapes:
+    """Interpolate the shape functions `evaluate(x)`, (points,) -> (points, n), between the edges (m)."""
+    z = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    to_powers = np.linalg.inv(np.vander(z, increasing=True))
+    half, middle = 0.5 * np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+    values = evaluate((middle[:, None] + half[:, None] * z).ravel()).reshape(half.size, degree + 1, -1)
+    coefficients = to_powers @ values
+    nodes, weights = np.polynomial.legendre.leggauss(degree)
+    powers = np.vander(nodes, degree, increasing=True) * np.arange(1, degree + 1)  # derivatives of z, z^2, ...
+    slopes = powers @ coefficients[:, 1:] / half[:, None, None]
+    parts = np.einsum("pgi,pgj,g,p->pij", slopes, slopes, weights, half)
+    shortening = np.concatenate([np.zeros_like(parts[:1]), np.cumsum(parts, axis=0)])
+    return AxisShapes(np.ascontiguousarray(edges), np.ascontiguousarray(coefficients), shortening, nodes, weights)
+
+
+def smooth_shapes(evaluate: Callable[[Array], Array], length: float, wave_number: float) -> AxisShapes:
+    """Interpolate smooth shape functions of at most this wave number (rad/m) on equal panels."""
+    panels = int(np.ceil(0.5 * wave_number * length / _HALF_PANEL))
+    return fit_shapes(evaluate, np.linspace(0.0, length, max(panels, 2) + 1), _DEGREE)
+
+
+@jitable
+def _panel_of(edges: Array, x: float) -> int:
+    """Panel that holds x; beyond the ends the nearest."""
+    low, high = 0, edges.shape[0] - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x < edges[middle]:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+@jitable
+def _contract(s: AxisShapes, panel: int, B: Array, polynomial: Array) -> None:
+    """Coefficients of u_y = Phi B on a panel into `polynomial` (degree + 1,)."""
+    for k in range(s.coefficients.shape[1]):
+        total = 0.0
+        for i in range(B.shape[0]):
+            total += s.coefficients[panel, k, i] * B[i]
+        polynomial[k] = total
+
+
+@inlined
+def _slope_at(s: AxisShapes, polynomial: Array, z: float) -> float:
+    """Evaluate the derivative over z of a polynomial on a panel."""
+    total = 0.0
+    for k in range(s.coefficients.shape[1] - 1, 0, -1):
+        total = total * z + k * polynomial[k]
+    return total
+
+
+@jitable
+def bent_axis(s: AxisShapes, x: float, B: Array, polynomial: Array) -> Axis:
+    """Displacements, slope and curvature of the axis at x (m); `polynomial` (degree + 1,) is scratch."""
+    panel = _panel_of(s.edges, x)
+    a, half = s.edges[panel], 0.5 * (s.edges[panel + 1] - s.edges[panel])
+    inside = min(max(x, s.edges[0]), s.edges[-1])
+    z, beyond = (inside - a) / half - 1.0, x - inside
+    _contract(s, panel, B, polynomial)
+    value, slope, bending = 0.0, 0.0, 0.0
+    for k in range(s.coefficients.shape[1] - 1, -1, -1):
+        bending = bending * z + 2.0 * slope
+        slope = slope * z + value
+        value = value * z + polynomial[k]
+    squared = 0.0
+    for i in range(B.shape[0]):
+        for j in range(B.shape[0]):
+            squared += B[i] * s.shortening[panel, i, j] * B[j]
+    part = 0.5 * (z + 1.0)
+    for g in range(s.nodes.shape[0]):
+        steep = _slope_at(s, polynomial, part * (s.nodes[g] + 1.0) - 1.0)
+        squared += s.weights[g] * part * steep * steep / half
+    slope /= half
+    if beyond != 0.0:
+        bending = 0.0
+    return Axis(
+        -0.5 * (squared + slope * slope * beyond),
+        value + slope * beyond,
+        slope,
+        bending / (half * half),
+        panel,
+        z,
+        beyond,
+    )
+
+
+class Peg(NamedTuple):
+    """A point fixed in space that can touch the beam."""
+
+    x: float  # m
+    y: float
+    distance: float  # m, from the axis at which it touches: its radius and, of the beam's face, half the depth
+    lever: float  # m, half the depth where friction acts on the beam's face, 0 on the axis
+    side: float  # on which the beam is of the point, seen along the beam: 1 left, -1 right
+
+
+class ContactKinematics(NamedTuple):
+    """Gap and slip (m) of a contact, and the biases of their accelerations (m/s^2)."""
+
+    gap: float
+    slip: float
+    gap_bias: float
+    slip_bias: float
+
+
+@jitable
+def place_of(s: AxisShapes, radius: float, X: float, Y: float, B: Array, polynomial: Array) -> tuple[float, Axis]:
+    """Place (m) along the beam where the normal of the axis goes through the point (X, Y) of the frame.
+
+    Newton's method on (r(x) - c).r'(x) = 0, from the place of the undeformed beam.
+    """
+    x = X - radius
+    axis = bent_axis(s, x, B, polynomial)
+    for _ in range(_MOST_ITERATIONS):
+        along, across, steep = radius + x + axis.u_x - X, axis.u_y - Y, 1.0 - 0.5 * axis.slope * axis.slope
+        value = along * steep + across * axis.slope
+        rate = steep * steep + axis.slope * axis.slope + (across - along * axis.slope) * axis.curvature
+        x -= value / rate
+        axis = bent_axis(s, x, B, polynomial)
+        if abs(value / rate) < _PLACED * s.edges[-1]:
+            break
+    return x, axis
+
+
+@jitable
+def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+    """Shape functions and slopes at a place into scratch_a[1:] and scratch_b[1:], H B into its product.
+
+    Returns B'^T H B' and u_y'' of the velocities.
+    """
+    shapes, slopes, HB, polynomial = v.scratch_a, v.scratch_b, v.shortening_product, v.polynomial
+    panel, z, n = axis.panel, axis.z, B.shape[0]
+    half, part, bending, curving = 0.5 * (s.edges[panel + 1] - s.edges[panel]), 0.5 * (z + 1.0), 0.0, 0.0
+    turning = 0.0
+    for i in range(n):
+        value, slope, curvature = 0.0, 0.0, 0.0
+        for k in range(s.coefficients.shape[1] - 1, -1, -1):
+            curvature = curvature * z + 2.0 * slope
+            slope = slope * z + value
+            value = value * z + s.coefficients[panel, k, i]
+        slope /= half
+        shapes[i + 1], slopes[i + 1] = value + slope * axis.beyond, slope
+        curving += curvature / (half * half) * Bd[i]
+        turning += slope * Bd[i]
+        before, rate = 0.0, 0.0
+        for j in range(n):
+            before += s.shortening[panel, i, j] * B[j]
+            rate += s.shortening[panel, i, j] * Bd[j]
+        HB[i + 1] = before
+        bending += Bd[i] * rate
+    for g in range(s.nodes.shape[0]):
+        at = part * (s.nodes[g] + 1.0) - 1.0
+        weight, steep, rate = s.weights[g] * part / half, _slope_at(s, polynomial, at), 0.0
+        for i in range(n):
+            slope = 0.0
+            for k in range(s.coefficients.shape[1] - 1, 0, -1):
+                slope = slope * at + k * s.coefficients[panel, k, i]
+            HB[i + 1] += weight * slope * steep
+            rate += slope * Bd[i]
+        bending += weight * rate * rate
+    if axis.beyond != 0.0:
+        for i in range(n):
+            HB[i + 1] += axis.slope * slopes[i + 1] * axis.beyond
+        bending += turning * turning * axis.beyond
+        curving = 0.0
+    return bending, curving
+
+
+@jitable
+def touch_peg(s: AxisShapes, radius: float, peg: Peg, q: Array, qd: Array, v: Vectors) -> ContactKinematics:
+    """Gap, slip, biases and rows of a fixed point against the axis of a beam on a hub of this radius (m).
+
+    The point c meets the axis at the place x where (r - c).r' = 0.  With t = r'/|r'|, its normal n on the side of
+    the beam, the velocities v = q', the turning w of t towards n and the one u of the section,
+
+        x'     = -(Jv.r' + (r - c).J'v) / (r'.r' + (r - c).r''),    w = (n.J'v + x' n.r'')/|r'|,  u = n.J'v/|r'|
+        Z_n'   = n.Jv,           Z_n''   = n.(J q'' + Jdot v) + x' n.J'v - w t.Jv
+        Z_tau' = t.Jv + e u,     Z_tau'' = t.(J q'' + Jdot v) + x' t.J'v + w n.Jv + e u'
+
+    where J = dr/dq, primes of r and J are derivatives along the beam and e is the lever of friction.  The slip is
+    -x, whose rate is that of the axis where the point touches it.
+    """
+    theta, spin, B, Bd = q[0], qd[0], q[1:], qd[1:]
+    cosine, sine = np.cos(theta), np.sin(theta)
+    X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
+    x, axis = place_of(s, radius, X, Y, B, v.polynomial)
+    bending, curvature_rate = _take_shapes(s, axis, B, Bd, v)
+    shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
+    phi, kappa, steep, side = axis.slope, axis.curvature, 1.0 - 0.5 * axis.slope * axis.slope, peg.side
+    stretch = np.sqrt(steep * steep + phi * phi)  # |r'|, 1 but for the fourth power of the slope
+    tx, ty = steep / stretch, phi / stretch
+    nx, ny = -side * ty, side * tx
+    rx, ry = radius + x + axis.u_x, axis.u_y
+    # rows, and velocities in the frame: of displacements, slope, place and turning
+    ux_rate, uy_rate, phi_rate = 0.0, 0.0, 0.0
+    normal_row, tangential_row = v.normal_row, v.tangential_row
+    normal_row[0] = ny * rx - nx * ry
+    tangential_row[0] = ty * rx - tx * ry + peg.lever * (ny * steep - nx * phi) / stretch
+    for i in range(B.shape[0]):
+        shape, slope, shortened = shapes[i + 1], slopes[i + 1], HB[i + 1]
+        ux_rate -= shortened * Bd[i]
+        uy_rate += shape * Bd[i]
+        phi_rate += slope * Bd[i]
+        normal_row[i + 1] = ny * shape - nx * shortened
+        tangential_row[i + 1] = ty * shape - tx * shortened + peg.lever * (ny - nx * phi) * slope / stretch
+    vx, vy = ux_rate - spin * ry, uy_rate + spin * rx  # J v
+    ax, ay = -phi * (spin + phi_rate), spin * steep + phi_rate  # J' v
+    away_x, away_y, rx2, ry2 = rx - X, ry - Y, -phi * kappa, kappa
+    place_rate = -(vx * steep + vy * phi + away_x * ax + away_y * ay) / (
+        stretch * stretch + away_x * rx2 + away_y * ry2
+    )
+    turning = (nx * ax + ny * ay + place_rate * (nx * rx2 + ny * ry2)) / stretch
+    # accelerations without q'': J dot v and J' dot v
+    fx = -spin * spin * rx - 2.0 * spin * uy_rate - bending
+    fy = -spin * spin * ry + 2.0 * spin * ux_rate
+    gap_bias = nx * fx + ny * fy + place_rate * (nx * ax + ny * ay) - turning * (tx * vx + ty * vy)
+    slip_bias = tx * fx + ty * fy + place_rate * (tx * ax + ty * ay) + turning * (nx * vx + ny * vy)
+    if peg.lever != 0.0:
+        gx = -spin * spin * steep - 2.0 * spin * phi_rate - phi_rate * phi_rate
+        gy = -spin * spin * phi - 2.0 * spin * phi * phi_rate
+        gx += place_rate * (-kappa * (spin + phi_rate) - phi * curvature_rate)
+        gy += place_rate * (curvature_rate - spin * phi * kappa)
+        rate = (nx * gx + ny * gy - turning * (tx * ax + ty * ay)) / stretch
+        growth = tx * (ax + place_rate * rx2) + ty * (ay + place_rate * ry2)
+        slip_bias += peg.lever * (rate - (nx * ax + ny * ay) * growth / (stretch * stretch))
+    gap = nx * away_x + ny * away_y - peg.distance
+    return ContactKinematics(gap, -x, gap_bias, slip_bias)

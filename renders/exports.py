@@ -1,0 +1,447 @@
+"""Time series of the deformed beam for ParaView, PyVista and meshio, tables, and the mesh at a time."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import chdir
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, cast
+from xml.etree import ElementTree
+
+import meshio
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkCommonCore import vtkStringArray
+
+from oblique_impact.errors import InputError
+from oblique_impact.files import cannot_write, prepare_folder
+from oblique_impact.history.history import History, require_history
+from oblique_impact.history.sample_times import jumps
+from oblique_impact.progress import OnProgress, Progress, silent
+from oblique_impact.renders.files import made_by, warnings_of
+from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
+from oblique_impact.renders.scenery import pin, slope_wedge
+from oblique_impact.renders.story import Story, story_of
+from oblique_impact.renders.style import Style
+from oblique_impact.scenario.messages import one_of
+
+Integers = NDArray[np.int64]
+Format = Literal["pvd", "xdmf", "csv"]
+#: fields (time, side of a jump, number of the sample) and meshes of a frame, by the names of parts
+Frame = tuple[dict[str, Any], dict[str, pv.PolyData]]
+
+FRAMES = 1000  # of an export that asks for nothing else, besides those at events
+#: formats, and what reads them
+READERS = {
+    "pvd": "ParaView, PyVista",
+    "xdmf": 'ParaView (choose "Xdmf3 Reader S"), PyVista, meshio',
+    "csv": "pandas, spreadsheets",
+}
+#: units or meanings of the results on the parts, and of the field data of a frame
+UNITS = {
+    "points": "m",
+    **QUANTITIES,
+    "displacement": "m, from the initial shape",
+    "contact_force": "N, of the slope on the beam: normal_force + friction_force",
+    "normal_force": "N",
+    "friction_force": "N",
+    "gap": "m",
+    "depth": "m, compression of the stop itself",
+    "gap_rate": "m/s",
+    "slip_rate": "m/s",
+    "state": "0 free, 1 slip, 2 stick",
+    "time": "s",
+    "side": "-1 left of a jump, 1 right of it, 0 none",
+    "sample": "number in the history",
+}
+_TIMES = (
+    "The frames carry the times of the history exactly. At a jump there are two frames: the left one carries its "
+    "time, the right one the next larger double (one ulp). The field 'side' tells them apart."
+)
+_FIXED = ("pin", "slope")  # parts that are the same in all frames
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A time series on disk."""
+
+    file: Path  # what a reader opens
+    format: Format
+    samples: int  # that became frames,
+    of: int  # of so many
+    span: tuple[float, float]  # first and last time (s)
+    factor: float  # by which the bending is magnified; 1 for true shapes
+
+
+def export(
+    history: History,
+    out: str | os.PathLike[str],
+    *,
+    format: Format | None = None,
+    every: int | None = None,
+    between: tuple[float, float] | None = None,
+    deformation: float = 1.0,
+    on_progress: OnProgress = silent,
+) -> Exported:
+    """Write a history as a time series for ParaView: surface, axis, contact point, slope and pin with all results.
+
+    Or, as CSV, the variables over time as a table: a row per sample, units in the first line.
+
+    Parameters
+    ----------
+    history : History
+        Of a beam.
+    out : path
+        The file; the suffix of the format is appended if it has none.  Files appear whole or not at all.
+    format : {"pvd", "xdmf", "csv"}, optional
+        Default: as the suffix of `out` says.
+    every : int, optional
+        Every n-th sample, 1 for all; default: about 1000, evenly in time, of CSV all.  Those at events and jumps
+        are all kept.
+    between : tuple of float, optional
+        First and last time (s).
+    deformation : float
+        Factor by which the bending is magnified.
+    on_progress : callable, optional
+        Called with a :class:`~oblique_impact.progress.Progress` before the first and after each frame.
+
+    Returns
+    -------
+    Exported
+        The file and what it holds.
+
+    Raises
+    ------
+    InputError
+        In one line, for everything that is wrong with the options, the history or the place.
+
+    Examples
+    --------
+    >>> from oblique_impact import Scenario, simulate
+    >>> from oblique_impact.renders import export
+    >>> history = simulate(Scenario.builtin("paper"))
+    >>> export(history, "beam", format="pvd", every=10, between=(0.3, 0.34)).file  # doctest: +SKIP
+    """
+    require_history(history, "export")
+    target, format = _target(Path(out), format)
+    samples = chosen_samples(history, 1 if format == "csv" and every is None else every, between)
+    story = story_of([history], Style(deformation=deformation))
+    on_progress(Progress(0, samples.size))
+    prepare_folder(target.parent)
+
+    def frames() -> Iterator[Frame]:
+        for done, frame in enumerate(_frames(story, samples), start=1):
+            yield frame
+            on_progress(Progress(done, samples.size))
+
+    try:
+        with tempfile.TemporaryDirectory(prefix=".export.", dir=target.parent) as name:
+            new = Path(name) / target.name
+            with np.errstate(over="ignore", invalid="ignore"):  # runs that blew up hold numbers of any size
+                if format == "pvd":
+                    made = _write_pvd(story, frames(), new)
+                elif format == "xdmf":
+                    made = _write_xdmf(story, frames(), new)
+                else:
+                    made = _write_csv(history, samples, new)
+            for path in made:  # what is opened last: so it never lists what is not there
+                place = target.parent / path.name
+                if place.is_dir():
+                    shutil.rmtree(place)
+                os.replace(path, place)
+    except OSError as error:
+        raise cannot_write(target, error) from None
+    times = history["time"].values
+    first, last = times[samples[[0, -1]]].tolist()
+    return Exported(target, format, samples.size, times.size, (first, last), story.factor)
+
+
+def _target(out: Path, format: str | None) -> tuple[Path, Format]:
+    """Return the file to write and its format.
+
+    Raises InputError if the format is unknown or contradicts the suffix, or if something is in the way.
+    """
+    format = format or out.suffix.lower().removeprefix(".")
+    if format not in READERS:
+        raise InputError(f"--format {format or 'missing'}: {one_of(format, READERS)}")
+    if out.suffix and out.suffix.lower() != f".{format}":
+        raise InputError(f"--out {out}: should end in .{format} for --format {format}, or have no suffix")
+    target = out if out.suffix else Path(f"{out}.{format}")
+    if format == "xdmf" and ":" in target.name:
+        raise InputError(f"--out {target}: a colon ends the name of a file in XDMF: choose another name")
+    # what an earlier export made is replaced, other things are not
+    beside = {"pvd": target.with_suffix(""), "xdmf": target.with_suffix(".h5"), "csv": target}[format]
+    try:
+        others = beside.is_dir() and any(path.suffix != ".vtp" for path in beside.iterdir())
+        if (target.exists() or beside.exists()) and (others or not target.is_file()):
+            raise InputError(f"--out {target}: {beside} is in the way and not of an export: choose another name")
+    except OSError as error:  # a name that is too long
+        raise cannot_write(target, error) from None
+    return target, cast(Format, format)
+
+
+# Samples ------------------------------------------------------------------------------------------------------
+
+
+def chosen_samples(
+    history: History, every: int | None = None, between: tuple[float, float] | None = None
+) -> Integers:
+    """Return the numbers of the samples that become frames, ascending; see `export`.
+
+    Samples whose shape is not finite (the last ones of a run that diverged) are left out.  Raises InputError if no
+    sample is left.
+    """
+    first, last = between or (-np.inf, np.inf)
+    if every is not None and every < 1:
+        raise InputError(f"--every {every}: should be at least 1")
+    if not first < last:
+        raise InputError(f"--between {first:g},{last:g}: should be two times in s, the first one earlier")
+    time = np.asarray(history["time"].values, dtype=float)
+    side = _sides(time)
+    # both sides of a jump are of one instant: a span that ends at an event keeps both
+    instant = np.where(side > 0, np.roll(time, 1), time)
+    wanted = (instant >= first) & (instant <= last)
+    for name in ("theta", "ux", "uy"):
+        wanted &= np.isfinite(history[name].values.reshape(time.size, -1)).all(axis=1)
+    left = np.flatnonzero(wanted)
+    if not left.size:
+        raise InputError(f"history: no sample is left; it covers {time[0]:g} to {time[-1]:g} s")
+    chosen = np.isin(time, [event.time for event in history.events]) | (side != 0)
+    chosen[-1] = True
+    if every is not None:
+        chosen[::every] = True
+    elif left.size <= FRAMES:
+        chosen[left] = True
+    else:
+        even = np.linspace(time[left[0]], time[left[-1]], FRAMES)
+        chosen[left[np.searchsorted(time[left], even)]] = True
+    return np.flatnonzero(wanted & chosen)
+
+
+def _sides(time: NDArray[np.float64]) -> Integers:
+    """Return -1 for samples left of a jump, 1 for those right of it, 0 elsewhere."""
+    jump = jumps(time)
+    return np.where(np.append(False, jump), 1, np.where(np.append(jump, False), -1, 0))
+
+
+# Meshes -------------------------------------------------------------------------------------------------------
+
+
+def beam_mesh(history: History, time: float, deformation: float = 1.0) -> pv.PolyData:
+    """Return the surface of the beam at a time (s), at a jump just after it, with its results as point arrays.
+
+    Parameters
+    ----------
+    history : History
+        Of a beam.
+    time : float
+        Physical time (s) within the run.
+    deformation : float
+        Factor by which the bending is magnified; 1 for the true shape.  The results are never magnified.
+
+    Returns
+    -------
+    pyvista.PolyData
+        Points in m; point arrays as in `renders.geometry.QUANTITIES`, in SI units; field data `time` (s),
+        `units` and `made_by`.
+
+    Raises
+    ------
+    InputError
+        For a system that is no beam, a time outside of the run, or a factor that is not positive.
+    """
+    require_history(history, "to_pyvista")
+    geometry = BeamGeometry(history, deformation)
+    history.at(time)  # which refuses times outside of the run
+    mesh = _surface(geometry, geometry.index(time))
+    mesh.set_active_scalars("bending_stress")
+    mesh.field_data["time"] = np.array([time])
+    mesh.field_data["units"] = ["points = m", *(f"{name} = {unit}" for name, unit in QUANTITIES.items())]
+    mesh.field_data["made_by"] = [made_by([history])]
+    return mesh
+
+
+def _surface(geometry: BeamGeometry, k: float) -> pv.PolyData:
+    """Return the surface of the beam at sample k with the results `renders.geometry.QUANTITIES`."""
+    mesh = pv.PolyData(geometry.tube(k)[0], geometry.solid.faces)
+    mesh.point_data.update({name: geometry.result(name, k) for name in QUANTITIES})
+    return mesh
+
+
+def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
+    """Yield the frames: the beam three times, its pin, and with contact its point and the slope.
+
+    The beam is there as a swept tube, as its axis, a polyline, and in its initial shape.  The last one alone
+    carries `displacement`: its points do not move, and Warp By Vector makes them the true shape.  A deformation
+    factor magnifies points; results, displacements among them, are never magnified.  All cells carry the number of
+    their part.
+    """
+    geometry = story.geometries[0]
+    start = geometry.true.tube(0)[0]
+    # in triangles, as XDMF has no polygon of many corners, and without arrays
+    solids = [pin(geometry), *([slope_wedge(geometry, story.slope)] if story.slope else [])]
+    fixed = [pv.PolyData(solid.points, faces=solid.faces) for solid in (one.triangulate() for one in solids)]
+    times, sides = geometry.times, _sides(geometry.times)
+    for k in samples:
+        line = pv.PolyData(geometry.centreline(k), lines=[geometry.stations.size, *range(geometry.stations.size)])
+        results = [name for name in QUANTITIES if not name.endswith("_stress")]
+        line.point_data.update({name: geometry.along(name, k) for name in results})
+        initial = pv.PolyData(start, faces=geometry.solid.faces)
+        initial.point_data["displacement"] = geometry.true.tube(k)[0] - start
+        parts = {
+            "surface": _surface(geometry, k),
+            "centreline": line,
+            "reference": initial,
+            "pin": fixed[0],
+        }
+        if story.slope:  # last, so that the numbers of the others are always the same
+            parts |= {"contact_point": _contact_point(geometry, k), "slope": fixed[1]}
+        for number, mesh in enumerate(parts.values()):
+            mesh.cell_data["part"] = np.full(mesh.n_cells, number)
+        yield {"time": float(times[k]), "side": int(sides[k]), "sample": int(k)}, parts
+
+
+def _contact_point(geometry: BeamGeometry, k: int) -> pv.PolyData:
+    """Return the contact point at a sample as a vertex with the forces on the beam there."""
+    normal, friction = geometry.contact_forces(k)
+    mesh = pv.PolyData(np.append(geometry.contact_point(k), 0.0)[None])
+    for name, vector in {
+        "velocity": np.array([geometry.value("tip_vx", k), geometry.value("tip_vy", k)]),
+        "contact_force": normal + friction,
+        "normal_force": normal,
+        "friction_force": friction,
+    }.items():
+        mesh.point_data[name] = np.append(vector, 0.0)[None]
+    for name in ("gap", "depth", "gap_rate", "slip_rate", "state"):
+        mesh.point_data[name] = np.array([float(geometry.value(name, k))])
+    return mesh
+
+
+# Files --------------------------------------------------------------------------------------------------------
+
+
+def _run_fields(story: Story, parts: Iterable[str]) -> dict[str, str | float]:
+    """Return field data that hold for all frames: what made the run, its scenario, events, units and parts."""
+    history = story.histories[0]
+    return {
+        "made_by": made_by([history]),
+        "warnings": "\n".join(warnings_of([history])),
+        "scenario": history.scenario_toml,
+        "events": history.events_csv(),
+        "units": "\n".join(f"{name} = {unit}" for name, unit in UNITS.items()),
+        "parts": "\n".join(f"{number} = {part}" for number, part in enumerate(parts)),
+        "times": _TIMES,
+        "deformation_factor": story.factor,
+    }
+
+
+def _write_pvd(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]:
+    """Write ParaView's list of files, and the folder of the same name with a .vtp file per part and frame.
+
+    Slope and pin are written once, with the field data that hold for all frames.
+    """
+    folder = file.with_suffix("")
+    folder.mkdir()
+    collection = ElementTree.Element("VTKFile", type="Collection", version="1.0")
+    entries = ElementTree.SubElement(collection, "Collection")
+    for number, (fields, parts) in enumerate(frames):
+        for part, (name, mesh) in enumerate(parts.items()):
+            fixed = name in _FIXED
+            piece = folder / f"{name}_{0 if fixed else number:06d}.vtp"
+            if number == 0 or not fixed:
+                _add_fields(mesh, _run_fields(story, parts) if fixed else fields)
+                mesh.save(piece, recompute_normals=False)
+            entry = {"timestep": repr(fields["time"]), "part": str(part), "name": name}
+            ElementTree.SubElement(entries, "DataSet", entry, file=f"{folder.name}/{piece.name}")
+    ElementTree.ElementTree(collection).write(file, encoding="utf-8", xml_declaration=True)
+    return [folder, file]
+
+
+def _add_fields(mesh: pv.PolyData, fields: Mapping[str, str | float]) -> None:
+    for name, value in fields.items():
+        if isinstance(value, str):
+            array = vtkStringArray()  # PyVista's own take ASCII alone
+            array.SetName(name)
+            array.InsertNextValue(value)
+            mesh.GetFieldData().AddArray(array)
+        else:
+            mesh.field_data[name] = [value]
+
+
+class _CompressedWriter(meshio.xdmf.TimeSeriesWriter):  # type: ignore[misc]
+    """meshio's writer with compressed numbers: a third of the size."""
+
+    def numpy_to_xml_string(self, data: NDArray[Any]) -> str:
+        """Store numbers in the .h5 file and return where they are."""
+        name = f"data{self.data_counter}"
+        self.data_counter += 1
+        packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "chunks": data.shape}
+        self.h5_file.create_dataset(name, data=data, **(packed if data.size > 100 else {}))
+        return f"{self.h5_filename}:/{name}"
+
+
+def _write_xdmf(story: Story, frames: Iterable[Frame], file: Path) -> list[Path]:
+    """Write a file and numbers beside it, .h5, through meshio, a collection of grids per part.
+
+    meshio's `TimeSeriesReader` takes the last collection of a file and knows no points that move: so the surface
+    comes last, and its points are there once more as the point array `position`.
+    """
+    with chdir(file.parent), _CompressedWriter(file.name) as writer:  # its .h5 goes to the current folder
+        writer.domain.remove(writer.collection)
+        collections: dict[str, Any] = {}
+        for number, (fields, parts) in enumerate(frames):
+            if not collections:
+                _add_information(writer.domain, _run_fields(story, parts))
+                kind = {"GridType": "Collection", "CollectionType": "Temporal"}
+                for name in reversed(parts):
+                    collections[name] = ElementTree.SubElement(writer.domain, "Grid", kind, Name=name)
+                cells = {name: _cells(writer, mesh) for name, mesh in parts.items()}
+            for name, mesh in parts.items():
+                attributes = {"Name": f"{name}_{number:06d}", "GridType": "Uniform"}
+                grid = ElementTree.SubElement(collections[name], "Grid", attributes)
+                ElementTree.SubElement(grid, "Time", Value=repr(fields["time"]))
+                _add_information(grid, fields)
+                grid.extend(cells[name])
+                points = np.asarray(mesh.points)
+                writer.points(grid, points)
+                writer.point_data(
+                    dict(mesh.point_data) | ({"position": points} if name == "surface" else {}), grid
+                )
+    return [file.with_suffix(".h5"), file]
+
+
+def _cells(writer: Any, mesh: pv.PolyData) -> list[Any]:
+    """Return the elements of a part's cells, which all of its frames share, and of their cell array `part`."""
+    element = ElementTree.Element("Grid")
+    if mesh.n_lines:  # meshio has no polyline
+        corners = mesh.lines[1:]
+        blocks = [meshio.CellBlock("line", np.stack([corners[:-1], corners[1:]], axis=1))]
+    else:
+        blocks = pv.to_meshio(mesh).cells
+    writer.cells(blocks, element)
+    if len(blocks) == 1:
+        element[0].set("NodesPerElement", str(blocks[0].data.shape[1]))  # VTK wants it of lines and vertices
+    number = mesh.cell_data["part"][0]
+    writer.cell_data({"part": [np.full(len(block), number) for block in blocks]}, element)
+    return list(element)
+
+
+def _add_information(parent: Any, fields: Mapping[str, str | float]) -> None:
+    for key, value in fields.items():
+        ElementTree.SubElement(parent, "Information", Name=key, Value=str(value))
+
+
+def _write_csv(history: History, samples: Integers, file: Path) -> list[Path]:
+    """Write the variables over time as a table: a row per sample, units in the first line."""
+
+    def with_unit(column: str) -> str:
+        variable = column if column in history else column.rpartition("_")[0]  # q_0, q_1 ... of q
+        return f"{column} ({history[variable].attrs['units']})"
+
+    history.time_series.iloc[samples].rename(columns=with_unit).to_csv(file, index=False)
+    return [file]

@@ -1,0 +1,96 @@
+"""The charts of the page: drawn once by matplotlib; what moves over them is a cursor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from io import StringIO
+from typing import Any
+
+import numpy as np
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+
+from oblique_impact.renders.charts import Curve, draw_curves, energy_curves, force_curves
+from oblique_impact.renders.player.selection import evenly
+from oblique_impact.renders.story import Story
+from oblique_impact.renders.style import LIGHT, Theme, figure_style
+
+_SIZE = 640, 120  # pixels of a chart, for which vibrations become bands; the page stretches it
+_TICKS = 7, 5  # at most, along both axes: their labels fit on a phone
+
+
+@dataclass(frozen=True)
+class PageChart:
+    """A chart of the page: curves and grid as SVG, labels of its axes with their places in percent."""
+
+    name: str
+    title: str
+    unit: str  # of the vertical axis, with its prefix
+    curves: list[Curve]  # their colours are variables of the page's style sheet
+    svg: str
+    times: list[tuple[float, str]]
+    values: list[tuple[float, str]]
+
+
+def page_charts(story: Story) -> list[PageChart]:
+    """Draw the charts of a run: contact force, or deflection where there is no contact, and energy."""
+    story = replace(story, style=replace(story.style, theme="light"))
+    geometry = story.geometries[0]
+    if geometry.scenario.contact.enabled and geometry.peak_force > 0.0:
+        first = _chart(story, "force", "Contact force", "N", force_curves(story))
+    else:
+        deflection = 1e3 * geometry.values("deflection")
+        curve = Curve(geometry.times, deflection, LIGHT.energies[1], "of the tip")
+        first = _chart(story, "force", "Deflection", "mm", [curve])
+    return [first, _chart(story, "energy", "Energy", "J", energy_curves(story))]
+
+
+def variables(theme: Theme) -> dict[str, str]:
+    """Return the colours of a theme as the page's style sheet names them."""
+    several = {"states": ("free", "slip", "stick"), "energies": ("kinetic", "elastic", "gravity")}
+    found = {field.name: getattr(theme, field.name) for field in fields(theme)}
+    for field, names in several.items():
+        found |= zip(names, found.pop(field), strict=True)
+    found["stop"] = found.pop("series")[1]
+    return {name.replace("_", "-"): colour for name, colour in found.items() if colour.startswith("#")}
+
+
+def _chart(story: Story, name: str, title: str, unit: str, curves: list[Curve]) -> PageChart:
+    course, width = story.time_map, _SIZE[0]
+    with figure_style(LIGHT):
+        figure = Figure(figsize=(width / 72.0, _SIZE[1] / 72.0), dpi=72)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        artists, prefix = draw_curves(axes, curves, story, course, _SIZE, _TICKS, 1.5)
+        for artist, strength in artists:
+            artist.set_alpha(strength)
+        axes.ticklabel_format(axis="y", style="plain", useOffset=False)
+        times, values = _labels(axes.xaxis, axes.get_xlim()), _labels(axes.yaxis, axes.get_ylim())
+        events = evenly(story.histories[0].events)
+        at = course.film_at(np.array([event.time for event in events])) * width / (course.duration or 1.0)
+        tints = [LIGHT.states[event.state] for event in events]
+        axes.vlines(at, 0.0, 0.07, colors=tints, linewidth=2.0, transform=axes.get_xaxis_transform())
+        axes.tick_params(length=0.0, labelbottom=False, labelleft=False)
+        axes.spines[:].set_visible(False)
+        drawing = StringIO()
+        nothing: Any = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        figure.savefig(drawing, format="svg", transparent=True, metadata=nothing)
+    svg = drawing.getvalue()
+    svg = svg[svg.index("<svg") :].replace("<svg ", '<svg preserveAspectRatio="none" ', 1)
+    looks: dict[str, str] = {}
+    for variable, colour in variables(LIGHT).items():
+        looks.setdefault(colour, f"var(--{variable})")
+        svg = svg.replace(colour, looks[colour])
+    curves = [replace(curve, colour=looks[curve.colour]) for curve in curves]
+    return PageChart(name, f"{title} ({unit})", prefix + unit, curves, svg, times, values)
+
+
+def _labels(axis: Axis, ends: tuple[float, float]) -> list[tuple[float, str]]:
+    """Return the labels of an axis with their places between its ends in percent."""
+    start, end = ends
+    ticks = axis.get_ticklocs().tolist()
+    texts = axis.get_major_formatter().format_ticks(ticks)
+    return [
+        (100.0 * (tick - start) / (end - start), text)
+        for tick, text in zip(ticks, texts, strict=True)
+        if start <= tick <= end
+    ]
