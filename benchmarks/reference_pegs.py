@@ -276,7 +276,7 @@ class BeamOnPegs(Beam):
         events = [lambda _, y, function=function: function(y) for function in watched.values()]
         for event in events:
             event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
-        accuracy = {"rtol": 1e-12, "atol": 1e-13, "max_step": 1e-4 if self.stiffness and closed else 1e-3}
+        accuracy = {"rtol": 1e-12, "atol": 1e-13, "max_step": 1e-3}
         found = solve_ivp(rate, (t, end), y, "DOP853", events=events, dense_output=True, **accuracy)
         if self.stiffness and closed:
             times = np.linspace(t, found.t[-1], 200)
@@ -284,7 +284,9 @@ class BeamOnPegs(Beam):
             k = int(np.argmin(forces))
             near = times[max(k - 1, 0)], times[min(k + 1, 199)]
             least = minimize_scalar(
-                lambda time: -self.solve(found.sol(time), closed)[0][:, 0].max(), bounds=near, method="bounded"
+                lambda time: -self.solve(found.sol(time), closed)[0][:, 0].max(),
+                bounds=near,
+                options={"xatol": 1e-10},
             )
             self.log.append(f"{least.x:.9f} largest force {-least.fun:.6f} N")
         fallen = next((name for name, times in zip(watched, found.t_events, strict=True) if times.size), None)

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 Rates = Callable[[float, Array], Array]
 
-_STEPS_PER_CALL = 200
-_LOCATED = 1e-14  # relative length of a step
+_STEPS_PER_CALL = 200  # some hundredths of a second in plain Python, so that interrupts are prompt
+_LOCATED = 1e-14  # of a step: how closely an event is located, some units of rounding
 
 
 class _NoSolutionError(Exception):

@@ -387,15 +387,6 @@ def test_sliding_towards_painleve_may_stop_in_time(speed):
     assert float(history["slip"][-1]) == pytest.approx(stop, abs=1e-9)
 
 
-def test_a_run_stops_at_painleve_with_what_was_computed():
-    """At 100 m/s the block reaches x = 10/6, where the effective inverse mass vanishes, still sliding."""
-    history = simulate_system(Coupled(), [0.0, 0.0], [100.0, 0.0], 1.0, friction=Coulomb(1.5, 1.5))
-    assert history.outcome is Outcome.PAINLEVE
-    assert float(history["slip"][-1]) == pytest.approx(1.0 / 0.6, abs=1e-6)
-    assert float(history["slip_rate"][-1]) > 50.0
-    assert np.all(np.diff(history["time"]) >= 0.0)
-
-
 def test_chattering_is_bounded_and_named(monkeypatch):
     """A drive that always pushes against the slip, beyond the cone: no state persists."""
     monkeypatch.setattr(loop, "MAX_EVENTS", 300)  # so that a failure takes no minutes
