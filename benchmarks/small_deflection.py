@@ -22,7 +22,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.small_deflection import NOTICEABLE, contact_force_error, deflection_error
+from oblique_impact.beam.small_deflection import NOTICEABLE, Motion, contact_force_error, deflection_error
 from oblique_impact.renders.style import figure_style
 from oblique_impact.validation.studies.parallel import map_parallel
 from oblique_impact.validation.studies.small_deflection import (
@@ -74,13 +74,14 @@ def rows_of(case: Case) -> list[dict[str, Any]]:
             if case.load == "stop" and not all(run.contacts for run in (reference, *runs)):
                 continue
             error, fewer = (error_of(case, reference, run) for run in runs)
-            deflection, spin = motion_of(runs[0])
+            motion = motion_of(runs[0])
             row = {
                 **asdict(case),
                 "frame": frame,
                 "kinetics": kinetics,
-                "deflection": deflection,
-                "rate": spin,
+                "deflection": motion.deflection,
+                "rate": motion.spin,
+                "lost_momentum": motion.lost_momentum,
                 "error": error,
                 "error_of_fewer_modes": fewer,
             }
@@ -95,7 +96,7 @@ def estimate(row: dict[str, Any]) -> float:
     scenario: Scenario = case.scenario.replace(**changes)
     if case.load == "stop":
         return contact_force_error(scenario, row["deflection"])
-    return deflection_error(scenario, row["deflection"], row["rate"])
+    return deflection_error(scenario, Motion(row["deflection"], row["rate"], row["lost_momentum"]))
 
 
 def by_modes(row: dict[str, Any]) -> bool:

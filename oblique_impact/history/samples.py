@@ -126,9 +126,8 @@ def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:
 
 def range_warnings(beam: Beam, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return warnings about ranges of validity; `passages` are those of the summary's `slope_ends`."""
-    deflection, spin = largest_motion(beam, variables)
     touched = bool(np.any(variables["state"] > 0))
     return [
         *slope_warnings(beam.scenario, variables, passages),
-        *deflection_warnings(beam.scenario, deflection, spin, touched),
+        *deflection_warnings(beam.scenario, largest_motion(beam, variables), touched),
     ]

@@ -33,6 +33,7 @@ from scipy.optimize import brentq
 
 from oblique_impact.beam.small_deflection import (
     NOTICEABLE,
+    Motion,
     contact_force_error,
     deflection_error,
     largest_motion,
@@ -239,20 +240,18 @@ def error_of(case: Case, reference: History, history: History) -> float:
     return float(np.abs(found - tip).max() / np.abs(tip).max())
 
 
-def motion_of(history: History) -> tuple[float, float]:
-    """Return the largest deflection (m) and spin (rad/s) that a run's own estimate is made of."""
+def motion_of(history: History) -> Motion:
+    """Return the largest motion that a run's own estimate is made of."""
     beam = beam_of(Scenario.from_toml(history.scenario_toml))
-    return largest_motion(beam, {name: history[name].values for name in ("uy", "theta_dot", "qd")})
+    return largest_motion(beam, {name: history[name].values for name in ("uy", "theta_dot", "q", "qd")})
 
 
 def estimate_of(history: History) -> float:
     """Return what a run says of its own error: of its deflection, or with a contact of the largest force."""
     scenario, motion = Scenario.from_toml(history.scenario_toml), motion_of(history)
-    return (
-        contact_force_error(scenario, motion[0])
-        if scenario.contact.enabled
-        else deflection_error(scenario, *motion)
-    )
+    if scenario.contact.enabled:
+        return contact_force_error(scenario, motion.deflection)
+    return deflection_error(scenario, motion)
 
 
 def points_of(case: tuple[str, float, float]) -> list[dict[str, Any]]:
