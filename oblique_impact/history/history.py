@@ -20,8 +20,8 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv
 from oblique_impact.history.interpolation import Side, dataset_at
-from oblique_impact.history.summary import balance_text
-from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM
+from oblique_impact.history.summary import balance_text, require_summary
+from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, VARIABLES
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
@@ -263,7 +263,8 @@ class History:
         try:
             with h5py.File(file) as opened:  # h5netcdf prints a traceback for a damaged object; h5py raises
                 opened.visititems(lambda name, item: None)
-            return cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf"))
+            # without phony_dims a variable that has lost its dimensions prints a warning; it is refused below
+            return cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf", phony_dims="sort"))
         except Exception as error:  # xarray, h5netcdf and h5py raise errors of many kinds for damaged files
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history of oblique-impact: {reason}") from None
@@ -276,11 +277,19 @@ class History:
         for name in (*OF_A_SYSTEM, *(OF_A_BEAM if "theta" in data else ())):
             if name not in data.variables:
                 raise InputError(f"it has no variable {name!r}")
+        for name, variable in data.variables.items():
+            known = VARIABLES.get(str(name))
+            if known and (variable.dims != known.dimensions or variable.dtype.kind not in "fi"):
+                raise InputError(f"its variable {name!r} is not numbers over {', '.join(known.dimensions)}")
+        if not data.sizes["time"] or not np.all(np.diff(data["time"].values) > 0.0):
+            raise InputError("its times do not ascend")
         attributes = data.attrs
+        summary = json.loads(attributes["summary"])
+        require_summary(summary)
         return cls(
             data.drop_attrs(deep=False).assign_attrs({k: v for k, v in attributes.items() if k not in _OWN}),
             [event_of(row) for row in json.loads(attributes["events"])],
-            json.loads(attributes["summary"]),
+            summary,
             Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
             [Contact(*row) for row in json.loads(attributes["contacts"])],
         )

@@ -136,7 +136,7 @@ def write_csv(story: Story, samples: Integers, folder: Path, name: str, on_frame
 
     def with_unit(column: str) -> str:
         variable = column if column in history else column.rpartition("_")[0]  # q_0, q_1 ... of q
-        return f"{column} ({history[variable].attrs['units']})"
+        return f"{column} ({history[variable].attrs.get('units', '1')})"
 
     file = folder / f"{name}.csv"
     history.time_series.iloc[samples].rename(columns=with_unit).to_csv(file, index=False)
