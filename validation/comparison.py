@@ -290,7 +290,7 @@ def _deviation(
     if grid.size < 2:
         return 0.0, 0.0, float(grid[0])
     share = np.full(apart.shape[1], 1.0 / apart.shape[1]) if weights is None else weights
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         squares = apart[:-1] ** 2 + apart[:-1] * apart[1:] + apart[1:] ** 2
     mean = np.where(np.isnan(squares), np.inf, squares) @ share / 3.0
     rms = float(np.sqrt(np.diff(grid) @ mean / (grid[-1] - grid[0])))

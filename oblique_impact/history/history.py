@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +17,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.summary import balance_text, require_summary
-from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, VARIABLES
+from oblique_impact.history.variables import OF_A_BEAM, OF_A_SLOPE, OF_A_SYSTEM, SECTION_FORCES, VARIABLES
 from oblique_impact.marching.records import Contact, Event
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
@@ -274,7 +276,9 @@ class History:
         """Return the history of a file's dataset; raises errors of many kinds for parts missing or damaged."""
         if data.attrs.get("format") != FORMAT:
             raise InputError(f"its format is not that of this version ({FORMAT})")
-        for name in (*OF_A_SYSTEM, *(OF_A_BEAM if "theta" in data else ())):
+        beam = OF_A_BEAM if data.attrs["scenario"] else {}
+        optional = [group for group in (OF_A_SLOPE, SECTION_FORCES) if any(name in data for name in group)]
+        for name in chain(OF_A_SYSTEM, beam, *optional):
             if name not in data.variables:
                 raise InputError(f"it has no variable {name!r}")
         for name, variable in data.variables.items():
@@ -283,6 +287,8 @@ class History:
                 raise InputError(f"its variable {name!r} is not numbers over {', '.join(known.dimensions)}")
         if not data.sizes["time"] or not np.all(np.diff(data["time"].values) > 0.0):
             raise InputError("its times do not ascend")
+        if not np.isin(data["state"].values, list(State)).all():
+            raise InputError("its variable 'state' has values that are none")
         attributes = data.attrs
         summary = json.loads(attributes["summary"])
         require_summary(summary)

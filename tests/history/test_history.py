@@ -286,7 +286,8 @@ def test_damaged_files_are_refused_in_one_line(history, tmp_path):
     changed = {
         "older.nc": history.data.assign_attrs(format="oblique-impact history 0"),
         "foreign.nc": history.data,
-        "poorer.nc": data.drop_vars("lambda_n"),
+        **{f"without-{name}.nc": data.drop_vars(name) for name in ("lambda_n", "theta", "moment")},
+        "stateless.nc": data.assign(state=data["state"] + 7),
         "shorter.nc": data.assign(
             theta=data["theta"][:3].rename(time="other").drop_vars("other", errors="ignore")
         ),
