@@ -256,11 +256,11 @@ def _model_error(history: History) -> float:
     scenario = history.scenario
     if scenario is None or scenario.is_absolute:
         raise GapError("only for the small-deflection model of the floating frame")
-    variables = {name: history[name].values for name in ("uy", "theta_dot", "qd")}
-    deflection, spin = largest_motion(beam_of(scenario), variables)
+    variables = {name: history[name].values for name in ("uy", "theta_dot", "q", "qd")}
+    motion = largest_motion(beam_of(scenario), variables)
     if scenario.contact.enabled:
-        return contact_force_error(scenario, deflection)
-    return deflection_error(scenario, deflection, spin)
+        return contact_force_error(scenario, motion.deflection)
+    return deflection_error(scenario, motion)
 
 
 def _ledger(*keys: str) -> Callable[[History], float]:
