@@ -18,10 +18,9 @@ import pytest
 
 from oblique_impact import History, simulate_system
 from oblique_impact.contact.friction import Coulomb, FrictionCurve, Frictionless
-from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
+from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.validation.reference_values import VALUES
 from oblique_impact.validation.small_systems import FreeRod, Particle
 from tests.small.systems import (
     EVENT_ERROR,
@@ -361,35 +360,6 @@ def test_a_rod_that_falls_on_its_end(law, scheme):
     assert force == pytest.approx(exact.force, abs=bound(scheme, slope * faster * 3.0 / HALF, 0.0) * 10.0)
     friction = just_after(history, "lambda_tau", impact.time)
     assert friction == pytest.approx(-chosen.at(impact.tangential_velocity) * force, abs=EVENT_ERROR * GRAVITY)
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("case", ["45,.3,2,-1,.5 slip", "45,.8,-.5,-1,.5 slip-stick"])
-def test_a_rod_struck_with_friction_by_rouths_method(case, scheme):
-    """A free rod at 45 degrees, 1 m half-length, without gravity; Poisson's e = 0.5 (table 6f).
-
-    Exact: impulses and velocities of the end after; 0.1 m above the ground at 1 m/s it lands after 0.1 s.
-    """
-    angle, mu, along, down, e = (float(x) for x in case.split()[0].split(","))
-    rod, h = FreeRod(), 0.015
-    start = rod.at(np.radians(angle), 0.1), rod.moving(np.radians(angle), (along, down))
-    history = completed(
-        simulate_system(
-            rod, *start, 0.11, impact_law=RouthImpact(mu, e), friction=Coulomb(mu, mu), scheme=scheme_of(scheme, h)
-        )
-    )
-    normal, tangential, slip, gap = VALUES["6f"][case]
-    impact = history.events[0]
-    assert kinds_of(history)[0] == "rebound"
-    assert impact.time == pytest.approx(0.1, abs=bound(scheme, h, 0.0))
-    # nothing turns or falls faster before the impact: only its instant is late
-    found = (
-        impact.normal_impulse,
-        impact.tangential_impulse,
-        just_after(history, "slip_rate", impact.time),
-        just_after(history, "gap_rate", impact.time),
-    )
-    assert found == pytest.approx((normal, tangential, slip, gap), abs=EVENT_ERROR)
 
 
 # --- scales ----------------------------------------------------------------------------------------------------
