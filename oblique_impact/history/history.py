@@ -283,8 +283,8 @@ class History:
         for name in chain(OF_A_SYSTEM, beam, *optional):
             if name not in data.variables:
                 raise InputError(f"it has no variable {name!r}")
-        for name, variable in data.variables.items():
-            known = VARIABLES.get(str(name))
+        for key, variable in data.variables.items():
+            known, name = VARIABLES.get(str(key)), str(key)
             if known and (variable.dims != known.dimensions or variable.dtype.kind not in "fi"):
                 raise InputError(f"its variable {name!r} is not numbers over {', '.join(known.dimensions)}")
         if not data.sizes["time"] or not np.all(np.diff(data["time"].values) > 0.0):
