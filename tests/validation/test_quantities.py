@@ -140,7 +140,7 @@ def test_regimes(run):
 
 def test_the_model_error_is_the_estimate_that_a_run_warns_of(run):
     """A soft beam bends far: what the warning says in percent; the exact beam has no such error."""
-    soft = ("beam.youngs_modulus=1e8", "contact.enabled=false", "end_time=0.3")
+    soft = ("beam.youngs_modulus=5e7", "contact.enabled=false", "end_time=0.4", "discretization.frame=mean-axis")
     history = run("paper", *soft)
     (warning,) = [text for text in history.summary["warnings"] if "small-deflection model" in text]
     error = quantity("model_error").measure(history)
