@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ from oblique_impact.renders.timeline import TimeMap
 
 Array = NDArray[np.float64]
 
-_FAINT = 0.22  # strength of the future
+_FAINT = 0.3  # strength of the future
 _LABEL, _AXIS = 9.5, 10.5  # points, where text has 10
 _BAND, _EDGE = 0.13, 0.45  # strength of a band and of its edges over that of its line
 _STEPS = [1, 2, 2.5, 5, 10]  # between labels of an axis, times a power of ten
@@ -53,12 +54,11 @@ def draw_curves(
     size: tuple[float, float],
     ticks: tuple[int, int],
     width: float,
-) -> tuple[list[tuple[Any, float]], str]:
+) -> str:
     """Draw curves of one unit, and the contacts of the first run of a story, over the film time of `course`.
 
     The axes, of some `size` (pixels), get pixels from their left end; lines have some `width` (points), and there
-    are at most so many `ticks` along both axes.  Returns what is drawn of the curves, each with its strength from
-    0 to 1, and the prefix of the unit, which of large values is k, M or G.
+    are at most so many `ticks` along both axes.  Returns the prefix of the unit, which of large values is k, M or G.
     """
     first, last = course.times[[0, -1]]
     per_second = size[0] / (course.duration or 1.0)
@@ -71,24 +71,21 @@ def draw_curves(
     values = np.concatenate([np.abs(curve.values[inside]) for curve, inside in shown])
     largest = float(values[np.isfinite(values)].max(initial=0.0))
     unit, prefix = next(((unit, name) for least, unit, name in _PREFIXES if largest >= least), (1.0, ""))
-    artists: list[tuple[Any, float]] = []
     for curve, inside in shown:
         if not inside.any():
             continue
         y = curve.values[inside] / unit
         line = drawn(course.film_at(curve.time[inside]) * per_second, y, float(np.ptp(y)) / size[1])
         for band in line.bands:
-            area = axes.fill_between(band.x, band.low, band.high, color=curve.colour, linewidth=0.0)
-            artists.append((area, _BAND))
+            axes.fill_between(band.x, band.low, band.high, color=curve.colour, alpha=_BAND, linewidth=0.0)
             # edges, so that bands over each other can be told apart
             for edge in (band.low, band.high):
-                artists.append((axes.plot(band.x, edge, color=curve.colour, linewidth=0.5 * width)[0], _EDGE))
-        found = axes.plot(line.x, line.y, linestyle=curve.dash, color=curve.colour, linewidth=width)
-        artists.append((found[0], 1.0))
+                axes.plot(band.x, edge, color=curve.colour, alpha=_EDGE, linewidth=0.5 * width)
+        axes.plot(line.x, line.y, linestyle=curve.dash, color=curve.colour, linewidth=width)
     times, labels = round_times(course, ticks[0])
     axes.set_xticks(course.film_at(times) * per_second, labels)
     axes.yaxis.set_major_locator(MaxNLocator(ticks[1], steps=_STEPS))
-    return artists, prefix
+    return prefix
 
 
 def time_label(course: TimeMap) -> str:
@@ -97,7 +94,7 @@ def time_label(course: TimeMap) -> str:
 
 
 class Chart:
-    """A chart in a box (pixels) of a sheet, whose curves are faint until `brighten` is called.
+    """A chart in a box (pixels) of a sheet, drawn once; over it a cursor moves.
 
     Its horizontal axis is the film time of `course`, the vertical one has a `label` with its unit.
     """
@@ -109,12 +106,12 @@ class Chart:
         small, large = sheet.pixels(_LABEL), sheet.pixels(_AXIS)
         x0, x1 = box[0] + 4.3 * small + 1.6 * large, box[0] + box[2] - 2.8 * small
         y0, y1 = box[1] + 2.0 * small, box[1] + box[3] - 1.65 * (small + large)
-        self._left, self._width = x0, x1 - x0
+        self._left, self._width, self._background = x0, x1 - x0, to_rgb(theme.background)
+        self._inside = slice(round(y0), round(y1)), slice(round(x0) + 1, round(x1) + 1)
         axes = sheet.add_axes(x0, y0, x1 - x0, y1 - y0)
         ticks = int((x1 - x0) / (5.5 * small)), int(np.clip((y1 - y0) / (1.9 * small), 2, 7))
         size, thin = (x1 - x0, y1 - y0), sheet.thin
-        self._curves, prefix = draw_curves(axes, curves, story, course, size, ticks, 1.4 * thin)
-        self._set_strength(_FAINT)
+        prefix = draw_curves(axes, curves, story, course, size, ticks, 1.4 * thin)
         axes.tick_params(colors=theme.dim, labelsize=sheet.points(_LABEL), length=4.0 * thin)
         for spine in axes.spines.values():
             spine.set_color(theme.dim)
@@ -138,13 +135,10 @@ class Chart:
         self._cursor = sheet.rule((x0, y0), (x0, y1), color=theme.ink)
         sheet.move(self._cursor)
 
-    def _set_strength(self, part: float) -> None:
-        for artist, strength in self._curves:
-            artist.set_alpha(part * strength)
-
-    def brighten(self) -> None:
-        """Show the curves as they are in the past."""
-        self._set_strength(1.0)
+    def veil(self, picture: NDArray[np.uint8]) -> None:
+        """Make the chart faint, as the future is, in a picture of the sheet (rows, columns, 4)."""
+        inside, background = picture[self._inside][..., :3], 255.0 * np.array(self._background)
+        inside[...] = background + _FAINT * (inside - background)
 
     def past(self, time: float) -> tuple[slice, slice]:
         """Return rows and columns of the sheet with what is not later than a physical time (s)."""

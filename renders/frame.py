@@ -30,10 +30,10 @@ class Composer:
             self._top = max(8.0, 16.0 * self.sheet.unit)  # pixels above the first line of text of a box
             self._margin = max(10.0, 22.0 * self.sheet.unit)  # pixels between the left edge of a view and its text
             self._arrange()
-            self._future = self.sheet.drawn()
+            self._past = self.sheet.drawn()
+            self._future = self._past.copy()
             for chart in self._charts:
-                chart.brighten()
-            self._past = self.sheet.drawn() if self._charts else self._future
+                chart.veil(self._future)
 
     def _arrange(self) -> None:
         """Write and draw everything around the scene, and make the scene in the room that is left."""

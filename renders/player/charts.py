@@ -60,9 +60,7 @@ def _chart(story: Story, name: str, title: str, unit: str, curves: list[Curve]) 
     with figure_style(LIGHT):
         figure = Figure(figsize=(width / 72.0, _SIZE[1] / 72.0), dpi=72)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        artists, prefix = draw_curves(axes, curves, story, course, _SIZE, _TICKS, 1.5)
-        for artist, strength in artists:
-            artist.set_alpha(strength)
+        prefix = draw_curves(axes, curves, story, course, _SIZE, _TICKS, 1.5)
         axes.ticklabel_format(axis="y", style="plain", useOffset=False)
         times, values = _labels(axes.xaxis, axes.get_xlim()), _labels(axes.yaxis, axes.get_ylim())
         events = evenly(story.histories[0].events)
