@@ -227,7 +227,10 @@ class Beam:
         if self._trace:
             self._whole = np.array(self._trace.points)
             view.add(self._trace, color=colour if story.overlay else theme.trace, width=2.0, lighting=False)
-        self._arrow, self._marks = pv.Arrow(), [pv.PolyData(np.zeros((1, 3))) for _ in range(2)]
+        # half of its length is its head, which has the radius 1, the shaft has 0.5
+        self._arrow = pv.Arrow(tip_length=0.5, tip_radius=1.0, shaft_radius=0.5, tip_resolution=24)
+        self._unit_arrow = np.array(self._arrow.points, dtype=float)
+        self._marks = [pv.PolyData(np.zeros((1, 3))) for _ in range(2)]
         self._force: list[Any] = []
         if style.arrow:
             self._force.append(view.add(self._arrow, color=colour, ambient=0.6, diffuse=0.5))
@@ -301,20 +304,16 @@ class Beam:
         if not self._force or not size > 1e-3 * peak:
             return
         place, along = self.geometry.contact_place(k), force / size
+        across = np.array([-along[1], along[0], 0.0])
         pixel = self._view.pixel * self._view.stroke / SUPERSAMPLING
         length = self._view.longest_arrow * float(np.sqrt(size / peak))
         self._force[0].visibility = length > 12.0 * pixel
         head = min(15.0 * pixel, 0.6 * length)
-        self._arrow.copy_from(
-            pv.Arrow(
-                start=place - (length + 6.0 * pixel) * along,
-                direction=along,
-                scale=length,
-                tip_length=head / length,
-                tip_radius=0.42 * head / length,
-                shaft_radius=min(2.2 * pixel, 0.16 * head) / length,
-                tip_resolution=24,
-            )
+        x, y, z = self._unit_arrow.T
+        thick = np.where(np.hypot(y, z) > 0.75, 0.42 * head, 2.0 * min(2.2 * pixel, 0.16 * head))
+        behind = np.interp(x, (0.0, 0.5, 1.0), (length, head, 0.0)) + 6.0 * pixel
+        self._arrow.points = (
+            place - behind[:, None] * along + (thick * y)[:, None] * across + np.outer(thick * z, (0.0, 0.0, 1.0))
         )
         for mark in self._marks:
             mark.points = place[None]
