@@ -284,7 +284,9 @@ class BeamOnPegs(Beam):
             k = int(np.argmin(forces))
             near = times[max(k - 1, 0)], times[min(k + 1, 199)]
             least = minimize_scalar(
-                lambda time: -self.solve(found.sol(time), closed)[0][:, 0].max(), bounds=near, method="bounded"
+                lambda time: -self.solve(found.sol(time), closed)[0][:, 0].max(),
+                bounds=near,
+                options={"xatol": 1e-10},
             )
             self.log.append(f"{least.x:.9f} largest force {-least.fun:.6f} N")
         fallen = next((name for name, times in zip(watched, found.t_events, strict=True) if times.size), None)

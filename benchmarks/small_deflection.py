@@ -24,6 +24,7 @@ from matplotlib.figure import Figure
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.small_deflection import (
     NOTICEABLE,
+    Motion,
     contact_force_error,
     deflection_error,
     largest_motion,
@@ -74,14 +75,15 @@ def rows_of(case: Case) -> list[dict[str, Any]]:
                 continue
             error, fewer = (error_of(case, reference, run) for run in runs)
             beam = beam_of(case.scenario.replace(**changes, discretization__modes=counts[0]))
-            motion = {name: runs[0][name].values for name in ("uy", "theta_dot", "qd")}
-            deflection, spin = largest_motion(beam, motion)
+            variables = {name: runs[0][name].values for name in ("uy", "theta_dot", "q", "qd")}
+            motion = largest_motion(beam, variables)
             row = {
                 **asdict(case),
                 "frame": frame,
                 "kinetics": kinetics,
-                "deflection": deflection,
-                "rate": spin,
+                "deflection": motion.deflection,
+                "rate": motion.spin,
+                "lost_momentum": motion.lost_momentum,
                 "error": error,
                 "error_of_fewer_modes": fewer,
             }
@@ -106,7 +108,7 @@ def estimate(row: dict[str, Any]) -> float:
     scenario: Scenario = case.scenario.replace(**changes)
     if case.load == "stop":
         return contact_force_error(scenario, row["deflection"])
-    return deflection_error(scenario, row["deflection"], row["rate"])
+    return deflection_error(scenario, Motion(row["deflection"], row["rate"], row["lost_momentum"]))
 
 
 def by_modes(row: dict[str, Any]) -> bool:

@@ -167,7 +167,7 @@ def round_times(course: TimeMap, most: int) -> tuple[Array, list[str]]:
     """
     first, last = course.times[[0, -1]]
     if np.ptp(course.rates) == 0.0:
-        ticks = MaxNLocator(most - 1, steps=_STEPS).tick_values(first, last)
+        ticks = MaxNLocator(max(most - 1, 1), steps=_STEPS).tick_values(first, last)
         ticks = ticks[(ticks >= first) & (ticks <= last)]
         return ticks, [f"{tick:g}" for tick in ticks]
     even = np.linspace(0.0, course.duration, max(most, 2))

@@ -175,15 +175,11 @@ def _target(out: Path, format: str | None) -> tuple[Path, Format]:
     if format == "xdmf" and ":" in target.name:
         raise InputError(f"--out {target}: a colon ends the name of a file in XDMF: choose another name")
     # what an earlier export made is replaced, other things are not
-    frames, numbers = target.with_suffix(""), target.with_suffix(".h5")
+    beside = {"pvd": target.with_suffix(""), "xdmf": target.with_suffix(".h5"), "csv": target}[format]
     try:
-        taken = target.is_dir() or (
-            format == "pvd" and frames.is_dir() and any(path.suffix != ".vtp" for path in frames.iterdir())
-        )
-        if taken:
-            raise InputError(f"--out {target}: the folder {frames} holds other files: choose another name")
-        if format == "xdmf" and numbers.exists() and not target.exists():
-            raise InputError(f"--out {target}: {numbers} is in the way and not of an export: choose another name")
+        others = beside.is_dir() and any(path.suffix != ".vtp" for path in beside.iterdir())
+        if (target.exists() or beside.exists()) and (others or not target.is_file()):
+            raise InputError(f"--out {target}: {beside} is in the way and not of an export: choose another name")
     except OSError as error:  # a name that is too long
         raise cannot_write(target, error) from None
     return target, cast(Format, format)
@@ -445,7 +441,7 @@ def _write_csv(history: History, samples: Integers, file: Path) -> list[Path]:
 
     def with_unit(column: str) -> str:
         variable = column if column in history else column.rpartition("_")[0]  # q_0, q_1 ... of q
-        return f"{column} ({history[variable].attrs['units']})"
+        return f"{column} ({history[variable].attrs.get('units', '1')})"
 
     history.time_series.iloc[samples].rename(columns=with_unit).to_csv(file, index=False)
     return [file]

@@ -63,40 +63,6 @@ class Prescribed(MechanicalSystem):
         return 0.5 * float(qd[0]) ** 2, 0.0, -self.acceleration * float(q[0])
 
 
-class Oscillator(MechanicalSystem):
-    """Two unit masses between walls, k outside and kc between them; the second one may hit a stop at `stop`.
-
-    The symmetric mode moves at sqrt(k), the antisymmetric one at sqrt(k + 2 kc).
-    """
-
-    size = 2
-
-    def __init__(self, k=4.0, kc=6.0, stop=1e3):
-        self.k, self.kc, self.stop = k, kc, stop
-
-    def mass_matrix(self, t, q):
-        return np.eye(2)
-
-    def forces(self, t, q, qd):
-        spring = self.kc * (q[1] - q[0])
-        return np.array([-self.k * q[0] + spring, -self.k * q[1] - spring])
-
-    def contact(self, t, q, qd):
-        return ContactRows(self.stop - q[1], 0.0, -qd[1], 0.0, np.array([0.0, -1.0]), np.zeros(2))
-
-    def energy(self, t, q, qd):
-        elastic = 0.5 * (self.k * float(q @ q) + self.kc * (q[1] - q[0]) ** 2)
-        return 0.5 * float(qd @ qd), elastic, 0.0
-
-    def exact(self, t, q0, qd0):
-        """q and q' at time t in free motion."""
-        frequencies = np.sqrt([self.k, self.k + 2.0 * self.kc])
-        modes = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
-        c, s = np.cos(frequencies * t), np.sin(frequencies * t)
-        a, b = modes @ q0, (modes @ qd0) / frequencies
-        return modes @ (a * c + b * s), modes @ (frequencies * (b * c - a * s))
-
-
 class RungeKutta(ExplicitScheme):
     """The classical rule as a user-defined integrator."""
 

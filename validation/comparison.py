@@ -18,17 +18,17 @@ from oblique_impact.history.sample_times import jumps
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.toml import flat_keys
 from oblique_impact.validation.event_pairs import align, largest_difference, pair_events
-from oblique_impact.validation.report.document import (
+from oblique_impact.validation.report import (
     Picture,
     Report,
     Section,
     Table,
     Text,
     cell,
+    picture,
     with_unit,
     write_json,
 )
-from oblique_impact.validation.report.figures import picture
 from oblique_impact.validation.report.provenance import provenance_data
 
 Array = NDArray[np.float64]
@@ -285,7 +285,9 @@ def _deviation(times: tuple[Array, Array], values: Sequence[Array], weights: Arr
     apart = np.where(np.isnan(left) & np.isnan(right), 0.0, right - left)
     if grid.size < 2:
         return 0.0, 0.0, float(grid[0])
-    mean = (apart[:-1] ** 2 + apart[:-1] * apart[1:] + apart[1:] ** 2) @ weights / 3.0
+    with np.errstate(invalid="ignore", over="ignore"):
+        squares = apart[:-1] ** 2 + apart[:-1] * apart[1:] + apart[1:] ** 2
+    mean = np.where(np.isnan(squares), np.inf, squares) @ weights / 3.0
     rms = float(np.sqrt(np.diff(grid) @ mean / (grid[-1] - grid[0])))
     row, column = np.unravel_index(int(np.argmax(np.abs(apart))), apart.shape)
     return rms, float(apart[row, column]), float(grid[row])

@@ -381,7 +381,7 @@ REFERENCES = {
                 (0.376420642, 0.379787560, 2.483503972),
                 (0.384086536, 0.386423753, 0.665043071),
             ),
-            "peak": 1402.527535,
+            "peak": 1402.52754,
         },
         "the same on a spring of 1e6 N/m, without friction: starts, ends (s) and impulses (N s) of contacts, "
         f"largest force (N); {_PEGS} --stiffness 1e6 --friction 0",

@@ -8,19 +8,27 @@ square of the deflection w over the length L:
 j is the inertia of the hub over that of the beam.  f says how freely the root turns: 1 on a pin, 0 where it is
 driven; 1 + 10 j is the modal mass of the first hinged mode with its hub.  Where the root is free, frame and
 deflection move at rates of one size, and with a spin Omega the kinetic energy has cubic terms, which first-order
-kinetics drop. In the tangent frame these also take B^T (C - M1) B = 0.05 w^2 rho A L from the inertia about the
-root, and a light hub has little more: a torque on the hub shows that (c_torque). T = sqrt(3 J_beam L/(E I)) is
-the unit of time of the beam: the first frequencies of a uniform one are 3.52/T with a held and 15.4/T with a
-pinned root. The numbers were fitted to random loads, spins and hubs, and tried on others
-(`benchmarks/small_deflection.py`, and the page "Absolute coordinates" of the documentation).  It is less accurate
-for a light hub whose beam falls, in the tangent frame and first-order kinetics: within a factor of three, and up
-to ten times too low near j = 0.1, where the weight excites higher modes in place of the first.
+kinetics drop.  T = sqrt(3 J_beam L/(E I)) is the unit of time of the beam: the first frequencies of a uniform one
+are 3.52/T with a held and 15.4/T with a pinned root.
+
+In the tangent frame first-order kinetics also take B^T (C - M1) B from the inertia about the root, which full
+kinetics give back in other terms, and with it an angular momentum, whose rate is a moment on the root that is not
+there.  The root vibrates under it with the modal inertia J_beam (0.1 + j), and the deflection from its tangent is
+off by as much.  So in place of c_spin there is, where 1 + 2.7 j is that inertia times the first frequency over a
+pin's,
+
+    c_lost max |theta_dot B^T (C - M1) B| T L/((1 + 2.7 j) J_beam w)
+
+A torque on the hub makes this momentum grow steadily, and what counts is the hub's own inertia less what is taken
+(c_torque).  The numbers were fitted to random loads, spins and hubs, and tried on others
+(`benchmarks/small_deflection.py`, and the page "Absolute coordinates" of the documentation).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,6 +49,9 @@ _FREE = {
     ("mean-axis", True): (11.5, 0.14, 0.09),
     ("mean-axis", False): (6.0, 0.0, 0.05),
 }
+#: c_lost, and the hub's part in modal inertia times first frequency; errors were 0.8 to 2.7 times the term without
+#: c_lost, which is chosen for rather a false alarm than none
+_LOST, _HEAVIER = 1.7, 2.7
 #: inertia about the root of a beam without a hub that six clamped modes leave, over its own
 _LEFT = 2e-4
 #: without the shortening a spin has no centrifugal stiffness, whatever the deflection: error over (Omega T)^2
@@ -54,6 +65,18 @@ _FROM_TANGENT, _HALF = 3.7, 0.4
 NOTICEABLE = 0.1
 
 
+class Motion(NamedTuple):
+    """Largest deflection (m), from the axis of the frame, and rates of a run that decide how exact it is.
+
+    `spin` (rad/s) is the angular velocity of beam and hub as a whole, `lost_momentum` (kg m^2/s) the angular
+    momentum theta_dot B^T (C - M1) B that first-order kinetics leave out in the tangent frame; 0 in other models.
+    """
+
+    deflection: float
+    spin: float = 0.0
+    lost_momentum: float = 0.0
+
+
 def root_freedom(scenario: Scenario) -> float:
     """Return the factor f of a root that turns freely: 0 if driven, 1 on a pin or with a hub without inertia."""
     return 0.0 if scenario.root.kind == "driven" else (1.0 + _MODAL * _hub(scenario)) ** -2
@@ -65,18 +88,12 @@ def _hub(scenario: Scenario) -> float:
     return root.inertia / Sections.from_scenario(scenario).inertia if root.kind == "hub" else 0.0
 
 
-def deflection_error(scenario: Scenario, deflection: float, spin: float = 0.0) -> float:
+def deflection_error(scenario: Scenario, motion: Motion) -> float:
     """Return the estimated relative error of the deflection, within two elastic periods.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Its root, frame, kinetics and loads decide.
-    deflection : float
-        Largest deflection (m) of a run, from the axis of its frame.
-    spin : float
-        Largest angular velocity (rad/s) of beam and hub as a whole.
+    Root, frame, kinetics and loads of the scenario decide, and the motion of the run.
     """
+    deflection, spin, lost_momentum = motion
     d, share, free = scenario.discretization, deflection / scenario.beam.length, root_freedom(scenario)
     sections = Sections.from_scenario(scenario)
     unit = math.sqrt(3.0 * sections.inertia * sections.length / float(sections.bending_stiffness(0.0)))
@@ -85,9 +102,14 @@ def deflection_error(scenario: Scenario, deflection: float, spin: float = 0.0) -
     if first:
         held = _HELD_TURNING + (_HELD_FIRST - _HELD_TURNING) / (1.0 + (spin * unit / _TURNING) ** 2)
     of_root, of_torque, of_spin = _FREE[d.frame, first]
-    if scenario.root.kind == "hub" and scenario.root.torque != 0.0:
+    pushed = scenario.root.kind == "hub" and scenario.root.torque != 0.0
+    if pushed:
         held += of_torque / (_hub(scenario) + _LEFT)
-    error = (held + of_root * free) * share**2 + of_spin * free * spin * unit * share
+    error = (held + of_root * free) * share**2
+    if pushed or lost_momentum == 0.0:
+        error += of_spin * free * spin * unit * share
+    else:
+        error += _LOST * lost_momentum * unit / ((1.0 + _HEAVIER * _hub(scenario)) * sections.inertia * share)
     return error + (_ZEROTH * (spin * unit) ** 2 if d.kinetics == "zeroth-order" else 0.0)
 
 
@@ -101,20 +123,24 @@ def contact_force_error(scenario: Scenario, deflection: float) -> float:
     return _FORCE * (ratio * deflection / scenario.beam.length) ** 2
 
 
-def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> tuple[float, float]:
-    """Return the largest deflection (m) of a run, and the largest spin (rad/s) of beam and hub as a whole."""
-    deflection, spin = variables["uy"], variables["theta_dot"]
-    if beam.scenario.discretization.frame == "tangent" and beam.scenario.root.kind != "driven":
+def largest_motion(beam: Beam, variables: Mapping[str, Array]) -> Motion:
+    """Return what the estimates need of a run, from its variables `uy`, `theta_dot`, `q` and `qd`."""
+    discretization, o = beam.scenario.discretization, beam.operators
+    spin, lost = variables["theta_dot"], np.zeros(1)
+    if discretization.frame == "tangent" and beam.scenario.root.kind != "driven":
+        B, Bd = variables["q"][:, 1:], variables["qd"][:, 1:]
+        if discretization.kinetics == "first-order":
+            lost = spin * np.einsum("si,si->s", B @ (o.C - o.M1), B)
         # angular momentum over inertia; the mean axis turns at this rate
-        o = beam.operators
-        spin = spin + variables["qd"][:, 1:] @ o.S / (o.J + beam.hub_inertia)
-    return float(np.abs(deflection).max()), float(np.abs(spin).max())
+        spin = spin + Bd @ o.S / (o.J + beam.hub_inertia)
+    return Motion(*(float(np.abs(values).max()) for values in (variables["uy"], spin, lost)))
 
 
 def deflection_warnings(beam: Beam, variables: Mapping[str, Array]) -> list[str]:
     """Return a warning if the deflection of a run is too large for the model."""
-    s, (deflection, spin) = beam.scenario, largest_motion(beam, variables)
-    of_deflection, of_force = deflection_error(s, deflection, spin), 0.0
+    s, motion = beam.scenario, largest_motion(beam, variables)
+    deflection = motion.deflection
+    of_deflection, of_force = deflection_error(s, motion), 0.0
     if s.contact.enabled and np.any(variables["state"] > 0):
         of_force = contact_force_error(s, deflection)
     if max(of_deflection, of_force) <= NOTICEABLE:

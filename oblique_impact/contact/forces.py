@@ -104,7 +104,7 @@ def _force_in_series(stop: Stop, compliance: float, depth: float, rate: float) -
     """
     low, high = 0.0, own_force(stop, depth, rate)
     above, below, force = high, 0.0, high
-    for iteration in range(60):
+    for iteration in range(60):  # some ten of a law that is curved; the rest is a bound
         share = min(1.0, compliance * force / depth)
         error = own_force(stop, depth * (1.0 - share), rate * (1.0 - share)) - force
         if abs(error) <= 1e-14 * force:

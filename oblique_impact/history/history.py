@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,13 +21,14 @@ from oblique_impact.beam.clearance import closest, slope_warnings
 from oblique_impact.beam.convergence import unconverged_results
 from oblique_impact.beam.frequencies import macro_gap
 from oblique_impact.beam.plausibility import implausible_values
+from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
 from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.samples import Column, Samples
-from oblique_impact.history.summary import balance_text, energy_warnings, summarize
-from oblique_impact.history.variables import OF_A_BEAM, OF_A_SYSTEM, dataset
+from oblique_impact.history.summary import balance_text, energy_warnings, require_summary, summarize
+from oblique_impact.history.variables import OF_A_BEAM, OF_A_SLOPE, OF_A_SYSTEM, SECTION_FORCES, VARIABLES, dataset
 from oblique_impact.marching.records import Contact, Event, Record
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
@@ -265,7 +267,8 @@ class History:
         try:
             with h5py.File(file) as opened:  # h5netcdf prints a traceback for a damaged object; h5py raises
                 opened.visititems(lambda name, item: None)
-            return cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf"))
+            # without phony_dims a variable that has lost its dimensions prints a warning; it is refused below
+            return cls._of_one_dataset(xr.load_dataset(file, engine="h5netcdf", phony_dims="sort"))
         except Exception as error:  # xarray, h5netcdf and h5py raise errors of many kinds for damaged files
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(f"{file}: not a readable history of oblique-impact: {reason}") from None
@@ -275,14 +278,26 @@ class History:
         """Return the history of a file's dataset; raises errors of many kinds for parts missing or damaged."""
         if data.attrs.get("format") != FORMAT:
             raise InputError(f"its format is not that of this version ({FORMAT})")
-        for name in (*OF_A_SYSTEM, *(OF_A_BEAM if "theta" in data else ())):
+        beam = OF_A_BEAM if data.attrs["scenario"] else {}
+        optional = [group for group in (OF_A_SLOPE, SECTION_FORCES) if any(name in data for name in group)]
+        for name in chain(OF_A_SYSTEM, beam, *optional):
             if name not in data.variables:
                 raise InputError(f"it has no variable {name!r}")
+        for key, variable in data.variables.items():
+            known, name = VARIABLES.get(str(key)), str(key)
+            if known and (variable.dims != known.dimensions or variable.dtype.kind not in "fi"):
+                raise InputError(f"its variable {name!r} is not numbers over {', '.join(known.dimensions)}")
+        if not data.sizes["time"] or not np.all(np.diff(data["time"].values) > 0.0):
+            raise InputError("its times do not ascend")
+        if not np.isin(data["state"].values, list(State)).all():
+            raise InputError("its variable 'state' has values that are none")
         attributes = data.attrs
+        summary = json.loads(attributes["summary"])
+        require_summary(summary)
         return cls(
             data.drop_attrs(deep=False).assign_attrs({k: v for k, v in attributes.items() if k not in _OWN}),
             [event_of(row) for row in json.loads(attributes["events"])],
-            json.loads(attributes["summary"]),
+            summary,
             Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
             [Contact(*row) for row in json.loads(attributes["contacts"])],
         )

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from oblique_impact.errors import Outcome
 from oblique_impact.history.provenance import provenance, versions
 from oblique_impact.history.samples import Samples
 from oblique_impact.kernels.workspace import Array
@@ -166,6 +167,18 @@ def macro_collisions(contacts: Sequence[Contact], macro_gap: float) -> list[Macr
         )
         for group in groups
     ]
+
+
+def require_summary(summary: Any) -> None:
+    """Raise KeyError, TypeError or ValueError if a summary read from a file lacks what its readers need."""
+    if summary["outcome"] not in [outcome.label for outcome in Outcome]:
+        raise ValueError(f"its outcome {summary['outcome']!r} is none of this version")
+    collisions = [asdict(MacroCollision(**entry)) for entry in summary["macro_collisions"]]
+    numbers = [summary["end_time"], summary["macro_gap"], summary["steps"]]
+    for entry in (asdict(Ledger(**summary["energy"])), *collisions):
+        numbers.extend(entry.values())
+    if not all(isinstance(number, int | float) for number in numbers):
+        raise TypeError("its summary has no numbers where they should be")
 
 
 def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -> dict[str, Any]:

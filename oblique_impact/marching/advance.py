@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 from oblique_impact.contact.forces import MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION, OK
 from oblique_impact.kernels.jit import by_reference, compiled_protocol, inlined, jitable, kernel
 from oblique_impact.kernels.workspace import Array, copy
-from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, new_sample
 
 # Why a march returned: positive reasons are ordinary, negative ones end the run
 AT_STOP, AT_GUARD, LIMIT_REACHED = 0, 1, 2
@@ -71,14 +71,14 @@ class Position(NamedTuple):
 class Step(NamedTuple):
     """A step that was tried; the state at its end is in `Scratch.y_new`.
 
-    One that is not accepted is tried again, `factor` times as long; with a factor of 0 there is none, because of
-    its status or because a guard falls at once.
+    One that is not accepted is tried again with the length that is proposed; with 0 there is none, because of its
+    status or because a guard falls at once.
     """
 
     status: int  # OK, or why the contact problem has no solution
     accepted: bool
     end: float  # s, where a guard has ended it earlier than it was to end as well
-    factor: float  # ratio of the next step to this one
+    proposed: float  # s, length of the next whole step
     guard: int  # the first that falls, or NO_GUARD
     gap: float  # m, at the end
     peak: float  # N, the largest normal force
@@ -124,9 +124,12 @@ class Stepper(Protocol):
 
 
 @inlined
-def refused(status: int, factor: float, guard: int = NO_GUARD) -> Step:
-    """Return a step that is not accepted."""
-    return Step(status, False, 0.0, factor, guard, 0.0, 0.0, 0.0)
+def refused(status: int, proposed: float) -> Step:
+    """Return a step that is not accepted.
+
+    Compiled functions of this kind get all of their arguments: an omitted one has crashed a kernel.
+    """
+    return Step(status, False, 0.0, proposed, NO_GUARD, 0.0, 0.0, 0.0)
 
 
 @jitable
@@ -142,12 +145,9 @@ def bounded(y: Array, s: Scratch) -> bool:
 @jitable
 def keep_sample(t: float, y: Array, limits: Limits, samples: Samples) -> None:
     """Keep the end of a step as a sample if one is due."""
-    counts = samples.counts
-    if t >= counts[NEXT] * limits.interval * (1.0 - 1e-12) and t < limits.t_stop:
-        samples.times[counts[KEPT]] = t
-        copy(y, samples.states[counts[KEPT]])
-        counts[NEXT] = int(t / limits.interval * (1.0 + 1e-12)) + 1
-        counts[KEPT] += 1
+    if t >= samples.counts[NEXT] * limits.interval * (1.0 - 1e-12) and t < limits.t_stop:
+        copy(y, samples.states[new_sample(t, samples)])
+        samples.counts[NEXT] = int(t / limits.interval * (1.0 + 1e-12)) + 1
 
 
 #: a `Progress` in plain tuples, as kernels return it: numba makes named ones by calls that an interrupt may break
@@ -183,14 +183,14 @@ def advance(stepper: Stepper, start: StepState, y: Array) -> _Returned:
             if step.guard != NO_GUARD:
                 reason, fallen = AT_GUARD, step.guard
                 break
-            rejected, h = rejected + 1, step.factor * length
+            rejected, h = rejected + 1, step.proposed
             if h <= _SMALLEST * max(t, _SMALLEST_TIME * s.tolerances.time):
                 reason = -step.status if step.status != OK else FAILED_STEP
             continue
         copy(s.y_new, y)
         t, gap, steps, done = step.end, step.gap, steps + 1, done + 1
         if whole and t == end:
-            h *= step.factor
+            h = step.proposed
         if not bounded(y, s):
             reason = FAILED_FINITE
             break

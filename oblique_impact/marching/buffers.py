@@ -52,6 +52,16 @@ class Samples(NamedTuple):
     counts: NDArray[np.int64]  # (2,) which multiple is NEXT, and how many samples of this call are KEPT
 
 
+@inlined
+def new_sample(t: float, samples: Samples) -> int:
+    """Begin the sample at a time (s); returns the row of its state, which is to be filled."""
+    kept = int(samples.counts[KEPT])
+    samples.times[kept] = t
+    samples.counts[KEPT] = kept + 1
+    samples.counts[NEXT] += 1
+    return kept
+
+
 class Scratch(NamedTuple):
     """Buffers that all schemes share, allocated once per run."""
 

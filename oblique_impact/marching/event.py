@@ -17,7 +17,7 @@ from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Limits, Position, Step, StepState, refused
-from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, raised
+from oblique_impact.marching.buffers import NEXT, NO_GUARD, Samples, Scratch, new_sample, raised
 from oblique_impact.marching.dop853 import (
     DENSE_STAGES,
     ORDER,
@@ -70,13 +70,9 @@ def _step_factor(error: float) -> float:
 @jitable
 def _keep_samples(t: float, end: float, h: float, y: Array, F: Array, interval: float, samples: Samples) -> None:
     """Keep the output samples before `end` from the dense output of a step of length h from t."""
-    counts = samples.counts
-    while counts[NEXT] * interval < end * (1.0 - 1e-14):
-        time = counts[NEXT] * interval
-        interpolate(F, y, (time - t) / h, samples.states[counts[KEPT]])
-        samples.times[counts[KEPT]] = time
-        counts[NEXT] += 1
-        counts[KEPT] += 1
+    while samples.counts[NEXT] * interval < end * (1.0 - 1e-14):
+        time = samples.counts[NEXT] * interval
+        interpolate(F, y, (time - t) / h, samples.states[new_sample(time, samples)])
 
 
 @jitable
@@ -115,12 +111,10 @@ class EventStepper(NamedTuple):
     stages: Stages
     tables: Exponential | None
 
-    described = "by located events"
-
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Evaluate the derivative at the start of a phase and behind a stop, where the root moves in another way.
 
-        Else it is there, to the last bit as in one call: calls end by the clock.
+        Else it is there, to the last bit as in one call.
         """
         K = self.stages.K
         status, c = derivative(self.system, self.phase, start.t, y, self.scratch.work, K[1])
@@ -131,7 +125,8 @@ class EventStepper(NamedTuple):
 
     def length(self, gap: float, h: float) -> float:
         """Length that the error of the last step asks for; its samples fit into half of their buffer."""
-        return min(h, 0.45 * self.scratch.samples.times.shape[0] * self.limits.interval)
+        room = self.scratch.samples.times.shape[0]
+        return float(min(h, 0.45 * room * self.limits.interval))
 
     def take(self, now: Position, length: float, end: float, y: Array) -> Step:
         """Try a step, an exponential one where that is longer, and end it at the first guard that falls."""
@@ -152,7 +147,7 @@ class EventStepper(NamedTuple):
         status, c, speed = take_stages(system, phase, t, y, length, 1, STAGES, stages.K, s.work, s.y_new)
         error = error_norm(length, y, stages, s, self.tolerance) if status == 0 else np.inf
         if not error <= 1.0:
-            return refused(status, min(_step_factor(error), 1.0))
+            return refused(status, min(_step_factor(error), 1.0) * length)
         gap, guard, peak, depth, due = phase.surface.side * c.gap, NO_GUARD, 0.0, 0.0, sample < t + length
         # the contact point cannot have reached the slope within the step
         clear = phase.state == FREE and (not phase.surface.enabled or min(now.gap, gap) > 2.0 * length * speed)
@@ -170,12 +165,12 @@ class EventStepper(NamedTuple):
                 end = t + landed
         if status != 0 or guard == UNDEFINED:
             # a contact problem without a solution further on in this step: approach that point
-            return refused(status, _SHRINK)
+            return refused(status, _SHRINK * length)
         if due:
             _keep_samples(t, end, length, y, stages.F, interval, s.samples)
         copy(stages.K[STAGES], stages.K[0])
         follow_step(self.tables, speed, cut)
-        return Step(0, True, end, _step_factor(error), guard, gap, peak, depth)
+        return Step(OK, True, end, _step_factor(error) * length, guard, gap, peak, depth)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Return the step: its guard is found and its samples are kept."""
@@ -185,7 +180,7 @@ class EventStepper(NamedTuple):
 @jitable
 def _exponential_step(stepper: EventStepper, tables: Exponential | None, now: Position, y: Array) -> Step:
     """Take an exponential step of a flight, if there are tables; else the compiler leaves it out."""
-    return refused(OK, 1.0) if tables is None else take_exponential_step(stepper, now, y)
+    return refused(OK, 0.0) if tables is None else take_exponential_step(stepper, tables, now, y)
 
 
 @dataclass(frozen=True)
@@ -212,5 +207,6 @@ class EventScheme(Scheme):
     def stepper(  # noqa: D102
         self, prepared: Prepared, phase: Phase, before: Phase | None, limits: Limits
     ) -> EventStepper:
-        tolerance = _SHARE_OF_A_STEP * self.tolerance
-        return EventStepper(prepared.system, phase, tolerance, limits, prepared.scratch, *prepared.own)
+        own, tolerance = prepared.own, _SHARE_OF_A_STEP * self.tolerance
+        system, scratch = prepared.system, prepared.scratch
+        return EventStepper(system, phase, tolerance, limits, scratch, own.stages, own.exponential)

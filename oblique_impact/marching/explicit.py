@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 Rates = Callable[[float, Array], Array]
 
-_STEPS_PER_CALL = 200
-_LOCATED = 1e-14  # relative length of a step
+_STEPS_PER_CALL = 200  # some hundredths of a second in plain Python, so that interrupts are prompt
+_LOCATED = 1e-14  # of a step: how closely an event is located, some units of rounding
 
 
 class _NoSolutionError(Exception):
@@ -112,7 +112,7 @@ class _ExplicitStepper:
             return refused(none.status, 0.0)
         self.scratch.y_new[:] = self.end.y
         c, landed = self.end.contact, end if guard == NO_GUARD else self.end.t
-        return Step(OK, True, landed, 1.0, guard, c.gap, c.normal_force, -c.gap)
+        return Step(OK, True, landed, length, guard, c.gap, c.normal_force, -c.gap)
 
     def arrive(self, step: Step, y: Array) -> Step:
         s, self.start = self.scratch, self.end._replace(t=step.end)

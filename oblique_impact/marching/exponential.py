@@ -23,13 +23,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.polynomial import Legendre
 
+from oblique_impact.contact.forces import OK
 from oblique_impact.contact.state import FREE, NORMAL, Phase
 from oblique_impact.kernels.dense import multiply
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
 from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Position, Step, refused
-from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Scratch
+from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, new_sample
 from oblique_impact.marching.equations import QUADRATURES, derivative
 
 if TYPE_CHECKING:
@@ -55,7 +56,9 @@ LEVEL, PATIENCE, SPEED, CONTRACTION = range(4)
 WORTHWHILE = 5e3
 
 
-class _Tables(NamedTuple):
+class Exponential(NamedTuple):
+    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
+
     lengths: Array  # (levels,) s
     shapes: Array  # (d, d)
     projection: Array  # (d, d)
@@ -72,13 +75,6 @@ class _Tables(NamedTuple):
     state: Array  # (2, d) z and z' at the start
     ends: Array  # (2, d) z and z' somewhere, or their errors
     memory: Array  # (4,) from call to call: level, patience, speed (m/s), contraction of the sweeps (1/s)
-
-
-class Exponential(_Tables):
-    """Tables and buffers of the integrator for a run; a level for each length h, twice that of the one before."""
-
-    __slots__ = ()
-    described = "with exponential steps"
 
 
 def new_exponential(modes: NormalModes, interval: float) -> Exponential:
@@ -243,19 +239,13 @@ def _write(tables: Exponential, level: int, row: int, y: Array, target: Array) -
 
 
 @jitable
-def _step(flight: EventStepper, t: float, y: Array, level: int) -> tuple[float, float]:
+def _step(flight: EventStepper, tables: Exponential, t: float, y: Array, level: int) -> tuple[float, float]:
     """Step from (t, y), whose derivative is in K[0], to s.y_new; its error, relative, and the largest gap rate.
 
     The error is infinite where f is not found.
     """
-    tables, s, tolerance = flight.tables, flight.scratch, flight.tolerance
-    d, points, force, h, speed = (
-        tables.ends.shape[1],
-        tables.nodes.shape[0],
-        tables.force,
-        tables.lengths[level],
-        0.0,
-    )
+    s, tolerance, h, speed = flight.scratch, flight.tolerance, tables.lengths[level], 0.0
+    d, points, force = tables.ends.shape[1], tables.nodes.shape[0], tables.force
     multiply(tables.projection, y[:d], tables.state[0])
     multiply(tables.projection, y[d : 2 * d], tables.state[1])
     _store_force(tables, 0, tables.state, flight.stages.K[0])
@@ -317,25 +307,18 @@ def follow_step(tables: Exponential | None, speed: float, cut: bool) -> None:
 
 
 @jitable
-def take_exponential_step(flight: EventStepper, now: Position, y: Array) -> Step:
+def take_exponential_step(flight: EventStepper, tables: Exponential, now: Position, y: Array) -> Step:
     """Take the longest step of a level up to that of the last one that stays clear of the slope.
 
     The derivative at the start and then at the end is in K[0].  It is refused if none is worth its time now.
     """
-    phase, limits, s, tables, interval, t = (
-        flight.phase,
-        flight.limits,
-        flight.scratch,
-        flight.tables,
-        flight.limits.interval,
-        now.t,
-    )
+    phase, limits, s, t, interval = flight.phase, flight.limits, flight.scratch, now.t, flight.limits.interval
     memory, levels, next_sample = tables.memory, tables.lengths.shape[0], s.samples.counts[NEXT]
     if phase.state != FREE:
-        return refused(0, 1.0)
+        return refused(OK, 0.0)
     if memory[PATIENCE] > 0:
         memory[PATIENCE] -= 1
-        return refused(0, 1.0)
+        return refused(OK, 0.0)
     here = abs(next_sample * interval - t) <= _SAME * interval
     following = (next_sample + 1) * interval if here else next_sample * interval
     level = int(memory[LEVEL])
@@ -346,36 +329,39 @@ def take_exponential_step(flight: EventStepper, now: Position, y: Array) -> Step
         near = phase.surface.enabled and now.gap <= _CLEAR * h * memory[SPEED]
         fits = fits and s.samples.counts[KEPT] + inside + 2 < s.samples.times.shape[0]
         if fits and not near and t + h <= limits.t_stop:
-            error, speed = _step(flight, t, y, level)
+            error, speed = _step(flight, tables, t, y, level)
             if error <= 1.0:
                 end = t + h if inside < 0 else (next_sample + inside + 1) * interval
                 end = following if abs(end - following) <= _SAME * interval else end
                 status, c = derivative(flight.system, phase, end, s.y_new, s.work, flight.stages.K[1])
                 gap = phase.surface.side * c.gap
                 if status == 0 and (not phase.surface.enabled or min(now.gap, gap) > _CLEAR * h * speed):
-                    _keep_samples(flight, t, y, level, here, inside)
+                    _keep_samples(tables, t, interval, y, level, here, inside, s.samples)
                     copy(flight.stages.K[1], flight.stages.K[0])
                     s.guards.armed[NORMAL] = True
                     longer = error < _EASY and level + 1 < levels
                     memory[LEVEL], memory[SPEED] = level + 1 if longer else level, speed
-                    return Step(0, True, end, 1.0, NO_GUARD, gap, 0.0, 0.0)
+                    return Step(OK, True, end, now.h, NO_GUARD, gap, 0.0, 0.0)
         level -= 1
     memory[LEVEL], memory[PATIENCE] = levels - 1, _PATIENCE - 1
-    return refused(0, 1.0)
+    return refused(OK, 0.0)
 
 
 @jitable
-def _keep_samples(flight: EventStepper, t: float, y: Array, level: int, here: bool, inside: int) -> None:
+def _keep_samples(
+    tables: Exponential,
+    t: float,
+    interval: float,
+    y: Array,
+    level: int,
+    here: bool,
+    inside: int,
+    samples: Samples,
+) -> None:
     """Keep the sample at the start of a step and those inside of it."""
-    samples, tables = flight.scratch.samples, flight.tables
-    counts, first = samples.counts, samples.counts[NEXT]
+    first = samples.counts[NEXT]
     if here:
-        samples.times[counts[KEPT]] = t
-        copy(y, samples.states[counts[KEPT]])
-        counts[NEXT] += 1
-        counts[KEPT] += 1
+        copy(y, samples.states[new_sample(t, samples)])
     for m in range(1, inside + 1):
-        samples.times[counts[KEPT]] = (first + m) * flight.limits.interval
-        _write(tables, level, tables.nodes.shape[0] - 2 + m, y, samples.states[counts[KEPT]])
-        counts[NEXT] += 1
-        counts[KEPT] += 1
+        row = tables.nodes.shape[0] - 2 + m
+        _write(tables, level, row, y, samples.states[new_sample((first + m) * interval, samples)])

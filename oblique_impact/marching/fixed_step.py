@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import can_stick
+from oblique_impact.contact.forces import OK, can_stick
 from oblique_impact.contact.state import END, FREE, LOWER, NORMAL, SLIDING, SWITCHED, UPPER, Instant, Phase
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.jit import jitable
@@ -61,8 +61,6 @@ class FixedStepper(NamedTuple):
     scratch: Scratch
     K: Array  # (4, ny) derivatives at the stages; the first is there before a step
 
-    described = "by fixed steps"
-
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Evaluate the derivative at the start."""
         status, c = derivative(self.system, self.phase, start.t, y, self.scratch.work, self.K[0])
@@ -81,20 +79,20 @@ class FixedStepper(NamedTuple):
             for m in range(y.shape[0]):
                 at[m] = y[m] + part * K[i, m]
             status, _ = derivative(self.system, self.phase, now.t + part, at, s.work, K[i + 1])
-            if status != 0:
+            if status != OK:
                 return refused(status, 0.0)
         for m in range(y.shape[0]):
             y_new[m] = y[m] + h / 6.0 * (K[0, m] + 2.0 * (K[1, m] + K[2, m]) + K[3, m])
-        return Step(0, True, end, 1.0, NO_GUARD, 0.0, 0.0, 0.0)
+        return Step(OK, True, end, length, NO_GUARD, 0.0, 0.0, 0.0)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Decide at the end of a step whether the contact state changes."""
         s, t = self.scratch, step.end
         status, c = derivative(self.system, self.phase, t, y, s.work, self.K[0])
-        guard = _fallen(self.phase, c, self.stopping_time, s.tolerances.velocity) if status == 0 else NO_GUARD
-        if status == 0 and guard == NO_GUARD:
+        guard = _fallen(self.phase, c, self.stopping_time, s.tolerances.velocity) if status == OK else NO_GUARD
+        if status == OK and guard == NO_GUARD:
             keep_sample(t, y, self.limits, s.samples)
-        return Step(status, True, t, 1.0, guard, c.gap, c.normal_force, -c.gap)
+        return Step(status, True, t, step.proposed, guard, c.gap, c.normal_force, -c.gap)
 
 
 @dataclass(frozen=True)

@@ -52,17 +52,6 @@ _SMOOTH = 0.5  # part by which rates of a force that is extrapolated may differ 
 _EULER_STEPS, _MASSLESS_STEPS = 1, 4
 
 
-class Control(NamedTuple):
-    """Parameters of a march in one phase."""
-
-    regular: Coefficients
-    first: Coefficients  # backward Euler, which has no use for initial accelerations
-    first_steps: int  # that are taken with them
-    far_step: float  # s, in flight
-    near_step: float  # s, in contact and close to the slope
-    near: float  # m
-
-
 class Cut(NamedTuple):
     """A step of length h (s), cut short where a guard falls, or NO_GUARD."""
 
@@ -213,12 +202,15 @@ class AlphaStepper(NamedTuple):
 
     system: Any
     phase: Phase
-    control: Control
     limits: Limits
     scratch: Scratch
     iterations: Iterations
-
-    described = "by generalized-alpha"
+    regular: Coefficients
+    first: Coefficients  # backward Euler, which has no use for initial accelerations
+    first_steps: int  # that are taken with them
+    far_step: float  # s, in flight
+    near_step: float  # s, in contact and close to the slope
+    near: float  # m
 
     def begin(self, start: StepState, y: Array) -> tuple[int, float]:
         """Compute what a phase starts with; in a later call it is there, as the last step has left it."""
@@ -233,14 +225,14 @@ class AlphaStepper(NamedTuple):
 
     def length(self, gap: float, h: float) -> float:
         """Length of the steps here."""
-        return self.control.far_step if _is_far(self.phase, gap, self.control.near) else self.control.near_step
+        return self.far_step if _is_far(self.phase, gap, self.near) else self.near_step
 
     def take(self, now: Position, length: float, end: float, y: Array) -> Step:
         """Take a step, and cut it where the first guard falls."""
-        phase, s, c = self.phase, self.scratch, self.control.regular
-        slot = FLIGHT_STEP if _is_far(phase, now.gap, self.control.near) else CONTACT_STEP
-        if now.taken < self.control.first_steps:
-            c, slot = self.control.first, CUT_STEP
+        phase, s, c = self.phase, self.scratch, self.regular
+        slot = FLIGHT_STEP if _is_far(phase, now.gap, self.near) else CONTACT_STEP
+        if now.taken < self.first_steps:
+            c, slot = self.first, CUT_STEP
             algorithmic = algorithm_state(y, s.work.vectors.forces.shape[0]).algorithmic
             for i in range(algorithmic.shape[0]):
                 algorithmic[i] = 0.0
@@ -256,11 +248,11 @@ class AlphaStepper(NamedTuple):
         if guard != NO_GUARD:
             if length <= _LOCATED * s.tolerances.time:
                 # it falls with the very first of the step: what the last step left is where the phase ends
-                return refused(OK, 0.0, guard)
+                return Step(OK, False, now.t, 0.0, guard, now.gap, 0.0, 0.0)
             end = now.t + length
         finish_step(attempt, length, solution)
         gap = solution.end.gap
-        return Step(OK, True, end, 1.0, guard, gap, solution.end.normal_force, -gap)
+        return Step(OK, True, end, length, guard, gap, solution.end.normal_force, -gap)
 
     def arrive(self, step: Step, y: Array) -> Step:
         """Make the guards at the end of a step those at the start of the next."""
@@ -331,7 +323,12 @@ class GeneralizedAlphaScheme(Scheme):
         if phase.stop.massless and phase.residual.relaxation > 0.0:
             first_steps = _MASSLESS_STEPS
         tolerance = self.tolerance * float(np.sqrt(prepared.scratch.tolerances.energy))
-        control = Control(
+        return AlphaStepper(
+            prepared.system,
+            phase,
+            limits,
+            prepared.scratch,
+            prepared.own,
             coefficients(self.rho_infinity, tolerance),
             backward_euler(tolerance),
             first_steps,
@@ -339,7 +336,6 @@ class GeneralizedAlphaScheme(Scheme):
             float(self.contact_step),
             float(self.near),
         )
-        return AlphaStepper(prepared.system, phase, control, limits, prepared.scratch, prepared.own)
 
 
 def _is_rigid(phase: Phase) -> bool:

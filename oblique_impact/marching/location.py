@@ -53,7 +53,7 @@ def find_trough(trial: Trial, guard: int, a: float, b: float, x: float) -> tuple
     The search for the least value (golden section) starts from x, where it is expected.
     """
     probe, least = x, np.inf
-    for _ in range(80):
+    for _ in range(80):  # 34 sections reach the bracket looked for; the rest is a bound
         value = trial.guard_at(probe, guard)
         if value <= 0.0:
             return probe, value
@@ -78,7 +78,7 @@ def find_trough(trial: Trial, guard: int, a: float, b: float, x: float) -> tuple
 def find_rise(trial: Trial, guard: int, a: float, b: float, height: float) -> float:
     """Fraction in (a, b) where a guard that is about zero at a has risen above a height; a if it never does."""
     x = b
-    for _ in range(40):
+    for _ in range(40):  # to 1e-12 of the bracket, shorter flights than any tolerance resolves
         x = a + 0.5 * (x - a)
         if trial.guard_at(x, guard) > height:
             return x
@@ -96,7 +96,7 @@ def find_fall(
     if fa <= 0.0:
         return a
     wa, wb = fa, fb  # halved where an end stays
-    for _ in range(200):
+    for _ in range(200):  # some ten are usual
         if b - a <= close or fb >= low:
             break
         x = (a * wb - b * wa) / (wb - wa)

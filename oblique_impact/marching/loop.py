@@ -50,6 +50,7 @@ MOST_STEPS = 2e7
 #: the pace of so many steps tells how many are to come: seconds of computing with few modes, half a minute with
 #: sixteen, and longer than a contact takes
 PACE_STEPS = 500_000
+_INTERPRETED_STEPS = 200  # of a call: about a tenth of a second of a small system in plain Python
 LONG = 60.0  # s to go, from which on a run says so
 _SYMPTOMS = (Outcome.STEP_UNDERFLOW, Outcome.DIVERGED, Outcome.LARGE_DEFLECTION)  # of a singular problem, maybe
 
@@ -71,23 +72,6 @@ class Status(NamedTuple):
     state: State
     events: int
     notice: str = ""  # a line that stays, of what is known of the run by now
-
-
-class _Pace:
-    """Number of steps of a call where a scheme leaves it open: about a tenth of a second of computing.
-
-    So progress and interrupts are prompt.  Where a call ends does not change the steps.
-    """
-
-    _FIRST, _SECONDS = 20, 0.1
-
-    def __init__(self) -> None:
-        self.steps = self._FIRST
-
-    def learn(self, steps: int, seconds: float) -> None:
-        """Adapt the number of steps to the measured speed."""
-        if steps >= self.steps:
-            self.steps = max(1, int(min(self._SECONDS * steps / max(seconds, 1e-9), 20.0 * steps, 1e6)))
 
 
 class Run:
@@ -117,7 +101,9 @@ class Run:
         self._before: Phase | None = None
         self._open: OpenContact | None = None
         self._initial_inertia = 0.0
-        self._pace = _Pace()
+        self._steps_per_call = problem.scheme.steps_per_call(size)
+        if not isinstance(problem.system, tuple):
+            self._steps_per_call = min(self._steps_per_call, _INTERPRETED_STEPS)
         self._paced = 0, 0.0  # steps taken and time (s) when the pace was last looked at
         self._recent: deque[float] = deque(maxlen=_CLUSTER)
 
@@ -169,14 +155,11 @@ class Run:
         self._apply(self._phase, transition, probe)
 
     def _march_to(self, end: float) -> None:
-        problem, size = self.problem, self.problem.q0.size
+        problem = self.problem
         while True:
-            counted = problem.scheme.steps_per_call(size)
-            limits = Limits(float(end), float(problem.output_interval), counted or self._pace.steps)
-            started = perf_counter()
+            limits = Limits(float(end), float(problem.output_interval), self._steps_per_call)
             stepper = problem.scheme.stepper(self._prepared, self._phase, self._before, limits)
             progress = march(stepper, self._now, self._y)
-            self._pace.learn(progress.steps, perf_counter() - started)
             self._now = progress.state
             self._keep(progress)
             if self._report is not None:

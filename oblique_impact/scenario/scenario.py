@@ -7,7 +7,7 @@ import os.path
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 import tomlkit
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
@@ -19,7 +19,7 @@ from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.schema import commented
-from oblique_impact.scenario.section import Section, key, validated
+from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.sections import (
     BeamSection,
     ContactSection,
@@ -133,15 +133,6 @@ class Scenario(Section):
     def conflicts(self) -> Iterator[tuple[str, str]]:
         """Yield keys of different sections that do not fit together, see `oblique_impact.scenario.consistency`."""
         return consistency.conflicts(self)
-
-    @classmethod
-    def value_of(cls, path: str, value: Any) -> Any:
-        """Return a value as the key "section.key" takes it, whatever the other keys are; raises InputError."""
-        *sections, name = path.split(".")
-        model: type[Section] = cls
-        for section in sections:
-            model = cast("type[Section]", model.model_fields[section].annotation)
-        return validated(path, model.model_fields[name], value)
 
     # --- derived quantities
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from operator import attrgetter
-from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
 from oblique_impact.errors import InputError
@@ -15,8 +15,6 @@ from oblique_impact.scenario.messages import did_you_mean, refused, short
 from oblique_impact.scenario.units import unit_of
 
 T = TypeVar("T")
-
-_STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 def key(default: T, meaning: str) -> T:
@@ -31,7 +29,7 @@ class Section(BaseModel):
     one line that begins with the key; a section in a section puts its own name in front of the line.
     """
 
-    model_config = ConfigDict(**_STRICT, frozen=True, extra="forbid")
+    model_config = ConfigDict(strict=True, allow_inf_nan=False, frozen=True, extra="forbid")
 
     if not TYPE_CHECKING:  # type checkers know the keys as arguments
 
@@ -67,20 +65,11 @@ class Section(BaseModel):
         return self.model_construct(self.model_fields_set, **{**dict(self), **new})
 
 
-def validated(name: str, field: FieldInfo, value: Any) -> Any:
-    """Return a value as the key `name` of a section takes it, whatever its other keys are; raises InputError."""
-    annotation: Any = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
-    try:
-        return TypeAdapter(annotation, config=_STRICT).validate_python(value)
-    except ValidationError as error:
-        raise InputError(_one_line(error, {name: field}, name)) from None
-
-
-def _one_line(error: ValidationError, fields: Mapping[str, FieldInfo], name: str = "") -> str:
+def _one_line(error: ValidationError, fields: Mapping[str, FieldInfo]) -> str:
     """Put the first error into one line, which begins with the key; `fields` are those of its section."""
     first = error.errors()[0]
     value, kind, message = short(first["input"]), first["type"], first["msg"]
-    path = [name] * bool(name) + [str(part) for part in first["loc"]]
+    path = [str(part) for part in first["loc"]]
     key = ".".join(path)
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # of a section in this one, or of keys that do not fit together

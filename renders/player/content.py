@@ -7,6 +7,7 @@ import json
 import math
 import zlib
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any, get_args
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.state import State
 from oblique_impact.history.sample_times import first_sample, last_sample
-from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.renders.geometry import BeamGeometry, contact_gap
 from oblique_impact.renders.player.charts import PageChart, page_charts
 from oblique_impact.renders.player.numbers import fixed, significant
 from oblique_impact.renders.player.selection import evenly, frames
@@ -129,7 +130,7 @@ def content_of(story: Story) -> Content:
         "rates": {f"{speed:g}": [rate_text(r * speed) for r in rates] for speed in SPEEDS},
         # earlier positions, each with the first frame that shows it, a little later
         "ghosts": np.searchsorted(path, [ghosts, ghosts + 0.25 * _GHOST * length]).T.tolist(),
-        "inset": _inset(geometry, axes[:, touch]),
+        "inset": _inset(geometry),
         "events": [(event["number"], event["frame"]) for event in events],
     }
     changes = np.flatnonzero(np.diff(state, prepend=255, append=255))
@@ -185,13 +186,11 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
     for chart in charts:
         largest = max(float(np.abs(c.values[np.isfinite(c.values)]).max(initial=0.0)) for c in chart.curves)
         places = min(6, max(0, 3 - math.floor(math.log10(largest or 1.0))))
-        for curve in chart.curves:
-            energy = chart.name == "energy"  # all with the same decimals: they add up
-            found[f"{curve.label}_text"] = each(
-                curve.values, lambda v, e=energy, d=places: fixed(v, d) if e else significant(v, 4)
-            )
+        # energies have the same decimals: they add up
+        form = partial(fixed, decimals=places) if chart.name == "energy" else partial(significant, digits=4)
+        found |= {f"{curve.label}_text": each(curve.values, form) for curve in chart.curves}
     if geometry.scenario.contact.enabled:
-        found["gap"] = each([geometry.gap(k) for k in range(times.size)], millimetres)
+        found["gap"] = each(contact_gap(geometry.history), millimetres)
         found["tangential velocity"] = each(geometry.values("slip_rate"), lambda v: f"{fixed(v, 4)} m/s")
         found["normal force"] = each(normal, lambda v: f"{significant(v, 4)} N")
         found["tangential force"] = each(tangential, lambda v: f"{significant(v, 4)} N")
@@ -203,11 +202,7 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
 def _factor(story: Story, axes: Array, arrows: Array, factor: float) -> dict[str, Any]:
     """Return a deformation factor, what the page says of it, and left, right, low and high (m) of what is seen."""
     geometry, slope = story.geometries[0], story.slope
-    length, hub, pin = (
-        geometry.scenario.beam.length,
-        geometry.scenario.root.hub_radius,
-        PIN * geometry.scenario.beam.length,
-    )
+    length, hub = geometry.scenario.beam.length, geometry.scenario.root.hub_radius
     stations, touch = geometry.stations, geometry.touch
     chord = axes[:, :1] + (stations / stations[touch])[:, None] * (axes[:, touch, None] - axes[:, :1])
     drawn = chord + factor * (axes - chord)
@@ -215,6 +210,7 @@ def _factor(story: Story, axes: Array, arrows: Array, factor: float) -> dict[str
     tails = axes[:, touch] - 1.2 * ARROW * length * arrows
     places = np.concatenate([*(drawn - room), *(drawn + room), tails, slope.outline if slope else tails])
     places = places[np.all(np.abs(places) < _REACH * (length + hub), axis=1)]
+    pin = PIN * length
     low = np.min([*places, (-2.0 * pin, -2.6 * pin), (-hub, -hub)], axis=0)
     high = np.max([*places, (2.0 * pin, pin), (hub, hub)], axis=0)
     about = "pin–tip chord" if touch == stations.size - 1 else "chord from the pin to the contact point"
@@ -227,22 +223,18 @@ def _factor(story: Story, axes: Array, arrows: Array, factor: float) -> dict[str
     }
 
 
-def _inset(geometry: BeamGeometry, contact: Array) -> dict[str, Any]:
-    """Return what the view of the contact point shows: `span` (m) and `home`, where the beam touches the slope.
+def _inset(geometry: BeamGeometry) -> dict[str, Any]:
+    """Return what the view of the contact point shows: `span` (m) and `home`, its place at the largest force.
 
-    That is the middle of where it does; where it comes closest if it never does; None without contact.
+    Without any force that is where it comes closest to the slope, without contact None.
     """
-    scenario = geometry.scenario
-    span = max(11.0 * geometry.touch_radius, 0.05 * scenario.beam.length)
-    if not scenario.contact.enabled:
-        return {"span": span, "home": None}
-    lift, (tangent, normal) = abs(scenario.contact_fibre), geometry.slope_axes
-    origin = np.array(scenario.slope.origin)
-    along, height = ((contact - origin) @ geometry.slope_axes.T).T
-    touching = height - lift <= 1e-3 * scenario.beam.length
-    chosen = along[touching] if touching.any() else along[[np.argmin(np.abs(height - lift))]]
-    middle = 0.5 * (chosen.min() + chosen.max())
-    return {"span": span, "home": (origin + middle * tangent + lift * normal).tolist()}
+    force, gap = np.nan_to_num(geometry.values("lambda_n")), np.abs(np.nan_to_num(geometry.values("gap")))
+    k = int(force.argmax() if force.any() else gap.argmin())
+    enabled = geometry.scenario.contact.enabled
+    return {
+        "span": max(11.0 * geometry.touch_radius, 0.05 * geometry.scenario.beam.length),
+        "home": geometry.stations_at(k)[geometry.touch].tolist() if enabled else None,
+    }
 
 
 def _marks(story: Story) -> list[tuple[float, str]]:

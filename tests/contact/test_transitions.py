@@ -14,7 +14,7 @@ from oblique_impact.contact.forces import (
     sliding_force,
     with_forces,
 )
-from oblique_impact.contact.friction import Branch, Coulomb, Frictionless, ModifiedCoulomb
+from oblique_impact.contact.friction import Branch, Coulomb, ModifiedCoulomb
 from oblique_impact.contact.impacts import NewtonImpact, RouthImpact
 from oblique_impact.contact.state import (
     DEFINITE,
@@ -33,7 +33,7 @@ from oblique_impact.contact.transitions import ContactMachine, EventKind, StickC
 from oblique_impact.errors import RunEnded
 from oblique_impact.kernels.system import ContactRows, MechanicalSystem
 from oblique_impact.marching import loop
-from tests.systems import Block, incline
+from tests.systems import Block
 
 TOLERANCES = Tolerances(gap=1e-12, force=1e-9, velocity=1e-11, time=1.0, energy=1.0)
 
@@ -344,24 +344,6 @@ def log(history):
     return [(event.kind.value, event.state.name) for event in history.events]
 
 
-@pytest.mark.parametrize(("mu", "then"), [(0.7, "stick"), (0.3, "reversal")])
-def test_block_thrown_up_an_incline(mu, then):
-    angle, speed = 0.5, 2.0
-    history = simulate_system(incline(angle), [0.0, 0.0], [speed, 0.0], 0.6, friction=Coulomb(mu, mu))
-    up = 9.8 * (math.sin(angle) + mu * math.cos(angle))
-    assert log(history) == [("impact", "SLIP"), (then, "STICK" if then == "stick" else "SLIP")]
-    assert history.events[0].time == 0.0
-    stop = speed / up
-    assert history.events[1].time == pytest.approx(stop, abs=1e-12)
-    down = 0.0 if then == "stick" else 9.8 * (math.sin(angle) - mu * math.cos(angle))
-    travelled = 0.5 * speed * stop - 0.5 * down * (0.6 - stop) ** 2
-    assert float(history["slip"][-1]) == pytest.approx(travelled, abs=1e-11)
-    energy = history.summary["energy"]
-    way = 0.5 * speed * stop + 0.5 * down * (0.6 - stop) ** 2
-    assert energy["lost_friction"] == pytest.approx(mu * 9.8 * math.cos(angle) * way, rel=1e-11)
-    assert abs(energy["unaccounted"]) < 1e-11
-
-
 def test_block_pulled_by_a_growing_force_sticks_then_slips_then_lifts_off():
     """fx = 2 t, fy = t - 9.8: the cone is left at 2 t = 0.5 (9.8 - t), the plane at t = 9.8."""
     block = Block(lambda t, q, qd: (2.0 * t, t - 9.8))
@@ -375,26 +357,6 @@ def test_block_pulled_by_a_growing_force_sticks_then_slips_then_lifts_off():
     # x'' = 2 t - 0.25 (9.8 - t) = 2.25 t - 2.45 from there to the release
     speed = 1.125 * (9.8**2 - slip**2) - 2.45 * (9.8 - slip)
     assert history.events[2].tangential_velocity == pytest.approx(speed, rel=1e-11)
-
-
-@pytest.mark.parametrize("restitution", [0.5, 0.8])
-def test_bouncing_ball_comes_to_rest_at_its_accumulation_point(restitution):
-    height, g = 0.3, 9.8
-    history = simulate_system(
-        incline(0.0), [0.0, height], [0.0, 0.0], 2.5, friction=Frictionless(), impact_law=NewtonImpact(restitution)
-    )
-    kinds = [event.kind.value for event in history.events]
-    assert set(kinds[:-1]) == {"rebound"}
-    assert (kinds[-1], history.events[-1].state) == ("impact", State.SLIP)
-    fall = math.sqrt(2.0 * height / g)
-    bounces = fall * (1.0 + 2.0 * np.cumsum(restitution ** np.arange(1, len(kinds))))
-    assert [event.time for event in history.events[1:]] == pytest.approx(bounces, abs=1e-9)
-    end = fall * (1.0 + 2.0 * restitution / (1.0 - restitution))
-    # what is left when a bounce rises less than 4e-12 m
-    left = 2.0 * math.sqrt(8e-12 * g) / g / (1.0 - restitution)
-    assert 0.0 <= end - history.events[-1].time < left
-    assert history.summary["energy"]["lost_impact"] == pytest.approx(g * height, rel=1e-10)
-    assert float(history["gap"].min()) > -1e-12
 
 
 class Coupled(MechanicalSystem):
@@ -423,15 +385,6 @@ def test_sliding_towards_painleve_may_stop_in_time(speed):
     assert log(history) == [("impact", "SLIP"), ("stick", "STICK")]
     stop = -math.expm1(-(speed**2) / 196.0) / 0.6
     assert float(history["slip"][-1]) == pytest.approx(stop, abs=1e-9)
-
-
-def test_a_run_stops_at_painleve_with_what_was_computed():
-    """At 100 m/s the block reaches x = 10/6, where the effective inverse mass vanishes, still sliding."""
-    history = simulate_system(Coupled(), [0.0, 0.0], [100.0, 0.0], 1.0, friction=Coulomb(1.5, 1.5))
-    assert history.outcome is Outcome.PAINLEVE
-    assert float(history["slip"][-1]) == pytest.approx(1.0 / 0.6, abs=1e-6)
-    assert float(history["slip_rate"][-1]) > 50.0
-    assert np.all(np.diff(history["time"]) >= 0.0)
 
 
 def test_chattering_is_bounded_and_named(monkeypatch):

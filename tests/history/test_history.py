@@ -223,14 +223,23 @@ def test_damaged_files_are_refused_in_one_line(history, tmp_path):
     }
     for name, content in spoiled.items():
         (tmp_path / name).write_bytes(content)
+    data = xr.load_dataset(folder / "history.nc", engine="h5netcdf")
     changed = {
         "older.nc": history.data.assign_attrs(format="oblique-impact history 0"),
         "foreign.nc": history.data,
-        "poorer.nc": xr.load_dataset(folder / "history.nc", engine="h5netcdf").drop_vars("lambda_n"),
-        "broken.nc": xr.load_dataset(folder / "history.nc", engine="h5netcdf").assign_attrs(scenario="[beam\n"),
+        **{f"without-{name}.nc": data.drop_vars(name) for name in ("lambda_n", "theta", "moment")},
+        "stateless.nc": data.assign(state=data["state"] + 7),
+        "shorter.nc": data.assign(
+            theta=data["theta"][:3].rename(time="other").drop_vars("other", errors="ignore")
+        ),
+        "words.nc": data.assign(theta=data["theta"].astype(str)),
+        "backwards.nc": data.isel(time=slice(None, None, -1)),
+        "broken.nc": data.assign_attrs(scenario="[beam\n"),
+        "ended.nc": data.assign_attrs(summary=json.dumps({**history.summary, "outcome": "lost"})),
+        "unbalanced.nc": data.assign_attrs(summary=json.dumps({**history.summary, "energy": {"initial": 1.0}})),
     }
-    for name, data in changed.items():
-        data.to_netcdf(tmp_path / name, engine="h5netcdf")
+    for name, spoiled_data in changed.items():
+        spoiled_data.to_netcdf(tmp_path / name, engine="h5netcdf")
     (tmp_path / "empty").mkdir()
     for name in (*spoiled, *changed, "missing", "empty", "run/scenario.toml"):
         with pytest.raises(InputError) as error:

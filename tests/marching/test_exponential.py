@@ -39,7 +39,7 @@ class RungeKutta(EventScheme):
 
 
 class ShortCalls(EventScheme):
-    """The event scheme that returns to the loop after a few steps, as on a slow machine."""
+    """The event scheme that returns to the loop after a few steps."""
 
     def steps_per_call(self, size):
         return 7
@@ -92,7 +92,7 @@ def test_no_contact_is_stepped_over():
 
 @pytest.mark.parametrize("case", ["many-modes", "paper"])
 def test_where_calls_end_changes_nothing(case):
-    """They end by the clock; a run is the same to the last bit on a machine that has other work to do."""
+    """A run is the same to the last bit."""
     scenario = Scenario.builtin(case, ["end_time=0.35"])
     whole, times, states = march(scenario, EventScheme())
     parts, *others = march(scenario, ShortCalls())

@@ -1,4 +1,4 @@
-"""Marching schemes: declared orders on closed-form motions, and no event lost inside a step."""
+"""Located events on closed-form motions, and no event lost inside a step; orders are checked by `validation`."""
 
 import math
 
@@ -18,93 +18,7 @@ from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.sections import SolverSection
 from oblique_impact.validation.runs import NEAR
-from tests.systems import Block, Oscillator, Prescribed, RungeKutta, incline
-
-OSCILLATOR = Oscillator()
-Q0, QD0 = np.array([1.0, 0.3]), np.array([0.2, -1.0])
-
-
-def exact(t):
-    return np.concatenate(OSCILLATOR.exact(t, Q0, QD0))
-
-
-# Orders --------------------------------------------------------------------------------------------------------
-
-
-def free_error(scheme):
-    """Largest error of q and q' in free motion over 2 s."""
-    history = simulate_system(OSCILLATOR, Q0, QD0, 2.0, scheme=scheme, output_interval=0.1)
-    found = np.concatenate([history["q"], history["qd"]], axis=1)
-    return np.abs(found - np.array([exact(t) for t in history["time"].values])).max()
-
-
-def fixed_step_error(h):
-    return free_error(FixedStepScheme(h, h))
-
-
-def alpha_error(rho):
-    return lambda h: free_error(GeneralizedAlphaScheme(h, h, rho))
-
-
-def sliding_error(scheme):
-    """Error of a sliding block, x'' = -9 x - 0.3 * 9.8, before it stops; steps of contact.
-
-    The smoothed law has no stick state, which the paper's judgement would enter at any slip velocity.
-    """
-    block = Block(lambda t, q, qd: (-9.0 * q[0], -9.8))
-    history = simulate_system(block, [0.1, 0.0], [2.0, 0.0], 0.3, friction=ModifiedCoulomb(0.3), scheme=scheme)
-    centre = -0.3 * 9.8 / 9.0
-    end = centre + (0.1 - centre) * math.cos(0.9) + 2.0 / 3.0 * math.sin(0.9)
-    return abs(float(history["slip"][-1]) - end)
-
-
-ORDERS = {
-    "fixed-step, free": (fixed_step_error, FixedStepScheme.order, 4, [0.04, 0.02, 0.01, 0.005], 2e-8),
-    "fixed-step, contact": (
-        lambda h: sliding_error(FixedStepScheme(1.0, h)),
-        FixedStepScheme.order,
-        4,
-        [0.015, 0.0075, 0.00375, 0.001875],
-        1e-11,
-    ),
-    "explicit and user-defined, contact": (
-        lambda h: sliding_error(RungeKutta(SolverSection(free_step=1.0, contact_step=h))),
-        RungeKutta.order,
-        4,
-        [0.015, 0.0075, 0.00375, 0.001875],
-        1e-11,
-    ),
-    "generalized-alpha, rho 0": (alpha_error(0.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 3e-3),
-    "generalized-alpha, rho 0.8": (alpha_error(0.8), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
-    "generalized-alpha, rho 1": (alpha_error(1.0), 2, 2, [0.04, 0.02, 0.01, 0.005], 1e-3),
-    "generalized-alpha, contact": (
-        lambda h: sliding_error(GeneralizedAlphaScheme(1.0, h, 0.5)),
-        # the first step in a rigid contact is one of backward Euler: locally h^2/2
-        *(GeneralizedAlphaScheme.order, 2, [0.015, 0.0075, 0.00375, 0.001875], 2e-5),
-    ),
-}
-
-
-@pytest.mark.parametrize("name", ORDERS)
-def test_every_scheme_holds_its_declared_order(name):
-    error, declared, order, steps, ceiling = ORDERS[name]
-    assert declared == order
-    errors = np.array([error(h) for h in steps])
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert order - 0.2 < slope < order + 0.2
-    assert errors[-1] < ceiling
-
-
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
-def test_event_scheme_keeps_its_tolerance(tolerance):
-    # sizes for absolute tolerances follow from the gap: that to a stop 1000 m away is none of the motion
-    near = Oscillator(stop=1.0)
-    history = simulate_system(near, Q0, QD0, 3.0, scheme=EventScheme(tolerance), output_interval=0.05)
-    found = np.concatenate([history["q"], history["qd"]], axis=1)
-    error = np.abs(found - np.array([exact(t) for t in history["time"].values])).max()
-    assert error < tolerance
-    assert error > 1e-5 * tolerance  # a tolerance that changed nothing would show here
-    np.testing.assert_array_equal(history["time"], np.minimum(0.05 * np.arange(61), 3.0))
+from tests.systems import Block, Prescribed, RungeKutta, incline
 
 
 def test_samples_are_multiples_of_the_interval_and_the_two_sides_of_events():
@@ -144,27 +58,37 @@ class Pendulum(MechanicalSystem):
         return 0.5 * float(qd[0]) ** 2, 0.0, 1.0 - math.cos(q[0])
 
 
-def test_pendulum_between_bounces():
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
+def test_pendulum_between_bounces(tolerance):
     """From rest at 2.5 rad to an elastic stop at -1: quarter periods and elliptic integrals."""
     k = math.sin(1.25)
     to_stop = ellipk(k * k) + ellipkinc(math.asin(math.sin(0.5) / k), k * k)
     history = simulate_system(
-        Pendulum(1.0), [2.5], [0.0], 3.1 * to_stop, impact_law=NewtonImpact(1.0), scheme=EventScheme(1e-12)
+        Pendulum(1.0), [2.5], [0.0], 3.1 * to_stop, impact_law=NewtonImpact(1.0), scheme=EventScheme(tolerance)
     )
-    assert [event.time for event in history.events] == pytest.approx([to_stop, 3.0 * to_stop], abs=1e-11)
+    error = max(10.0 * tolerance, 1e-11)
+    assert [event.time for event in history.events] == pytest.approx([to_stop, 3.0 * to_stop], abs=error)
     speed = math.sqrt(2.0 * (math.cos(1.0) - math.cos(2.5)))
-    assert [event.normal_velocity for event in history.events] == pytest.approx([-speed] * 2, rel=1e-11)
+    assert [event.normal_velocity for event in history.events] == pytest.approx([-speed] * 2, rel=error)
     early = history["time"].values < to_stop
     _, cn, dn, _ = ellipj(history["time"].values[early], k * k)
-    assert np.abs(history["q"].values[early, 0] - 2.0 * np.arcsin(k * cn / dn)).max() < 1e-11
+    error = np.abs(history["q"].values[early, 0] - 2.0 * np.arcsin(k * cn / dn)).max()
+    # a tolerance that changed nothing would show here
+    assert 1e-5 * tolerance < error < max(tolerance, 1e-11)
 
 
-@pytest.mark.parametrize("stop", [0.35, 0.5, 0.8, 0.803])
-def test_oscillator_hits_its_stop(stop):
-    """The second mass rises from below 0.21 to its crest of 0.80312 at 2.62 s."""
-    hit = brentq(lambda t: OSCILLATOR.exact(t, Q0, QD0)[0][1] - stop, 1.0, 2.62, xtol=1e-15)
-    history = simulate_system(Oscillator(stop=stop), Q0, QD0, hit + 0.01, scheme=EventScheme(1e-12))
-    assert history.events[0].time == pytest.approx(hit, abs=1e-11)
+def test_a_user_defined_integrator_holds_its_order():
+    """A block that slides on a spring, x'' = -9 x - 0.3 9.8, under the smoothed law; the classical rule."""
+    block, centre = Block(lambda t, q, qd: (-9.0 * q[0], -9.8)), -0.3 * 9.8 / 9.0
+    end = centre + (0.1 - centre) * math.cos(0.9) + 2.0 / 3.0 * math.sin(0.9)
+    steps, errors = np.array([0.015, 0.0075, 0.00375]), []
+    for h in steps:
+        scheme = RungeKutta(SolverSection(free_step=1.0, contact_step=h))
+        start = [0.1, 0.0], [2.0, 0.0]
+        history = simulate_system(block, *start, 0.3, friction=ModifiedCoulomb(0.3), scheme=scheme)
+        errors.append(abs(float(history["slip"][-1]) - end))
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(RungeKutta.order, abs=0.2)
+    assert errors[-1] < 2e-10
 
 
 # Nothing lost inside a step ------------------------------------------------------------------------------------
@@ -247,15 +171,6 @@ def test_a_shallow_dip_that_reaches_zero_is_an_event(depth):
             lambda s, p=place: (s - p) ** 2 - depth, lambda s, p=place: 2.0 * (s - p), lambda s: 2.0
         )
         assert first_event(parabola).time == pytest.approx(place - math.sqrt(depth), abs=1e-11)
-
-
-def test_a_dip_of_the_contact_force_is_found():
-    """lambda_n falls below zero for a moment in a sliding contact whose motion alone asks for no short step."""
-    for place in np.linspace(0.3, 1.4, 23):
-        block = Block(lambda t, q, qd, p=place: (0.0, 1e-3 - (t - p) ** 2))
-        history = simulate_system(block, [0.0, 0.0], [1.0, 0.0], 1.5, output_interval=1.0)
-        release = [event.time for event in history.events if event.kind.value == "release"]
-        assert release[0] == pytest.approx(place - math.sqrt(1e-3), abs=1e-11)
 
 
 class Table(MechanicalSystem):
@@ -417,18 +332,6 @@ def test_short_bounces_inside_a_fraction_of_a_step(speed):
     bounces = fall * (1.0 + 2.0 * np.cumsum(e ** np.arange(1, count)))
     assert [event.time for event in history.events[1:]] == pytest.approx(bounces, abs=1e-11)
     assert float(history["gap"].min()) > -1e-12
-
-
-def test_a_bounce_that_outlasts_many_others_keeps_every_landing():
-    """Elastic bounces: the n-th landing comes after 2 n - 1 fall times, with one step growing in each flight."""
-    history = simulate_system(
-        incline(0.0), [0.0, 0.2], [0.0, 0.0], 5.0, impact_law=NewtonImpact(1.0), output_interval=10.0
-    )
-    fall = math.sqrt(0.4 / 9.8)
-    landings = fall * (2.0 * np.arange(1, len(history.events) + 1) - 1.0)
-    assert len(history.events) == int((5.0 / fall + 1.0) / 2.0)
-    assert [event.time for event in history.events] == pytest.approx(landings, abs=1e-11)
-    assert abs(history.summary["energy"]["unaccounted"]) < 1e-11
 
 
 def test_breakpoints():

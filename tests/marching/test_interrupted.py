@@ -56,14 +56,14 @@ def test_an_interrupted_run_keeps_what_is_computed(tmp_path, changes, calls):
     assert History.load(stopped.value.history.save(tmp_path)).outcome is Outcome.INTERRUPTED
 
 
-def test_an_interrupt_between_a_leg_and_its_bookkeeping(run, monkeypatch):
-    """The state is that of the end of the leg by then, the time still that of its beginning."""
-    march, legs = loop.march, []
+def test_an_interrupt_between_a_call_and_its_bookkeeping(run, monkeypatch):
+    """The state is that of the end of the call by then, the time still that of its beginning."""
+    march, calls = loop.march, []
 
     def interrupted(*arguments):
         progress = march(*arguments)
-        legs.append(progress.state.t)
-        if len(legs) == 4:
+        calls.append(progress.state.t)
+        if len(calls) == 4:
             signal.raise_signal(signal.SIGINT)
         return progress
 

@@ -24,24 +24,24 @@ def energy(history):
 
 
 def test_each_curve_has_its_name_and_colour(story, run):
-    history = story.histories[0]
-    normal, tangential = force_curves(story)
-    assert [(c.label, c.colour, c.dash) for c in (normal, tangential)] == [
-        ("normal", LIGHT.arrow, "-"),
-        ("tangential", LIGHT.arrow, "--"),
+    history, other, theme = story.histories[0], run("sticking"), LIGHT
+    two = story_of([history, other], names=["a", "b"])
+    kinds = [(kind, colour, history[f"energy_{kind}"]) for kind, colour in zip(KINDS, theme.energies, strict=True)]
+    forces = [
+        (name, theme.arrow, history[key]) for name, key in (("normal", "lambda_n"), ("tangential", "lambda_tau"))
     ]
-    np.testing.assert_array_equal([normal.values, tangential.values], [history["lambda_n"], history["lambda_tau"]])
-    *parts, total = energy_curves(story)
-    for curve, kind, colour in zip(parts, KINDS, LIGHT.energies, strict=True):
-        assert (curve.label, curve.colour) == (kind, colour)
-        np.testing.assert_array_equal(curve.values, history[f"energy_{kind}"])
-    assert (total.label, total.colour) == ("total", LIGHT.ink)
-    np.testing.assert_allclose(total.values, energy(history), rtol=1e-12)
-    two = story_of([history, run("sticking")], names=["a", "b"])
-    for curves, values in ((force_curves(two), lambda one: one["lambda_n"]), (energy_curves(two), energy)):
-        assert [(c.label, c.colour) for c in curves] == [("a", LIGHT.series[0]), ("b", LIGHT.series[1])]
-        for curve, one in zip(curves, two.histories, strict=True):
-            np.testing.assert_allclose(curve.values, values(one), rtol=1e-12)
+    for curves, expected in (
+        (force_curves(story), forces),
+        (energy_curves(story), [*kinds, ("total", theme.ink, energy(history))]),
+        (
+            force_curves(two),
+            [("a", theme.series[0], history["lambda_n"]), ("b", theme.series[1], other["lambda_n"])],
+        ),
+        (energy_curves(two), [("a", theme.series[0], energy(history)), ("b", theme.series[1], energy(other))]),
+    ):
+        for curve, (label, colour, values) in zip(curves, expected, strict=True):
+            assert (curve.label, curve.colour) == (label, colour)
+            np.testing.assert_allclose(curve.values, values, rtol=1e-12)
 
 
 def charted(story, curves, label, course=None):
@@ -58,15 +58,6 @@ def test_a_curve_has_at_the_label_of_a_time_its_value_then(story):
     (line,) = axes.lines
     for place, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True):
         assert np.interp(place, *line.get_data()) == pytest.approx(float(label.get_text()), abs=2e-4)
-
-
-def test_large_numbers_have_a_prefix_to_their_unit(story):
-    """Forces so many times as large: what the labels say is what the curves show."""
-    curves = [replace(curve, values=1e7 * curve.values) for curve in force_curves(story)]
-    axes = charted(story, curves, "force (N)")
-    assert axes.get_ylabel() == "force (MN)"
-    highest = max(float(line.get_ydata().max()) for line in axes.lines)
-    assert highest == pytest.approx(10.0 * float(story.histories[0]["lambda_n"].max()), rel=1e-6)
 
 
 def test_contacts_are_shaded_where_they_are_and_time_is_on_the_axis(story):

@@ -10,7 +10,11 @@ import pyvista as pv
 from scipy.integrate import cumulative_simpson
 
 from oblique_impact import InputError, Scenario, simulate
+from oblique_impact.contact.state import State
 from oblique_impact.renders.geometry import SIDES, BeamGeometry
+from oblique_impact.renders.player.content import content_of
+from oblique_impact.renders.story import story_of
+from oblique_impact.renders.style import Style
 
 #: built-in scenarios that differ in what is drawn
 CASES = {
@@ -83,6 +87,49 @@ def test_a_senseless_factor_or_a_history_without_a_beam_is_one_line(run):
             BeamGeometry(history, factor)
     with pytest.raises(InputError, match="lambda_n"):
         BeamGeometry(replace(history, data=history.data.drop_vars("lambda_n")))
+
+
+HUBS = {
+    "driven, tip mass": (
+        "root.kind=driven root.profile=constant-speed root.spin_rate=-2.0 root.hub_radius=0.1 "
+        "beam.tip_mass=0.1 end_time=0.35"
+    ),
+    "contact inside, on the face": (
+        "root.kind=hub root.inertia=0.05 root.hub_radius=0.2 "
+        "contact.point=0.75 contact.surface=section end_time=0.5"
+    ),
+}
+
+
+@pytest.mark.parametrize("case", HUBS)
+def test_points_of_pictures_and_page_are_those_of_the_history_and_the_face_touches_the_slope(run, case):
+    """On both sides of jumps; the lowest point of a round end is on the drawn surface in contact."""
+    history = run("paper", *HUBS[case].split(), "discretization.method=fem", "discretization.elements=8")
+    story = story_of([history], Style(deformation=1.0))
+    geometry, page = story.geometries[0], content_of(story).arrays
+    surface = story.slope.outline[0] @ geometry.slope_axes[1]
+    closed = 0
+    for n in range(0, page["time"].size, max(1, page["time"].size // 60)):
+        time = page["time"][n]
+        k = int(np.flatnonzero(geometry.times == time)[0])
+        axis = history.beam_at(time, "left" if np.nextafter(time, np.inf) in geometry.times else "right")
+        tip = [float(history[name].values[k]) for name in ("tip_x", "tip_y")]
+        place = geometry.contact_place(k)[:2]
+        for found, expected in (
+            (geometry.centreline(k)[:, :2], axis),
+            (page["axis"][n], axis),
+            (geometry.contact_point(k), tip),
+            (page["contact"][n] + page["offset"][n], place),
+        ):
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+        if history["state"].values[k] != State.FREE:
+            closed += 1
+            height = place @ geometry.slope_axes[1]
+            assert height == pytest.approx(surface + float(history["gap"].values[k]), abs=1e-9)
+            if not geometry.flat_end and geometry.touch == geometry.stations.size - 1:  # it is drawn by flat faces
+                lowest = (geometry.outline(k) @ geometry.slope_axes[1]).min()
+                assert lowest == pytest.approx(height, abs=0.1 * geometry.touch_radius)
+    assert closed > 5
 
 
 # Sections -----------------------------------------------------------------------------------------------------

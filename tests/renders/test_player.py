@@ -9,7 +9,6 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from oblique_impact import InputError
 from oblique_impact.contact.state import State
 from oblique_impact.renders.outlines import SIDES
 from oblique_impact.renders.player import write_player
@@ -29,24 +28,17 @@ def content(story):
 # Content ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("written", "expected"),
-    [
-        (rate_text(1 / 384), "1/380 of real time"),
-        (rate_text(1.0), "real time"),
-        (rate_text(0.4), "1/2.5 of real time"),
-        (rate_text(2.5), "2.5 times real time"),
-        (significant(-0.012345, 3), "−0.0123"),
-        (significant(999.96, 4), "1000"),
-        (significant(3.2e8, 3), "3.20e8"),
-        (significant(0.0, 3), "0"),
-        (significant(np.nan, 3), "–"),
-        (fixed(-0.0004, 3), "0.000"),
-        (fixed(-1.2346, 3), "−1.235"),
-    ],
-)
-def test_numbers_are_written_as_they_are(written, expected):
-    assert written == expected
+def test_numbers_are_written_as_they_are():
+    rates = [rate_text(rate) for rate in (1 / 384, 1.0, 0.4, 2.5)]
+    assert rates == ["1/380 of real time", "real time", "1/2.5 of real time", "2.5 times real time"]
+    assert [significant(v, 3) for v in (-0.012345, 999.96, 3.2e8, 0.0, np.nan)] == [
+        "−0.0123",
+        "1000",
+        "3.20e8",
+        "0",
+        "–",
+    ]
+    assert [fixed(v, 3) for v in (-0.0004, -1.2346)] == ["0.000", "−1.235"]
 
 
 def test_frames_are_samples_of_the_history_with_both_sides_of_every_event(content, story):
@@ -122,13 +114,6 @@ def test_a_page_has_no_number_that_is_not_finite(run, changes):
     for name in ("time", "film", "axis", "contact", "offset", "arrow"):
         assert np.isfinite(content.arrays[name].astype("f4")).all(), name
     assert not any("nan" in chart.svg or "inf" in chart.svg for chart in content.charts)
-
-
-def test_a_page_is_written_whole_or_refused_in_one_line(story, tmp_path):
-    (tmp_path / "file").write_text("in the way")
-    with pytest.raises(InputError, match="--out"):
-        write_player(story, tmp_path / "file" / "page.html")
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 # In a browser -------------------------------------------------------------------------------------------------
@@ -230,12 +215,12 @@ def test_events_and_contacts_are_listed_with_their_numbers(page, files, run):
         time, found, kind, impulse = re.fullmatch(r"([\d.]{8})(\d+) (\w+) (?:(\S+) N s)?", row).groups()
         assert (float(time), int(found), kind) == (pytest.approx(event.time, abs=1e-6), number, event.kind.value)
         assert float(impulse or 0.0) == pytest.approx(event.normal_impulse, rel=6e-3)
-    cells = [row.split("\n") for row in page.locator("#contacts tbody tr").all_text_contents()]
-    for row, contact in zip(cells, history.contacts, strict=True):
-        found = [word.strip() for word in row if word.strip()]
-        assert float(found[0]) == pytest.approx(contact.start, abs=1e-6)
-        assert float(found[3]) == pytest.approx(contact.normal_impulse, rel=1e-3)
-        assert float(found[5]) == pytest.approx(contact.energy_loss, rel=1e-3)
+    for row, contact in zip(page.locator("#contacts tbody tr").all_text_contents(), history.contacts, strict=True):
+        start, _, _, impulse, _, loss = row.split()
+        assert float(start) == pytest.approx(contact.start, abs=1e-6)
+        assert [float(impulse), float(loss)] == pytest.approx(
+            [contact.normal_impulse, contact.energy_loss], rel=1e-3
+        )
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (390, 844)])

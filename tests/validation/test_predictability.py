@@ -82,6 +82,8 @@ def test_growth_and_verdict_of_given_rows():
     assert (second.verdict, third.verdict) == (PREDICTABLE, UNPREDICTABLE)
     assert "growth at least 2e+06: not predictable" in lines(Predictability("given", (found,), 0.0))[3]
     assert judged(*rows[:3]).collisions["growth"][2] == pytest.approx(2000.0)
+    bounds = [PREDICTABLE, SENSITIVE, SENSITIVE, UNPREDICTABLE]
+    assert [verdict_of(growth) for growth in (10.0, 10.1, 999.0, 1e3)] == bounds
 
 
 @pytest.mark.parametrize(
@@ -116,13 +118,6 @@ def test_failed_runs_are_left_out_and_named():
     found = judged(first, *lost)
     assert found.collisions["verdict"].tolist() == [UNKNOWN, UNKNOWN]
     assert "  collision 1: starts at 0.5 s: no verdict" in lines(Predictability("given", (found,), 0.0))
-
-
-@pytest.mark.parametrize(
-    ("growth", "verdict"), [(10.0, PREDICTABLE), (10.1, SENSITIVE), (999.0, SENSITIVE), (1e3, UNPREDICTABLE)]
-)
-def test_verdicts(growth, verdict):
-    assert verdict_of(growth) == verdict
 
 
 @pytest.mark.parametrize("options", [{"perturbations": ()}, {"perturbations": (0.0,)}, {"shadows": 1}])

@@ -53,7 +53,7 @@ def test_quantities_of_the_papers_case(run):
     assert 0.0 < lost < sum(history.summary["energy"][f"lost_{k}"] for k in ("impact", "friction", "scheme"))
 
 
-def test_every_quantity_has_the_unit_of_what_it_measures(run):
+def test_named_quantities_have_units_and_take_what_they_are_called(run):
     units = {
         "s": "first_impact collision_end collision_duration second_impact",
         "N s": "impulse tangential_impulse second_impulse",
@@ -62,16 +62,14 @@ def test_every_quantity_has_the_unit_of_what_it_measures(run):
         "J": "energy_after_collision energy_final lost_impact lost_friction lost_damping lost_scheme unaccounted "
         "energy_lost",
     }
-    assert {q.name: q.unit for q in named_quantities()} == {
-        n: unit for unit, names in units.items() for n in names.split()
-    }
+    by_name = {name: unit for unit, names in units.items() for name in names.split()}
+    assert {q.name: q.unit for q in named_quantities()} == by_name
     history = run("paper", "end_time=0.4")
     keys = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme", "unaccounted")
     energy = history.summary["energy"] | dict(zip(keys, (1.0, 2.0, 4.0, 8.0, 16.0, 32.0), strict=True))
     known = replace(history, summary=history.summary | {"energy": energy})
-    assert quantity("energy_final").measure(known) == 1.0
-    assert [quantity(key).measure(known) for key in keys[1:]] == [2.0, 4.0, 8.0, 16.0, 32.0]
-    assert quantity("energy_lost").measure(known) == 30.0
+    names = ("energy_final", *keys[1:], "energy_lost")
+    assert [quantity(name).measure(known) for name in names] == [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 30.0]
 
 
 @pytest.mark.parametrize("name", ["tip_y", "energy_elastic"])
@@ -142,7 +140,7 @@ def test_regimes(run):
 
 def test_the_model_error_is_the_estimate_that_a_run_warns_of(run):
     """A soft beam bends far: what the warning says in percent; the exact beam has no such error."""
-    soft = ("beam.youngs_modulus=1e8", "contact.enabled=false", "end_time=0.3")
+    soft = ("beam.youngs_modulus=5e7", "contact.enabled=false", "end_time=0.4", "discretization.frame=mean-axis")
     history = run("paper", *soft)
     (warning,) = [text for text in history.summary["warnings"] if "small-deflection model" in text]
     error = quantity("model_error").measure(history)

@@ -8,7 +8,7 @@ import json
 import pytest
 
 from oblique_impact import InputError
-from oblique_impact.validation.studies.small_deflection import MODELS, case_of, lines, small_deflection
+from oblique_impact.validation.studies.small_deflection import MODELS, lines, small_deflection
 
 
 @pytest.fixture(scope="module")
@@ -55,16 +55,6 @@ def test_runs_say_what_the_study_measures(study):
     clear = clear[~clear["model"].str.contains("zeroth")]
     assert len(clear) > 3
     assert (clear["estimate"] / clear["error"]).between(1.0 / 3.0, 3.0).all(), clear
-
-
-def test_problems_are_what_they_are_called():
-    hub = case_of("hub", 0.1, 2.0).scenario
-    assert (hub.root.kind, hub.initial.angular_velocity, hub.gravity) == ("hub", 2.0, 0.0)
-    assert hub.root.inertia == pytest.approx(30.0 / 3.0)
-    assert case_of("pendulum", 0.1, 2.0).scenario.root.kind == "pin"
-    held = case_of("held", 0.1, 2.0).scenario
-    assert (held.root.kind, held.root.spin_rate, held.contact.enabled) == ("driven", 2.0, False)
-    assert case_of("stop", 0.1, 0.0).scenario.contact.normal == "spring"
 
 
 @pytest.mark.parametrize("numbers", [{"deflections": (0.0,)}, {"spins": (21.0,)}, {"deflections": ()}])

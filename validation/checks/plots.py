@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from oblique_impact.beam.operators import SpinningBeam
 from oblique_impact.history.history import History
 from oblique_impact.renders.style import GREY, SERIES
-from oblique_impact.validation.report.document import Picture
-from oblique_impact.validation.report.figures import HALF, new_figure, to_svg
+from oblique_impact.validation.report import HALF, Picture, picture
 from oblique_impact.validation.runs import column
 
 Array = NDArray[np.float64]
@@ -23,10 +22,8 @@ _MARKERS = "osD^vPX*"
 @contextmanager
 def _drawing(caption: str, height: float, panels: int = 1) -> Iterator[tuple[Picture, Any]]:
     """Make a picture and its axes (several panels: an array of them) to draw on in the block."""
-    with new_figure(HALF, height) as figure:
-        result = Picture("", caption)
-        yield result, figure.subplots(1, panels, sharex=True)
-        result.svg = to_svg(figure)
+    with picture(caption, HALF, height) as result:
+        yield result, result.figure.subplots(1, panels, sharex=True)
 
 
 def frequency_errors_figure(meshes: Array, errors: Mapping[str, Array], roots: Mapping[str, Array]) -> Picture:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 
-from oblique_impact.validation.report.document import Picture
+from oblique_impact.validation.report import Picture
 
 #: a check that takes longer (s) is full, not quick: `--quick` and `make test` leave it out
 QUICK_SECONDS = 2.0

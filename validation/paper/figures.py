@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from oblique_impact.contact.state import State
@@ -102,29 +103,33 @@ PLOTS = (
 
 def draw(plot: Plot, schemes: Mapping[str, Models]) -> Picture:
     """Draw one of the paper's figures."""
-    start, end = window(plot, schemes)
-    factor, unit = (1e3, "ms") if plot.collision else (1.0, "s")
     caption = f"Fig. {plot.number}. {plot.title} ({plot.unit}). {plot.note}".strip()
     alternative = f"{plot.title} of the three models over time, fixed-step above, event-located below"
     with picture(caption, WIDTH, HEIGHT, alternative, half=True) as result:
-        figure = result.figure
-        # the friction of the fixed-step runs would hide that of the others
-        axes = figure.subplots(2, 1, sharex=True, sharey=plot.variable != "lambda_tau")
-        for part, letter, (scheme, models) in zip(axes, "ab", schemes.items(), strict=True):
-            for run, line in zip(models, MODEL_LINES, strict=True):
-                _draw_curve(part, plot, run, line, (start, end), factor)
-            if plot.mark is not None:
-                part.axvline(factor * plot.mark, **PAPER_LINE)
-                _mark_events(part, plot, models.hybrid, factor)
-            part.set_title(f"({letter}) {SCHEMES[scheme]}", fontsize=8.5, fontweight="normal")
-            part.set_ylabel(f"{plot.label} ({plot.unit})")
-        axes[1].set(xlabel=f"time ({unit})", xlim=(factor * start, factor * end))
-        figure.suptitle(f"Fig. {plot.number}  {plot.title}", fontsize=9, fontweight="bold", x=0.01, ha="left")
-        shown = [*MODEL_LINES, *((REVERSAL_MARK, STICK_MARK, PAPER_LINE) if plot.mark is not None else ())]
-        handles = [Line2D([], [], **line) for line in shown]
-        where: dict[str, Any] = {"loc": "outside lower center", "ncols": 3, "columnspacing": 0.9}
-        figure.legend(handles=handles, **where, fontsize=8, handlelength=1.9)
+        draw_on(result.figure, plot, schemes)
     return result
+
+
+def draw_on(figure: Figure, plot: Plot, schemes: Mapping[str, Models]) -> None:
+    """Draw one of the paper's figures on a figure of matplotlib's."""
+    start, end = window(plot, schemes)
+    factor, unit = (1e3, "ms") if plot.collision else (1.0, "s")
+    # the friction of the fixed-step runs would hide that of the others
+    axes = figure.subplots(2, 1, sharex=True, sharey=plot.variable != "lambda_tau")
+    for part, letter, (scheme, models) in zip(axes, "ab", schemes.items(), strict=True):
+        for run, line in zip(models, MODEL_LINES, strict=True):
+            _draw_curve(part, plot, run, line, (start, end), factor)
+        if plot.mark is not None:
+            part.axvline(factor * plot.mark, **PAPER_LINE)
+            _mark_events(part, plot, models.hybrid, factor)
+        part.set_title(f"({letter}) {SCHEMES[scheme]}", fontsize=8.5, fontweight="normal")
+        part.set_ylabel(f"{plot.label} ({plot.unit})")
+    axes[1].set(xlabel=f"time ({unit})", xlim=(factor * start, factor * end))
+    figure.suptitle(f"Fig. {plot.number}  {plot.title}", fontsize=9, fontweight="bold", x=0.01, ha="left")
+    shown = [*MODEL_LINES, *((REVERSAL_MARK, STICK_MARK, PAPER_LINE) if plot.mark is not None else ())]
+    handles = [Line2D([], [], **line) for line in shown]
+    where: dict[str, Any] = {"loc": "outside lower center", "ncols": 3, "columnspacing": 0.9}
+    figure.legend(handles=handles, **where, fontsize=8, handlelength=1.9)
 
 
 def window(plot: Plot, schemes: Mapping[str, Models]) -> tuple[float, float]:

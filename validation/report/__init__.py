@@ -18,52 +18,305 @@ writes report.html, results.json and results.csv into `folder`, each whole or no
 provenance are added to the page and to the JSON.  Cells of a table are texts, numbers (six digits; `cell` takes
 others), None, or a `Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  `number` formats a
 number for reading.  `write_csv` and `write_file` write further files.
-
-`document`    blocks, report, files
-`figures`     figures as SVG that are the same from run to run
-`provenance`  what made a report: command, versions, machine
 """
 
-from oblique_impact.validation.report.document import (
-    MARKS,
-    Block,
-    Cell,
-    Fold,
-    Item,
-    Picture,
-    Report,
-    Section,
-    Table,
-    Text,
-    cell,
-    number,
-    with_unit,
-    write_csv,
-    write_file,
-)
-from oblique_impact.validation.report.figures import FULL, HALF, new_figure, picture, to_svg
-from oblique_impact.validation.report.provenance import provenance_data
+from __future__ import annotations
 
-__all__ = [
-    "FULL",
-    "HALF",
-    "MARKS",
-    "Block",
-    "Cell",
-    "Fold",
-    "Item",
-    "Picture",
-    "Report",
-    "Section",
-    "Table",
-    "Text",
-    "cell",
-    "new_figure",
-    "number",
-    "picture",
-    "provenance_data",
-    "to_svg",
-    "with_unit",
-    "write_csv",
-    "write_file",
-]
+import io
+import json
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from oblique_impact.files import cannot_write, write_text
+from oblique_impact.renders.style import figure_style
+from oblique_impact.validation.report.provenance import provenance, provenance_data
+
+#: kinds of cells that are set off by colour and a mark, so that a verdict does not depend on colour
+MARKS = {"pass": "✓", "fail": "✗", "partly": "◐"}
+#: widths of pictures (inches): legible at half a page's width, and at the whole width
+HALF, FULL = 5.6, 9.2
+_PIXELS_PER_INCH = 115
+
+
+def number(value: float | None, digits: int = 6) -> str:
+    """Format a number for reading: significant digits, a proper minus and powers of ten; "–" for none."""
+    if value is None or math.isnan(value):
+        return "–"
+    text = f"{value:.{digits}g}"
+    mantissa, _, exponent = text.partition("e")
+    if exponent:
+        power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        text = f"{mantissa} × 10{power}"
+    return text.replace("-", "−")
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return the label of an axis or a column; what has no dimension, unit "1", has none."""
+    return name if unit in ("", "1") else f"{name} ({unit})"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Text of a table cell; `kind` is "", "number", "pass", "fail", "partly", "dim" or "code"."""
+
+    text: str
+    kind: str = ""
+
+    @property
+    def mark(self) -> str:
+        """Sign in front of a verdict."""
+        return MARKS.get(self.kind, "")
+
+
+#: what may stand in a table
+Entry = Cell | str | float | None
+
+
+def cell(value: Entry, digits: int = 6) -> Cell:
+    """Return the cell of a value: numbers in so many digits, whole numbers in all."""
+    if isinstance(value, Cell):
+        return value
+    if isinstance(value, str):
+        return Cell(value)
+    whole = value is not None and float(value).is_integer() and abs(value) < 1e9
+    return Cell(number(value, max(digits, 9) if whole else digits), "number")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph of plain text; `note` sets it smaller."""
+
+    text: str
+    note: bool = False
+    block: str = "text"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; see `Entry` for its cells."""
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Any]]  # of entries
+    caption: str = ""
+    wide: Sequence[int] = ()  # columns of running text, that may wrap
+    filtered: bool = False  # rows end with a verdict that the reader may filter by
+    block: str = "table"
+
+    @classmethod
+    def of_frame(
+        cls,
+        frame: pd.DataFrame,
+        caption: str = "",
+        digits: int = 6,
+        wide: Sequence[int] = (),
+        columns: Mapping[str, str] | None = None,
+    ) -> Table:
+        """Return the table of a pandas frame, or of some `columns` of it under other headings.
+
+        ``frame.attrs["units"]`` holds units by column.
+        """
+        units, names = frame.attrs.get("units", {}), columns or {name: str(name) for name in frame.columns}
+        headings = [with_unit(heading, units.get(name, "1")) for name, heading in names.items()]
+        rows = [[cell(value, digits) for value in row] for row in frame[list(names)].itertuples(index=False)]
+        return cls(headings, rows, caption, wide)
+
+    @property
+    def verdicts(self) -> bool:
+        """Whether some cell is a verdict: such a table never scrolls, so that each of them is seen."""
+        return any(cell.mark for row in self.cells() for cell in row)
+
+    def cells(self) -> list[list[Cell]]:
+        """Return the rows as cells."""
+        return [[cell(entry) for entry in row] for row in self.rows]
+
+    def heading(self, column: int) -> str:
+        """Return the kind of a heading: numbers stand under the right end of theirs."""
+        return "number" if self.rows and cell(self.rows[0][column]).kind == "number" else ""
+
+
+@dataclass
+class Picture:
+    """A picture as SVG text, with the alternative text for those who cannot see it; see `picture`.
+
+    Two `half` pictures in a row stand side by side.
+    """
+
+    svg: str
+    caption: str = ""
+    alternative: str = ""
+    half: bool = False
+    block: str = "picture"
+    figure: Any = None
+
+    @property
+    def markup(self) -> Markup:
+        """The picture for the template."""
+        return Markup(self.svg)
+
+
+@contextmanager
+def picture(
+    caption: str, width: float = FULL, height: float = 3.4, alternative: str = "", half: bool = False
+) -> Iterator[Picture]:
+    """Make a picture: draw on its `figure` in the block; behind the block it is a block of a report.
+
+    It is the same from run to run: no dates, no random identifiers.
+    """
+    drawn = Picture("", caption, alternative or caption, half)
+    with figure_style():
+        drawn.figure = Figure(figsize=(width, height), layout="constrained")
+        yield drawn
+        buffer = io.StringIO()
+        drawn.figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text, drawn.figure = buffer.getvalue(), None
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
+    # the size in points gives way to the page's, up to a size at which all figures have the same letters
+    opening = re.sub(r' (?:width|height)="[^"]*"', "", text[: text.index(">")])
+    limit = round(_PIXELS_PER_INCH * width)
+    drawn.svg = f'{opening} style="max-width: {limit}px"{text[text.index(">") :]}'
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Blocks under a line that opens them; closed at first."""
+
+    title: str
+    blocks: Sequence[Block]
+    block: str = "fold"
+
+
+@dataclass(frozen=True)
+class Item:
+    """Blocks that belong together; a filter shows or hides them as one."""
+
+    blocks: Sequence[Block]
+    block: str = "item"
+
+
+Block = Text | Table | Picture | Fold | Item
+
+
+@dataclass(frozen=True)
+class Section:
+    """A headed part of a report that folds; `verdict` is "", "pass", "fail" or "partly".
+
+    `count` is shown beside the title; `opened` says whether the part is open at first.
+    """
+
+    title: str
+    blocks: Sequence[Block]
+    verdict: str = ""
+    count: str = ""
+    opened: bool = True
+
+    @property
+    def anchor(self) -> str:
+        """Name for links inside of the page."""
+        return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
+
+
+@dataclass(frozen=True)
+class Report:
+    """A report.
+
+    Attributes
+    ----------
+    title, lead : str
+        Head and first paragraph.
+    command : str
+        What repeats it, as a shell or Python takes it.
+    seconds : float, optional
+        Wall time (s).
+    facts : sequence of (str, str)
+        Names and values for the head; provenance, versions and machine are added.
+    times : sequence of (str, str)
+        Facts that differ from run to run.
+    overview, sections
+        What it consists of.
+    filtered : bool
+        Whether the page has a field and a list to filter the rows of filtered tables.
+    """
+
+    title: str
+    lead: str
+    command: str = ""
+    seconds: float | None = None
+    facts: Sequence[tuple[str, str]] = ()
+    times: Sequence[tuple[str, str]] = ()
+    overview: Sequence[Block] = ()
+    sections: Sequence[Section] = ()
+    filtered: bool = False
+
+    def html(self) -> str:
+        """Return the report as one page: styles, script and pictures inside, no address."""
+        environment = Environment(
+            loader=PackageLoader("oblique_impact.validation", "report"),
+            autoescape=True,
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+        )
+        times = [("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")), ("command", self.command)]
+        times += [("wall time", f"{self.seconds:.1f} s")] if self.seconds is not None else []
+        return environment.get_template("report.html.j2").render(
+            document=self, facts=[*self.facts, *provenance()], times=[*times, *self.times]
+        )
+
+    def write(
+        self,
+        folder: Path,
+        data: Mapping[str, Any] | None = None,
+        table: pd.DataFrame | None = None,
+        name: str = "report.html",
+    ) -> Path:
+        """Write the page, `data` as results.json and `table` as results.csv; returns the page.
+
+        The JSON holds numbers in full precision, null for NaN and infinity, and the provenance besides.
+        Raises InputError if a file cannot be written.
+        """
+        if data is not None:
+            write_json(folder / "results.json", {**data, **provenance_data()})
+        if table is not None:
+            write_file(folder / "results.csv", table.to_csv(index=False, lineterminator="\n"))
+        return write_file(folder / name, self.html())
+
+
+def write_json(path: Path, data: Any) -> Path:
+    """Write `data` as JSON, numbers in full precision; NaN and infinity become null."""
+    return write_file(path, json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
+    """Write a table as CSV, numbers in full precision; NaN becomes an empty cell."""
+    frame = pd.DataFrame(rows, columns=list(columns), dtype=object)
+    return write_file(path, frame.to_csv(index=False, lineterminator="\n"))
+
+
+def write_file(path: Path, text: str) -> Path:
+    """Write a text, whole or not at all; raises InputError if it cannot be written."""
+    try:
+        write_text(path, text)
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    return path
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if hasattr(value, "item"):  # a number of NumPy
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,7 +1,6 @@
 """Studies: run many labelled scenarios, measure them into one pandas frame, analyse the frame.
 
-`study`             runs, on disk and resumed: `run_study`
-`measure`           one run in whatever process: a row whatever happens
+`study`             runs and their rows, on disk and resumed, a row whatever happens: `run_study`
 `quantities`        one number of a run each, or the reason why the run does not have it
 `parallel`          processes of this machine, through joblib, or a Dask cluster
 `convergence`       observed order, Richardson limit, grid convergence index, verdicts

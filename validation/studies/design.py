@@ -9,6 +9,7 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -53,6 +54,15 @@ def _check_keys(keys: Iterable[str], where: str) -> None:
             raise refused(where, key, f"not a key of a scenario; {words}")
 
 
+def _si(key: str, value: Any) -> Any:
+    """Return a value whose texts with a unit are numbers in SI units; raises InputError."""
+    unit = key_schemas()[key].get("unit", "1")
+    try:
+        return value if unit == "1" else Unit(unit).convert(value)
+    except ValueError as error:
+        raise refused(key, value, f"should be {error}") from None
+
+
 class KeysSection(Section):
     """What one direction of a sweep changes: `key`, or `keys` that take the same value."""
 
@@ -73,9 +83,11 @@ class KeysSection(Section):
 
     def _ends(self, given: tuple[Any, Any], spacing: str) -> tuple[float, float]:
         """Return the two ends of a range in SI units; raises InputError."""
-        start, stop = (Scenario.value_of(self.names[0], end) for end in given)
         if {type(_defaults()[key]) for key in self.names} not in ({float}, {int}):
             raise refused("range", list(given), "is for keys that are all floats or all integers; use values")
+        start, stop = (_si(self.names[0], end) for end in given)
+        if not all(type(end) in (int, float) and abs(end) <= 1e30 for end in (start, stop)):
+            raise refused("range", list(given), "should be two finite numbers, or texts with a unit")
         if start == stop:
             raise refused("range", list(given), "the two ends should differ")
         if spacing == "log" and not (start > 0.0 and stop > 0.0):
@@ -110,8 +122,13 @@ class AxisSection(KeysSection):
             spread = np.geomspace if self.spacing == "log" else np.linspace
             values = spread(*self._ends(self.range, self.spacing or "linear"), self.count or 2).tolist()
             if type(_defaults()[self.names[0]]) is int:
-                values = [round(value) if math.isclose(value, round(value)) else value for value in values]
-        return [(Scenario.value_of(self.names[0], value),) for value in values]
+                for value in values:
+                    if not math.isclose(value, round(value)):
+                        raise InputError(
+                            f"range: {self.names[0]} = {value:.6g}: should be a whole number; use values"
+                        )
+                values = [round(value) for value in values]
+        return [(_si(self.names[0], value),) for value in values]
 
 
 class SampledSection(KeysSection):
@@ -120,15 +137,21 @@ class SampledSection(KeysSection):
     range: Range
     spacing: Spacing = "linear"
 
+    @model_validator(mode="after")
+    def _check_range(self) -> Self:
+        self._ends(self.range, self.spacing)
+        return self
+
     def spread(self, parts: np.ndarray) -> list[Any]:
         """Return the values at parts of the range from 0 to 1; raises InputError."""
         start, stop = self._ends(self.range, self.spacing)
         if type(_defaults()[self.names[0]]) is int:
-            low, high = sorted((start, stop))
+            low, high = sorted((round(start), round(stop)))
             values = np.minimum(low + (parts * (high - low + 1)).astype(int), high)
         else:
             values = start * (stop / start) ** parts if self.spacing == "log" else start + parts * (stop - start)
-        return [Scenario.value_of(self.names[0], value) for value in values.tolist()]
+        found: list[Any] = values.tolist()
+        return found
 
 
 class HypercubeSection(Section):
@@ -197,7 +220,7 @@ class SweepFile(Section):
         found = [([Dimension(axis.names, axis.spacing or "linear")], axis.rows()) for axis in self.axes or ()]
         if self.table:
             columns = [Dimension((key,)) for key in self.table.keys]
-            rows = [tuple(map(Scenario.value_of, self.table.keys, row)) for row in self.table.rows]
+            rows = [tuple(map(_si, self.table.keys, row)) for row in self.table.rows]
             found.append((columns, rows))
         for cube, sampler in ((self.latin_hypercube, qmc.LatinHypercube), (self.sobol, qmc.Sobol)):
             if cube:
@@ -329,9 +352,12 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         values = {key: value for dimension, value in row for key in dimension.keys}
         changed = {key.replace(".", "__"): value for key, value in {**changes, **values}.items()}
         try:
-            made.append((values, base.replace(**changed), ""))
+            found = base.replace(**changed)
         except InputError as error:
             made.append((values, None, str(error)))
+        else:
+            # as the scenario holds them
+            made.append(({key: attrgetter(key)(found) for key in values}, found, ""))
     possible = [scenario for _, scenario, _ in made if scenario]
     if not possible:
         raise InputError(made[0][2] + (" (and no other run is possible)" if len(made) > 1 else ""))
@@ -342,10 +368,17 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
             quantity(name, longest)
     except InputError as error:
         raise InputError(f"quantities: {str(error).removeprefix('--quantity ')}") from None
-    # parquet holds one type in a column: where some values are lists, all are JSON
     lists = {key for values, *_ in made for key, value in values.items() if isinstance(value, list | tuple)}
     runs = []
     for number, (values, scenario, fault) in enumerate(made, start=1):
-        shown = {key: json.dumps(value) if key in lists else value for key, value in values.items()}
-        runs.append(Run({"run": number, **shown}, scenario, wanted, fault))
+        labels = {key: _entry(key, value, key in lists) for key, value in values.items()}
+        runs.append(Run({"run": number, **labels}, scenario, wanted, fault))
     return Plan(file, base, changes, dimensions, tuple(runs))
+
+
+def _entry(key: str, value: Any, as_json: bool) -> Any:
+    """Return a value for a column of one type, as parquet has it: where some values are lists, all are JSON."""
+    if as_json:
+        return json.dumps(value)
+    # a text that no scenario takes is no number
+    return math.nan if isinstance(value, str) and not isinstance(_defaults()[key], str) else value

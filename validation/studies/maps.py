@@ -17,7 +17,6 @@ from matplotlib.patches import Patch
 from oblique_impact.errors import Outcome
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.validation.report import Block, Picture, number, picture, with_unit
-from oblique_impact.validation.report.figures import Drawn
 from oblique_impact.validation.studies.design import Dimension, Plan
 from oblique_impact.validation.studies.quantities import Quantity
 from oblique_impact.validation.studies.study import REGIMES
@@ -60,6 +59,15 @@ class _Direction:
             return self.words[round(place)]
         return f"{number(float(place), 4)} {self.dimension.unit.removeprefix('1')}".strip()
 
+    @property
+    def edges(self) -> np.ndarray:
+        """Edges of the cells around its values, half-way between them as the axis is spread."""
+        log = self.dimension.spacing == "log" and not self.words
+        centres = np.log(np.unique(self.places)) if log else np.unique(self.places)
+        inner = 0.5 * (centres[1:] + centres[:-1])
+        edges = np.array([2.0 * centres[0] - inner[0], *inner, 2.0 * centres[-1] - inner[-1]])
+        return np.exp(edges) if log else edges
+
     def label(self, axes: Axes, which: str) -> None:
         """Label one axis ("x" or "y"), spread as the sweep is; words get a tick each."""
         axis, unit = getattr(axes, f"{which}axis"), "" if self.words else self.dimension.unit
@@ -91,7 +99,7 @@ def sweep_pictures(plan: Plan, frame: pd.DataFrame) -> list[Block]:
 
 
 @contextmanager
-def _panels(plan: Plan, over: str) -> Iterator[tuple[Drawn, list[tuple[Axes, Quantity]]]]:
+def _panels(plan: Plan, over: str) -> Iterator[tuple[Picture, list[tuple[Axes, Quantity]]]]:
     """Make a picture with a panel for each quantity."""
     count = len(plan.quantities)
     rows = math.ceil(count / 2)
@@ -187,8 +195,7 @@ def _cells(
         return axes.scatter(known["x"], known["y"], s=16, c=known["value"], **colours)
     table = table.pivot(index="y", columns="x", values="value")
     cells = np.ma.masked_invalid(table.to_numpy())
-    image = len(values) > _MARKED_CELLS
-    return axes.pcolormesh(table.columns, table.index, cells, shading="nearest", rasterized=image, **colours)
+    return axes.pcolormesh(first.edges, second.edges, cells, rasterized=len(values) > _MARKED_CELLS, **colours)
 
 
 def _plain(q: Quantity) -> str:

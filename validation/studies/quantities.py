@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -255,11 +256,11 @@ def _model_error(history: History) -> float:
     scenario = history.scenario
     if scenario is None or scenario.is_absolute:
         raise GapError("only for the small-deflection model of the floating frame")
-    variables = {name: history[name].values for name in ("uy", "theta_dot", "qd")}
-    deflection, spin = largest_motion(beam_of(scenario), variables)
+    variables = {name: history[name].values for name in ("uy", "theta_dot", "q", "qd")}
+    motion = largest_motion(beam_of(scenario), variables)
     if scenario.contact.enabled:
-        return contact_force_error(scenario, deflection)
-    return deflection_error(scenario, deflection, spin)
+        return contact_force_error(scenario, motion.deflection)
+    return deflection_error(scenario, motion)
 
 
 def _ledger(*keys: str) -> Callable[[History], float]:
@@ -292,16 +293,8 @@ def _event_time(number: int) -> Callable[[History], float]:
 #: of the N-th macro-collision or event: unit, meaning, measure with the number from 0
 _NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]]] = {
     "start": ("s", "start of macro-collision {}", _start_of),
-    "collision_impulse": (
-        "N s",
-        "normal impulse of macro-collision {}",
-        lambda number: _of_collision("normal_impulse", number),
-    ),
-    "collision_contacts": (
-        "1",
-        "contacts of macro-collision {}",
-        lambda number: _of_collision("contacts", number),
-    ),
+    "collision_impulse": ("N s", "normal impulse of macro-collision {}", partial(_of_collision, "normal_impulse")),
+    "collision_contacts": ("1", "contacts of macro-collision {}", partial(_of_collision, "contacts")),
     "event": ("s", "time of event {}", _event_time),
 }
 _LAST = 9999

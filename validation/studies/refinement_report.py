@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from oblique_impact.renders.style import GREY, SERIES
 from oblique_impact.scenario.scenario import Scenario, builtin_names
 from oblique_impact.scenario.toml import flat_keys
-from oblique_impact.validation.report.document import (
+from oblique_impact.validation.report import (
     Cell,
     Fold,
     Picture,
@@ -23,9 +23,9 @@ from oblique_impact.validation.report.document import (
     Text,
     cell,
     number,
+    picture,
     with_unit,
 )
-from oblique_impact.validation.report.figures import picture
 from oblique_impact.validation.studies.convergence import CONVERGED, RULE, VERDICTS
 from oblique_impact.validation.studies.refinement import LadderResult, QuantityResult, StudyResult
 

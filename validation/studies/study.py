@@ -317,13 +317,13 @@ def _read(path: Path, keys: set[str], exclusive: bool) -> dict[str, dict[str, An
 
 
 def _keep_history(folder: Path, files: Mapping[str, bytes]) -> None:
-    partial = folder.with_name(f".{folder.name}.part")
+    unfinished = folder.with_name(f".{folder.name}.part")
     try:
-        for old in (partial, folder):
+        for old in (unfinished, folder):
             shutil.rmtree(old, ignore_errors=True)
-        partial.mkdir(parents=True)
+        unfinished.mkdir(parents=True)
         for name, content in files.items():
-            (partial / name).write_bytes(content)
-        os.replace(partial, folder)
+            (unfinished / name).write_bytes(content)
+        os.replace(unfinished, folder)
     except OSError as error:
         raise cannot_write(folder, error) from None

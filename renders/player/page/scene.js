@@ -68,7 +68,8 @@ function label(c, text, x, y, fill) {
 /** What is seen of the whole; `whole` is the scale without zoom. */
 function sceneView() {
   const [width, height] = sizeOf(scene), [left, right, low, high] = factor.bounds;
-  const whole = Math.min((width - 2 * PAD) / (right - left), (height - 2 * PAD) / (high - low)), scale = whole * zoom.by;
+  const room = [width, height].map((size) => Math.max(1, size - 2 * PAD)); // a low window may leave none
+  const whole = Math.min(room[0] / (right - left), room[1] / (high - low)), scale = whole * zoom.by;
   const x = (left + right) / 2 + zoom.x, y = (low + high) / 2 + zoom.y;
   const thick = Math.max(1, Math.ceil(THIN / (scale * Math.max(...facts.radius))));
   return { scale, whole, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick };
@@ -195,7 +196,8 @@ function drawSlope(c, view) {
   const lower = (view.thick - 1) * facts.touch_radius;
   const corners = facts.slope.map((point) => toPixels(view, point.map((v, n) => v - lower * facts.normal[n])));
   polygon(c, corners, colour.ground);
-  polygon(c, corners.slice(0, 2));
+  c.beginPath();
+  corners.slice(0, 2).forEach((point) => c.lineTo(...point));
   outline(c, 1.6);
 }
 
