@@ -147,7 +147,7 @@ class Run:
             self._sample()
         self._averages.cut()
         if self.phase.state is not State.FREE:
-            self.record.stored = self.slope.energy(self.slope.place(self.stage))
+            self.record.stored = self.slope.law.energy(self.slope.place(self.stage).gap)
             self._close()
         return self.record
 
@@ -257,7 +257,7 @@ class Run:
             tangential = step.reaction if contact.sticks else contact.friction * force
             gained["normal_impulse"], gained["tangential_impulse"] = force * length, tangential * length
             gained["friction_loss"] = -tangential * (after.slip - before.slip)
-            elastic = -0.5 * self.slope.stiffness * (before.gap + after.gap)
+            elastic = -0.5 * self.slope.law.stiffness * (before.gap + after.gap)
             gained["stop_loss"] = (force - elastic) * (before.gap - after.gap)
         mean = self.beam.mean_resultants(self.stage.q, step.stage.q, relaxation)
         self.totals = Quadratures(*(a + gained[name] for name, a in self.totals._asdict().items()))
@@ -315,14 +315,16 @@ class Run:
         if kind is AtEnd.SLIDES_OFF:
             self._pass_end(kind, place)
             # the energy still in the spring is lost to the beam
-            loss = self.totals.stop_loss + self.slope.energy(place)
+            loss = self.totals.stop_loss + self.slope.law.energy(place.gap)
             self.totals, kind = self.totals._replace(stop_loss=loss), EventKind.RELEASE
         if kind is EventKind.RELEASE:
             event = self._close(place)
             self.phase = Phase(State.FREE)
         else:
-            if kind is EventKind.IMPACT:
-                self._begin(place)
+            if kind is EventKind.IMPACT:  # it slips, with a direction where there is friction
+                self._open = records.OpenContact(self.time, _NO_IMPULSE, np.array(self.totals))
+                direction = copysign(1.0, place.slip_rate) if self._static > 0.0 else 0.0
+                self.phase = Phase(State.SLIP, direction)
             else:
                 kind = self._at_zero_slip()
             event = self._event(kind, place)
@@ -335,12 +337,6 @@ class Run:
         self._side = 1.0 if how is AtEnd.COMES_BACK else -1.0
         end = min(self.slope.extent, key=lambda along: abs(along - place.slip))
         self.record.passages.append(records.Passage(self.time, how, place.slip, end))
-
-    def _begin(self, place: Place) -> None:
-        """Close the contact: it slips, with a direction where there is friction."""
-        self._open = records.OpenContact(self.time, _NO_IMPULSE, np.array(self.totals))
-        direction = copysign(1.0, place.slip_rate) if self._static > 0.0 else 0.0
-        self.phase = Phase(State.SLIP, direction)
 
     def _at_zero_slip(self) -> EventKind:
         """Choose stick or slip at an instant without slip, by the force that would hold the point for a step."""
@@ -362,22 +358,10 @@ class Run:
     def _close(self, place: Place | None = None) -> records.Event:
         """End the contact and return its row of the event log."""
         assert self._open is not None
-        opened = self._open
-        gained = Quadratures(*(np.array(self.totals) - opened.quadratures))
-        stored = 0.5 * self.slope.stiffness * opened.depth**2
-        loss = gained.friction_loss + gained.stop_loss
-        contact = records.Contact(
-            start=opened.start,
-            end=self.time,
-            normal_impulse=gained.normal_impulse,
-            tangential_impulse=gained.tangential_impulse,
-            peak_force=opened.peak_force,
-            peak_energy=stored,
-            energy_loss=loss,
-        )
+        contact, finite = self._open.closed(self.time, np.array(self.totals), self.slope.law)
         self.record.contacts.append(contact)
         self._open = None
-        return self._event(EventKind.RELEASE, place or self.slope.place(self.stage)).with_share(contact)
+        return self._event(EventKind.RELEASE, place or self.slope.place(self.stage)).with_share(finite)
 
     def _sample(self) -> None:
         """Store a sample; the section forces follow when the next steps are known."""

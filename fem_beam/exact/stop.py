@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.fem_beam.exact.beam import NODE, Stage, divided_difference
 from oblique_impact.fem_beam.exact.sections import Array
 from oblique_impact.scenario.scenario import Scenario
@@ -36,17 +37,15 @@ class Slope:
     node: int
     angle: float  # rad
     offsets: tuple[float, float]  # m, see `SlopeSection.offsets`
-    stiffness: float  # N/m
-    damping: float  # s/m
+    law: ElasticStop
     fibre: float = 0.0  # e (m), place of the contact point in the section, across the beam
     extent: tuple[float, ...] = ()  # m along the slope: its ends
 
     @classmethod
     def of(cls, scenario: Scenario, node: int) -> Slope:
         """Read slope and spring of a scenario."""
-        s = scenario
-        spring = s.contact.stiffness, s.contact.damping
-        return cls(node, s.slope.angle, s.slope.offsets, *spring, s.contact_fibre, s.slope.extent)
+        s, law = scenario, ElasticStop(scenario.contact.stiffness, scenario.contact.damping)
+        return cls(node, s.slope.angle, s.slope.offsets, law, s.contact_fibre, s.slope.extent)
 
     @cached_property
     def normal(self) -> Array:
@@ -91,11 +90,7 @@ class Slope:
     def force(self, place: Place) -> float:
         """Return the normal force (N) at an instant: k d (1 + damping d') at the depth d, never pulling."""
         # at a release, the gap is zero but for rounding
-        return self.stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.damping * place.gap_rate)
-
-    def energy(self, place: Place) -> float:
-        """Energy (J) in the spring at an instant of contact."""
-        return 0.5 * self.stiffness * place.gap**2
+        return self.law.stiffness * max(0.0, -place.gap) * max(0.0, 1.0 - self.law.damping * place.gap_rate)
 
 
 @dataclass(frozen=True)
@@ -111,7 +106,7 @@ class Contact:
 
     def normal_force(self, gap0: float, gap1: float, length: float) -> tuple[float, float]:
         """Mean normal force (N) of a step, and its derivative by the gap at its end (N/m)."""
-        k, c = self.slope.stiffness, self.slope.damping
+        k, c = self.slope.law.stiffness, self.slope.law.damping
         depth, factor = -0.5 * (gap0 + gap1), 1.0 - c * (gap1 - gap0) / length
         if factor <= 0.0:
             return 0.0, 0.0

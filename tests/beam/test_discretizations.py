@@ -1,4 +1,4 @@
-"""Both discretizations against their definitions: textbook functions, element polynomials, adaptive quadrature."""
+"""Operators of both discretizations: definitions by textbook functions, orders, digits, reduction, cache."""
 
 import numpy as np
 import pytest

@@ -108,7 +108,7 @@ def test_tension_of_a_spinning_beam(area, tip_mass):
 
 
 def test_first_order_kinetics_leave_a_small_moment_at_the_pin(run):
-    """What they drop, third powers of the deflection: here 1e-3 of the largest moment, mean-axis frame."""
+    """Third powers of the deflection, which they drop: here 1e-3 of the largest moment, mean-axis frame."""
     moment = run("paper", "discretization.frame=mean-axis", "discretization.modes=3")["moment"].values
     assert np.abs(moment[:, 0]).max() < 2e-3 * np.abs(moment).max()
     assert np.abs(moment[:, -1]).max() == 0.0

@@ -1,11 +1,12 @@
-"""Tables over x, tip mass and graded meshes: input, integrals, element matrices."""
+"""Tables over x, tip mass and graded meshes: input, integrals, element matrices, frequencies."""
 
 import itertools
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 from skfem import Basis, BilinearForm, MeshLine
 from skfem.helpers import dd, ddot
 
@@ -14,6 +15,8 @@ from oblique_impact.beam.cross_sections import Profile, Sections
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.fem_beam.element import LocalHermite
 from oblique_impact.fem_beam.mesh import beam_mesh
+from oblique_impact.validation.beams import UNIT
+from oblique_impact.validation.reference_values import VALUES
 
 AREA = ((0.0, 3e-4), (0.37, 5e-4), (1.3, 2e-4))
 SECOND_MOMENT = ((0.0, 9e-9), (0.81, 4e-9), (1.3, 6e-9))
@@ -209,3 +212,55 @@ def test_a_graded_mesh_keeps_the_frequencies():
         # the largest element is 0.136 L at 1e4 and there (beta h)^4/1440 = 1e-4 in the second mode
         assert_allclose(found, exact, rtol=2e-4)
         assert np.all(found > exact * (1.0 - 1e-11))
+
+
+# Frequencies ----------------------------------------------------------------------------------------------------
+
+UNEVEN = {
+    "area": [[0.0, 1.0], [0.3, 0.5], [1.0, 0.8]],
+    "second_moment": [[0.0, 1.0], [0.6, 0.4], [1.0, 0.3]],
+    "tip_mass": 0.2,
+}
+
+
+def shooting(guess, frame):
+    """Frequency near `guess`: (EI w'')'' = m omega^2 w integrated from the tip, which carries the tip mass."""
+    area, second_moment = np.transpose(UNEVEN["area"]), np.transpose(UNEVEN["second_moment"])
+    places = np.union1d(area[0], second_moment[0])
+
+    def remainder(omega):
+        def slope(x, y):  # y = w, w', M = EI w'', M'
+            stiffness, mass = np.interp(x, *second_moment), np.interp(x, *area)
+            return [y[1], y[2] / stiffness, y[3], mass * omega**2 * y[0]]
+
+        ends = []
+        for start in ([1.0, 0.0, 0.0, -UNEVEN["tip_mass"] * omega**2], [0.0, 1.0, 0.0, 0.0]):
+            y = np.array(start)
+            for a, b in zip(places[-2::-1], places[:0:-1], strict=True):
+                y = solve_ivp(slope, (b, a), y, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+            ends.append(y[[0, 1]] if frame == "tangent" else y[[0, 2]])
+        return float(np.linalg.det(ends))
+
+    return brentq(remainder, 0.98 * guess, 1.01 * guess, xtol=1e-12)
+
+
+@pytest.mark.parametrize("frame", ["tangent", "mean-axis"])
+@pytest.mark.parametrize("grading", [1.0, 8.0])
+def test_frequencies_of_tables_with_a_tip_mass_converge_at_order_four(frame, grading):
+    """Kinks of either table at nodes; clamped-free and hinged-free."""
+
+    def beam(elements):
+        shapes = {"method": "fem", "frame": frame, "modes": 3, "elements": elements, "grading": grading}
+        free = {"beam": {**UNIT, **UNEVEN}, "contact": {"enabled": False}, "discretization": shapes}
+        return Scenario.from_dict(free)
+
+    found = [build_operators(beam(n)).natural_frequencies() for n in (10, 20, 40)]
+    exact = np.array([shooting(guess, frame) for guess in found[0]])
+    errors = np.array(found) / exact - 1.0
+    order = np.log2(errors[:-1] / errors[1:])
+    if grading == 1.0:
+        assert np.all((order > 3.9) & (order < 4.1)), order
+    # dispersion of a uniform mesh, (beta h)^4/1440 with beta^4 = omega^2 m/EI at its largest, m/EI < 3
+    largest = np.max(np.diff(fem_beam.NodalBeam.from_scenario(beam(40)).nodes))
+    assert np.all(errors[2] > -1e-10)
+    assert np.all(errors[2] < 3.0 * exact**2 * largest**4 * VALUES["1.3"])

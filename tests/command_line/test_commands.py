@@ -34,7 +34,7 @@ def test_the_version_everywhere(cli, words):
 
 
 def completed(words: str, count: int) -> set[str]:
-    """What the program tells a bash that completes `words`."""
+    """Return the completions of `words` that the program offers to a bash."""
     asked = {"_OBLIQUE_IMPACT_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(count)}
     command = [sys.executable, "-m", "oblique_impact"]
     done = subprocess.run(command, env={**os.environ, **asked}, capture_output=True, text=True, check=True)

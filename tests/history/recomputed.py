@@ -58,7 +58,7 @@ def quadratic(nodes, x, derivative):
 
 
 class _Beam:
-    """What both kinds of beam have: sections, a rule of quadrature, places, velocities, integrals over time."""
+    """Parts of both kinds of beam: sections, a rule of quadrature, places, velocities, integrals over time."""
 
     def __init__(self, history):
         self.history = history

@@ -1,4 +1,4 @@
-"""What a history holds and answers; its files are written whole and read back equal."""
+"""Contents of a history and values between its samples; files are written whole and read back equal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The energy ledger closes, in every regime and with every loss (event scheme: 1e-8 J)."""
+"""The energy ledger: its entries, and warnings about energy that the scheme takes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_energy_that_the_scheme_takes_is_warned_of(run):
 
 
 def test_the_balance_in_words_adds_up(run):
-    """What it starts with, plus what is supplied, less what is lost."""
+    """Initial energy, plus supplied, less lost."""
     for name, changes in (("spin-up", ("end_time=2",)), ("paper", ())):
         sum_, final = balance_text(run(name, *changes).balance).removesuffix(" J").split(" = ")
         parts = [float(part) for part in re.findall(r"-?\d\S*", sum_.replace(" - ", " -"))]

@@ -1,4 +1,4 @@
-"""What made a result: the same digest for the same numeric source, another one for another."""
+"""Provenance of results: the same digest for the same numeric source, another one for another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said about the keys of a scenario: unit, meaning and range of each, in schema, file and words."""
+"""Unit, meaning and range of each key of a scenario, in schema, file and words."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def test_the_schema_refuses_what_is_refused(valid, path, value):
 
 
 def test_bounds_in_words_are_those_of_the_models():
-    """What the words exclude is refused, and the bound itself is what the sign says."""
+    """Values that the words exclude are refused, and the bound itself is as the sign says."""
     checked = 0
     for path, schema in key_schemas().items():
         for sign, text in re.findall(r"([<>]=?) (-?[\d.e-]+)", range_text(schema)):
