@@ -58,7 +58,7 @@ def draw_curves(
     """Draw curves of one unit, and the contacts of the first run of a story, over the film time of `course`.
 
     The axes, of some `size` (pixels), get pixels from their left end; lines have some `width` (points), and there
-    are at most so many `ticks` along both axes.  Returns the prefix of the unit, which of large values is k, M or G.
+    are at most so many `ticks` along both axes.  Returns the prefix of the unit: k, M or G of large values.
     """
     first, last = course.times[[0, -1]]
     per_second = size[0] / (course.duration or 1.0)

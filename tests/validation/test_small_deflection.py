@@ -14,32 +14,40 @@ from oblique_impact.validation.studies.small_deflection import MODELS, lines, sm
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("map")
-    result = small_deflection(deflections=(0.03, 0.1), spins=(0.0,), out=folder, workers=1, command="repeat")
+    result = small_deflection(deflections=(0.1,), spins=(0.0,), out=folder, workers=1, command="repeat")
     return result, folder
 
 
 def test_kinetics_and_frames_err_as_they_should(study):
     result, _ = study
-    error = {(p.problem, p.model, p.nominal): p.error for p in result.points.itertuples()}
-    assert error["hub", "tangent, first order", 0.1] < 0.005
-    assert error["hub", "tangent, zeroth order", 0.1] > 0.3
-    assert error["pendulum", "mean axis, first order", 0.03] == pytest.approx(0.019, rel=0.2)
-    # a square law: three times the deflection, nine times the error
-    full = "hub", "tangent, full"
-    assert error[*full, 0.1] / error[*full, 0.03] == pytest.approx((0.1 / 0.03) ** 2, rel=0.25)
+    error = {(p.problem, p.model): p.error for p in result.points.itertuples()}
+    assert error["hub", "tangent, first order"] < 0.005
+    assert error["hub", "tangent, zeroth order"] > 0.3
     # the geometric stiffening that linear bending leaves out, whether a torque or the weight bends the beam
-    assert error["held", "tangent, full", 0.1] == pytest.approx(2.4 * 0.1**2, rel=0.4)
-    assert error["held", "tangent, first order", 0.1] < error["held", "tangent, full", 0.1]
+    assert error["held", "tangent, full"] == pytest.approx(2.4 * 0.1**2, rel=0.4)
+    assert error["held", "tangent, first order"] < error["held", "tangent, full"]
     # a light hub turns with the beam
-    assert error["light hub", "tangent, first order", 0.1] > 3.0 * error["hub", "tangent, first order", 0.1]
-    assert error["stop", "tangent, first order", 0.1] < 0.03
+    assert error["light hub", "tangent, first order"] > 3.0 * error["hub", "tangent, first order"]
+    assert error["stop", "tangent, first order"] < 0.03
     assert set(result.of("pendulum", "tangent, first order")["outcome"]) == {"mass-matrix-indefinite"}
+
+
+@pytest.mark.slow
+def test_errors_grow_with_the_square_of_the_deflection(study):
+    """Three times the deflection, nine times the error."""
+    smaller = small_deflection(deflections=(0.03,), spins=(0.0,))
+    small, large = (
+        {(p.problem, p.model): p.error for p in found.points.itertuples()} for found in (smaller, study[0])
+    )
+    full = "hub", "tangent, full"
+    assert small["pendulum", "mean axis, first order"] == pytest.approx(0.019, rel=0.2)
+    assert large[full] / small[full] == pytest.approx((0.1 / 0.03) ** 2, rel=0.25)
 
 
 def test_report_has_every_point_and_the_picture(study):
     result, folder = study
     rows = json.loads((folder / "results.json").read_text())["points"]
-    assert len(rows) == len(result.points) == 2 * sum(map(len, MODELS.values()))
+    assert len(rows) == len(result.points) == sum(map(len, MODELS.values()))
     with (folder / "results.csv").open() as file:
         assert next(iter(csv.DictReader(file)))["model"] == rows[0]["model"]
     page = (folder / "report.html").read_text()
