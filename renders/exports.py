@@ -32,7 +32,7 @@ from oblique_impact.scenario.messages import one_of
 
 Integers = NDArray[np.int64]
 Format = Literal["pvd", "xdmf", "csv"]
-#: fields (time, side of a jump, number of the sample) and meshes of a frame, by the names of parts
+# fields (time, side of a jump, number of the sample) and meshes of a frame, by the names of parts
 Frame = tuple[dict[str, Any], dict[str, pv.PolyData]]
 
 FRAMES = 1000  # of an export that asks for nothing else, besides those at events
