@@ -233,7 +233,8 @@ class Beam:
         self._marks = [pv.PolyData(np.zeros((1, 3))) for _ in range(2)]
         self._force: list[Any] = []
         if style.arrow:
-            self._force.append(view.add(self._arrow, color=colour, ambient=0.6, diffuse=0.5))
+            # all of it is drawn at one depth, where faces that look away would cover those in front of them
+            self._force.append(view.add(self._arrow, color=colour, culling="back", ambient=0.6, diffuse=0.5))
             for mark, ink, size in zip(self._marks, (theme.ink, theme.background), (8.0, 5.5), strict=True):
                 point = {"render_points_as_spheres": True, "point_size": size * view.stroke}
                 self._force.append(view.add(mark, color=ink, lighting=False, **point))
