@@ -17,7 +17,7 @@ A report is sections of text, tables and pictures:
 writes report.html, results.json and results.csv into `folder`, each whole or not at all; versions, machine and
 provenance are added to the page and to the JSON.  Cells of a table are texts, numbers (six digits; `cell` takes
 others), None, or a `Cell`, whose kind "pass", "partly" or "fail" gives it colour and mark.  `number` formats a
-number for reading.  `write_csv` and `write_file` write further files.
+number for reading.  `write_json` and `write_file` write further files.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import io
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -295,12 +295,6 @@ class Report:
 def write_json(path: Path, data: Any) -> Path:
     """Write `data` as JSON, numbers in full precision; NaN and infinity become null."""
     return write_file(path, json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
-
-
-def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
-    """Write a table as CSV, numbers in full precision; NaN becomes an empty cell."""
-    frame = pd.DataFrame(rows, columns=list(columns), dtype=object)
-    return write_file(path, frame.to_csv(index=False, lineterminator="\n"))
 
 
 def write_file(path: Path, text: str) -> Path:
