@@ -7,8 +7,6 @@ import os
 import sys
 from functools import cache
 
-import pyvista as pv
-
 from oblique_impact.errors import InputError
 
 _WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -31,25 +29,31 @@ def prepare() -> None:
     """
     if not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get(_WINDOW):
         return
-    if _loads("libEGL.so.1") and _egl_devices() > 0:
+    if _egl_works():
         os.environ[_WINDOW] = "vtkEGLRenderWindow"  # without it VTK asks for an X server first, and complains
-    elif any(_loads(name) for name in ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")):
+    elif _loads("libOSMesa.so.8") or _loads("libOSMesa.so.6") or _loads("libOSMesa.so"):
         os.environ[_WINDOW] = "vtkOSOpenGLRenderWindow"
     else:
         raise InputError(_MISSING)
 
 
-def _loads(name: str) -> bool:
+def _loads(name: str) -> ctypes.CDLL | None:
     try:
-        ctypes.CDLL(name)
+        return ctypes.CDLL(name)
     except OSError:
+        return None
+
+
+def _egl_works() -> bool:
+    """Whether there is an EGL library with a driver behind it."""
+    library = _loads("libEGL.so.1")
+    if library is None:
         return False
-    return True
-
-
-def _egl_devices() -> int:
-    """Return how many devices there are: none if the library has no driver behind it."""
-    from vtkmodules.vtkRenderingOpenGL2 import vtkEGLRenderWindow  # which there is on Linux alone
-
-    with pv.vtk_verbosity("off"):  # the one line is said here
-        return int(vtkEGLRenderWindow().GetNumberOfDevices())
+    library.eglGetProcAddress.restype = ctypes.c_void_p
+    library.eglGetProcAddress.argtypes = [ctypes.c_char_p]
+    address = library.eglGetProcAddress(b"eglQueryDevicesEXT")
+    if not address:
+        return False
+    query = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_int))(address)
+    count = ctypes.c_int(0)
+    return bool(query(0, None, ctypes.byref(count))) and count.value > 0
