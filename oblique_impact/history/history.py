@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from html import escape
+from io import BytesIO
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.backends import H5NetCDFStore
 
 from oblique_impact.beam.clearance import closest, slope_warnings
 from oblique_impact.beam.convergence import unconverged_results
@@ -240,9 +242,13 @@ class History:
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
-        # made in memory: HDF5 crashes the process if it cannot write to a full disk
-        netcdf = whole.to_netcdf(engine="h5netcdf")
-        writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf)
+        # made in memory: HDF5 crashes the process if it cannot write to a full disk.  `to_netcdf` would import
+        # Dask's scheduler where there is one, for a tenth of a second, and on a cluster ask it for a lock
+        netcdf = BytesIO()
+        store = H5NetCDFStore.open(netcdf, "w", lock=False)
+        whole.dump_to_store(store)
+        store.close()
+        writers[target / "history.nc"] = lambda file: file.write_bytes(netcdf.getbuffer())
         try:
             write_all(writers)
         except OSError as error:

@@ -155,7 +155,7 @@ def _on_cluster(
         raise _fault(address, f"cannot be reached: {error}") from None
     try:
         _check_workers(address, client)
-        places = {client.submit(_in_worker, function, item, pure=False): n for n, item in enumerate(items)}
+        places = {client.submit(function, item, pure=False): n for n, item in enumerate(items)}
         for future in as_completed(places, loop=client.loop):
             if isinstance(future.exception(), KilledWorker):
                 yield places[future], Crash("its workers died, again and again")
@@ -166,15 +166,6 @@ def _on_cluster(
         raise _fault(address, lost) from None
     finally:
         client.close(timeout=1.0)
-
-
-def _in_worker(function: Callable[[Item], Result], item: Item) -> Result:
-    """Run an item on a worker of a cluster."""
-    import dask
-
-    # else xarray asks the cluster for a lock before it writes a history, in memory, and finds none
-    with dask.config.set(scheduler="synchronous"):
-        return function(item)
 
 
 def _check_workers(address: str, client: Any) -> None:
