@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from oblique_impact.contact.state import State
@@ -33,9 +33,18 @@ def event_row(event: Event) -> list[Any]:
 
 
 def event_of(row: Sequence[Any]) -> Event:
-    """Return the event of a row; raises ValueError or KeyError for other rows."""
+    """Return the event of a row; raises TypeError, ValueError or KeyError for other rows."""
     given = dict(zip(EVENT_COLUMNS, row, strict=True))
-    return Event(**{**given, "kind": EventKind(given["kind"]), "state": State[given["state"].upper()]})
+    names = {"kind": EventKind(given.pop("kind")), "state": State[given.pop("state").upper()]}
+    return Event(**names, **dict(zip(given, numbers_of(given.values()), strict=True)))
+
+
+def numbers_of(values: Iterable[Any]) -> list[float]:
+    """Return values of a file as numbers; raises TypeError if one is none."""
+    found = list(values)
+    if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in found):
+        raise TypeError("its events and contacts have no numbers where they should be")
+    return found
 
 
 def events_csv(events: Sequence[Event]) -> str:

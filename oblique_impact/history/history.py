@@ -26,7 +26,7 @@ from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
-from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv
+from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv, numbers_of
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.samples import Column, Samples
 from oblique_impact.history.summary import balance_text, energy_warnings, require_summary, summarize
@@ -293,8 +293,10 @@ class History:
             known, name = VARIABLES.get(str(key)), str(key)
             if known and (variable.dims != known.dimensions or variable.dtype.kind not in "fi"):
                 raise InputError(f"its variable {name!r} is not numbers over {', '.join(known.dimensions)}")
-        if not data.sizes["time"] or not np.all(np.diff(data["time"].values) > 0.0):
-            raise InputError("its times do not ascend")
+        for name, what in (("time", "times"), ("station", "stations")):
+            places = data[name].values if name in data else np.zeros(1)
+            if not places.size or not np.all(np.isfinite(places)) or not np.all(np.diff(places) > 0.0):
+                raise InputError(f"its {what} are not finite numbers that ascend")
         if not np.isin(data["state"].values, list(State)).all():
             raise InputError("its variable 'state' has values that are none")
         attributes = data.attrs
@@ -305,7 +307,7 @@ class History:
             [event_of(row) for row in json.loads(attributes["events"])],
             summary,
             Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
-            [Contact(*row) for row in json.loads(attributes["contacts"])],
+            [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],
         )
 
 

@@ -234,6 +234,15 @@ def test_damaged_files_are_refused_in_one_line(history, tmp_path):
         ),
         "words.nc": data.assign(theta=data["theta"].astype(str)),
         "backwards.nc": data.isel(time=slice(None, None, -1)),
+        "nowhere.nc": data.assign_coords(station=np.where(data["station"] > 0.5, np.nan, data["station"])),
+        "endless.nc": data.assign_coords(station=np.where(data["station"] > 0.9, np.inf, data["station"])),
+        **{
+            f"lists-as-{name}.nc": data.assign_attrs(
+                {name: json.dumps([[*row[:2], [1.0], *row[3:]] for row in rows])}
+            )
+            for name in ("events", "contacts")
+            for rows in [json.loads(data.attrs[name])]
+        },
         "broken.nc": data.assign_attrs(scenario="[beam\n"),
         "ended.nc": data.assign_attrs(summary=json.dumps({**history.summary, "outcome": "lost"})),
         "unbalanced.nc": data.assign_attrs(summary=json.dumps({**history.summary, "energy": {"initial": 1.0}})),
