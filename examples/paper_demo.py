@@ -26,8 +26,8 @@ def main(folder: str = "out/demo", frames: str = "450") -> None:
     print(f"modal against fem: largest difference of an event time {found.largest_shift:.1e} s")
     for name, history in (("modal", modal), ("fem", fem)):
         print(f"{name:>6}: {history.save(target / name)}")
-    (target / "compared.md").write_text(f"{found}\n", encoding="utf-8")
-    print(f" table: {target / 'compared.md'}")
+    (target / "compared.txt").write_text(f"{found}\n", encoding="utf-8")
+    print(f" table: {target / 'compared.txt'}")
     try:
         print(f"figure: {overview_figure({'modal': modal, 'fem': fem}, target / 'overview.png')}")
         print(f" strip: {render(modal, target / 'strip.png', Style(size=(1000, 250)), strip=True).file}")

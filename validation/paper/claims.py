@@ -1,7 +1,7 @@
 """The paper's claims, each with the rule by which it is judged.
 
 `claims.toml` is the table of them: where the paper says what, and the rule in words.  The rule itself is the
-function here that has the claim's name; it takes the runs of the three friction models.  Each claim is judged
+function here with its id; it takes the runs of the three friction models.  Each claim is judged
 twice: on fixed-step runs (the algorithm as printed) and on event-located ones (the same equations, solved).
 """
 
@@ -51,6 +51,20 @@ class Finding(NamedTuple):
     text: str
 
 
+Rule = Callable[[Models], Finding]
+RULES: dict[str, Rule] = {}
+
+
+def rule(id: str) -> Callable[[Rule], Rule]:
+    """Return the decorator that makes a function the rule of a claim."""
+
+    def add(function: Rule) -> Rule:
+        RULES[id] = function
+        return function
+
+    return add
+
+
 @dataclass(frozen=True)
 class Claim:
     """One claim: its place in the paper and sentence, the rule in words, the group of ``cases`` to judge it on."""
@@ -63,12 +77,10 @@ class Claim:
 
     def judge(self, models: Models) -> Finding:
         """Apply the rule; not reproduced where the runs lack what the claim is about."""
-        apply = globals()[self.id.replace("-", "_").replace(".", "_")]
         try:
-            found: Finding = apply(models)
+            return RULES[self.id](models)
         except MissingError as missing:
             return Finding(NOT, {}, str(missing))
-        return found
 
 
 @dataclass(frozen=True)
@@ -130,6 +142,7 @@ def of_three(found: list[float], what: str, scale: float = 1.0, unit: str = "") 
     return numbers, f"{what} 1, 2, 3: {', '.join(number(scale * v, 3) for v in found)}{unit}"
 
 
+@rule("first-collision")
 def first_collision(models: Models) -> Finding:
     start, end = macro(models.hybrid, 1).start, macro(models.hybrid, 1).end
     middle, contained = 0.5 * (start + end), start <= REVERSAL <= end
@@ -138,25 +151,30 @@ def first_collision(models: Models) -> Finding:
     return Finding(verdict(contained and abs(middle - REVERSAL) <= 2e-3, contained), numbers, text)
 
 
+@rule("friction-coincides")
 def friction_coincides(models: Models) -> Finding:
     first = differences(models, "lambda_tau")[0]
     return Finding(graded(first, 0.1, 0.3), {"difference": first}, f"difference {number(first, 3)}")
 
 
+@rule("friction-slight-difference")
 def friction_slight_difference(models: Models) -> Finding:
     first = differences(models, "lambda_tau")[0]
     return Finding(verdict(first > 1e-6), {"difference": first}, f"difference {number(first, 3)}")
 
 
+@rule("friction-drifts-apart")
 def friction_drifts_apart(models: Models) -> Finding:
     return growth(differences(models, "lambda_tau"), "differences in collisions")
 
 
+@rule("normal-coincides")
 def normal_coincides(models: Models) -> Finding:
     first = differences(models, "lambda_n")[0]
     return Finding(graded(first, 0.1, 0.3), {"difference": first}, f"largest difference {number(first, 3)}")
 
 
+@rule("normal-separates")
 def normal_separates(models: Models) -> Finding:
     first, *later = found = differences(models, "lambda_n")
     holds = [value >= 0.3 and value > first for value in later if not np.isnan(value)]
@@ -164,11 +182,13 @@ def normal_separates(models: Models) -> Finding:
     return Finding(judged, *of_three(found, "differences in collisions"))
 
 
+@rule("impact-times-spread")
 def impact_times_spread(models: Models) -> Finding:
     starts = [([collision.start for collision in macros(run)] + 3 * [NAN])[:3] for run in models]
     return growth(np.ptp(starts, axis=0).tolist(), "spread of the first touches", 1e3, " ms")
 
 
+@rule("no-motion-across")
 def no_motion_across(models: Models) -> Finding:
     closed = models.hybrid["state"].values != State.FREE
     if not closed.any():
@@ -178,6 +198,7 @@ def no_motion_across(models: Models) -> Finding:
     return Finding(graded(gap, 1e-9, 1e-5), {"gap": gap, "gap_rate": speed}, text)
 
 
+@rule("friction-matters")
 def friction_matters(models: Models) -> Finding:
     shift = macro(models.hybrid, 2).start - macro(models.frictionless, 2).start
     order = "earlier" if shift < 0.0 else "later"
@@ -188,6 +209,7 @@ def friction_matters(models: Models) -> Finding:
 # --- energies (Figs. 4 to 7)
 
 
+@rule("energy-constant-before")
 def energy_constant_before(models: Models) -> Finding:
     energy = within(models.hybrid, "energy", 0.0, models.before_contact)
     initial, drift = float(energy[0]), float(np.max(np.abs(energy / energy[0] - 1.0)))
@@ -195,6 +217,7 @@ def energy_constant_before(models: Models) -> Finding:
     return Finding(graded(drift, 1e-6, 1e-3), {"initial": initial, "drift": drift}, text)
 
 
+@rule("considerable-loss")
 def considerable_loss(models: Models) -> Finding:
     time = in_flight(models, 1)
     if time is None:
@@ -221,14 +244,17 @@ def ordering(models: Models, holds: Callable[[float, float, float], bool]) -> Fi
     return Finding(verdict(all(held), any(held)), numbers, "; ".join(parts))
 
 
+@rule("hybrid-loses-most")
 def hybrid_loses_most(models: Models) -> Finding:
     return ordering(models, lambda hybrid, frictionless, modified: hybrid < min(frictionless, modified))
 
 
+@rule("frictionless-loses-least")
 def frictionless_loses_least(models: Models) -> Finding:
     return ordering(models, lambda hybrid, frictionless, modified: frictionless > max(hybrid, modified))
 
 
+@rule("friction-dissipates")
 def friction_dissipates(models: Models) -> Finding:
     energy = models.hybrid.balance
     work, whole = energy["lost_friction"], energy["initial"] - energy["final"]
@@ -236,6 +262,7 @@ def friction_dissipates(models: Models) -> Finding:
     return Finding(verdict(work > 0.0), {"friction": work, "lost": whole}, text)
 
 
+@rule("exchange-before")
 def exchange_before(models: Models) -> Finding:
     exchanged = float(np.ptp(within(models.hybrid, "energy_gravity", 0.0, models.before_contact)))
     elastic = float(np.max(within(models.hybrid, "energy_elastic", 0.0, models.before_contact)))
@@ -243,6 +270,7 @@ def exchange_before(models: Models) -> Finding:
     return Finding(graded(elastic / exchanged, 1e-3, 1e-2), {"exchanged": exchanged, "elastic": elastic}, text)
 
 
+@rule("elastic-after")
 def elastic_after(models: Models) -> Finding:
     first = macro(models.hybrid, 1)
     before = float(np.max(within(models.hybrid, "energy_elastic", 0.0, models.before_contact)))
@@ -251,6 +279,7 @@ def elastic_after(models: Models) -> Finding:
     return Finding(verdict(after >= 100.0 * before), {"before": before, "after": after}, text)
 
 
+@rule("all-parts-smaller")
 def all_parts_smaller(models: Models) -> Finding:
     start = max(macro(run, 1).end for run in models)
     numbers: dict[str, float] = {}
@@ -276,18 +305,21 @@ def largest_difference(models: Models, names: tuple[str, ...], end: float) -> fl
     return max(float(np.max(np.ptp(v, axis=0))) / (float(np.max(np.abs(v))) or 1.0) for v in courses)
 
 
+@rule("same-before")
 def same_before(models: Models) -> Finding:
     worst = largest_difference(models, (*POINT, "theta", "theta_dot", "slip"), models.before_contact)
     text = f"largest relative difference {number(worst, 2)}"
     return Finding(graded(worst, 1e-9, 1e-6), {"difference": worst}, text)
 
 
+@rule("different-after")
 def different_after(models: Models) -> Finding:
     before, after = (largest_difference(models, POINT, end) for end in (models.before_contact, models.end))
     text = f"largest relative difference {number(before, 2)} before, {number(after, 2)} after"
     return Finding(verdict(after >= 0.01 and after > before), {"before": before, "after": after}, text)
 
 
+@rule("similar-after")
 def similar_after(models: Models) -> Finding:
     start = max(macro(run, 1).end for run in models)
     courses = (sampled(models, name, start, models.end) for name in POINT)
@@ -298,6 +330,7 @@ def similar_after(models: Models) -> Finding:
     return Finding(graded(-min(smallest), -0.9, -0.5), found, text)
 
 
+@rule("maximum-before")
 def maximum_before(models: Models) -> Finding:
     slip, times = (within(models.hybrid, name, 0.0, models.before_contact) for name in ("slip", "time"))
     first, most, last, when = map(float, (slip[0], slip.max(), slip[-1], times[slip.argmax()]))
@@ -306,6 +339,7 @@ def maximum_before(models: Models) -> Finding:
     return Finding(verdict(min(most - first, most - last) > 1e-3), numbers, text)
 
 
+@rule("changes-shrink")
 def changes_shrink(models: Models) -> Finding:
     run, collisions = models.hybrid, macros(models.hybrid)
     flights = zip([0.0, *(c.end for c in collisions)], [*(c.start for c in collisions), run.end_time], strict=True)
@@ -334,11 +368,13 @@ def share_of_stick(run: History, among: list[MacroCollision]) -> tuple[dict[str,
     return numbers, f"{len(found)} stays judged as stick, {part}; {speed}"
 
 
+@rule("slip-only-first")
 def slip_only_first(models: Models) -> Finding:
     numbers, text = share_of_stick(models.hybrid, [macro(models.hybrid, 1)])
     return Finding(graded(numbers["share"], 0.0, 0.01), numbers, text)
 
 
+@rule("direction-changes")
 def direction_changes(models: Models) -> Finding:
     times = reversals(models.hybrid, macro(models.hybrid, 1))
     if not times:
@@ -349,12 +385,14 @@ def direction_changes(models: Models) -> Finding:
     return Finding(graded(abs(nearest - REVERSAL), 5e-4, 3e-3), numbers, text)
 
 
+@rule("sticks-later")
 def sticks_later(models: Models) -> Finding:
     macro(models.hybrid, 2)  # there are later ones
     numbers, text = share_of_stick(models.hybrid, macros(models.hybrid)[1:])
     return Finding(verdict(0.01 <= numbers["share"] < 1.0, numbers["share"] > 0.0), numbers, text)
 
 
+@rule("slips-at-first")
 def slips_at_first(models: Models) -> Finding:
     second = macro(models.hybrid, 2)
     closed = stays(models.hybrid, second)
@@ -365,6 +403,7 @@ def slips_at_first(models: Models) -> Finding:
     return Finding(verdict(state == State.SLIP), {"start": second.start, "state": float(state)}, text)
 
 
+@rule("second-collision")
 def second_collision(models: Models) -> Finding:
     start, end = macro(models.hybrid, 2).start, macro(models.hybrid, 2).end
     off = max(start - STICK, STICK - end, 0.0)
@@ -372,6 +411,7 @@ def second_collision(models: Models) -> Finding:
     return Finding(graded(off, 0.0, 5e-3), {"start": start, "end": end, "off": off}, text)
 
 
+@rule("stick-at-0.699")
 def stick_at_0_699(models: Models) -> Finding:
     start, duration = longest(sticks(models.hybrid, macro(models.hybrid, 2)))
     off = abs(start - STICK) if duration >= 1e-4 else NAN
@@ -380,6 +420,7 @@ def stick_at_0_699(models: Models) -> Finding:
     return Finding(graded(off, 2e-3, 5e-3), numbers, text if duration else "no stick")
 
 
+@rule("stick-to-the-end")
 def stick_to_the_end(models: Models) -> Finding:
     end = macro(models.hybrid, 2).end
     last = max((stay.end for stay in sticks(models.hybrid, macro(models.hybrid, 2))), default=NAN)
@@ -388,6 +429,7 @@ def stick_to_the_end(models: Models) -> Finding:
     return Finding(verdict(left < 1e-6), {"end": end, "last_stick_end": last}, text)
 
 
+@rule("modified-cannot-stick")
 def modified_cannot_stick(models: Models) -> Finding:
     begin, duration = longest(sticks(models.hybrid))
     if not duration:
@@ -402,6 +444,7 @@ def modified_cannot_stick(models: Models) -> Finding:
     return Finding(judged, {"hybrid": held, "modified": crept}, text)
 
 
+@rule("states-interchange")
 def states_interchange(models: Models) -> Finding:
     pairs = list(pairwise(event.state for event in models.hybrid.events))
     held, freed = pairs.count((State.SLIP, State.STICK)), pairs.count((State.STICK, State.SLIP))
