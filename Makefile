@@ -10,6 +10,7 @@ install: $(VENV)/.installed
 # compiles the modules as pip does with what it copies: else an environment that keeps no bytecode parses all of them at
 # every start
 $(VENV)/.installed: requirements.lock pyproject.toml
+	@echo "installing what it needs into $(VENV): one to three minutes"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .

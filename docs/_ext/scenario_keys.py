@@ -11,8 +11,9 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from oblique_impact.scenario import scenario, schema, sections
-from oblique_impact.scenario.schema import key_schemas, range_text
+from oblique_impact.scenario import comments, scenario, schema, sections
+from oblique_impact.scenario.comments import range_text
+from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.units import Unit
 
 
@@ -69,7 +70,7 @@ class ScenarioKeys(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the tables."""
-        for module in (scenario, schema, sections):
+        for module in (comments, scenario, schema, sections):
             self.env.note_dependency(inspect.getsourcefile(module) or "")
         return self.parse_text_to_nodes(reference(), allow_section_headings=True)
 

@@ -35,8 +35,9 @@ def event_row(event: Event) -> list[Any]:
 def event_of(row: Sequence[Any]) -> Event:
     """Return the event of a row; raises TypeError, ValueError or KeyError for other rows."""
     given = dict(zip(EVENT_COLUMNS, row, strict=True))
-    names = {"kind": EventKind(given.pop("kind")), "state": State[given.pop("state").upper()]}
-    return Event(**names, **dict(zip(given, numbers_of(given.values()), strict=True)))
+    kind, state = EventKind(given.pop("kind")), State[given.pop("state").upper()]
+    numbers: dict[str, Any] = dict(zip(given, numbers_of(given.values()), strict=True))
+    return Event(kind=kind, state=state, **numbers)
 
 
 def numbers_of(values: Iterable[Any]) -> list[float]:

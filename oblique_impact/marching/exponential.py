@@ -18,7 +18,7 @@ highest Legendre coefficients of f allow.  With two modes it gains nothing; with
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
@@ -32,9 +32,6 @@ from oblique_impact.kernels.workspace import Array, copy
 from oblique_impact.marching.advance import Position, Step, refused
 from oblique_impact.marching.buffers import KEPT, NEXT, NO_GUARD, Samples, Scratch, new_sample
 from oblique_impact.marching.equations import QUADRATURES, derivative
-
-if TYPE_CHECKING:
-    from oblique_impact.marching.event import EventStepper
 
 #: of a step: with 16 it may be some twenty periods of the fastest mode long, and the tables stay small
 POINTS = 16
@@ -239,10 +236,10 @@ def _write(tables: Exponential, level: int, row: int, y: Array, target: Array) -
 
 
 @jitable
-def _step(flight: EventStepper, tables: Exponential, t: float, y: Array, level: int) -> tuple[float, float]:
+def _step(flight: Any, tables: Exponential, t: float, y: Array, level: int) -> tuple[float, float]:
     """Step from (t, y), whose derivative is in K[0], to s.y_new; its error, relative, and the largest gap rate.
 
-    The error is infinite where f is not found.
+    `flight` is the stepper of the event scheme.  The error is infinite where f is not found.
     """
     s, tolerance, h, speed = flight.scratch, flight.tolerance, tables.lengths[level], 0.0
     d, points, force = tables.ends.shape[1], tables.nodes.shape[0], tables.force
@@ -307,10 +304,11 @@ def follow_step(tables: Exponential | None, speed: float, cut: bool) -> None:
 
 
 @jitable
-def take_exponential_step(flight: EventStepper, tables: Exponential, now: Position, y: Array) -> Step:
+def take_exponential_step(flight: Any, tables: Exponential, now: Position, y: Array) -> Step:
     """Take the longest step of a level up to that of the last one that stays clear of the slope.
 
-    The derivative at the start and then at the end is in K[0].  It is refused if none is worth its time now.
+    `flight` is the stepper of the event scheme, which imports this module.  The derivative at the start and then
+    at the end is in K[0].  The step is refused if none is worth its time now.
     """
     phase, limits, s, t, interval = flight.phase, flight.limits, flight.scratch, now.t, flight.limits.interval
     memory, levels, next_sample = tables.memory, tables.lengths.shape[0], s.samples.counts[NEXT]

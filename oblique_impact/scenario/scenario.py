@@ -15,10 +15,10 @@ from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_v
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario import consistency
+from oblique_impact.scenario.comments import commented
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
-from oblique_impact.scenario.schema import commented
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.sections import (
     BeamSection,
@@ -30,7 +30,7 @@ from oblique_impact.scenario.sections import (
     SlopeSection,
     SolverSection,
 )
-from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, fibre_distance, shape_property
+from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, shape_property
 from oblique_impact.scenario.toml import apply_change, flat_keys, parse_toml, set_key
 from oblique_impact.scenario.units import Unit
 
@@ -152,7 +152,7 @@ class Scenario(Section):
         if self.contact.surface == "axis":
             return 0.0
         facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
-        return -math.copysign(fibre_distance(self.beam, self.contact.point), facing)
+        return -math.copysign(self.beam.fibre_distance(self.contact.point), facing)
 
     @property
     def initial_gap(self) -> float:
@@ -244,7 +244,7 @@ class Scenario(Section):
         # sizes of other shapes are left out
         data["beam"]["section"] = {key: value for key, value in data["beam"]["section"].items() if value}
         derived = tomlkit.dumps({DERIVED: {path: flat[path] for path in self._derived_keys()}})
-        return f"{commented(data)}\n# not given: these values follow other keys\n{derived}"
+        return f"{commented(Scenario, data)}\n# not given: these values follow other keys\n{derived}"
 
     def _derived_keys(self) -> list[str]:
         """Return the keys of this scenario whose values are derived from others."""

@@ -14,7 +14,7 @@ from pydantic import Field, field_validator, model_validator
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
 from oblique_impact.scenario.section import Section, key
-from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, size_conflict
+from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, at_x, size_conflict, value_at
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
 from oblique_impact.scenario.units import Unit
 
@@ -97,6 +97,13 @@ class BeamSection(Section):
         values = {f"section.{size}": getattr(self.section, size) for size in SIZES}
         values |= {name: getattr(self, name) for name in SHAPE_PROPERTIES}
         return {name: value for name, value in values.items() if isinstance(value, tuple)}
+
+    def fibre_distance(self, x: float) -> float:
+        """Return the distance (m) of the outer fibre from the axis at x (m); sqrt(A/pi) if none is given."""
+        if self.section.shape:
+            return float(value_at(self.section, "outer_fibre", x))
+        value = float(at_x(self.outer_fibre or self.area, x))
+        return value if self.outer_fibre else math.sqrt(value / math.pi)
 
 
 class RootSection(Section):

@@ -9,12 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from oblique_impact.scenario.tables import Table
-
-if TYPE_CHECKING:
-    from oblique_impact.scenario.sections import BeamSection, CrossSection
 
 #: degree in x of a second moment of area between two rows of sizes; that of an area is two less
 DEGREE = 4
@@ -27,6 +24,14 @@ class Shape(NamedTuple):
     area: Callable[..., Any]  # m^2
     second_moment: Callable[..., Any]  # m^4
     outer_fibre: Callable[..., Any]  # m
+
+
+class Sized(Protocol):
+    """A cross-section: the name of its shape, and its sizes as attributes."""
+
+    @property
+    def shape(self) -> str:
+        """Name in `SHAPES`, or "" for none."""
 
 
 def _between_flanges(height: Any, flange_thickness: Any) -> Any:
@@ -73,35 +78,28 @@ SHAPE_PROPERTIES = ("area", "second_moment", "outer_fibre")
 SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape.sizes))
 
 
-def rows_of(section: CrossSection) -> list[float]:
+def rows_of(section: Sized) -> list[float]:
     """Return the places (m) of the rows of all tables of sizes, ascending; none if the section is uniform."""
     tables = [getattr(section, size) for size in SIZES]
     return sorted({x for table in tables if isinstance(table, tuple) for x, _ in table})
 
 
-def value_at(section: CrossSection, name: str, x: Any) -> Any:
-    """Return a size, or the area, second moment or outer fibre of a section, at x (m), of the shape of x."""
+def at_x(size: float | Table, x: Any) -> Any:
+    """Return a number, or a table over x, at x (m), of the shape of x."""
     import numpy as np
 
+    return np.interp(x, *np.array(size).T) if isinstance(size, tuple) else size + 0.0 * np.asarray(x)
+
+
+def value_at(section: Sized, name: str, x: Any) -> Any:
+    """Return a size, or the area, second moment or outer fibre of a section, at x (m), of the shape of x."""
     if name in SIZES:
-        size = getattr(section, name)
-        return np.interp(x, *np.array(size).T) if isinstance(size, tuple) else size + 0.0 * np.asarray(x)
+        return at_x(getattr(section, name), x)
     shape = SHAPES[section.shape]
     return getattr(shape, name)(**{size: value_at(section, size, x) for size in shape.sizes})
 
 
-def fibre_distance(beam: BeamSection, x: float) -> float:
-    """Return the distance (m) of the outer fibre from the axis at x (m); sqrt(A/pi) if none is given."""
-    import numpy as np
-
-    if beam.section.shape:
-        return float(value_at(beam.section, "outer_fibre", x))
-    size = beam.outer_fibre or beam.area
-    value = float(np.interp(x, *np.array(size).T)) if isinstance(size, tuple) else size
-    return value if beam.outer_fibre else math.sqrt(value / math.pi)
-
-
-def shape_property(section: CrossSection, name: str) -> float | Table | None:
+def shape_property(section: Sized, name: str) -> float | Table | None:
     """Return the area, second moment or outer fibre: a number, or a table with the rows of the sizes.
 
     None without a shape, or if a size is missing.
@@ -115,7 +113,7 @@ def shape_property(section: CrossSection, name: str) -> float | Table | None:
     return tuple((x, float(value_at(section, name, x))) for x in rows)
 
 
-def size_conflict(section: CrossSection) -> str:
+def size_conflict(section: Sized) -> str:
     """Return as text which size is too large for another one, at any row; "" if none."""
     for thin, part, whole in _INSIDE.get(section.shape, ()):
         for x in rows_of(section) or [0.0]:

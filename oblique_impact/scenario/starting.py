@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import write_text
+from oblique_impact.scenario.comments import commented
 from oblique_impact.scenario.scenario import Scenario, builtin_names, builtin_text
-from oblique_impact.scenario.schema import commented
 from oblique_impact.scenario.section import Section
 
 #: starts (s) of the macro-collisions of each built-in case, as in `History.macro_collisions`
@@ -101,7 +101,7 @@ def start_scenario(
     scenario = base if isinstance(base, Scenario) else Scenario.load(base)
     heads = [_about(base)] if isinstance(base, str) and base in builtin_names() else []
     about = [textwrap.fill(f"# {line}", 110, subsequent_indent="#   ") for line in (*heads, *notes)]
-    body = commented(scenario.model_dump(mode="json"), set(_given(scenario)))
+    body = commented(Scenario, scenario.model_dump(mode="json"), set(_given(scenario)))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, "\n".join([*about, _HOW, "", body]))

@@ -10,8 +10,9 @@ import fastjsonschema
 import pytest
 
 from oblique_impact import InputError, Scenario, scenario_schema
+from oblique_impact.scenario.comments import comment_of, range_text
 from oblique_impact.scenario.scenario import builtin_names, builtin_text
-from oblique_impact.scenario.schema import comment_of, key_schemas, range_text
+from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.toml import flat_keys, set_key
 
 # the unit of each key, written down a second time

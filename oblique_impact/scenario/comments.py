@@ -1,0 +1,103 @@
+"""Comments of a scenario file: each key with its meaning, unit and range, from the JSON Schema of the sections."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import tomlkit
+from pydantic import BaseModel
+from tomlkit.items import Array, Comment, Item, Trivia
+
+from oblique_impact.scenario.section import Section
+from oblique_impact.scenario.tables import LARGEST
+
+_SIGNS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+_NUMBERS = {"number": "number", "integer": "whole number"}
+#: characters of a line of a file; comments are broken, longer lists have a line for each item
+_WIDTH = 108
+
+
+def schemas_of(model: type[BaseModel], prefix: str = "") -> dict[str, dict[str, Any]]:
+    """Return the schema of each key of nested sections by "section.key", in their order.
+
+    Numbers without a dimension have the unit "1", words and switches have none.
+    """
+    properties = model.model_json_schema()["properties"]
+    found: dict[str, dict[str, Any]] = {}
+    for name, field in model.model_fields.items():
+        inner = field.annotation
+        if isinstance(inner, type) and issubclass(inner, Section):
+            found |= schemas_of(inner, f"{prefix}{name}.")
+        else:
+            plain = {"unit": "1"} if properties[name].get("type") in _NUMBERS else {}
+            found[f"{prefix}{name}"] = {**plain, **properties[name]}
+    return found
+
+
+def range_text(schema: dict[str, Any]) -> str:
+    """Return the range of a key as text: "number, > 0", "whole number, >= 0, <= 100", '"rigid", "spring"'."""
+    if "enum" in schema:
+        return ", ".join(f'"{name}"' for name in schema["enum"])
+    if "anyOf" in schema:
+        tables = ["or a table of pairs [x, value]"] if schema["anyOf"][-1]["type"] == "array" else []
+        return ", ".join([range_text(schema["anyOf"][0]), *tables])
+    if schema["type"] == "array":
+        items = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
+        count = "two" if schema.get("maxItems") == 2 else "list of"
+        return f"{count} {range_text(items).replace('number', 'numbers', 1)}"
+    plain = {"boolean": "true, false", "string": "text"}
+    if schema["type"] in plain:
+        return plain[schema["type"]]
+    limits = {sign: schema[key] for key, sign in _SIGNS.items() if key in schema}
+    bounds = [f"{sign} {limit:.10g}" for sign, limit in limits.items() if abs(limit) < LARGEST]
+    return ", ".join([_NUMBERS[schema["type"]], *bounds])
+
+
+def comment_of(schema: dict[str, Any]) -> str:
+    """Return the meaning of a key with its unit and range, for a comment in a file."""
+    words = range_text(schema)
+    if schema.get("unit", "1") != "1":
+        words = re.sub("numbers?", rf"\g<0> in {schema['unit']}", words, count=1)
+    return f"{schema['description']} ({words})"
+
+
+def commented(model: type[BaseModel], data: dict[str, Any], given: Collection[str] | None = None) -> str:
+    """Return the text of a file with the keys in `data`, of a model, each below its comment.
+
+    If `given` says which keys ("section.key") a file needs, the others are put behind a "#".
+    """
+    document, comments = tomlkit.document(), {path: comment_of(key) for path, key in schemas_of(model).items()}
+    _fill(document, data, "", given, comments)
+    return tomlkit.dumps(document)
+
+
+def _fill(
+    table: Any, data: dict[str, Any], prefix: str, given: Collection[str] | None, comments: Mapping[str, str]
+) -> None:
+    """Add the keys of a section, then the sections in it."""
+    for name, value in data.items():
+        path = f"{prefix}{name}"
+        if isinstance(value, dict):
+            continue
+        for line in textwrap.wrap(comments[path], _WIDTH, subsequent_indent="  "):
+            table.add(tomlkit.comment(line))
+        if given is None or path in given:
+            table.add(name, _item(value))
+        else:
+            table.add(Comment(Trivia(comment=f"#{name} = {tomlkit.item(value).as_string()}")))
+    for name, value in data.items():
+        if isinstance(value, dict) and value:
+            table.add(tomlkit.nl())
+            inner = tomlkit.table()
+            _fill(inner, value, f"{prefix}{name}.", given, comments)
+            table.add(name, inner)
+
+
+def _item(value: Any) -> Item:
+    item: Item = tomlkit.item(value)
+    if isinstance(item, Array):
+        item.multiline(len(item.as_string()) > _WIDTH)
+    return item
