@@ -26,11 +26,26 @@ from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
-from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv, numbers_of
+from oblique_impact.history.events import (
+    EVENT_COLUMNS,
+    OF_CONTACTS_IN_EVENTS,
+    event_of,
+    event_row,
+    events_csv,
+    numbers_of,
+)
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.samples import Column, Samples
 from oblique_impact.history.summary import balance_text, energy_warnings, require_summary, summarize
-from oblique_impact.history.variables import OF_A_BEAM, OF_A_SLOPE, OF_A_SYSTEM, SECTION_FORCES, VARIABLES, dataset
+from oblique_impact.history.variables import (
+    OF_A_BEAM,
+    OF_A_SLOPE,
+    OF_A_SYSTEM,
+    OF_CONTACTS,
+    SECTION_FORCES,
+    VARIABLES,
+    dataset,
+)
 from oblique_impact.marching.records import Contact, Event, Record
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
@@ -147,7 +162,13 @@ class History:
         from pandas import DataFrame, RangeIndex
 
         numbers = RangeIndex(1, len(self.events) + 1, name="event")
-        return DataFrame([event_row(event) for event in self.events], numbers, list(EVENT_COLUMNS))
+        columns = self._event_columns
+        return DataFrame([event_row(event, columns) for event in self.events], numbers, list(columns))
+
+    @property
+    def _event_columns(self) -> tuple[str, ...]:
+        """Columns of the event log: obstacle and place too, of several contacts."""
+        return EVENT_COLUMNS + OF_CONTACTS_IN_EVENTS if "contact_place" in self else EVENT_COLUMNS
 
     @property
     def contact_table(self) -> pd.DataFrame:
@@ -175,7 +196,7 @@ class History:
 
     def events_csv(self) -> str:
         """Return the event log as CSV text."""
-        return events_csv(self.events)
+        return events_csv(self.events, self._event_columns)
 
     def at(self, time: float, side: Side = "right") -> xr.Dataset:
         """Return all variables at a time (s), interpolated between samples by cubics.
@@ -238,7 +259,7 @@ class History:
         whole = self.data.assign_attrs(
             format=FORMAT,
             scenario=self.scenario_toml,
-            events=json.dumps([event_row(event) for event in self.events]),
+            events=json.dumps([event_row(event, self._event_columns) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
@@ -285,7 +306,9 @@ class History:
         if data.attrs.get("format") != FORMAT:
             raise InputError(f"its format is not that of this version ({FORMAT})")
         beam = OF_A_BEAM if data.attrs["scenario"] else {}
-        optional = [group for group in (OF_A_SLOPE, SECTION_FORCES) if any(name in data for name in group)]
+        optional = [
+            group for group in (OF_CONTACTS, OF_A_SLOPE, SECTION_FORCES) if any(name in data for name in group)
+        ]
         for name in chain(OF_A_SYSTEM, beam, *optional):
             if name not in data.variables:
                 raise InputError(f"it has no variable {name!r}")
@@ -297,8 +320,9 @@ class History:
             places = data[name].values if name in data else np.zeros(1)
             if not places.size or not np.all(np.isfinite(places)) or not np.all(np.diff(places) > 0.0):
                 raise InputError(f"its {what} are not finite numbers that ascend")
-        if not np.isin(data["state"].values, list(State)).all():
-            raise InputError("its variable 'state' has values that are none")
+        for name in ("state", "contact_state"):
+            if name in data and not np.isin(data[name].values, list(State)).all():
+                raise InputError(f"its variable {name!r} has values that are none")
         attributes = data.attrs
         summary = json.loads(attributes["summary"])
         require_summary(summary)
@@ -307,7 +331,7 @@ class History:
             [event_of(row) for row in json.loads(attributes["events"])],
             summary,
             Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
-            [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],
+            [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],  # type: ignore[arg-type]
         )
 
 

@@ -151,15 +151,15 @@ def macro_collisions(contacts: Sequence[Contact], macro_gap: float) -> list[Macr
     Impulses add up, the peak is the largest finite force.
     """
     groups: list[list[Contact]] = []
-    for contact in contacts:
-        if groups and contact.start - groups[-1][-1].end < macro_gap:
+    for contact in sorted(contacts, key=lambda contact: contact.start):  # several contacts overlap
+        if groups and contact.start - max(c.end for c in groups[-1]) < macro_gap:
             groups[-1].append(contact)
         else:
             groups.append([contact])
     return [
         MacroCollision(
             start=group[0].start,
-            end=group[-1].end,
+            end=max(c.end for c in group),
             contacts=len(group),
             normal_impulse=sum(c.normal_impulse for c in group),
             tangential_impulse=sum(c.tangential_impulse for c in group),
