@@ -15,6 +15,7 @@ from oblique_impact.errors import Outcome, RunEnded
 from oblique_impact.kernels.workspace import Array
 
 _PIVOT = 1e-11  # of the largest entry of a column: a smaller one is rounding
+_TIE = 1e-13  # of the largest entry of the vector: ratios that differ by less are equal
 _MOST_PIVOTS = 50  # per unknown; random problems need about one
 
 
@@ -31,12 +32,12 @@ def lemke(matrix: Array, vector: Array) -> Array:
     n = len(vector)
     if n == 0 or np.min(vector) >= 0.0:
         return np.zeros(n)
+    scale = np.max(np.abs(vector))
     covering = 2 * n  # the artificial variable; 0..n-1 are w, n..2n-1 are z
     table = np.hstack([np.eye(n), -matrix, -np.ones((n, 1)), vector[:, None]])
-    # q and behind it the inverse of the basis: rows in lexicographic order have no ties
-    order = [2 * n + 1, *range(n)]
+    order = list(range(n))  # of the inverse of the basis: rows in lexicographic order have no ties
     basis = list(range(n))
-    row, entering = int(np.argmin(vector)), covering
+    row, entering = n - 1 - int(np.argmin(vector[::-1])), covering
     for _ in range(_MOST_PIVOTS * n):
         table[row] /= table[row, entering]
         others = np.arange(n) != row
@@ -51,7 +52,12 @@ def lemke(matrix: Array, vector: Array) -> Array:
         rows = np.flatnonzero(column > _PIVOT * np.max(np.abs(column)))
         if rows.size == 0:
             raise NoSolutionError
-        row = int(min(rows, key=lambda r: tuple(table[r, order] / column[r])))
+        ratios = table[rows, -1] / column[rows]
+        least = np.min(ratios)
+        ties = rows[ratios <= least + _TIE * scale]
+        # the artificial variable leaves as soon as it can
+        done = [r for r in ties if basis[r] == covering]
+        row = int(done[0] if done else min(ties, key=lambda r: tuple(table[r, order] / column[r])))
     raise NoSolutionError
 
 
@@ -74,9 +80,13 @@ class Solution(NamedTuple):
 def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> Solution:
     """Solve for the forces of closed contacts, at rest or sliding.
 
-    With 0 <= lambda_n, gap'' >= 0, their product 0, a contact that slides has lambda_tau = ratio lambda_n.  One at
-    rest has lambda_tau = kappa - mu lambda_n with 0 <= kappa <= 2 mu lambda_n: slip'' can be positive where kappa
-    is 0, negative where it is at its upper bound.
+    With 0 <= lambda_n, 0 <= gap'', their product 0, a contact that slides has lambda_tau = ratio lambda_n.  One at
+    rest has lambda_tau = b - c with b, c >= 0, and
+
+        0 <= b _|_ s + slip'' >= 0,   0 <= c _|_ s - slip'' >= 0,   0 <= s _|_ mu lambda_n - b - c >= 0
+
+    In this form the matrix of contacts at rest is copositive, so that Lemke's method finds their forces
+    (Stewart and Trinkle, Int. J. Numer. Meth. Eng. 39, 1996).
 
     Parameters
     ----------
@@ -95,31 +105,29 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
     n = len(candidates)
     normal = [i for i, c in enumerate(candidates) if c.push is None]
     resting = [i for i, c in enumerate(candidates) if c.slip == 0]
-    size, k = len(normal) + 2 * len(resting), len(normal)
-    # forces = known + shares z, z = (lambda_n of the rigid, kappa of the resting, their backward slip'')
-    known, shares = np.zeros((n, 2)), np.zeros((n, 2, size))
+    k, m = len(normal), len(resting)
+    # forces = known + shares z, z = (lambda_n of the rigid contacts; b, c and s of those at rest)
+    known, shares = np.zeros((n, 2)), np.zeros((n, 2, k + 3 * m))
     for i, c in enumerate(candidates):
-        if c.push is not None:
-            known[i, 0] = c.push
+        known[i, 0] = c.push or 0.0
     for column, i in enumerate(normal):
         shares[i, 0, column] = 1.0
     for i, c in enumerate(candidates):
-        along = -c.static if c.slip == 0 else c.ratio
-        known[i, 1], shares[i, 1] = along * known[i, 0], along * shares[i, 0]
-    for column, i in enumerate(resting):
-        shares[i, 1, k + column] = 1.0
-    matrix, vector = np.zeros((size, size)), np.zeros(size)
-    by_z = np.tensordot(delassus, shares, axes=2)
-    by_known = free + np.tensordot(delassus, known, axes=2)
+        if c.slip != 0:
+            known[i, 1], shares[i, 1] = c.ratio * known[i, 0], c.ratio * shares[i, 0]
+    for column, i in enumerate(resting, start=k):
+        shares[i, 1, column], shares[i, 1, column + m] = 1.0, -1.0
+    by_z, by_known = np.tensordot(delassus, shares, axes=2), free + np.tensordot(delassus, known, axes=2)
+    matrix, vector = np.zeros((k + 3 * m, k + 3 * m)), np.zeros(k + 3 * m)
     for row, i in enumerate(normal):
         matrix[row], vector[row] = by_z[i, 0], by_known[i, 0]
-    for column, i in enumerate(resting):
-        forward, bound = k + column, k + len(resting) + column
-        matrix[forward], vector[forward] = by_z[i, 1], by_known[i, 1]
-        matrix[forward, bound] += 1.0  # the forward slip'' is slip'' plus the backward one
-        matrix[bound] = 2.0 * candidates[i].static * shares[i, 0]
-        matrix[bound, forward] -= 1.0
-        vector[bound] = 2.0 * candidates[i].static * known[i, 0]
+    for b, i in enumerate(resting, start=k):
+        c, s, static = b + m, b + 2 * m, candidates[i].static
+        matrix[b], vector[b] = by_z[i, 1], by_known[i, 1]
+        matrix[c], vector[c] = -by_z[i, 1], -by_known[i, 1]
+        matrix[[b, c], s] += 1.0
+        matrix[s], vector[s] = static * shares[i, 0], static * known[i, 0]
+        matrix[s, [b, c]] -= 1.0
     try:
         z = lemke(matrix, vector)
     except NoSolutionError:
@@ -130,12 +138,9 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
     for row, i in enumerate(normal):
         if z[row] > 0.0:
             found[i, 0] = 0.0
-    for column, i in enumerate(resting):
-        kappa, backward = z[k + column], z[k + len(resting) + column]
-        if backward > 0.0:
-            found[i, 1] = -backward
-        elif kappa > 0.0:
-            found[i, 1] = 0.0
+    for b, i in enumerate(resting, start=k):
+        if z[b] > 0.0 or z[b + m] > 0.0:
+            found[i, 1] = z[b + 2 * m] * (1.0 if z[b + m] > z[b] else -1.0)
     return Solution(forces, found)
 
 
