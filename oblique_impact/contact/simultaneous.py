@@ -275,7 +275,7 @@ class ContactMachines:
         at_rest: Sequence[int],
         leaves: Mapping[int, int],
     ) -> dict[int, Phase]:
-        """Decide by accelerations which contacts stay closed, which of them stick and which way the others slip."""
+        """Decide by accelerations which contacts stay closed, which stick and which way the others slip."""
         several, static = phase.several, self.friction.static
         assert several is not None
         slips: dict[int, int] = {}

@@ -73,7 +73,7 @@ class TouchesPlaces(Protocol):
     """What a system with several contacts has besides."""
 
     def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
-        """Fill the contact rows of one place of an evaluated system; forces and power are not among the numbers."""
+        """Fill the contact rows of one place of an evaluated system; powers are not among the numbers."""
 
 
 class NormalModes(NamedTuple):

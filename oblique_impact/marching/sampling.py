@@ -60,7 +60,7 @@ def contact_problem(system: Any, t: float, q: Array, qd: Array, w: Workspace) ->
 
 @jitable
 def _keep_contacts(several: Several | None, undefined: bool, contacts: Array) -> None:
-    """Keep each of several contacts, forces as NaN if there are none; of a single one the compiler leaves it out."""
+    """Keep each of several contacts, forces as NaN if there are none; the compiler leaves it out of one."""
     if several is None:
         return
     for i in range(contacts.shape[0]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Collection, Mapping
-from typing import Any
+from typing import Any, get_args
 
 import tomlkit
 from pydantic import BaseModel
@@ -44,6 +44,8 @@ def range_text(schema: dict[str, Any]) -> str:
     if "anyOf" in schema:
         tables = ["or a table of pairs [x, value]"] if schema["anyOf"][-1]["type"] == "array" else []
         return ", ".join([range_text(schema["anyOf"][0]), *tables])
+    if schema["type"] == "array" and "$ref" in schema.get("items", {}):
+        return "a list of tables"
     if schema["type"] == "array":
         items = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
         count = "two" if schema.get("maxItems") == 2 else "list of"
@@ -69,7 +71,12 @@ def commented(model: type[BaseModel], data: dict[str, Any], given: Collection[st
 
     If `given` says which keys ("section.key") a file needs, the others are put behind a "#".
     """
-    document, comments = tomlkit.document(), {path: comment_of(key) for path, key in schemas_of(model).items()}
+    schemas = schemas_of(model)
+    for name, field in model.model_fields.items():  # sections in lists
+        for inner in get_args(field.annotation):
+            if isinstance(inner, type) and issubclass(inner, Section):
+                schemas |= schemas_of(inner, f"{name}.")
+    document, comments = tomlkit.document(), {path: comment_of(key) for path, key in schemas.items()}
     _fill(document, data, "", given, comments)
     return tomlkit.dumps(document)
 
@@ -80,9 +87,9 @@ def _fill(
     """Add the keys of a section, then the sections in it."""
     for name, value in data.items():
         path = f"{prefix}{name}"
-        if isinstance(value, dict):
+        if isinstance(value, dict) or _is_list_of_tables(value):
             continue
-        for line in textwrap.wrap(comments[path], _WIDTH, subsequent_indent="  "):
+        for line in textwrap.wrap(comments.get(path, ""), _WIDTH, subsequent_indent="  "):
             table.add(tomlkit.comment(line))
         if given is None or path in given:
             table.add(name, _item(value))
@@ -94,6 +101,17 @@ def _fill(
             inner = tomlkit.table()
             _fill(inner, value, f"{prefix}{name}.", given, comments)
             table.add(name, inner)
+        elif _is_list_of_tables(value):
+            array = tomlkit.aot()
+            for number, each in enumerate(value):
+                inner = tomlkit.table()
+                _fill(inner, each, f"{prefix}{name}.", None, comments if number == 0 else {})
+                array.append(inner)
+            table.add(name, array)
+
+
+def _is_list_of_tables(value: Any) -> bool:
+    return isinstance(value, list | tuple) and bool(value) and isinstance(value[0], dict)
 
 
 def _item(value: Any) -> Item:

@@ -19,12 +19,14 @@ from oblique_impact.scenario.comments import commented
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
+from oblique_impact.scenario.obstacles import ObstaclePoint, Side
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.sections import (
     BeamSection,
     ContactSection,
     DiscretizationSection,
     InitialSection,
+    ObstacleSection,
     Positive,
     RootSection,
     SlopeSection,
@@ -78,6 +80,9 @@ class Scenario(Section):
     contact: ContactSection = ContactSection()
     discretization: DiscretizationSection = DiscretizationSection()
     solver: SolverSection = SolverSection()
+    obstacles: Annotated[tuple[ObstacleSection, ...], Field(strict=False, max_length=32)] = key(
+        (), 'what the beam can touch besides the slope, with contact.where = "anywhere"'
+    )
 
     # --- keys derived from others unless they are given
 
@@ -153,6 +158,37 @@ class Scenario(Section):
             return 0.0
         facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
         return -math.copysign(self.beam.fibre_distance(self.contact.point), facing)
+
+    @property
+    def sides(self) -> list[Side]:
+        """Straight sides of the obstacles, the slope first if it is there."""
+        slope, found = self.slope, list[Side]()
+        if slope.enabled:
+            found.append(Side(0, slope.origin, slope.angle, slope.extent, self.contact.stiffness))
+        return found + [
+            Side(number, o.origin, o.angle, o.extent, o.stiffness)
+            for number, o in enumerate(self.obstacles, start=1)
+            if o.kind == "side"
+        ]
+
+    @property
+    def obstacle_points(self) -> list[ObstaclePoint]:
+        """Points that the beam can touch anywhere: the ends of sides, and the obstacles that are points."""
+        if self.contact.where == "point":
+            return []
+        ends = [(side, place) for side in self.sides for place in side.extent]
+        found = [ObstaclePoint(side.obstacle, *side.at(end), 0.0, side.stiffness, True) for side, end in ends]
+        return found + [
+            ObstaclePoint(number, *o.origin, o.radius, o.stiffness, False)
+            for number, o in enumerate(self.obstacles, start=1)
+            if o.kind == "point"
+        ]
+
+    @property
+    def beam_points(self) -> tuple[float, ...]:
+        """Places (m) of the beam that can touch sides, with `contact.where = "anywhere"`."""
+        count = self.contact.grid
+        return tuple(self.beam.length * part / count for part in range(1, count + 1))
 
     @property
     def initial_gap(self) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -49,7 +48,10 @@ class Section(BaseModel):
     @model_validator(mode="after")
     def _keys_fit_together(self) -> Self:
         for name, allowed in self.conflicts():
-            raise refused(name, attrgetter(name)(self), allowed)
+            value: Any = self
+            for part in name.split("."):  # sections in a list are counted from 1
+                value = value[int(part) - 1] if part.isdigit() else getattr(value, part)
+            raise refused(name, value, allowed)
         return self
 
     @classmethod
@@ -70,6 +72,8 @@ def _one_line(error: ValidationError, fields: Mapping[str, FieldInfo]) -> str:
     first = error.errors()[0]
     value, kind, message = short(first["input"]), first["type"], first["msg"]
     path = [str(part) for part in first["loc"]]
+    if len(path) == 2 and isinstance(first["loc"][1], int) and isinstance(first["input"], dict):
+        path[1] = str(first["loc"][1] + 1)  # sections in a list are counted from 1
     key = ".".join(path)
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # of a section in this one, or of keys that do not fit together

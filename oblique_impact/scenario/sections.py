@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
+from oblique_impact.scenario.obstacles import Side
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, at_x, size_conflict, value_at
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
@@ -146,35 +147,69 @@ class InitialSection(Section):
     angular_velocity: Annotated[Finite, Unit("rad/s")] = key(0.0, "angular velocity of the beam")
 
 
-class SlopeSection(Section):
-    """The rigid slope: a line through `origin` inclined by `angle`; the free side is on its left."""
+def _with_ends(extent: tuple[float, ...]) -> tuple[float, ...]:
+    if extent and not (len(extent) == 2 and extent[0] < extent[1]):
+        raise ValueError("[first, last] in m with first less than last, or [] without ends")
+    return extent
 
+
+Extent = Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False), AfterValidator(_with_ends)]
+
+
+class SlopeSection(Section):
+    """The slope: a line through `origin` inclined by `angle`; the free side is on its left."""
+
+    enabled: bool = key(True, 'whether it is there; false: with contact.where = "anywhere", only the obstacles')
     origin: Annotated[Pair, Unit("m")] = key((0.3, 0.0), "a point of the slope, [x, y] from the axis of the root")
     angle: Angle = key(math.pi / 10, "inclination of the slope from the horizontal")
-    extent: Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False)] = key(
+    extent: Extent = key(
         (),
         "where the slope begins and ends, [first, last] along it from `origin`; [] is unbounded. Contact ends "
         "where the contact point slides beyond an end, and beyond it the point falls past the slope",
     )
 
-    @field_validator("extent")
-    @classmethod
-    def _ascends(cls, extent: tuple[float, ...]) -> tuple[float, ...]:
-        if extent and not (len(extent) == 2 and extent[0] < extent[1]):
-            raise ValueError("[first, last] in m with first less than last, or [] without ends")
-        return extent
-
     @property
     def offsets(self) -> tuple[float, float]:
         """Height c_n of `origin` above the root's axis across the slope, and its place c_t along it (m)."""
-        (x, y), c, s = self.origin, math.cos(self.angle), math.sin(self.angle)
-        return y * c - x * s, x * c + y * s
+        return Side(0, self.origin, self.angle, self.extent, 0.0).offsets
+
+
+class ObstacleSection(Section):
+    """One more obstacle, with `contact.where = "anywhere"`."""
+
+    kind: Literal["side", "point"] = key("side", "a straight side, or a point: a corner or a round peg")
+    origin: Annotated[Pair, Unit("m")] = key(
+        (0.0, 0.0), "a point of the side, or the centre of the point, [x, y] from the axis of the root"
+    )
+    angle: Angle = key(0.0, "direction of a side; the solid is on its right, below a side of angle 0")
+    extent: Extent = key(
+        (), "where a side begins and ends, [first, last] along it from `origin`; each end is a corner. []: no ends"
+    )
+    radius: Annotated[NonNegative, Unit("m")] = key(0.0, "radius of a point: that of a peg")
+    stiffness: Annotated[Positive, Unit("N/m")] = key(1e6, 'stiffness, with contact.normal = "spring"')
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys of the other kind."""
+        owners = {"angle": "side", "extent": "side", "radius": "point"}
+        for name, kind in owners.items():
+            if getattr(self, name) and self.kind != kind:
+                yield name, f'only of an obstacle of kind = "{kind}" (it is "{self.kind}")'
 
 
 class ContactSection(Section):
     """The contact between the beam's point `point` and the slope."""
 
-    enabled: bool = key(True, "whether there is a slope; false: free motion")
+    enabled: bool = key(True, "whether there is contact; false: free motion")
+    where: Literal["point", "anywhere"] = key(
+        "point",
+        "what can touch: the beam's point `point` on the slope alone, as in the paper, or the whole beam, the "
+        "slope and all obstacles",
+    )
+    grid: Annotated[int, Field(ge=1, le=64)] = key(
+        1,
+        "with where = `anywhere`: into how many equal parts the beam is divided at whose ends it can touch sides; "
+        "1: its free end alone. Points of obstacles touch it at any place",
+    )
     point: Annotated[Positive, Unit("m")] = key(
         1.0, "place of the contact point along the beam; not given: the beam's length"
     )
@@ -200,7 +235,9 @@ class ContactSection(Section):
         "`none`: it rests on the stop through the residual flexibility of the discretization, without impacts",
     )
     residual_flexibility: bool = key(
-        True, "whether the static flexibility of the truncated modes is in series with an elastic stop"
+        True,
+        "whether the static flexibility of the truncated modes is in series with an elastic stop; never with "
+        "where = `anywhere`",
     )
     shortening: bool = key(
         True, "whether gap and slip include the foreshortening of the beam up to the contact point"
