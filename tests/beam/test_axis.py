@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.beam.axis import AxisShapes, Peg, bent_axis, fit_shapes, place_of, smooth_shapes, touch_peg
+from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, bent_axis, fit_shapes, place_of, touch_peg
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.kernels.workspace import Array, Vectors
@@ -17,7 +17,7 @@ MODES = 5
 
 def _modal() -> AxisShapes:
     shapes = Eigenfunctions("hinged-free", MODES, 1.0)
-    return smooth_shapes(lambda x: shapes.derivative(x, 0), 1.0, float(shapes.roots[-1]))
+    return ShapeFunctions.smooth(shapes.derivative, 1.0, float(shapes.roots[-1])).fitted()
 
 
 def _elements() -> AxisShapes:
@@ -39,7 +39,7 @@ def _bent(rng: np.random.Generator) -> Array:
 
 def test_axis_of_eigenfunctions_is_theirs() -> None:
     modes = Eigenfunctions("hinged-free", 16, 1.0)
-    table = smooth_shapes(lambda x: modes.derivative(x, 0), 1.0, float(modes.roots[-1]))
+    table = ShapeFunctions.smooth(modes.derivative, 1.0, float(modes.roots[-1])).fitted()
     B, rng = np.zeros(16), np.random.default_rng(1)
     B[:] = 0.01 * rng.standard_normal(16) / np.arange(1, 17) ** 2
     z, w = np.polynomial.legendre.leggauss(80)
