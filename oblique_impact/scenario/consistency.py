@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from oblique_impact.scenario.obstacles import slope_side
 from oblique_impact.scenario.sections import DiscretizationSection
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
                 yield f"beam.{name}", f"{uniform} tables"
         if s.beam.tip_mass > 0.0:
             yield "beam.tip_mass", f"{uniform} a tip mass"
-    yield from _of_contact_anywhere(s) if s.contact.where == "anywhere" else _of_one_contact(s)
     yield from _of_contact_point(s)
+    yield from _of_many_contacts(s) if s.contact.where == "anywhere" else _of_one_contact(s)
     if s.contact.point_inertia == "none":
         yield from _of_massless_point(s)
     if s.is_nodal:
@@ -53,91 +53,89 @@ def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
     yield from _of_solver(s)
 
 
-def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
-    needed = 'only with contact.where = "anywhere"'
-    if s.obstacles:
-        yield "obstacles", needed
-    if s.contact.grid != 1:
-        yield "contact.grid", needed
-    if not s.slope.enabled:
-        yield "slope.enabled", f"{needed}; contact.enabled = false is free motion"
-
-
-def _of_contact_anywhere(s: Scenario) -> Iterator[tuple[str, str]]:
-    anywhere, d = 'with contact.where = "anywhere"', s.discretization
-    if s.contact.restitution > 0.0:
-        yield "contact.restitution", f"should be 0 {anywhere}: the impacts of several contacts are plastic"
-    if s.contact.impact != "newton":
-        yield "contact.impact", f'should be "newton" {anywhere}'
-    if s.contact.point_inertia != "kept":
-        yield "contact.point_inertia", f'should be "kept" {anywhere}'
-    if not s.contact.shortening:
-        yield "contact.shortening", f"should be true {anywhere}"
-    if d.kinetics == "zeroth-order":
-        yield "discretization.kinetics", f'should be "first-order" or "full" {anywhere}'
-    if s.is_nodal:
-        yield "discretization.modes", f"should be at least 1 {anywhere}"
-    if s.is_absolute:
-        yield "discretization.method", f'should be "modal" or "fem" {anywhere}'
-    elif s.solver.scheme != "event" and not s.is_nodal:
-        yield "solver.scheme", f'should be "event" {anywhere}'
-    depths = {s.beam.fibre_distance(s.beam.length * part / 16) for part in range(17)}
-    if s.contact.surface == "section" and max(depths) - min(depths) > 1e-12 * max(depths):
-        yield "contact.surface", f'should be "axis" {anywhere} and a depth of the beam that changes along it'
-    if s.contact.enabled and not s.sides and not s.obstacle_points:
-        yield "obstacles", "none, and no slope: give an obstacle, or contact.enabled = false"
-    if s.contact.enabled:
-        yield from _of_obstacles_at_the_start(s)
-
-
-def _of_obstacles_at_the_start(s: Scenario) -> Iterator[tuple[str, str]]:
-    """Yield obstacles that the undeformed beam passes through."""
-    angle, small = s.initial.angle, TOUCHING * s.beam.length
-    depth = s.beam.fibre_distance(s.beam.length) if s.contact.surface == "section" else 0.0
-    for side in s.sides:
-        height, along = side.offsets
-        c, sine = math.cos(angle - side.angle), math.sin(angle - side.angle)
-        for place in s.beam_points:
-            reach = s.root.hub_radius + place
-            gap, slip = reach * sine - depth * abs(c) - height, reach * c - along
-            if gap < -small and (not side.extent or side.extent[0] <= slip <= side.extent[1]):
-                name = _key_of(side.obstacle)
-                where = f"inside of this obstacle at {place:.6g} m of its length"
-                yield name, f"the beam starts {-gap:.6g} m {where}; the gap should be at least 0"
-    for point in s.obstacle_points:
-        along, across = _in_frame(point.x, point.y, angle)
-        beyond = max(s.root.hub_radius - along, along - s.root.hub_radius - s.beam.length, 0.0)
-        distance = math.hypot(across, beyond) - point.radius - depth
-        astride = beyond == 0.0 and abs(across) < small  # nothing says on which side the beam is
-        if distance < -small or astride:
-            name = _key_of(point.obstacle)
-            yield (
-                name,
-                f"the beam starts on the point ({point.x:.6g}, {point.y:.6g}) m of this obstacle, or inside of it",
-            )
-
-
-def _in_frame(x: float, y: float, angle: float) -> tuple[float, float]:
-    """Place of a point along a line through the origin, and its distance to the left of it (m)."""
-    return x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
-
-
-def _key_of(obstacle: int) -> str:
-    return "slope.origin" if obstacle == 0 else f"obstacles.{obstacle}.origin"
-
-
 def _of_contact_point(s: Scenario) -> Iterator[tuple[str, str]]:
-    point, length, extent = s.contact.point, s.beam.length, s.slope.extent
+    point, length = s.contact.point, s.beam.length
     if point > length:
         yield "contact.point", f"should be on the beam, at most beam.length = {length}"
     if point < _LEAST_POINT * length:
         yield "contact.point", f"should be at least {_LEAST_POINT} beam.length = {_LEAST_POINT * length}"
-    beyond = bool(extent) and not extent[0] <= s.initial_slip <= extent[1]
-    if s.contact.where == "anywhere":
-        return
-    if s.contact.enabled and s.initial_gap < -TOUCHING * length and not beyond:
+
+
+def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
+    only = 'only with contact.where = "anywhere"'
+    if s.obstacles:
+        yield "obstacles", only
+    if s.contact.grid != 1:
+        yield "contact.grid", only
+    if not s.slope.enabled:
+        yield "slope.enabled", f"false {only}; contact.enabled = false is free motion"
+    beyond = not slope_side(s).is_beside(s.initial_slip)
+    if s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length and not beyond:
         below = f"the contact point starts {-s.initial_gap:.6g} m below the slope"
         yield "initial.angle", f"{below}; the gap should be at least 0"
+
+
+def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
+    several = 'with contact.where = "anywhere"'
+    if s.contact.restitution > 0.0:
+        yield "contact.restitution", f"should be 0 {several}: of several contacts it has no limit"
+    if s.contact.impact != "newton":
+        yield "contact.impact", f'should be "newton" {several}'
+    if s.contact.point_inertia != "kept":
+        yield "contact.point_inertia", f'should be "kept" {several}'
+    if not s.contact.shortening:
+        yield "contact.shortening", f"should be true {several}"
+    if s.discretization.kinetics == "zeroth-order":
+        yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
+    if s.is_absolute:
+        yield "discretization.method", f'should be "modal" or "fem" {several}'
+    if s.is_nodal:
+        yield "discretization.modes", f"should be at least 1 {several}"
+    if s.solver.scheme != "event":
+        yield "solver.scheme", f'should be "event" {several}'
+    if s.contact.surface == "section" and _is_tapered(s):
+        yield "contact.surface", f'should be "axis" {several} and a depth that changes along the beam'
+    if s.contact.enabled:
+        if not s.slope.enabled and not s.obstacles:
+            nothing = "there is neither a slope nor an obstacle; for free motion"
+            yield "contact.enabled", f"{nothing} write contact.enabled = false"
+        yield from _of_undeformed_beam(s)
+
+
+def _is_tapered(s: Scenario) -> bool:
+    """Return whether the distance of the outer fibre changes; between rows of tables it is monotonic."""
+    rows = {x for table in s.beam.tables().values() for x, _ in table}
+    depths = [s.beam.fibre_distance(x) for x in sorted(rows)] or [0.0]
+    return max(depths) - min(depths) > TOUCHING * s.beam.length
+
+
+def _of_undeformed_beam(s: Scenario) -> Iterator[tuple[str, str]]:
+    """Yield obstacles that the beam at t = 0 overlaps, or that lie on its axis."""
+    radius, angle, touching = s.root.hub_radius, s.initial.angle, TOUCHING * s.beam.length
+    for side in s.sides:
+        key, name = _named(side.obstacle)
+        for x in s.beam_points:
+            gap, along = side.gap_and_place(radius + x, angle, s.half_depth)
+            if gap < -touching and side.is_beside(along):
+                below = f"the beam's point at {x:.6g} m starts {-gap:.6g} m below {name}"
+                yield key, f"{below}; the gap should be at least 0"
+    for point in s.obstacle_points:
+        key, name = _named(point.obstacle)
+        distance = point.distance(radius, radius + s.beam.length, angle)
+        what = f"an end of {name}" if point.corner else name
+        least = point.radius + s.half_depth
+        if distance < least - touching:
+            yield (
+                key,
+                f"{what} is {distance:.6g} m from the beam's axis at t = 0; should be at least {least:.6g} m",
+            )
+        elif distance <= touching:
+            yield key, f"{what} lies on the beam's axis at t = 0, which does not say on which side of it it is"
+
+
+def _named(obstacle: int) -> tuple[str, str]:
+    """Return the key to name in an error about an obstacle, and what to call it."""
+    return (f"obstacles.{obstacle}.origin", f"obstacle {obstacle}") if obstacle else ("initial.angle", "the slope")
 
 
 def _of_massless_point(s: Scenario) -> Iterator[tuple[str, str]]:

@@ -22,11 +22,21 @@ from oblique_impact.scenario.units import Unit
 MAX_MODES = 100
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
+MAX_GRID = 64
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi), Unit("rad")]
 Pair = Annotated[tuple[Finite, Finite], Field(strict=False)]
+
+
+def _first_and_last(extent: tuple[float, ...]) -> tuple[float, ...]:
+    if extent and not (len(extent) == 2 and extent[0] < extent[1]):
+        raise ValueError("[first, last] in m with first less than last, or [] without ends")
+    return extent
+
+
+Extent = Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False), AfterValidator(_first_and_last)]
 
 
 class CrossSection(Section):
@@ -147,19 +157,12 @@ class InitialSection(Section):
     angular_velocity: Annotated[Finite, Unit("rad/s")] = key(0.0, "angular velocity of the beam")
 
 
-def _with_ends(extent: tuple[float, ...]) -> tuple[float, ...]:
-    if extent and not (len(extent) == 2 and extent[0] < extent[1]):
-        raise ValueError("[first, last] in m with first less than last, or [] without ends")
-    return extent
-
-
-Extent = Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False), AfterValidator(_with_ends)]
-
-
 class SlopeSection(Section):
-    """The slope: a line through `origin` inclined by `angle`; the free side is on its left."""
+    """The rigid slope: a line through `origin` inclined by `angle`; the free side is on its left."""
 
-    enabled: bool = key(True, 'whether it is there; false: with contact.where = "anywhere", only the obstacles')
+    enabled: bool = key(
+        True, 'whether there is a slope; false: only the obstacles, with `contact.where = "anywhere"`'
+    )
     origin: Annotated[Pair, Unit("m")] = key((0.3, 0.0), "a point of the slope, [x, y] from the axis of the root")
     angle: Angle = key(math.pi / 10, "inclination of the slope from the horizontal")
     extent: Extent = key(
@@ -175,40 +178,46 @@ class SlopeSection(Section):
 
 
 class ObstacleSection(Section):
-    """One more obstacle, with `contact.where = "anywhere"`."""
+    """An obstacle besides the slope: a straight side, with or without ends, or a point; any number of them."""
 
-    kind: Literal["side", "point"] = key("side", "a straight side, or a point: a corner or a round peg")
+    kind: Literal["side", "point"] = key(
+        "side", "a straight side, solid on its right as the slope is, or a point (a corner or a peg)"
+    )
     origin: Annotated[Pair, Unit("m")] = key(
-        (0.0, 0.0), "a point of the side, or the centre of the point, [x, y] from the axis of the root"
+        (0.0, 0.0), "a place on the side, or the centre of the point, [x, y] from the axis of the root"
     )
-    angle: Angle = key(0.0, "direction of a side; the solid is on its right, below a side of angle 0")
+    angle: Angle = key(0.0, "side: its inclination from the horizontal; pi turns its solid up")
     extent: Extent = key(
-        (), "where a side begins and ends, [first, last] along it from `origin`; each end is a corner. []: no ends"
+        (),
+        "side: where it begins and ends, [first, last] along it from `origin`; [] is unbounded. Each end is a "
+        "corner that the beam can touch at any place",
     )
-    radius: Annotated[NonNegative, Unit("m")] = key(0.0, "radius of a point: that of a peg")
-    stiffness: Annotated[Positive, Unit("N/m")] = key(1e6, 'stiffness, with contact.normal = "spring"')
+    radius: Annotated[NonNegative, Unit("m")] = key(0.0, "point: radius of the peg; 0 is a corner")
+    stiffness: Annotated[Positive, Unit("N/m")] = key(
+        1e6, 'stiffness of this obstacle where it is touched, with `contact.normal = "spring"`'
+    )
 
     def conflicts(self) -> Iterator[tuple[str, str]]:
-        """Yield keys of the other kind."""
+        """Yield keys of the other kind of obstacle."""
         owners = {"angle": "side", "extent": "side", "radius": "point"}
         for name, kind in owners.items():
             if getattr(self, name) and self.kind != kind:
-                yield name, f'only of an obstacle of kind = "{kind}" (it is "{self.kind}")'
+                yield name, f'only with kind = "{kind}" (it is "{self.kind}")'
 
 
 class ContactSection(Section):
-    """The contact between the beam's point `point` and the slope."""
+    """The contact between the beam and the slope, at the beam's point `point`, or with all obstacles anywhere."""
 
-    enabled: bool = key(True, "whether there is contact; false: free motion")
+    enabled: bool = key(True, "whether slope and obstacles are touched; false: free motion")
     where: Literal["point", "anywhere"] = key(
         "point",
-        "what can touch: the beam's point `point` on the slope alone, as in the paper, or the whole beam, the "
-        "slope and all obstacles",
+        "where the beam is touched: its place `point` by the slope (`point`), or free end and grid by every "
+        "side, and any place of the beam by pegs and corners (`anywhere`)",
     )
-    grid: Annotated[int, Field(ge=1, le=64)] = key(
+    grid: Annotated[int, Field(ge=1, le=MAX_GRID)] = key(
         1,
-        "with where = `anywhere`: into how many equal parts the beam is divided at whose ends it can touch sides; "
-        "1: its free end alone. Points of obstacles touch it at any place",
+        "anywhere: into how many equal parts the beam is divided, at whose ends it can touch sides; 1: its free "
+        "end alone. Pegs and corners touch it at any place whatever the grid",
     )
     point: Annotated[Positive, Unit("m")] = key(
         1.0, "place of the contact point along the beam; not given: the beam's length"
@@ -236,8 +245,8 @@ class ContactSection(Section):
     )
     residual_flexibility: bool = key(
         True,
-        "whether the static flexibility of the truncated modes is in series with an elastic stop; never with "
-        "where = `anywhere`",
+        "whether the static flexibility of the truncated modes is in series with an elastic stop; left out "
+        'with `where = "anywhere"`',
     )
     shortening: bool = key(
         True, "whether gap and slip include the foreshortening of the beam up to the contact point"

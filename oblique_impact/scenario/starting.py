@@ -115,6 +115,10 @@ def _given(section: Section, name: str = "") -> Iterator[str]:
     for key in section.model_fields_set:
         value = getattr(section, key)
         yield from _given(value, f"{name}{key}.") if isinstance(value, Section) else [f"{name}{key}"]
+        if isinstance(value, tuple):
+            for number, item in enumerate(value, start=1):
+                if isinstance(item, Section):
+                    yield from _given(item, f"{name}{key}.{number}.")
 
 
 def _about(name: str) -> str:

@@ -39,7 +39,7 @@ UNITS = {
 }
 PLAIN = (
     "beam.modal_damping_ratio contact.restitution contact.mu_static contact.mu_kinetic discretization.modes "
-    "discretization.elements discretization.grading contact.grid solver.tolerance solver.rho_infinity"
+    "contact.grid discretization.elements discretization.grading solver.tolerance solver.rho_infinity"
 )
 
 
@@ -150,7 +150,7 @@ def test_bounds_in_words_are_those_of_the_models():
         ("beam.modal_damping_ratio", "damping ratio of each elastic mode (number, >= 0, < 1)"),
         ("discretization.elements", "number of finite elements (whole number, >= 1, <= 4096)"),
         ("slope.origin", "a point of the slope, [x, y] from the axis of the root (two numbers in m)"),
-        ("contact.enabled", "whether there is contact; false: free motion (true, false)"),
+        ("contact.enabled", "whether slope and obstacles are touched; false: free motion (true, false)"),
         ("contact.normal", 'a rigid stop or an elastic one ("rigid", "spring")'),
     ],
 )
