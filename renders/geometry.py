@@ -181,14 +181,14 @@ class BeamGeometry:
     def contact_places(self, k: float) -> Array:
         """Return where the beam's face touches the drawn obstacles, or would, (contacts, 2)."""
         if not self.anywhere:
-            return (self.contact_point(k) - self.slope_depth * self.slope_axes[1])[None]
+            return np.asarray(self.contact_point(k) - self.slope_depth * self.slope_axes[1])[None]
         points = np.stack([self.value("contact_x", k), self.value("contact_y", k)], axis=1)
         return np.asarray(points - self.slope_depth * self.contact_normals(k))
 
     def contact_normals(self, k: float) -> Array:
         """Return the normals of the contacts (contacts, 2), those of points across the undeformed beam."""
         if not self.anywhere:
-            return self.slope_axes[1:]
+            return np.asarray(self.slope_axes[1:])
         s, theta = self.scenario, float(self.value("theta", k))
         of_sides = [(-np.sin(side.angle), np.cos(side.angle)) for side in s.sides for _ in s.beam_points]
         turned = [self.side_of(p) * np.array([-np.sin(theta), np.cos(theta)]) for p in s.obstacle_points]
@@ -209,8 +209,10 @@ class BeamGeometry:
     def pushes(self, k: float) -> Array:
         """Return the force of each contact on the beam in the inertial frame (N), (contacts, 2)."""
         if not self.anywhere:
-            return np.nan_to_num(np.array([sum(self.contact_forces(k))]))
-        return np.nan_to_num(np.stack([self.value("contact_fx", k), self.value("contact_fy", k)], axis=1))
+            return np.asarray(np.nan_to_num(np.array([sum(self.contact_forces(k))])))
+        return np.asarray(
+            np.nan_to_num(np.stack([self.value("contact_fx", k), self.value("contact_fy", k)], axis=1))
+        )
 
     def contact_forces(self, k: float) -> tuple[Array, Array]:
         """Return normal and tangential force (2,) of the slope on the beam in the inertial frame (N)."""

@@ -122,12 +122,12 @@ def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]
     for row, i in enumerate(normal):
         matrix[row], vector[row] = by_z[i, 0], by_known[i, 0]
     for b, i in enumerate(resting, start=k):
-        c, s, static = b + m, b + 2 * m, candidates[i].static
+        back, slack, static = b + m, b + 2 * m, candidates[i].static  # of c and s
         matrix[b], vector[b] = by_z[i, 1], by_known[i, 1]
-        matrix[c], vector[c] = -by_z[i, 1], -by_known[i, 1]
-        matrix[[b, c], s] += 1.0
-        matrix[s], vector[s] = static * shares[i, 0], static * known[i, 0]
-        matrix[s, [b, c]] -= 1.0
+        matrix[back], vector[back] = -by_z[i, 1], -by_known[i, 1]
+        matrix[[b, back], slack] += 1.0
+        matrix[slack], vector[slack] = static * shares[i, 0], static * known[i, 0]
+        matrix[slack, [b, back]] -= 1.0
     try:
         z = lemke(matrix, vector)
     except NoSolutionError:
