@@ -142,6 +142,8 @@ class Composer:
         end = (box[0], box[1] + box[3]) if box[0] else (box[2], box[1])
         sheet.rule((box[0], box[1]), end)
         titles = ["contact point, true scale", "contact point"]
+        if story.geometries[0].anywhere:
+            titles = ["main contact, true scale", "main contact"]
         sheet.fit(sheet.write(left, y, "", HEADING, weight="bold"), titles, width)
         y += 1.6 * sheet.pixels(HEADING)
         if self.style.arrow and not story.overlay:

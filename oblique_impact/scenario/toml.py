@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from itertools import pairwise
 from typing import Any
 
 from oblique_impact.errors import InputError
@@ -34,16 +35,18 @@ def flat_keys(sections: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 def set_key(data: dict[str, Any], keys: list[str], value: Any, what: str) -> None:
     """Set the value at a path of keys; raises InputError that begins with `what` if it leads through a value.
 
-    Items of a list of sections count from 1.
+    Items of a list of sections count from 1; the one behind the last is a new one.
     """
     target: Any = data
-    for key in keys[:-1]:
+    for key, following in pairwise(keys):
         if isinstance(target, list):
-            if not (key.isdecimal() and 1 <= int(key) <= len(target)):
+            if not (key.isdecimal() and 1 <= int(key) <= len(target) + 1):
                 raise InputError(f"{what}: {key} is none of the {len(target)} items, which count from 1")
+            if int(key) > len(target):
+                target.append({})
             target = target[int(key) - 1]
         else:
-            target = target.setdefault(key, {})
+            target = target.setdefault(key, [] if following.isdecimal() else {})
         if not isinstance(target, dict | list):
             raise InputError(f"{what}: {key} is not a section")
     if isinstance(target, list):

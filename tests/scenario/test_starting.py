@@ -56,7 +56,7 @@ def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tm
     taken = re.sub(r"^#(?=\w+ = )", "", text, flags=re.MULTILINE)
     assert Scenario.from_toml(taken) == made
     for path in key_schemas():
-        assert re.search(rf"^{path.rpartition('.')[2]} = ", taken, re.MULTILINE), path
+        assert re.search(rf"^(\[\[)?{path.rpartition('.')[2]}( = |\]\])", taken, re.MULTILINE), path
     assert max(map(len, text.splitlines())) <= 110
     # what is given stays given, what follows other keys goes on following them
     assert made.contact.model_fields_set == Scenario.builtin(name).contact.model_fields_set
