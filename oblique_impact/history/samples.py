@@ -9,7 +9,7 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance
-from oblique_impact.beam.section_forces import Motion, displacements_along, fields_along
+from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
 from oblique_impact.contact.state import INSTANT, Instant
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
@@ -95,14 +95,29 @@ def beam_variables(beam: Beam, samples: Samples, section_forces: bool = True) ->
     if s.each.shape[1]:
         found |= _of_contacts(beam, s)
     if section_forces:
-        forces = s.scalars[:, LAMBDA_N], s.scalars[:, LAMBDA_T]
-        found |= fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, *forces))._asdict()
+        if s.each.shape[1]:
+            loads = PointLoads(*(found[f"contact_{name}"] for name in PointLoads._fields))
+        else:
+            loads = _load_of_the_slope(beam, found)
+        found |= fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, loads))._asdict()
     else:
         along = displacements_along(beam, s.q, s.qd)
         found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
     if beam.scenario.contact.enabled:
-        found["clearance"], found["clearance_at"] = beam_clearance(beam, s.q, found["ux"], found["uy"])
+        distance, place, obstacle = beam_clearance(beam, s.q, found["ux"], found["uy"])
+        found |= {"clearance": distance, "clearance_at": place}
+        if s.each.shape[1]:
+            found["clearance_obstacle"] = obstacle
     return found
+
+
+def _load_of_the_slope(beam: Beam, found: dict[str, Column]) -> PointLoads:
+    """Return the force of the one contact on the slope."""
+    c, s = np.cos(beam.scenario.slope.angle), np.sin(beam.scenario.slope.angle)
+    normal, tangential = found["lambda_n"], found["lambda_tau"]
+    place = np.full(normal.shape, beam.operators.contact_point)
+    columns = place, found["tip_x"], found["tip_y"], tangential * c - normal * s, tangential * s + normal * c
+    return PointLoads(*(column[:, None] for column in columns))
 
 
 def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:

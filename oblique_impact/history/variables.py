@@ -94,6 +94,7 @@ OF_CONTACTS = {
     "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _FINITE),
     "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _FINITE),
     "contact_state": Variable(_CONTACTS, "1", "state of a contact"),
+    "clearance_obstacle": Variable(_TIME, "1", "obstacle that the beam is closest to"),
 }
 #: variables that only a beam over a slope has
 OF_A_SLOPE = {

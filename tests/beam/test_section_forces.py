@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from oblique_impact import Scenario, simulate
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.beam.section_forces import Fields, Motion, fields_along
+from oblique_impact.beam.section_forces import Fields, Motion, PointLoads, fields_along
 
 HELD = {"kind": "driven", "profile": "hold"}
 MASS, BENDING, GRAVITY = 0.86874, 541.27, 9.8  # kg/m, N m^2, m/s^2: the beam of items 4b and 7a
@@ -39,7 +39,7 @@ def at_rest(beam: Beam, angle: float) -> tuple[np.ndarray, Fields]:
     B = np.linalg.solve(o.K - GRAVITY * np.sin(angle) * o.D, -GRAVITY * np.cos(angle) * o.P)
     q = np.append(angle, B)[None]
     rest, zero = np.zeros_like(q), np.zeros(1)
-    return q, fields_along(beam, Motion(zero, q, rest, rest, zero, zero))
+    return q, fields_along(beam, Motion(zero, q, rest, rest))
 
 
 def curvature_moment(beam: Beam, q: np.ndarray) -> np.ndarray:
@@ -114,9 +114,45 @@ def test_first_order_kinetics_leave_a_small_moment_at_the_pin(run):
     assert np.abs(moment[:, -1]).max() == 0.0
 
 
+def test_a_beam_on_three_supports():
+    """Uniform beam of two equal spans l, pinned at its root: reactions 3/8, 10/8 and 3/8 of w l (Timoshenko).
+
+    Its moment is -w l^2/8 over the middle support and 9 w l^2/128 at 3/8 of a span.  A third contact is open.
+    """
+    scenario = Scenario.from_dict(
+        {
+            "gravity": GRAVITY,
+            "beam": {"area": 1.0, "density": MASS, "youngs_modulus": BENDING, "second_moment": 1.0},
+            "initial": {"angle": 0.3},
+            "contact": {"enabled": False},
+            "discretization": {"method": "fem", "elements": 8, "modes": 4},
+        }
+    )
+    beam = Beam(scenario, build_operators(scenario))
+    x, span, nan = beam.operators.stations.points, 0.5, np.nan
+    load = MASS * GRAVITY * np.cos(0.3)  # per length, across the beam; its part along it pulls at the pin
+    place, force = np.array([[span, 2.0 * span, nan]]), load * span * np.array([[1.25, 0.375, 0.0]])
+    c, s = np.cos(0.3), np.sin(0.3)
+    q, rest = np.array([[0.3, 0.0, 0.0, 0.0, 0.0]]), np.zeros((1, 5))
+    fields = fields_along(
+        beam, Motion(np.zeros(1), q, rest, rest, PointLoads(place, c * place, s * place, -s * force, c * force))
+    )
+    along = np.minimum(x, 2.0 * span - x)  # from the nearer end
+    moment = load * (0.375 * span * along - 0.5 * along**2)
+    np.testing.assert_allclose(fields.moment[0], moment, atol=1e-12)
+    middle, largest = int(np.argmin(np.abs(x - span))), int(np.argmin(np.abs(x - 0.375 * span)))
+    assert fields.moment[0, middle] == pytest.approx(-load * span**2 / 8.0, rel=1e-12)
+    assert fields.moment[0, largest] == pytest.approx(9.0 * load * span**2 / 128.0, rel=1e-12)
+    inboard = x <= span  # just inboard of the middle support the shear is -5/8 w l
+    shear = load * np.where(inboard, 0.375 * span - x, 1.625 * span - x)
+    np.testing.assert_allclose(fields.shear[0], shear, atol=1e-12)
+    np.testing.assert_allclose(fields.axial_force[0], -MASS * GRAVITY * s * (2.0 * span - x), atol=1e-12)
+
+
 def test_section_forces_are_unknown_where_accelerations_are_and_do_not_depend_on_the_block():
     model, rng = cantilever(0.0, {"method": "fem", "elements": 4, "modes": 3}), np.random.default_rng(5)
-    motion = Motion(np.zeros(7), *(rng.normal(size=(7, 4)) for _ in range(3)), *rng.normal(size=(2, 7)))
+    loads = PointLoads(*rng.normal(size=(5, 7, 2)))
+    motion = Motion(np.zeros(7), *(rng.normal(size=(7, 4)) for _ in range(3)), loads)
     motion.qdd[4] = np.nan
     whole = fields_along(model, motion, 100)._asdict()
     for name, found in fields_along(model, motion, 3)._asdict().items():

@@ -7,7 +7,6 @@ import pytest
 
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.beam.clearance import smallest_distance
-from oblique_impact.scenario.sections import SlopeSection
 
 UNBOUNDED = "slope.extent=[]"
 #: a tapered beam of 2 m: its first bending mode sags below the slope while the tip strikes it
@@ -157,6 +156,12 @@ def test_a_start_beyond_the_end_may_be_below_the_slope():
 # Geometry -------------------------------------------------------------------------------------------------------
 
 
+def of_slope(x, z, tangent, *extent):
+    """Distance and place of an axis from the horizontal slope at the origin."""
+    scenario = Scenario().replace(slope__origin=(0.0, 0.0), slope__angle=0.0, slope__extent=extent)
+    return smallest_distance(scenario, x, (z, tangent))[:2]
+
+
 def straight(height, rise, begin=0.0, stations=5):
     """One straight axis over x = 0..1, its height and its rise per length; along it grows like x."""
     x = np.linspace(0.0, 1.0, stations)
@@ -169,14 +174,14 @@ def straight(height, rise, begin=0.0, stations=5):
 def test_a_corner_between_two_stations(stations):
     """The axis falls through the end of a ledge: the depth is that on the edge, not that of a station."""
     x, z, tangent = straight(0.2, -0.6, stations=stations)
-    distance, place = smallest_distance(x, z, tangent, SlopeSection(extent=(0.0, 0.37)))
+    distance, place = of_slope(x, z, tangent, 0.0, 0.37)
     at = 0.37 / 0.8
     assert (distance[0], place[0]) == pytest.approx((0.2 - 0.6 * at, at), abs=1e-8)
 
 
 def test_an_axis_beside_the_obstacle_keeps_its_distance():
     x, z, tangent = straight(-0.1, 0.0, begin=0.5)
-    distance, place = smallest_distance(x, z, tangent, SlopeSection(extent=(0.0, 0.2)))
+    distance, place = of_slope(x, z, tangent, 0.0, 0.2)
     assert (distance[0], place[0]) == pytest.approx((np.hypot(0.3, 0.1), 0.0))
 
 
@@ -184,5 +189,49 @@ def test_a_sag_between_two_stations():
     """Height 0.1 - x (1 - x): a parabola, which Hermite's cubics meet; its lowest point lies inside of a cell."""
     x = np.array([0.0, 0.4, 1.0])
     z, tangent = x[None] + 1j * (0.1 - x * (1.0 - x))[None], 1.0 + 1j * (2.0 * x - 1.0)[None]
-    distance, place = smallest_distance(x, z, tangent, SlopeSection())
+    distance, place = of_slope(x, z, tangent)
     assert (distance[0], place[0]) == pytest.approx((-0.15, 0.5), abs=1e-7)
+
+
+OBSTACLES = (
+    {
+        "kind": "side",
+        "origin": (0.0, 0.8),
+        "angle": np.pi,
+        "extent": (-0.6, 0.0),
+    },  # above the beam, solid above it
+    {"kind": "point", "origin": (0.37, 0.3), "radius": 0.1},
+    {"kind": "point", "origin": (1.2, 0.5), "radius": 0.05},
+)
+
+
+@pytest.mark.parametrize(("surface", "depth"), [("axis", 0.0), ("section", 0.02)])
+def test_the_nearest_of_several_obstacles(surface, depth):
+    """A horizontal axis of length 1 that rises through a peg to a side; a peg off its end has no sign."""
+    scenario = Scenario().replace(
+        beam__outer_fibre=0.02,
+        initial__angle=0.0,
+        slope__enabled=False,
+        contact__where="anywhere",
+        contact__surface=surface,
+        obstacles=OBSTACLES,
+    )
+    heights = np.array([0.0, 0.22, 0.295, 0.305, 0.5])
+    x, z, tangent = straight(0.0, 0.0)
+    ones = np.ones((heights.size, 1))
+    curve = z + 1j * heights[:, None], tangent * ones
+    section = None if surface == "axis" else (tangent * ones, 0.0 * tangent * ones)
+    distance, place, obstacle = smallest_distance(scenario, x, curve, section)
+    np.testing.assert_allclose(distance, np.array([0.2, -0.02, -0.095, -0.105, -0.3]) - depth, atol=1e-12)
+    np.testing.assert_allclose(place, 0.37, atol=1e-12)
+    assert obstacle.tolist() == [2] * heights.size
+    # without the first peg: the side above, then, from its height on, the peg 0.2 m beyond the end
+    fewer = scenario.replace(obstacles=(OBSTACLES[0], OBSTACLES[2]))
+    distance, place, obstacle = smallest_distance(fewer, x, curve, section)
+    beyond = np.hypot(0.2, heights - 0.5) - 0.05
+    np.testing.assert_allclose(distance, np.minimum(0.8 - heights, beyond) - depth, atol=1e-12)
+    assert obstacle.tolist() == [1 if 0.8 - h < b else 2 for h, b in zip(heights, beyond, strict=True)]
+    high = curve[0] + 0.4j  # 0.9 m at last: 0.1 m inside of the side
+    distance, place, obstacle = smallest_distance(fewer, x, (high, curve[1]), section)
+    assert (distance[-1], obstacle[-1]) == (pytest.approx(-0.1 - depth), 1)
+    assert 0.0 <= place[-1] <= 0.6
