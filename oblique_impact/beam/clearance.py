@@ -84,7 +84,7 @@ def smallest_distance(
 
     The axis is known at the stations x (m); `section` is the direction, of length 1, that the sections have turned
     to from that of the axis, with its derivative in x: given, the distance is that of the face.  From a point it
-    is negative where the axis has the point on the other side than at the start; of the beam's ends it is positive.
+    is negative where the axis has the point on the other side than at the start; of its ends it is positive.
     """
     numbers, found = list[int](), list[tuple[Array, Array]]()
     for side in scenario.sides:
