@@ -58,6 +58,35 @@ def rigid() -> list[Measurement]:
     return found
 
 
+@check("A beam falls across two rigid pegs: impacts that alternate, until both hold it.", seconds=1.5)
+def two() -> list[Measurement]:
+    """Times, impulses, losses and energy."""
+    history = strike([(0.4, -0.02), (0.7, -0.035)], "contact.friction=frictionless", "end_time=0.385")
+    wanted, text = VALUES["two-pegs"], source("two-pegs")
+    impacts = [event for event in history.events if event.kind.impulsive]
+    finite = sum(contact.normal_impulse for contact in history.contacts) - sum(e.normal_impulse for e in impacts)
+    found = [
+        Measurement(f"{event.kind.value} {k}, peg {event.obstacle}", event.time, time, "s", _TIME, text, f"t{k}")
+        for k, (event, time) in enumerate(zip(history.events, wanted["times"], strict=True), start=1)
+    ]
+    found += [
+        Measurement(
+            f"impulse {k}", event.normal_impulse, impulse, "N s", 6e-9 if impulse > 0.1 else 2e-11, text, f"P{k}"
+        )
+        for k, (event, impulse) in enumerate(zip(impacts, wanted["impulses"], strict=True), start=1)
+    ]
+    lost, left = history.balance["lost_impact"], history.balance["final"]
+    return [
+        *found,
+        Measurement("loss by impacts", lost, wanted["loss"], "J", _ENERGY, text, "loss"),
+        Measurement("impulse of finite forces", finite, wanted["finite"], "N s", 2.0 * _IMPULSE, text, "finite"),
+        Measurement("energy", left, wanted["energy"], "J", _ENERGY, text, "energy"),
+        Measurement(
+            "unaccounted", history.balance["unaccounted"], 0.0, "J", 1e-10, "balance of energy", "unaccounted"
+        ),
+    ]
+
+
 @check("A beam falls onto an elastic peg of 10⁶ N/m, without friction.", seconds=1.0)
 def elastic() -> list[Measurement]:
     """Times and impulses of the contacts, the largest force."""
