@@ -110,8 +110,7 @@ def fields_along(beam: Beam, motion: Motion, block: int | None = None) -> Fields
     result = Fields(*(np.empty((motion.time.size, stations)) for _ in Fields._fields))
     for part in _blocks(motion.time.size, table.points.size, block):
         loads = PointLoads(*(values[part] for values in motion.loads))
-        time, q, qd, qdd = (values[part] for values in motion[:4])
-        rows_of_block = Motion(time, q, qd, qdd, loads)
+        rows_of_block = Motion(motion.time[part], motion.q[part], motion.qd[part], motion.qdd[part], loads)
         for whole, rows in zip(result, _block(beam, rows_of_block, points), strict=True):
             whole[part] = rows.T
     return result

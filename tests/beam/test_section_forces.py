@@ -111,7 +111,8 @@ def test_first_order_kinetics_leave_a_small_moment_at_the_pin(run):
     """Third powers of the deflection, which they drop: here 1e-3 of the largest moment, mean-axis frame."""
     moment = run("paper", "discretization.frame=mean-axis", "discretization.modes=3")["moment"].values
     assert np.abs(moment[:, 0]).max() < 2e-3 * np.abs(moment).max()
-    assert np.abs(moment[:, -1]).max() == 0.0
+    # the force at the tip acts at its inertial position, which is turned back into the frame: rounding is left
+    assert np.abs(moment[:, -1]).max() < 1e-14 * np.abs(moment).max()
 
 
 def test_a_beam_on_three_supports():

@@ -85,6 +85,19 @@ def test_the_depth_of_an_elastic_stop_is_a_distance_of_its_own(run):
     assert history.summary["clearance"]["x"] == 1.0
 
 
+def test_a_side_that_the_beam_passes_where_nothing_touches_it_is_told(run):
+    """The root is 0.1 m below the side, the free end above it; an elastic stop that is pressed in is not told."""
+    side = ("slope.enabled=false", "contact.where='anywhere'", "obstacles=[{origin=[0.0, 0.1]}]")
+    history = run("paper", *side, "end_time=0.01")
+    assert history.summary["clearance"] == {"distance": pytest.approx(-0.1), "x": 0.0, "time": 0.0, "obstacle": 1}
+    (line,) = [line for line in history.summary["warnings"] if "passes" in line]
+    assert line.startswith("passes 100 mm below obstacle 1 at x = 0 m")
+    assert "contact.grid = 1" in line
+    pressed = run("gap", "contact.normal='spring'", "end_time=0.2")
+    assert pressed.summary["clearance"]["distance"] < -5e-4
+    assert not [line for line in pressed.summary["warnings"] if "passes" in line]
+
+
 @pytest.mark.parametrize("scheme", ["event", "fixed-step", "generalized-alpha"])
 def test_beyond_the_end_the_beam_falls_past(run, scheme):
     """No force in mid-air: the motion is that without a slope, and the passage is recorded and told."""

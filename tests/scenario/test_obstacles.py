@@ -92,7 +92,7 @@ def test_they_are_changed_as_a_whole_and_item_by_item(scenario):
 @pytest.mark.parametrize(
     ("change", "line"),
     [
-        ("obstacles.3.radius=1", "3 is none of the 2 items, which count from 1"),
+        ("obstacles.4.radius=1", "4 is none of the 2 items, which count from 1"),
         ("obstacles.0.radius=1", "0 is none of the 2 items"),
         ("obstacles.1=1", "expected a key of an item, as in obstacles.1.key, or the whole list"),
         ("obstacles={kind='side'}", "should be a list of obstacles; in a file each is a table [[obstacles]]"),
