@@ -7,13 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
-from skfem import Basis, BilinearForm, MeshLine
-from skfem.helpers import dd, ddot
 
 from oblique_impact import InputError, Scenario, fem_beam
-from oblique_impact.beam.cross_sections import Profile, Sections
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.fem_beam.element import LocalHermite
 from oblique_impact.fem_beam.mesh import beam_mesh
 from oblique_impact.validation.beams import UNIT
 from oblique_impact.validation.reference_values import VALUES
@@ -37,14 +34,6 @@ def varied(elements=5, **changes):
         **root,
         **changes,
     )
-
-
-def test_the_inertia_outside_of_a_place_turns_about_the_hub():
-    """int m (r + xi) (xi - x) dxi of 3 kg/m over 2 m on a hub of 0.5 m, and 4 kg at the tip."""
-    plain = Profile.of(1.0, 2.0)
-    sections = Sections(2.0, 0.5, 3.0, 1.0, plain, plain, tip_mass=4.0)
-    expected = [3.0 + 8.0 + 4.0 * 2.5 * 2.0, 3.0 * (0.75 + 1.0 / 3.0) + 4.0 * 2.5, 0.0]
-    assert_allclose(sections.outer_inertia_moment(np.array([0.0, 1.0, 2.0])), expected, rtol=1e-14, atol=1e-14)
 
 
 # Input ----------------------------------------------------------------------------------------------------------
@@ -192,26 +181,6 @@ def test_kinks_that_lie_too_close_get_no_nodes_of_their_own():
     assert many.size == 13
     assert np.abs(many - 0.77).min() == 0.0
     assert np.all(np.diff(many) > 0.0)
-
-
-@pytest.mark.parametrize("h", [1e-1, 1e-3, 1e-5])
-def test_small_elements_keep_their_digits(h):
-    """The textbook's stiffness of an element at the far end of the beam."""
-    basis = Basis(MeshLine(np.array([0.0, 1.0 - h, 1.0])), LocalHermite(), intorder=7)
-    K = BilinearForm(lambda u, v, w: ddot(dd(u), dd(v))).assemble(basis).toarray()[2:, 2:]
-    width = 1.0 - (1.0 - h)
-    expected = np.array([[12, -6 * width], [-6 * width, 4 * width**2]]) / width**3
-    assert_allclose(K[2:, 2:], expected, rtol=1e-12)
-
-
-def test_a_graded_mesh_keeps_the_frequencies():
-    scenario = Scenario().replace(discretization__method="fem", discretization__elements=64)
-    exact = build_operators(scenario.replace(discretization__method="modal")).natural_frequencies()
-    for grading in (10.0, 1e4):
-        found = build_operators(scenario.replace(discretization__grading=grading)).natural_frequencies()
-        # the largest element is 0.136 L at 1e4 and there (beta h)^4/1440 = 1e-4 in the second mode
-        assert_allclose(found, exact, rtol=2e-4)
-        assert np.all(found > exact * (1.0 - 1e-11))
 
 
 # Frequencies ----------------------------------------------------------------------------------------------------

@@ -12,7 +12,6 @@ from scipy.integrate import quad
 
 from oblique_impact import InputError, Scenario, natural_frequencies
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.scenario.materials import MATERIALS
 from oblique_impact.scenario.sections import BeamSection, CrossSection
 from oblique_impact.scenario.shapes import SHAPES, SIZES
@@ -99,21 +98,6 @@ def test_sizes_over_x_are_met_exactly():
     )
 
 
-def test_finite_elements_integrate_such_sections_exactly():
-    """The work of the deflection x^2 + x^3 and its kinetic energy are integrals of polynomials."""
-    scenario = shaped("rectangle", **TAPER).replace(discretization__elements=5)
-    nodal = NodalBeam.from_scenario(scenario)
-    shape = Polynomial([0.0, 0.0, 1.0, 1.0])
-    values = np.stack([shape(nodal.nodes), shape.deriv()(nodal.nodes)], axis=1).ravel()
-    bent, rho, E = shape.deriv(2), scenario.beam.density, scenario.beam.youngs_modulus
-    stiffness = E / 12.0 * integral(lambda w: w * HEIGHT**3 * bent**2)
-    assert values @ (nodal.K @ values) == pytest.approx(stiffness, rel=1e-12)
-    factor = nodal.curvature_factor() @ values
-    assert factor @ factor == pytest.approx(stiffness, rel=1e-12)
-    mass = rho * integral(lambda w: w * HEIGHT * shape**2)
-    assert values @ (nodal.M1 @ values) == pytest.approx(mass, rel=1e-12)
-
-
 def test_frequencies_of_a_wedge():
     """A cantilever of constant width whose height falls to nearly nothing.
 
@@ -127,16 +111,6 @@ def test_frequencies_of_a_wedge():
     found = natural_frequencies(clamped, [0.0], 2).flapwise[0] / unit
     assert found[0] == pytest.approx(5.3151, rel=2e-3)
     assert found[1] == pytest.approx(15.2072, rel=5e-3)
-
-
-def test_an_outer_fibre_over_x_is_that_of_the_shape():
-    taper = [[0.0, 0.03], [1.0, 0.01]]
-    by_shape = Sections.from_scenario(shaped("rectangle", width=0.02, height=taper))
-    fibre = [[x, h / 2.0] for x, h in taper]
-    given = Sections.from_scenario(Scenario().replace(beam__outer_fibre=fibre, **FEM))
-    x = np.linspace(0.0, 1.0, 7)
-    np.testing.assert_allclose(given.fibre_distance(x), by_shape.fibre_distance(x), rtol=1e-15)
-    assert Scenario.from_toml("[beam]\nouter_fibre = '12 mm'").beam.outer_fibre == 0.012
 
 
 def test_the_resolved_file_is_the_same_beam_and_follows_what_is_changed_in_it():

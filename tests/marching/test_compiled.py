@@ -6,14 +6,11 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numba
 import pytest
 
-from oblique_impact import InputError
-from oblique_impact.contact.stops import ContactLaw, ElasticStop
 from oblique_impact.kernels.compiling import clock
 
 _NAMES = """
@@ -121,20 +118,3 @@ def test_seconds_of_compiling_are_not_counted():
         numba.njit(lambda x: x**0.5 + 1.0)(2.0)
         seconds, whole = marching.seconds, time.perf_counter() - started
     assert 0.0 <= seconds < 0.5 * whole
-
-
-@dataclass(frozen=True)
-class Law(ContactLaw):
-    """A law that cannot be compiled."""
-
-    @staticmethod
-    def normal_force(depth, rate):
-        return depth.no_such_thing
-
-
-def test_a_law_that_cannot_be_compiled_is_one_line():
-    ElasticStop(1.0).check(1.0)
-    with pytest.raises(InputError) as error:
-        Law().check(1.0)
-    assert "\n" not in str(error.value)
-    assert "normal_force: cannot be compiled" in str(error.value)
