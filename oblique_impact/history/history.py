@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 FORMAT = "oblique-impact history 2"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
 #: larger numbers belong to no run; their squares overflow where lengths and energies are computed
-_LARGEST = 1e150
+_LARGEST = np.float64(1e150)
 #: attributes of a file that belong to other parts of a history than its data
 _OWN = ("format", "scenario", "events", "contacts", "summary")
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
-from oblique_impact import Scenario, fem_beam, modal, natural_frequencies
+from oblique_impact import Scenario, modal, natural_frequencies
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.fem_beam import reduction
 
@@ -92,20 +92,6 @@ def test_modal_operators_are_their_definitions(frame, radius):
                 assert o.D[i, j] == pytest.approx(M * integrate(h), abs=1e-10)
     assert pytest.approx(integrate(lambda x: M * (radius + x) ** 2), rel=1e-13) == o.J
     assert pytest.approx(integrate(lambda x: M * (radius + x)), rel=1e-13) == o.Sm
-
-
-# Finite elements ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("point", "elements"), [(0.47, 2), (0.47, 7), (0.05, 6), (1.29, 6), (0.65, 8), (1.3, 5)])
-def test_a_node_lies_at_the_contact_point(point, elements):
-    nodes = fem_beam.NodalBeam.from_scenario(
-        scenario_of("tangent", "fem", point=point, elements=elements, modes=2)
-    ).nodes
-    assert nodes.size == elements + 1
-    assert np.all(np.diff(nodes) > 0.0)
-    assert (nodes[0], nodes[-1]) == (0.0, LENGTH)
-    assert np.abs(nodes - point).min() <= 1e-15
 
 
 # Reduction ------------------------------------------------------------------------------------------------------

@@ -38,12 +38,8 @@ def varied(elements=5, **changes):
 
 # Input ----------------------------------------------------------------------------------------------------------
 
-FEM = '[discretization]\nmethod = "fem"\n'
 BAD = {
     "not a number": ('[beam]\narea = "thick"', ["beam.area", "'thick'", "number in m^2", "1 m^2"]),
-    "bool": ("[beam]\narea = true", ["beam.area", "True", "number"]),
-    "negative": ("[beam]\nsecond_moment = -1e-9", ["beam.second_moment", "-1e-09", "greater than 0"]),
-    "infinite": ("[beam]\narea = inf", ["beam.area", "inf", "finite"]),
     "digits": ("[beam]\narea = 1" + "0" * 400, ["beam.area", "finite"]),
     "empty": ("[beam]\narea = []", ["beam.area", "2 to 1000 pairs", "not of 0"]),
     "one row": ("[beam]\narea = [[0, 1e-4]]", ["beam.area", "2 to 1000 pairs", "not of 1"]),
@@ -52,27 +48,9 @@ BAD = {
         "[beam]\narea = [[0, 1e-4], [1, 2e-4, 3]]",
         ["beam.area", "pairs", "row 2", "[1, 0.0002, 3]"],
     ),
-    "no rows": ("[beam]\narea = [0, 1]", ["beam.area", "pairs", "row 1 is 0"]),
     "table in a row": ("[beam]\narea = [[0, {a = 1}], [1, 2]]", ["beam.area", "pairs", "row 1", "{'a': 1}"]),
-    "zero in a row": (
-        "[beam]\nsecond_moment = [[0, 1], [1, 0]]",
-        ["beam.second_moment", "greater than 0", "row 2"],
-    ),
     "late start": ("[beam]\narea = [[0.1, 1], [1, 1]]", ["beam.area", "begins at x = 0", "not at 0.1"]),
     "not ascending": ("[beam]\narea = [[0, 1], [0.5, 1], [0.5, 2], [1, 1]]", ["beam.area", "ascending", "row 3"]),
-    "negative tip mass": (
-        f"[beam]\ntip_mass = -0.1\n{FEM}",
-        ["beam.tip_mass", "-0.1", "greater than or equal to 0"],
-    ),
-    "negative fibre": (
-        "[beam]\nouter_fibre = -1e-3",
-        ["beam.outer_fibre", "-0.001", "greater than or equal to 0"],
-    ),
-    "grading below 1": (f"{FEM}grading = 0.5", ["discretization.grading", "0.5", "greater than or equal to 1"]),
-    "steep grading": (
-        f"{FEM}grading = 1e5",
-        ["discretization.grading", "100000.0", "less than or equal to 10000"],
-    ),
 }
 
 

@@ -18,7 +18,6 @@ from oblique_impact.contact.friction import Branch, Coulomb
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import (
     LOWER,
-    NORMAL,
     SWITCHED,
     UPPER,
     Baumgarte,
@@ -28,7 +27,7 @@ from oblique_impact.contact.state import (
     Stick,
     Tolerances,
 )
-from oblique_impact.contact.transitions import ContactMachine, EventKind, StickCriterion, Transition
+from oblique_impact.contact.transitions import ContactMachine, EventKind, StickCriterion
 from oblique_impact.errors import RunEnded
 from oblique_impact.marching import loop
 from tests.systems import Block
@@ -78,17 +77,6 @@ STICK = Phase(int(State.STICK), stick=Stick(0.3))
 # FREE -> ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("slip_rate", [2.0, -2.0])
-def test_plastic_impact_then_slip_in_the_direction_of_motion(slip_rate):
-    probe = Probe(gap_rate=-3.0, slip_rate=slip_rate, a_nn=2.0)
-    transition = machine().after_guard(OPEN, NORMAL, probe)
-    assert transition.kind is EventKind.IMPACT
-    assert transition.impulse == (1.5, 0.0, 0.5 * 1.5 * 3.0)
-    assert slides(transition.phase, np.sign(slip_rate), 0.3)
-    assert transition.phase.stabilization == (20.0, 1e6)
-    assert transition.failure is None
-
-
 def test_the_direction_of_slip_is_that_after_the_impact():
     # a_nt P = -1.5 * 3 turns the slip round
     probe = Probe(gap_rate=-3.0, slip_rate=2.0, a_nn=2.0, a_nt=-1.0, a_tt=2.0)
@@ -118,13 +106,6 @@ def test_grazing_without_an_impulse(rate):
 # contact -> -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("phase", [SLIP_UP, SLIP_DOWN, STICK])
-def test_release(phase):
-    transition = machine().after_guard(phase, NORMAL, Probe(gap_acceleration=0.0, slip_rate=1.0))
-    assert transition.phase.state == State.FREE
-    assert transition == Transition(transition.phase, EventKind.RELEASE)
-
-
 @pytest.mark.parametrize(("phase", "guard"), [(SLIP_UP, LOWER), (SLIP_DOWN, UPPER)])
 @pytest.mark.parametrize(("drive", "direction"), [(0.0, 0), (2.9, 0), (-2.9, 0), (3.0, 1), (-3.0, -1)])
 def test_zero_slip_sticks_inside_the_cone_and_reverses_outside(phase, guard, drive, direction):
@@ -151,14 +132,6 @@ def test_zero_slip_where_the_sticking_force_pulls_is_a_release():
 # What has no answer -----------------------------------------------------------------------------------------
 
 PAINLEVE = {"a_nn": 1.0, "a_nt": 4.0, "a_tt": 20.0, "slip_rate": 1.0}  # 1 - 0.3 * 4 < 0
-
-
-def test_painleve_configuration_is_named_and_never_divided_by():
-    with pytest.raises(RunEnded) as stop:
-        machine().closed(Probe(**PAINLEVE).instant)
-    assert stop.value.outcome is Outcome.PAINLEVE
-    # sliding the other way there is an answer: 1 + 0.3 * 4 > 0
-    assert slides(machine().closed(Probe(**{**PAINLEVE, "slip_rate": -1.0}).instant), -1, 0.3)
 
 
 def test_impact_into_a_painleve_configuration_keeps_the_impulse():
@@ -249,21 +222,6 @@ def test_contact_below_the_slope_is_pushed_out_by_a_scheme_that_does_not_locate(
 
 def log(history):
     return [(event.kind.value, event.state.name) for event in history.events]
-
-
-def test_block_pulled_by_a_growing_force_sticks_then_slips_then_lifts_off():
-    """fx = 2 t, fy = t - 9.8: the cone is left at 2 t = 0.5 (9.8 - t), the plane at t = 9.8."""
-    block = Block(lambda t, q, qd: (2.0 * t, t - 9.8))
-    history = simulate_system(
-        block, [0.0, 0.0], [0.0, 0.0], 10.0, friction=Coulomb(static=0.5, kinetic=0.25), output_interval=0.1
-    )
-    assert log(history) == [("impact", "STICK"), ("slip", "SLIP"), ("release", "FREE")]
-    slip = 0.5 * 9.8 / 2.5
-    times = [event.time for event in history.events]
-    assert times == pytest.approx([0.0, slip, 9.8], abs=1e-10)
-    # x'' = 2 t - 0.25 (9.8 - t) = 2.25 t - 2.45 from there to the release
-    speed = 1.125 * (9.8**2 - slip**2) - 2.45 * (9.8 - slip)
-    assert history.events[2].tangential_velocity == pytest.approx(speed, rel=1e-11)
 
 
 def test_chattering_is_bounded_and_named(monkeypatch):

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from io import StringIO
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from oblique_impact import History, Interrupted, Outcome, Scenario, simulate
-from oblique_impact.command_line.progress_bars import progress_bar
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.fem_beam.exact import ElasticSections
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
 from oblique_impact.fem_beam.exact.stop import Slope
-from oblique_impact.marching.loop import Status
 from oblique_impact.validation.runs import NEAR
 
 ABSOLUTE = ("discretization.method=absolute", "contact.normal=spring")
@@ -217,15 +213,6 @@ def test_a_long_run_says_beforehand_how_long_it_takes():
     assert float(number) * {"s": 1, "min": 60}[unit] == pytest.approx(100.0 * steps, rel=0.35)
     simulate(Scenario.builtin("paper", [*words, "end_time=1e-3"]), stop)
     assert len(told) == 1
-
-
-def test_a_notice_is_printed_where_no_bar_is_drawn():
-    written = StringIO()
-    with progress_bar(Console(file=written)) as show:
-        show(Status(0.1, 1.0, State.FREE, 0, "this takes an hour"))
-        show(Status(0.2, 1.0, State.FREE, 0))
-    (line,) = written.getvalue().splitlines()
-    assert "this takes an hour" in line
 
 
 # --- what a person meets
