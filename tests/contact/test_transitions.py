@@ -93,6 +93,17 @@ def test_rebound_when_the_force_would_pull():
     assert transition.impulse.normal == 3.0
 
 
+def test_bounces_that_accumulate_close_the_contact():
+    """The last bounce worth a flight rises to four gap tolerances; below, restitution is given up."""
+    lowest = math.sqrt(2.0 * 9.8 * 4.0 * TOLERANCES.gap) / 0.5
+    above = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-1.001 * lowest, slip_rate=1.0))
+    assert above.kind is EventKind.REBOUND
+    below = machine(impact=NewtonImpact(0.5)).touch(Probe(gap_rate=-0.999 * lowest, slip_rate=1.0))
+    assert below.kind is EventKind.IMPACT
+    assert below.impulse.normal == pytest.approx(0.999 * lowest, rel=1e-12)
+    assert slides(below.phase, 1, 0.3)
+
+
 @pytest.mark.parametrize("rate", [0.0, -5e-12, 5e-12])
 def test_grazing_without_an_impulse(rate):
     closing = machine().touch(Probe(gap_rate=rate, slip_rate=1.0))
