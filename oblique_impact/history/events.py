@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -45,11 +46,13 @@ def event_of(row: Sequence[Any]) -> Event:
 
 
 def numbers_of(values: Iterable[Any]) -> list[float]:
-    """Return values of a file as numbers; raises TypeError if one is none."""
+    """Return values of a file as finite numbers; raises TypeError, ValueError or OverflowError for others."""
     found = list(values)
     if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in found):
-        raise TypeError("its events and contacts have no numbers where they should be")
-    return found
+        raise TypeError("it has no numbers where they should be")
+    if not all(map(math.isfinite, found)):
+        raise ValueError("it has no finite numbers where they should be")
+    return [float(value) for value in found]
 
 
 def events_csv(events: Sequence[Event], columns: Sequence[str] = EVENT_COLUMNS) -> str:

@@ -57,6 +57,8 @@ if TYPE_CHECKING:
 
 FORMAT = "oblique-impact history 2"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
+#: larger numbers belong to no run; their squares overflow where lengths and energies are computed
+_LARGEST = np.float64(1e150)
 #: attributes of a file that belong to other parts of a history than its data
 _OWN = ("format", "scenario", "events", "contacts", "summary")
 
@@ -314,8 +316,13 @@ class History:
                 raise InputError(f"it has no variable {name!r}")
         for key, variable in data.variables.items():
             known, name = VARIABLES.get(str(key)), str(key)
-            if known and (variable.dims != known.dimensions or variable.dtype.kind not in "fi"):
+            if not known:
+                continue
+            kinds = "i" if name == "state" else "fi"
+            if variable.dims != known.dimensions or variable.dtype.kind not in kinds:
                 raise InputError(f"its variable {name!r} is not numbers over {', '.join(known.dimensions)}")
+            if np.any(np.abs(variable.values) > _LARGEST):  # NaN stands where a force is not known
+                raise InputError(f"its variable {name!r} has values beyond {_LARGEST:g}")
         for name, what in (("time", "times"), ("station", "stations")):
             places = data[name].values if name in data else np.zeros(1)
             if not places.size or not np.all(np.isfinite(places)) or not np.all(np.diff(places) > 0.0):
@@ -324,13 +331,16 @@ class History:
             if name in data and not np.isin(data[name].values, list(State)).all():
                 raise InputError(f"its variable {name!r} has values that are none")
         attributes = data.attrs
+        scenario = Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None
+        if scenario and not np.allclose(data["station"][[0, -1]], [0.0, scenario.beam.length], rtol=1e-9):
+            raise InputError("its stations do not go from 0 to the length of its beam")
         summary = json.loads(attributes["summary"])
         require_summary(summary)
         return cls(
             data.drop_attrs(deep=False).assign_attrs({k: v for k, v in attributes.items() if k not in _OWN}),
             [event_of(row) for row in json.loads(attributes["events"])],
             summary,
-            Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
+            scenario,
             [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],  # type: ignore[arg-type]
         )
 
