@@ -17,9 +17,10 @@ from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.paper.cases import MODELS, SCHEMES, cases, combinations, paper
-from oblique_impact.validation.paper.claims import CLAIMS, VERDICTS, Judged
-from oblique_impact.validation.paper.measures import NAN, Models, longest, macros, run_light, sticks
+from oblique_impact.validation.paper.claims import CLAIMS, Judged
+from oblique_impact.validation.paper.measures import NAN, Models, collisions, longest, run_light, sticks
 from oblique_impact.validation.paper.report import write_report
+from oblique_impact.validation.paper.rules import VERDICTS
 from oblique_impact.validation.paper.sticking import StickCheck, Threshold, find_threshold, stick_checks
 from oblique_impact.validation.studies.parallel import map_parallel
 
@@ -115,7 +116,7 @@ def reproduce(
         found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
     runs: dict[str, History] = dict(zip(named, found, strict=False))
     combined = found[len(named) :]
-    stick = {key: stick_checks(named[key], run) for key, run in runs.items() if key.endswith("hybrid")}
+    stick = {key: stick_checks(run) for key, run in runs.items() if key.endswith("hybrid")}
     result = Reproduction(
         claims=_judge(runs, combined),
         runs=runs,
@@ -140,13 +141,13 @@ def _compute(task: Scenario | dict[str, Any]) -> History | dict[str, Any]:
     if isinstance(task, Scenario):
         return run_light(task)
     models = Models(*(run_light(paper(model=model, **task)) for model in MODELS))
-    second = next(iter(macros(models.hybrid)[1:2]), None)
-    start, duration = longest(sticks(models.hybrid, second)) if second else (NAN, 0.0)
+    second = next(iter(collisions(models.hybrid)[1:2]), (NAN, NAN))
+    start, duration = longest(sticks(models.hybrid, second))
     return {
         **{name.rpartition("__")[2]: value for name, value in task.items()},
         "outcomes": [run.outcome.label for run in models],
-        "second_start": second.start if second else NAN,
-        "second_end": second.end if second else NAN,
+        "second_start": second[0],
+        "second_end": second[1],
         "longest_stick_start": start,
         "longest_stick": duration,
         "verdicts": {claim.id: claim.judge(models).verdict for claim in CLAIMS if claim.case == "paper"},
