@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oblique_impact.validation.comparison import Comparison, compare
-    from oblique_impact.validation.paper.command import Reproduction, reproduce
+    from oblique_impact.validation.paper.claims import Reproduction
+    from oblique_impact.validation.paper.command import reproduce
     from oblique_impact.validation.studies.design import (
         AxisSection,
         HypercubeSection,
@@ -24,8 +25,9 @@ if TYPE_CHECKING:
         SweepFile,
         TableSection,
     )
+    from oblique_impact.validation.studies.ladders import StudyResult
     from oblique_impact.validation.studies.predictability import Predictability, predictability
-    from oblique_impact.validation.studies.refinement import StudyResult, refine
+    from oblique_impact.validation.studies.refinement import refine
     from oblique_impact.validation.studies.small_deflection import SmallDeflection, small_deflection
     from oblique_impact.validation.studies.sweep import SweepResult, sweep
     from oblique_impact.validation.suite import Result, validate

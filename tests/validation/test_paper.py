@@ -13,9 +13,10 @@ from oblique_impact import Scenario
 from oblique_impact.renders.style import figure_style
 from oblique_impact.validation.paper import command
 from oblique_impact.validation.paper.cases import cases, combinations, paper
-from oblique_impact.validation.paper.claims import CLAIMS, VERDICTS
+from oblique_impact.validation.paper.claims import CLAIMS
 from oblique_impact.validation.paper.figures import PLOTS, draw_on, window
 from oblique_impact.validation.paper.measures import Models, run_light, sticks, within
+from oblique_impact.validation.paper.rules import VERDICTS
 from oblique_impact.validation.paper.sticking import find_threshold, stick_checks
 from oblique_impact.validation.reference_values import VALUES
 
@@ -48,7 +49,7 @@ def located():
 
 @pytest.fixture(scope="module")
 def checks(located):
-    return stick_checks(paper("event"), located)
+    return stick_checks(located)
 
 
 def test_rates_in_the_floating_frame_are_derivatives(located):
@@ -79,7 +80,7 @@ def test_the_first_reversal_becomes_stick_where_its_ratio_says(checks):
 def test_the_sticking_scenario_sticks_inside_of_the_friction_cone():
     scenario = Scenario.builtin("sticking")
     run = run_light(scenario)
-    begun = [check for check in stick_checks(scenario, run) if check.kind == "stick"]
+    begun = [check for check in stick_checks(run) if check.kind == "stick"]
     assert begun
     assert all(check.ratio <= scenario.contact.mu_static and abs(check.slip_rate) < 1e-9 for check in begun)
     assert sticks(run)[-1].end == run.end_time
@@ -92,7 +93,7 @@ def test_stays_judged_stick_as_printed_move():
     starts = [stay.start for stay in sticks(run)]
     assert all(min(abs(start - expected) for start in starts) < 1e-4 for expected in (0.3232, 0.3250, 0.3268))
     assert max(abs(stay.slip_rate) for stay in sticks(run)) > 0.2
-    judged = [check.ratio for check in stick_checks(scenario, run) if check.kind == "stick"]
+    judged = [check.ratio for check in stick_checks(run) if check.kind == "stick"]
     assert 0.0 < max(judged) <= 0.3 * (1.0 + 1e-6)
 
 

@@ -13,8 +13,9 @@ from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.summary import MacroCollision
 from oblique_impact.marching.records import Event
-from oblique_impact.validation.paper.claims import CLAIMS, NOT, PARTLY, REPRODUCED, Finding, Judged
+from oblique_impact.validation.paper.claims import CLAIMS, Judged
 from oblique_impact.validation.paper.measures import Models, force_difference, in_flight
+from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, Finding
 
 BY_ID = {claim.id: claim for claim in CLAIMS}
 MACROS = ((0.3, 0.34), (0.68, 0.71))

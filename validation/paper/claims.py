@@ -1,68 +1,28 @@
-"""The paper's claims, each with the rule by which it is judged.
+"""The paper's claims, each judged by its rule.
 
-`claims.toml` is the table of them: where the paper says what, and the rule in words.  The rule itself is the
-function here with its id; it takes the runs of the three friction models.  Each claim is judged
-twice: on fixed-step runs (the algorithm as printed) and on event-located ones (the same equations, solved).
+`claims.toml` is the table of them: where the paper says what, and the rule in words; the function of `rules` with
+the name of the claim applies it.  Each claim is judged twice: on fixed-step runs (the algorithm as printed) and on
+event-located ones (the same equations, solved).
 """
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from itertools import combinations, pairwise
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any
 
-import numpy as np
+import pandas as pd
 
-from oblique_impact.contact.state import State
 from oblique_impact.history.history import History
-from oblique_impact.history.summary import MacroCollision
-from oblique_impact.validation.paper.measures import (
-    NAN,
-    REVERSAL,
-    STICK,
-    MissingError,
-    Models,
-    energy_at,
-    force_difference,
-    in_flight,
-    longest,
-    macro,
-    macros,
-    reversals,
-    sampled,
-    stays,
-    sticks,
-    within,
-)
-from oblique_impact.validation.report import number
-
-REPRODUCED, PARTLY, NOT = VERDICTS = ("reproduced", "partly", "not reproduced")
-POINT = ("tip_x", "tip_vx", "tip_y", "tip_vy")
-
-
-class Finding(NamedTuple):
-    """What a rule finds in one set of runs: verdict, the numbers behind it (SI units), and these as text."""
-
-    verdict: str
-    numbers: dict[str, float]
-    text: str
-
-
-Rule = Callable[[Models], Finding]
-RULES: dict[str, Rule] = {}
-
-
-def rule(id: str) -> Callable[[Rule], Rule]:
-    """Return the decorator that makes a function the rule of a claim."""
-
-    def add(function: Rule) -> Rule:
-        RULES[id] = function
-        return function
-
-    return add
+from oblique_impact.validation.paper import rules
+from oblique_impact.validation.paper.cases import MODELS, SCHEMES
+from oblique_impact.validation.paper.measures import MissingError, Models
+from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, VERDICTS, Finding
+from oblique_impact.validation.paper.sticking import StickCheck, Threshold
 
 
 @dataclass(frozen=True)
@@ -78,9 +38,10 @@ class Claim:
     def judge(self, models: Models) -> Finding:
         """Apply the rule; not reproduced where the runs lack what the claim is about."""
         try:
-            return RULES[self.id](models)
+            found: Finding = getattr(rules, re.sub(r"[-.]", "_", self.id))(models)
         except MissingError as missing:
             return Finding(NOT, {}, str(missing))
+        return found
 
 
 @dataclass(frozen=True)
@@ -106,349 +67,67 @@ class Judged:
         return self.combinations is None or self.combinations[REPRODUCED] < sum(self.combinations.values())
 
 
+@dataclass(frozen=True)
+class Reproduction:
+    """The paper's claims with their verdicts, and the runs behind them.
+
+    Attributes
+    ----------
+    claims : sequence of Judged
+        The paper's claims, each with what either scheme found and a verdict.
+    runs : dict
+        Histories by group/scheme/model, without what varies along the beam.
+    combinations : DataFrame
+        What each combination of open choices does to the second macro-collision and to the verdicts (SI units).
+    stick : dict
+        Why the tips of the hybrid models could not stick, or did, by the key of the run.
+    threshold : Threshold
+        The friction coefficient from which on the first reversal is a stick.
+    seconds : float
+        Wall time (s) of the simulations.
+    report : Path or None
+        The page, if one was written.
+    """
+
+    claims: Sequence[Judged]
+    runs: dict[str, History]
+    combinations: pd.DataFrame
+    stick: dict[str, list[StickCheck]]
+    threshold: Threshold
+    seconds: float
+    report: Path | None = None
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """How many claims have which verdict: "reproduced", "partly", "not reproduced"."""
+        return count_verdicts(judged.verdict for judged in self.claims)
+
+    @property
+    def undiscriminating(self) -> int:
+        """Number of claims that every combination of open choices reproduces."""
+        return sum(not judged.discriminates for judged in self.claims)
+
+
 _TABLE = tomllib.loads(files("oblique_impact.validation").joinpath("paper/claims.toml").read_text("utf-8"))
 #: the claims in the order of the paper's figures
 CLAIMS = [Claim(id, **row) for id, row in _TABLE.items()]
 
 
-def verdict(reproduced: bool, partly: bool = False) -> str:
-    """Return the verdict of a rule that has a middle ground or none."""
-    return REPRODUCED if reproduced else PARTLY if partly else NOT
-
-
-def graded(value: float, good: float, fair: float) -> str:
-    """Return the verdict of a number that should be small: at most `good`, at most `fair`, or more (NaN: more)."""
-    return verdict(value <= good, value <= fair)
-
-
-# --- impacts and their forces (Figs. 2 and 3)
-
-
-def differences(models: Models, name: str) -> list[float]:
-    """Return the largest difference of any two models in macro-collisions 1 to 3; two of them have friction."""
-    pairs = [(models.hybrid, models.modified)] if name == "lambda_tau" else list(combinations(models, 2))
-    return [max(force_difference(a, b, name, k) for a, b in pairs) for k in (1, 2, 3)]
-
-
-def growth(found: list[float], what: str, scale: float = 1.0, unit: str = "") -> Finding:
-    """Judge whether a number grows with every macro-collision that the runs share; NaN where they do not."""
-    first, second, third = found
-    grows = first < second
-    return Finding(verdict(grows and not third <= second, grows), *of_three(found, what, scale, unit))
-
-
-def of_three(found: list[float], what: str, scale: float = 1.0, unit: str = "") -> tuple[dict[str, float], str]:
-    numbers = {f"collision_{k}": value for k, value in enumerate(found, start=1)}
-    return numbers, f"{what} 1, 2, 3: {', '.join(number(scale * v, 3) for v in found)}{unit}"
-
-
-@rule("first-collision")
-def first_collision(models: Models) -> Finding:
-    start, end = macro(models.hybrid, 1).start, macro(models.hybrid, 1).end
-    middle, contained = 0.5 * (start + end), start <= REVERSAL <= end
-    text = f"{start:.4f} s to {end:.4f} s, middle {middle:.4f} s"
-    numbers = {"start": start, "end": end, "middle": middle}
-    return Finding(verdict(contained and abs(middle - REVERSAL) <= 2e-3, contained), numbers, text)
-
-
-@rule("friction-coincides")
-def friction_coincides(models: Models) -> Finding:
-    first = differences(models, "lambda_tau")[0]
-    return Finding(graded(first, 0.1, 0.3), {"difference": first}, f"difference {number(first, 3)}")
-
-
-@rule("friction-slight-difference")
-def friction_slight_difference(models: Models) -> Finding:
-    first = differences(models, "lambda_tau")[0]
-    return Finding(verdict(first > 1e-6), {"difference": first}, f"difference {number(first, 3)}")
-
-
-@rule("friction-drifts-apart")
-def friction_drifts_apart(models: Models) -> Finding:
-    return growth(differences(models, "lambda_tau"), "differences in collisions")
-
-
-@rule("normal-coincides")
-def normal_coincides(models: Models) -> Finding:
-    first = differences(models, "lambda_n")[0]
-    return Finding(graded(first, 0.1, 0.3), {"difference": first}, f"largest difference {number(first, 3)}")
-
-
-@rule("normal-separates")
-def normal_separates(models: Models) -> Finding:
-    first, *later = found = differences(models, "lambda_n")
-    holds = [value >= 0.3 and value > first for value in later if not np.isnan(value)]
-    judged = verdict(bool(holds) and all(holds), any(holds))
-    return Finding(judged, *of_three(found, "differences in collisions"))
-
-
-@rule("impact-times-spread")
-def impact_times_spread(models: Models) -> Finding:
-    starts = [([collision.start for collision in macros(run)] + 3 * [NAN])[:3] for run in models]
-    return growth(np.ptp(starts, axis=0).tolist(), "spread of the first touches", 1e3, " ms")
-
-
-@rule("no-motion-across")
-def no_motion_across(models: Models) -> Finding:
-    closed = models.hybrid["state"].values != State.FREE
-    if not closed.any():
-        raise MissingError("no contact")
-    gap, speed = (float(np.max(np.abs(models.hybrid[name].values[closed]))) for name in ("gap", "gap_rate"))
-    text = f"largest |Z_n| {number(1e3 * gap, 3)} mm, |Z_n'| {number(speed, 3)} m/s"
-    return Finding(graded(gap, 1e-9, 1e-5), {"gap": gap, "gap_rate": speed}, text)
-
-
-@rule("friction-matters")
-def friction_matters(models: Models) -> Finding:
-    shift = macro(models.hybrid, 2).start - macro(models.frictionless, 2).start
-    order = "earlier" if shift < 0.0 else "later"
-    text = f"second touch {number(1e3 * abs(shift), 3)} ms {order} with friction"
-    return Finding(verdict(abs(shift) >= 1e-3), {"shift": shift}, text)
-
-
-# --- energies (Figs. 4 to 7)
-
-
-@rule("energy-constant-before")
-def energy_constant_before(models: Models) -> Finding:
-    energy = within(models.hybrid, "energy", 0.0, models.before_contact)
-    initial, drift = float(energy[0]), float(np.max(np.abs(energy / energy[0] - 1.0)))
-    text = f"{number(initial)} J, relative drift {number(drift, 2)}"
-    return Finding(graded(drift, 1e-6, 1e-3), {"initial": initial, "drift": drift}, text)
-
-
-@rule("considerable-loss")
-def considerable_loss(models: Models) -> Finding:
-    time = in_flight(models, 1)
-    if time is None:
-        raise MissingError("no flight after the first collision")
-    initial = float(models.hybrid["energy"].values[0])
-    loss = initial - energy_at(models.hybrid, time)
-    text = f"{number(loss, 4)} J, {number(100.0 * loss / initial, 3)} % of the total"
-    return Finding(verdict(loss / initial >= 0.1), {"loss": loss, "share": loss / initial}, text)
-
-
-def ordering(models: Models, holds: Callable[[float, float, float], bool]) -> Finding:
-    """Judge a relation of the total energies in flight after the first two collisions, and at the end."""
-    numbers: dict[str, float] = {}
-    held, parts = [], []
-    times = {f"after collision {k}": in_flight(models, k) for k in (1, 2)}
-    for name, time in {**times, "end": models.end}.items():
-        if time is None:
-            continue
-        energies = [energy_at(run, time) for run in models]
-        numbers |= {f"{model} {name}": v for model, v in zip(models._fields, energies, strict=True)}
-        held.append(holds(*energies))
-        row = " / ".join(number(value, 5) for value in energies)
-        parts.append(f"{name} {row} J {'✓' if held[-1] else '✗'}")
-    return Finding(verdict(all(held), any(held)), numbers, "; ".join(parts))
-
-
-@rule("hybrid-loses-most")
-def hybrid_loses_most(models: Models) -> Finding:
-    return ordering(models, lambda hybrid, frictionless, modified: hybrid < min(frictionless, modified))
-
-
-@rule("frictionless-loses-least")
-def frictionless_loses_least(models: Models) -> Finding:
-    return ordering(models, lambda hybrid, frictionless, modified: frictionless > max(hybrid, modified))
-
-
-@rule("friction-dissipates")
-def friction_dissipates(models: Models) -> Finding:
-    energy = models.hybrid.balance
-    work, whole = energy["lost_friction"], energy["initial"] - energy["final"]
-    text = f"{number(1e3 * work, 4)} mJ, {number(100.0 * work / whole, 3)} % of what is lost in the run"
-    return Finding(verdict(work > 0.0), {"friction": work, "lost": whole}, text)
-
-
-@rule("exchange-before")
-def exchange_before(models: Models) -> Finding:
-    exchanged = float(np.ptp(within(models.hybrid, "energy_gravity", 0.0, models.before_contact)))
-    elastic = float(np.max(within(models.hybrid, "energy_elastic", 0.0, models.before_contact)))
-    text = f"{number(exchanged, 4)} J exchanged, elastic at most {number(elastic, 2)} J"
-    return Finding(graded(elastic / exchanged, 1e-3, 1e-2), {"exchanged": exchanged, "elastic": elastic}, text)
-
-
-@rule("elastic-after")
-def elastic_after(models: Models) -> Finding:
-    first = macro(models.hybrid, 1)
-    before = float(np.max(within(models.hybrid, "energy_elastic", 0.0, models.before_contact)))
-    after = float(np.max(within(models.hybrid, "energy_elastic", first.start, first.end)))
-    text = f"largest {number(before, 2)} J before, {number(after, 4)} J in the first collision"
-    return Finding(verdict(after >= 100.0 * before), {"before": before, "after": after}, text)
-
-
-@rule("all-parts-smaller")
-def all_parts_smaller(models: Models) -> Finding:
-    start = max(macro(run, 1).end for run in models)
-    numbers: dict[str, float] = {}
-    shares, smallest, texts = [], [], []
-    for part in ("kinetic", "gravity", "elastic"):
-        energies = sampled(models, f"energy_{part}", start, models.end)
-        means = energies.mean(axis=1).tolist()
-        shares.append(float(np.mean(energies[0] < energies[1:].min(axis=0))))
-        smallest.append(means[0] < min(means[1:]))
-        numbers[f"{part} share"] = shares[-1]
-        numbers |= {f"{part} mean {model}": mean for model, mean in zip(models._fields, means, strict=True)}
-        mean = "smallest" if smallest[-1] else "not"
-        texts.append(f"{part} {number(100.0 * shares[-1], 3)} % of the time, mean {mean}")
-    return Finding(verdict(min(shares) >= 0.95, all(smallest)), numbers, "; ".join(texts))
-
-
-# --- motion of the impact point, slip and stick (Figs. 8 to 16)
-
-
-def largest_difference(models: Models, names: tuple[str, ...], end: float) -> float:
-    """Return the largest difference of any two runs up to `end`, relative to each variable's largest value."""
-    courses = [sampled(models, name, 0.0, end) for name in names]
-    return max(float(np.max(np.ptp(v, axis=0))) / (float(np.max(np.abs(v))) or 1.0) for v in courses)
-
-
-@rule("same-before")
-def same_before(models: Models) -> Finding:
-    worst = largest_difference(models, (*POINT, "theta", "theta_dot", "slip"), models.before_contact)
-    text = f"largest relative difference {number(worst, 2)}"
-    return Finding(graded(worst, 1e-9, 1e-6), {"difference": worst}, text)
-
-
-@rule("different-after")
-def different_after(models: Models) -> Finding:
-    before, after = (largest_difference(models, POINT, end) for end in (models.before_contact, models.end))
-    text = f"largest relative difference {number(before, 2)} before, {number(after, 2)} after"
-    return Finding(verdict(after >= 0.01 and after > before), {"before": before, "after": after}, text)
-
-
-@rule("similar-after")
-def similar_after(models: Models) -> Finding:
-    start = max(macro(run, 1).end for run in models)
-    courses = (sampled(models, name, start, models.end) for name in POINT)
-    smallest = [float(np.asarray(np.corrcoef(course))[0].min()) for course in courses]
-    found = {f"correlation {name}": value for name, value in zip(POINT, smallest, strict=True)}
-    pairs = zip(("x", "x'", "y", "y'"), smallest, strict=True)
-    text = ", ".join(f"{name} {number(value, 3)}" for name, value in pairs)
-    return Finding(graded(-min(smallest), -0.9, -0.5), found, text)
-
-
-@rule("maximum-before")
-def maximum_before(models: Models) -> Finding:
-    slip, times = (within(models.hybrid, name, 0.0, models.before_contact) for name in ("slip", "time"))
-    first, most, last, when = map(float, (slip[0], slip.max(), slip[-1], times[slip.argmax()]))
-    numbers = {"time": when, "maximum": most, "rise": most - first, "fall": most - last}
-    text = f"from {number(first, 4)} up to {number(most, 4)} m at {when:.4f} s, down to {number(last, 4)} m"
-    return Finding(verdict(min(most - first, most - last) > 1e-3), numbers, text)
-
-
-@rule("changes-shrink")
-def changes_shrink(models: Models) -> Finding:
-    run, collisions = models.hybrid, macros(models.hybrid)
-    flights = zip([0.0, *(c.end for c in collisions)], [*(c.start for c in collisions), run.end_time], strict=True)
-    # the end of the run may cut the last flight, or leave none
-    ranges = [float(np.ptp(within(run, "slip", start, end))) for start, end in flights if end > start]
-    if len(ranges) < 3:
-        raise MissingError("fewer than three flights")
-    falls = all(before > after for before, after in pairwise(ranges))
-    text = f"change per flight {', '.join(number(1e3 * value, 3) for value in ranges)} mm"
-    numbers = {f"flight_{k}": value for k, value in enumerate(ranges)}
-    return Finding(verdict(falls, ranges[0] > max(ranges[1:])), numbers, text)
-
-
-def share_of_stick(run: History, among: list[MacroCollision]) -> tuple[dict[str, float], str]:
-    """Return numbers and text about stick in some macro-collisions; `share` is the part of the time in contact."""
-    contact = sum(stay.duration for collision in among for stay in stays(run, collision))
-    found = [stay for collision in among for stay in sticks(run, collision)]
-    total = sum(stay.duration for stay in found)
-    share = total / contact if contact > 0.0 else 0.0
-    numbers = {"sticks": float(len(found)), "duration": total, "share": share}
-    if not found:
-        return numbers, "no stick"
-    numbers["fastest"] = fastest = max(abs(stay.slip_rate) for stay in found)
-    part = f"{number(1e6 * total, 3)} µs in all, {number(100.0 * share, 3)} % of the contact"
-    speed = f"slip velocity as they begin up to {number(1e3 * fastest, 3)} mm/s"
-    return numbers, f"{len(found)} stays judged as stick, {part}; {speed}"
-
-
-@rule("slip-only-first")
-def slip_only_first(models: Models) -> Finding:
-    numbers, text = share_of_stick(models.hybrid, [macro(models.hybrid, 1)])
-    return Finding(graded(numbers["share"], 0.0, 0.01), numbers, text)
-
-
-@rule("direction-changes")
-def direction_changes(models: Models) -> Finding:
-    times = reversals(models.hybrid, macro(models.hybrid, 1))
-    if not times:
-        raise MissingError("no reversal in contact")
-    nearest = min(times, key=lambda time: abs(time - REVERSAL))
-    text = f"reversals at {', '.join(f'{time:.4f} s' for time in times)}"
-    numbers = {"nearest": nearest, "reversals": float(len(times))}
-    return Finding(graded(abs(nearest - REVERSAL), 5e-4, 3e-3), numbers, text)
-
-
-@rule("sticks-later")
-def sticks_later(models: Models) -> Finding:
-    macro(models.hybrid, 2)  # there are later ones
-    numbers, text = share_of_stick(models.hybrid, macros(models.hybrid)[1:])
-    return Finding(verdict(0.01 <= numbers["share"] < 1.0, numbers["share"] > 0.0), numbers, text)
-
-
-@rule("slips-at-first")
-def slips_at_first(models: Models) -> Finding:
-    second = macro(models.hybrid, 2)
-    closed = stays(models.hybrid, second)
-    if not closed:
-        return Finding(NOT, {"start": second.start}, f"from {second.start:.4f} s: rebounds only")
-    state = closed[0].state
-    text = f"from {second.start:.4f} s, first state {state.name.lower()}"
-    return Finding(verdict(state == State.SLIP), {"start": second.start, "state": float(state)}, text)
-
-
-@rule("second-collision")
-def second_collision(models: Models) -> Finding:
-    start, end = macro(models.hybrid, 2).start, macro(models.hybrid, 2).end
-    off = max(start - STICK, STICK - end, 0.0)
-    text = f"{start:.4f} s to {end:.4f} s, {number(1e3 * off, 3)} ms away"
-    return Finding(graded(off, 0.0, 5e-3), {"start": start, "end": end, "off": off}, text)
-
-
-@rule("stick-at-0.699")
-def stick_at_0_699(models: Models) -> Finding:
-    start, duration = longest(sticks(models.hybrid, macro(models.hybrid, 2)))
-    off = abs(start - STICK) if duration >= 1e-4 else NAN
-    text = f"longest stay judged as stick from {start:.4f} s, {number(1e6 * duration, 3)} µs"
-    numbers = {"start": start, "duration": duration}
-    return Finding(graded(off, 2e-3, 5e-3), numbers, text if duration else "no stick")
-
-
-@rule("stick-to-the-end")
-def stick_to_the_end(models: Models) -> Finding:
-    end = macro(models.hybrid, 2).end
-    last = max((stay.end for stay in sticks(models.hybrid, macro(models.hybrid, 2))), default=NAN)
-    left = end - last
-    text = "no stick" if np.isnan(last) else f"last stick ends {number(1e3 * left, 3)} ms before the last release"
-    return Finding(verdict(left < 1e-6), {"end": end, "last_stick_end": last}, text)
-
-
-@rule("modified-cannot-stick")
-def modified_cannot_stick(models: Models) -> Finding:
-    begin, duration = longest(sticks(models.hybrid))
-    if not duration:
-        raise MissingError("the hybrid model does not stick here")
-    # the second half of it: what slipped before the stick has come to rest in both models
-    start, end = begin + 0.5 * duration, begin + duration
-    held, crept = (float(np.ptp(within(run, "slip", start, end))) for run in (models.hybrid, models.modified))
-    apart = crept >= 1e3 * held
-    moves = f"hybrid moves {number(held, 2)} m, modified Coulomb {number(crept, 2)} m"
-    text = f"{start:.4f} s to {end:.4f} s: {moves}"
-    judged = verdict(apart and held <= 1e-8, apart and held <= 1e-4)
-    return Finding(judged, {"hybrid": held, "modified": crept}, text)
-
-
-@rule("states-interchange")
-def states_interchange(models: Models) -> Finding:
-    pairs = list(pairwise(event.state for event in models.hybrid.events))
-    held, freed = pairs.count((State.SLIP, State.STICK)), pairs.count((State.STICK, State.SLIP))
-    total = sum(stay.duration for stay in sticks(models.hybrid))
-    text = f"{held} times slip to stick, {freed} times stick to slip, {number(1e3 * total, 3)} ms of stick"
-    numbers = {"to_stick": float(held), "to_slip": float(freed), "stick_time": total}
-    return Finding(verdict(held > 0 and freed > 0 and total >= 1e-3), numbers, text)
+def judge_claims(runs: dict[str, History], combined: Sequence[dict[str, Any]]) -> list[Judged]:
+    """Judge each claim on the runs of its case, by scheme, and count its verdicts over the combinations."""
+    judged = []
+    for claim in CLAIMS:
+        findings = {}
+        for scheme in SCHEMES:
+            keys = [f"{claim.case}/{scheme}/{model}" for model in MODELS]
+            # where friction is the point there is no frictionless run
+            findings[scheme] = claim.judge(Models(*(runs.get(key, runs[keys[0]]) for key in keys)))
+        counts = count_verdicts(row["verdicts"][claim.id] for row in combined) if claim.case == "paper" else None
+        judged.append(Judged(claim, findings, counts))
+    return judged
+
+
+def count_verdicts(verdicts: Iterable[str]) -> dict[str, int]:
+    """Return how often each verdict is among some."""
+    found = list(verdicts)
+    return {verdict: found.count(verdict) for verdict in VERDICTS}

@@ -16,7 +16,7 @@ from oblique_impact.history.history import History
 from oblique_impact.renders.envelope import drawn
 from oblique_impact.renders.style import SERIES, STATE_COLOURS
 from oblique_impact.validation.paper.cases import SCHEMES
-from oblique_impact.validation.paper.measures import Models, macros, reversals, sticks, within
+from oblique_impact.validation.paper.measures import Models, collisions, reversals, sticks, within
 from oblique_impact.validation.report import Picture, picture
 
 #: inches; half of an A4 page within its margins, so that the print is as large as drawn
@@ -139,10 +139,9 @@ def window(plot: Plot, schemes: Mapping[str, Models]) -> tuple[float, float]:
         return plot.span
     if not plot.collision:
         return 0.0, max(run.end_time for run in runs)
-    found = [macro for run in runs for macro in macros(run)[plot.collision - 1 : plot.collision]]
-    marks = [] if plot.mark is None else [plot.mark]
-    start = min([macro.start for macro in found] + marks)
-    end = max([macro.end for macro in found] + marks)
+    found = [span for run in runs for span in collisions(run)[plot.collision - 1 : plot.collision]]
+    found += [] if plot.mark is None else [(plot.mark, plot.mark)]
+    start, end = min(span[0] for span in found), max(span[1] for span in found)
     margin = 0.06 * (end - start)
     return start - margin, end + margin
 
@@ -169,7 +168,7 @@ def _draw_curve(
 
 def _mark_events(axes: Axes, plot: Plot, run: History, factor: float) -> None:
     """Mark the hybrid model's reversals and sticks."""
-    for collision in macros(run)[plot.collision - 1 : plot.collision]:
+    for collision in collisions(run)[plot.collision - 1 : plot.collision]:
         begun = [stay.start for stay in sticks(run, collision)]
         for times, mark in ((reversals(run, collision), REVERSAL_MARK), (begun, STICK_MARK)):
             if times:

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from oblique_impact.contact.state import State
 from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
-from oblique_impact.history.summary import MacroCollision
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
 
 Array = NDArray[np.float64]
+#: start and end (s)
+Span = tuple[float, float]
 
 NAN = float("nan")
 #: s, the reversal in the first and the stick in the second macro-collision, in the paper
@@ -53,7 +54,7 @@ class Models(NamedTuple):
     @property
     def before_contact(self) -> float:
         """Time (s) just before any of the runs touches the slope."""
-        return min(macros(run)[0].start for run in self if macros(run)) * (1.0 - 1e-9)
+        return min(collisions(run)[0][0] for run in self if run.macro_collisions) * (1.0 - 1e-9)
 
     @property
     def end(self) -> float:
@@ -85,25 +86,20 @@ def within(run: History, name: str, start: float, end: float) -> Array:
     return np.asarray(run[name].sel(time=slice(start, end)).values)
 
 
-def energy_at(run: History, time: float) -> float:
-    """Return the total energy (J) at a time (s)."""
-    return float(run.at(time)["energy"])
-
-
-def macros(run: History) -> list[MacroCollision]:
+def collisions(run: History) -> list[Span]:
     """Return the macro-collisions in order of time."""
-    return [MacroCollision(**macro) for macro in run.macro_collisions]
+    return [(found["start"], found["end"]) for found in run.macro_collisions]
 
 
-def macro(run: History, number: int) -> MacroCollision:
+def collision(run: History, number: int) -> Span:
     """Return the macro-collision `number` (1 is the first); raises MissingError if there are fewer."""
-    found = macros(run)
+    found = collisions(run)
     if len(found) < number:
         raise MissingError("no collision" if number == 1 else "no second collision")
     return found[number - 1]
 
 
-def stays(run: History, during: MacroCollision | None = None) -> list[Stay]:
+def stays(run: History, during: Span | None = None) -> list[Stay]:
     """Return the stays in contact that begin in the whole run or in a macro-collision."""
     ends = [event.time for event in run.events[1:]] + [run.end_time]
     found = [
@@ -111,10 +107,10 @@ def stays(run: History, during: MacroCollision | None = None) -> list[Stay]:
         for event, end in zip(run.events, ends, strict=False)
         if event.state != State.FREE
     ]
-    return [stay for stay in found if during is None or during.start <= stay.start <= during.end]
+    return [stay for stay in found if during is None or during[0] <= stay.start <= during[1]]
 
 
-def sticks(run: History, during: MacroCollision | None = None) -> list[Stay]:
+def sticks(run: History, during: Span | None = None) -> list[Stay]:
     """Return the stays in the state STICK, in the whole run or in a macro-collision."""
     return [stay for stay in stays(run, during) if stay.state == State.STICK]
 
@@ -125,10 +121,10 @@ def longest(found: Sequence[Stay]) -> tuple[float, float]:
     return (stay.start, stay.duration) if stay else (NAN, 0.0)
 
 
-def reversals(run: History, during: MacroCollision) -> list[float]:
+def reversals(run: History, during: Span) -> list[float]:
     """Return the times (s) at which the direction of slip turned in contact during a macro-collision."""
     turned = [event.time for event in run.events if event.kind == EventKind.REVERSAL]
-    return [time for time in turned if during.start <= time <= during.end]
+    return [time for time in turned if during[0] <= time <= during[1]]
 
 
 # --- runs beside each other
@@ -146,19 +142,19 @@ def force_difference(a: History, b: History, name: str, number: int) -> float:
     int |a - b| dt / int (|a| + |b|) dt over the time from the first touch to the last release in either run;
     NaN if one of them has no such macro-collision or there is no force.
     """
-    if min(len(macros(a)), len(macros(b))) < number:
+    if min(len(collisions(a)), len(collisions(b))) < number:
         return NAN
-    first, second = macro(a, number), macro(b, number)
-    x, y = sampled((a, b), name, min(first.start, second.start), max(first.end, second.end))
+    first, second = collision(a, number), collision(b, number)
+    x, y = sampled((a, b), name, min(first[0], second[0]), max(first[1], second[1]))
     total = float(np.sum(np.abs(x) + np.abs(y)))
     return float(np.sum(np.abs(x - y))) / total if total > 0.0 else NAN
 
 
 def in_flight(models: Models, number: int) -> float | None:
     """Return the time (s) in the middle of the flight after macro-collision `number`; None if they overlap."""
-    found = [macros(run) for run in models]
+    found = [collisions(run) for run in models]
     if min(map(len, found)) < number:
         return None
-    last = max(own[number - 1].end for own in found)
-    first = min((own[number].start for own in found if len(own) > number), default=models.end)
+    last = max(own[number - 1][1] for own in found)
+    first = min((own[number][0] for own in found if len(own) > number), default=models.end)
     return 0.5 * (last + first) if first > last else None

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from oblique_impact.validation.paper.cases import MODELS, SCHEMES, cases
-from oblique_impact.validation.paper.claims import NOT, PARTLY, REPRODUCED, VERDICTS, Judged
+from oblique_impact.validation.paper.cases import MODELS, SCHEMES
+from oblique_impact.validation.paper.claims import Judged, Reproduction
 from oblique_impact.validation.paper.figures import PLOTS, draw
 from oblique_impact.validation.paper.measures import STICK, Models, sticks
+from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, VERDICTS
 from oblique_impact.validation.report import (
     MARKS,
     Block,
@@ -24,9 +25,6 @@ from oblique_impact.validation.report import (
     number,
     write_file,
 )
-
-if TYPE_CHECKING:
-    from oblique_impact.validation.paper.command import Reproduction
 
 KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
 #: runs whose reversals and sticks the page shows, how many of each at most; results.json has all
@@ -83,14 +81,13 @@ def results(result: Reproduction) -> dict[str, Any]:
         key: [{**check._asdict(), "ratio": check.ratio} for check in checks]
         for key, checks in result.stick.items()
     }
-    scenarios = cases()
     runs = {
         key: {
             "outcome": run.outcome.label,
             "macro_collisions": run.macro_collisions,
             "energy": run.balance,
             "sticks": [{**stay._asdict(), "duration": stay.duration} for stay in sticks(run)],
-            "scenario": scenarios[key].model_dump(mode="json"),
+            "scenario": run.scenario.model_dump(mode="json") if run.scenario else None,
         }
         for key, run in result.runs.items()
     }
@@ -104,12 +101,8 @@ def results(result: Reproduction) -> dict[str, Any]:
 
 
 def _claim_data(judged: Judged) -> dict[str, Any]:
-    claim = judged.claim
     return {
-        "id": claim.id,
-        "place": claim.place,
-        "paper": claim.paper,
-        "rule": claim.rule,
+        **{name: getattr(judged.claim, name) for name in ("id", "place", "paper", "rule")},
         "verdict": judged.verdict,
         "schemes": {
             scheme: {"verdict": finding.verdict, "ours": finding.text, "numbers": finding.numbers}
@@ -202,13 +195,15 @@ def _sticking(result: Reproduction) -> list[Block]:
         "velocity passes an extreme, where hardly any tangential force keeps the acceleration zero; the tip "
         "does not rest then.",
     ]
-    scenarios, rows = cases(), []
+    rows = []
     for key, name in _STICK_RUNS.items():
-        lengths = {stay.start: stay.duration for stay in sticks(result.runs[key])}
+        run = result.runs[key]
+        mu_static = run.scenario.contact.mu_static if run.scenario else np.nan
+        lengths = {stay.start: stay.duration for stay in sticks(run)}
         for check in result.stick[key][:_MOST_CHECKS]:
             ratio = "pulls" if check.ratio == np.inf else check.ratio
             numbers = [1e3 * check.slip_rate, check.normal, check.tangential, ratio, check.cotangent]
-            numbers += [scenarios[key].contact.mu_static, 1e6 * lengths.get(check.time, np.nan)]
+            numbers += [mu_static, 1e6 * lengths.get(check.time, np.nan)]
             rows.append([name, check.kind, check.time, *(cell(value, 4) for value in numbers)])
     columns = ["run", "what happens", "time (s)", "slip velocity (mm/s)", "λn to stick (N)", "λτ to stick (N)"]
     columns += ["|λτ|/λn", "cot|b|", "μ_s", "lasts (µs)"]

@@ -25,7 +25,6 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.marching.sampling import contact_problem
-from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.paper.cases import paper
 from oblique_impact.validation.paper.measures import NAN, run_light
 
@@ -53,8 +52,10 @@ class StickCheck(NamedTuple):
         return abs(self.tangential) / self.normal if self.normal > 0.0 else float("inf")
 
 
-def stick_checks(scenario: Scenario, run: History) -> list[StickCheck]:
+def stick_checks(run: History) -> list[StickCheck]:
     """Return the sticking solution wherever the direction of slip turned or stick began."""
+    scenario = run.scenario
+    assert scenario is not None
     solver = scenario.solver
     model = Beam(scenario, build_operators(scenario)).model
     work, times = model.new_workspace(), run["time"].values
@@ -93,8 +94,7 @@ def find_threshold(checks: Sequence[StickCheck]) -> Threshold:
     tried: list[dict[str, Any]] = []
     for factor in (0.999, 1.001):
         mu = factor * first.ratio
-        scenario = paper("event", end_time=0.335, contact__mu_static=mu)
-        found = stick_checks(scenario, run_light(scenario))
+        found = stick_checks(run_light(paper("event", end_time=0.335, contact__mu_static=mu)))
         check = min(found, key=lambda c: abs(c.time - first.time))
         tried.append({"mu_static": mu, "happened": f"{check.kind} at {check.time:.6f} s"})
     return Threshold(first.ratio, tried)
