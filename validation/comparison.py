@@ -363,6 +363,8 @@ def _obstacle(name: str, left: History, right: History) -> str:
             return f"the {side} history does not have it"
     if left[name].dims != right[name].dims:
         return "other dimensions"
+    if left[name].dtype.kind in "iu":
+        return "whole numbers, which are not linear between samples"
     if name in ("q", "qd") and _sections(left).get("discretization") != _sections(right).get("discretization"):
         return "coordinates of other shape functions"
     own = [d for d in left[name].dims if d not in ("time", "station")]

@@ -184,7 +184,8 @@ class History:
     def time_series(self) -> pd.DataFrame:
         """The variables over time as a table, a row a sample, in SI units.
 
-        Coordinates have the columns q_0, q_1, ... and qd_0, qd_1, ...; variables along the beam are left out.
+        Coordinates have the columns q_0, q_1, ... and qd_0, qd_1, ..., several contacts contact_gap_1, ...; variables
+        along the beam are left out.
         """
         from pandas import DataFrame
 
@@ -194,6 +195,8 @@ class History:
                 columns[str(name)] = variable.values
             elif variable.dims == ("time", "coordinate"):
                 columns |= {f"{name}_{number}": values for number, values in enumerate(variable.values.T)}
+            elif variable.dims == ("time", "contact"):
+                columns |= {f"{name}_{number}": values for number, values in enumerate(variable.values.T, start=1)}
         return DataFrame(columns)
 
     def events_csv(self) -> str:

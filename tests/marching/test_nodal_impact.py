@@ -5,18 +5,6 @@ import pytest
 
 from oblique_impact import Outcome
 from oblique_impact.contact.transitions import EventKind
-from oblique_impact.validation.checks.rigid_impact import (
-<<<<<<< HEAD
-    NODAL,
-=======
-    BENDING,
-    LENGTH,
-    MASS,
-    SPEED,
-    WAVE,
-    held_tip,
->>>>>>> studies
-)
 from oblique_impact.validation.runs import NEAR, NODAL
 
 

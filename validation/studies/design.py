@@ -89,7 +89,7 @@ class Direction(Section):
     @property
     def unit(self) -> str:
         """SI unit, "1" for numbers without one, "" for words and switches."""
-        return Unit(key_schemas()[self.names[0]].get("unit", "")).shown
+        return Unit((schema_of(self.names[0]) or {}).get("unit", "")).shown
 
     def _ends(self, given: tuple[Any, Any]) -> tuple[float, float]:
         """Return the two ends of a range in SI units; raises InputError."""
