@@ -184,7 +184,7 @@ class History:
     def time_series(self) -> pd.DataFrame:
         """The variables over time as a table, a row a sample, in SI units.
 
-        Coordinates have the columns q_0, q_1, ... and qd_0, qd_1, ..., contacts contact_gap_1, ...; variables along
+        Coordinates have the columns q_0, q_1, ..., qd_0, ..., contacts contact_gap_1, ...; variables along
         the beam are left out.
         """
         from pandas import DataFrame
