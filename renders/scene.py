@@ -82,13 +82,17 @@ class Scene:
             self.plotter.renderer.SetViewport(*ends)
             self.views.append(View(self.plotter, story, panel, style or story.style, scale, span))
 
-    def draw(self, time: float) -> NDArray[np.uint8]:
-        """Return the picture (rows, columns, 3) of a physical time (s)."""
+    def picture(self, time: float) -> Image.Image:
+        """Return the picture of a physical time (s)."""
         for view in self.views:
             view.move(time)
         self.plotter.render()
         large = Image.fromarray(np.asarray(self.plotter.screenshot(return_img=True)))
-        return np.asarray(large.reduce(SUPERSAMPLING))
+        return large.reduce(SUPERSAMPLING)
+
+    def draw(self, time: float) -> NDArray[np.uint8]:
+        """Return the same as pixels (rows, columns, 3)."""
+        return np.asarray(self.picture(time))
 
     def close(self) -> None:
         """Free the window."""

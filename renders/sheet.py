@@ -35,6 +35,8 @@ class Sheet:
         self.figure.set_facecolor(self.theme.background)
         self._canvas: Any = FigureCanvasAgg(self.figure)
         self._moving: list[Any] = []
+        # of moving texts: what was said in which colour, where, and how it looked
+        self._drawn_texts: dict[Text, tuple[Any, tuple[slice, slice], NDArray[np.uint8]]] = {}
 
     def points(self, size: float) -> float:
         """Return the size (points) on this sheet of text that has some size at the letters of `TEXT`."""
@@ -134,6 +136,25 @@ class Sheet:
         return np.asarray(self._canvas.buffer_rgba())
 
     def draw_moving(self) -> None:
-        """Draw what moves over the pixels of the canvas."""
+        """Draw what moves over the pixels of the canvas.
+
+        Texts stand beside the pictures, on what does not change: one that says the same as before is copied.
+        """
         for artist in self._moving:
-            self.figure.draw_artist(artist)
+            if isinstance(artist, Text):
+                self._draw_text(artist)
+            else:
+                self.figure.draw_artist(artist)
+
+    def _draw_text(self, text: Text) -> None:
+        said = text.get_text(), text.get_color()
+        known = self._drawn_texts.get(text)
+        if known is None or known[0] != said:
+            self.figure.draw_artist(text)
+            (x0, y0), (x1, y1) = text.get_window_extent(self._canvas.get_renderer()).get_points().tolist()
+            rows = slice(max(int(self.size[1] - y1) - 2, 0), int(self.size[1] - y0) + 3)
+            place = rows, slice(max(int(x0) - 2, 0), int(x1) + 3)
+            self._drawn_texts[text] = said, place, self.canvas[place].copy()
+        else:
+            _, place, pixels = known
+            self.canvas[place] = pixels
