@@ -6,7 +6,7 @@ import itertools
 import json
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from operator import attrgetter
@@ -63,11 +63,12 @@ def _si(key: str, value: Any) -> Any:
         raise refused(key, value, f"should be {error}") from None
 
 
-class KeysSection(Section):
-    """What one direction of a sweep changes: `key`, or `keys` that take the same value."""
+class Direction(Section):
+    """What one direction of a sweep changes: `key`, or `keys` that take the same value, linear or log spaced."""
 
     key: str | None = None
     keys: Keys | None = None
+    spacing: Spacing | None = None
 
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
@@ -81,7 +82,17 @@ class KeysSection(Section):
         """The keys."""
         return tuple(self.keys or ()) if self.key is None else (self.key,)
 
-    def _ends(self, given: tuple[Any, Any], spacing: str) -> tuple[float, float]:
+    @property
+    def label(self) -> str:
+        """Keys as one name."""
+        return " = ".join(self.names)
+
+    @property
+    def unit(self) -> str:
+        """SI unit, "1" for numbers without one, "" for words and switches."""
+        return Unit(key_schemas()[self.names[0]].get("unit", "")).shown
+
+    def _ends(self, given: tuple[Any, Any]) -> tuple[float, float]:
         """Return the two ends of a range in SI units; raises InputError."""
         if {type(_defaults()[key]) for key in self.names} not in ({float}, {int}):
             raise refused("range", list(given), "is for keys that are all floats or all integers; use values")
@@ -90,18 +101,17 @@ class KeysSection(Section):
             raise refused("range", list(given), "should be two finite numbers, or texts with a unit")
         if start == stop:
             raise refused("range", list(given), "the two ends should differ")
-        if spacing == "log" and not (start > 0.0 and stop > 0.0):
+        if self.spacing == "log" and not (start > 0.0 and stop > 0.0):
             raise refused("range", list(given), "both should be greater than 0 for log spacing")
         return start, stop
 
 
-class AxisSection(KeysSection):
+class AxisSection(Direction):
     """One axis: `key` or `keys` with `values`, or with `range` and `count`."""
 
     values: Values | None = None
     range: Range | None = None
     count: Annotated[int, Field(ge=2, le=MAX_RUNS)] | None = None
-    spacing: Spacing | None = None
 
     @model_validator(mode="after")
     def _check_values(self) -> Self:
@@ -120,7 +130,7 @@ class AxisSection(KeysSection):
         values = list(self.values or ())
         if self.range is not None:
             spread = np.geomspace if self.spacing == "log" else np.linspace
-            values = spread(*self._ends(self.range, self.spacing or "linear"), self.count or 2).tolist()
+            values = spread(*self._ends(self.range), self.count or 2).tolist()
             if type(_defaults()[self.names[0]]) is int:
                 for value in values:
                     if not math.isclose(value, round(value)):
@@ -131,20 +141,20 @@ class AxisSection(KeysSection):
         return [(_si(self.names[0], value),) for value in values]
 
 
-class SampledSection(KeysSection):
+class SampledSection(Direction):
     """One direction of a sample."""
 
     range: Range
-    spacing: Spacing = "linear"
+    spacing: Spacing | None = "linear"
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
-        self._ends(self.range, self.spacing)
+        self._ends(self.range)
         return self
 
     def spread(self, parts: np.ndarray) -> list[Any]:
         """Return the values at parts of the range from 0 to 1; raises InputError."""
-        start, stop = self._ends(self.range, self.spacing)
+        start, stop = self._ends(self.range)
         if type(_defaults()[self.names[0]]) is int:
             low, high = sorted((round(start), round(stop)))
             values = np.minimum(low + (parts * (high - low + 1)).astype(int), high)
@@ -215,43 +225,17 @@ class SweepFile(Section):
             raise InputError(f"{product} = {short(math.prod(sizes))} runs; at most {MAX_RUNS} are allowed")
         return self
 
-    def blocks(self) -> list[tuple[list[Dimension], list[tuple[Any, ...]]]]:
+    def blocks(self) -> list[tuple[Sequence[Direction], list[tuple[Any, ...]]]]:
         """Return the directions of each block, and its rows with a value for each of them; raises InputError."""
-        found = [([Dimension(axis.names, axis.spacing or "linear")], axis.rows()) for axis in self.axes or ()]
+        found: list[tuple[Sequence[Direction], list[tuple[Any, ...]]]]
+        found = [([axis], axis.rows()) for axis in self.axes or ()]
         if self.table:
-            columns = [Dimension((key,)) for key in self.table.keys]
             rows = [tuple(map(_si, self.table.keys, row)) for row in self.table.rows]
-            found.append((columns, rows))
+            found.append(([Direction(key=key) for key in self.table.keys], rows))
         for cube, sampler in ((self.latin_hypercube, qmc.LatinHypercube), (self.sobol, qmc.Sobol)):
             if cube:
-                found.append(([Dimension(axis.names, axis.spacing) for axis in cube.axes], cube.rows(sampler)))
+                found.append((cube.axes, cube.rows(sampler)))
         return found
-
-
-@dataclass(frozen=True)
-class Dimension:
-    """One direction of a sweep.
-
-    Attributes
-    ----------
-    keys : tuple of str
-        Keys of the scenario that change together and take the same value.
-    spacing : str
-        "linear" or "log": how its values are spread, and its axis drawn.
-    """
-
-    keys: tuple[str, ...]
-    spacing: str = "linear"
-
-    @property
-    def label(self) -> str:
-        """Keys as one name."""
-        return " = ".join(self.keys)
-
-    @property
-    def unit(self) -> str:
-        """SI unit, "1" for numbers without one, "" for words and switches."""
-        return Unit(key_schemas()[self.keys[0]].get("unit", "")).shown
 
 
 @dataclass(frozen=True)
@@ -266,7 +250,7 @@ class Plan:
         The scenario that is changed.
     changes : dict
         Values of keys that hold for all runs.
-    dimensions : tuple of Dimension
+    directions : tuple of Direction
         What changes from run to run.
     runs : tuple of Run
         All combinations, the last block changing fastest; "run" counts them from 1.
@@ -275,7 +259,7 @@ class Plan:
     file: SweepFile
     base: Scenario
     changes: dict[str, Any]
-    dimensions: tuple[Dimension, ...]
+    directions: tuple[Direction, ...]
     runs: tuple[Run, ...]
 
     @property
@@ -341,15 +325,15 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
         beside = folder / file.scenario
         base = Scenario.load(str(beside) if beside.suffix == ".toml" and beside.is_file() else file.scenario)
     changes, blocks = flat_keys(file.changes), file.blocks()
-    dimensions = tuple(dimension for directions, _ in blocks for dimension in directions)
-    keys = [key for dimension in dimensions for key in dimension.keys]
-    for key in [*changes, *keys]:
-        if [*changes, *keys].count(key) > 1:
+    directions = tuple(itertools.chain(*(directions for directions, _ in blocks)))
+    keys = [*changes, *(key for direction in directions for key in direction.names)]
+    for key in keys:
+        if keys.count(key) > 1:
             raise InputError(f"{key} is set twice; once in changes, or in one of the blocks")
     made: list[tuple[dict[str, Any], Scenario | None, str]] = []
     for parts in itertools.product(*(rows for _, rows in blocks)):
-        row = zip(dimensions, itertools.chain(*parts), strict=True)
-        values = {key: value for dimension, value in row for key in dimension.keys}
+        row = zip(directions, itertools.chain(*parts), strict=True)
+        values = {key: value for direction, value in row for key in direction.names}
         changed = {key.replace(".", "__"): value for key, value in {**changes, **values}.items()}
         try:
             found = base.replace(**changed)
@@ -373,7 +357,7 @@ def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None
     for number, (values, scenario, fault) in enumerate(made, start=1):
         labels = {key: _entry(key, value, key in lists) for key, value in values.items()}
         runs.append(Run({"run": number, **labels}, scenario, wanted, fault))
-    return Plan(file, base, changes, dimensions, tuple(runs))
+    return Plan(file, base, changes, directions, tuple(runs))
 
 
 def _entry(key: str, value: Any, as_json: bool) -> Any:

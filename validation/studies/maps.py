@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from matplotlib.patches import Patch
 from oblique_impact.errors import Outcome
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.validation.report import Block, Picture, number, picture, with_unit
-from oblique_impact.validation.studies.design import Dimension, Plan
+from oblique_impact.validation.studies.design import Direction, Plan
 from oblique_impact.validation.studies.quantities import Quantity
 from oblique_impact.validation.studies.study import REGIMES
 
@@ -37,32 +36,27 @@ _COLOURS = dict(
 )
 
 
-@dataclass(frozen=True)
-class _Direction:
-    """One direction: the place of every run on its axis, and the words there, if it has no numbers."""
+class _Axis:
+    """The axis of a direction: the place of every run on it, and the words there, if it has no numbers."""
 
-    dimension: Dimension
-    places: np.ndarray
-    words: tuple[str, ...]
-
-    @classmethod
-    def of(cls, dimension: Dimension, frame: pd.DataFrame) -> _Direction:
-        column = frame[dimension.keys[0]]
+    def __init__(self, direction: Direction, frame: pd.DataFrame) -> None:
+        column, self.direction, self.words = frame[direction.names[0]], direction, list[str]()
         if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
-            return cls(dimension, column.to_numpy(float), ())
-        places, words = pd.factorize(column.map(str))
-        return cls(dimension, places.astype(float), tuple(words))
+            self.places = column.to_numpy(float)
+        else:
+            places, words = pd.factorize(column.map(str))
+            self.places, self.words = places.astype(float), list(words)
 
     def name(self, place: float) -> str:
         """Return a value as text, with its unit."""
         if self.words:
             return self.words[round(place)]
-        return f"{number(float(place), 4)} {self.dimension.unit.removeprefix('1')}".strip()
+        return f"{number(float(place), 4)} {self.direction.unit.removeprefix('1')}".strip()
 
     @property
     def edges(self) -> np.ndarray:
         """Edges of the cells around its values, half-way between them as the axis is spread."""
-        log = self.dimension.spacing == "log" and not self.words
+        log = self.direction.spacing == "log" and not self.words
         centres = np.log(np.unique(self.places)) if log else np.unique(self.places)
         inner = 0.5 * (centres[1:] + centres[:-1])
         edges = np.array([2.0 * centres[0] - inner[0], *inner, 2.0 * centres[-1] - inner[-1]])
@@ -70,13 +64,13 @@ class _Direction:
 
     def label(self, axes: Axes, which: str) -> None:
         """Label one axis ("x" or "y"), spread as the sweep is; words get a tick each."""
-        axis, unit = getattr(axes, f"{which}axis"), "" if self.words else self.dimension.unit
-        axis.set_label_text(with_unit(self.dimension.label, unit))
+        axis, unit = getattr(axes, f"{which}axis"), "" if self.words else self.direction.unit
+        axis.set_label_text(with_unit(self.direction.label, unit))
         if self.words:
             words = [word if len(word) <= 22 else f"{word[:21]}…" for word in self.words]
             turned = 25.0 if which == "x" and sum(map(len, words)) > 36 else 0.0
             axis.set_ticks(range(len(words)), words, rotation=turned)
-        elif self.dimension.spacing == "log":
+        elif self.direction.spacing == "log":
             getattr(axes, f"set_{which}scale")("log")
         elif np.array_equal(self.places, np.round(self.places)):
             axis.get_major_locator().set_params(integer=True)
@@ -84,12 +78,12 @@ class _Direction:
 
 def sweep_pictures(plan: Plan, frame: pd.DataFrame) -> list[Block]:
     """Return the pictures of a sweep; none if it has more than two directions."""
-    directions = [_Direction.of(dimension, frame) for dimension in plan.dimensions]
-    if len(directions) > 2 or len(frame) < 2:
+    axes = [_Axis(direction, frame) for direction in plan.directions]
+    if len(axes) > 2 or len(frame) < 2:
         return []
-    if len(directions) == 1:
-        return [_curves(plan, frame, directions[0], None)]
-    first, second = directions
+    if len(axes) == 1:
+        return [_curves(plan, frame, axes[0], None)]
+    first, second = axes
     if plan.grid:
         for series, along in ((second, first), (first, second)):
             if series.words or np.unique(series.places).size <= _CURVES:
@@ -110,11 +104,11 @@ def _panels(plan: Plan, over: str) -> Iterator[tuple[Picture, list[tuple[Axes, Q
         yield drawn, list(zip(panels, plan.quantities, strict=False))
 
 
-def _curves(plan: Plan, frame: pd.DataFrame, along: _Direction, series: _Direction | None) -> Picture:
+def _curves(plan: Plan, frame: pd.DataFrame, along: _Axis, series: _Axis | None) -> Picture:
     """Draw every quantity over one direction, a curve for each value of the other."""
     stopped = frame["outcome"].to_numpy() != Outcome.COMPLETED.label
     groups = series.places if series else np.zeros(len(frame))
-    with _panels(plan, along.dimension.label) as (drawn, panels):
+    with _panels(plan, along.direction.label) as (drawn, panels):
         for axes, q in panels:
             for index, group in enumerate(np.unique(groups)):
                 curve = pd.DataFrame({"x": along.places, "y": frame[q.name]})[groups == group].sort_values("x")
@@ -122,7 +116,7 @@ def _curves(plan: Plan, frame: pd.DataFrame, along: _Direction, series: _Directi
                 style: dict[str, Any] = {"color": SERIES[index % len(SERIES)], "lw": 1.2 if plan.grid else 0.0}
                 if len(curve) <= _MARKED_POINTS or not plan.grid:
                     style |= {"marker": _MARKERS[index % len(_MARKERS)], "ms": 6.0 - 0.9 * index}
-                label = f"{series.dimension.label} = {series.name(group)}" if series else None
+                label = f"{series.direction.label} = {series.name(group)}" if series else None
                 axes.plot(curve["x"], curve["y"], label=label, **style)
             if stopped.any():
                 foot: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "color": GREY}
@@ -137,10 +131,10 @@ def _curves(plan: Plan, frame: pd.DataFrame, along: _Direction, series: _Directi
     return drawn
 
 
-def _maps(plan: Plan, frame: pd.DataFrame, first: _Direction, second: _Direction) -> Picture:
+def _maps(plan: Plan, frame: pd.DataFrame, first: _Axis, second: _Axis) -> Picture:
     """Draw every quantity in colour over two directions."""
     missing = Patch(facecolor="white", edgecolor=GREY, hatch="////", label="no such value")
-    with _panels(plan, f"{first.dimension.label} and {second.dimension.label}") as (drawn, panels):
+    with _panels(plan, f"{first.direction.label} and {second.direction.label}") as (drawn, panels):
         for axes, q in panels:
             values = frame[q.name].to_numpy(float)
             known = values[np.isfinite(values)]
@@ -157,13 +151,13 @@ def _maps(plan: Plan, frame: pd.DataFrame, first: _Direction, second: _Direction
     return drawn
 
 
-def _regimes(plan: Plan, frame: pd.DataFrame, first: _Direction, second: _Direction) -> Picture:
+def _regimes(plan: Plan, frame: pd.DataFrame, first: _Axis, second: _Axis) -> Picture:
     """Draw what the first macro-collision is over two directions."""
     regimes = frame["regime"].replace("", "failed").tolist()
     present = {name: colour for name, colour in _COLOURS.items() if name in regimes}
     index = np.array([list(present).index(regime) for regime in regimes], dtype=float)
     counts = ", ".join(f"{regimes.count(name)} {name}" for name in present)
-    over = f"{first.dimension.label} and {second.dimension.label}"
+    over = f"{first.direction.label} and {second.direction.label}"
     with picture(f"What the first macro-collision is over {over}. Runs: {counts}.", 7.1, 4.0) as drawn:
         axes = drawn.figure.add_subplot()
         palette, norm = ListedColormap(list(present.values())), Normalize(-0.5, len(present) - 0.5)
@@ -177,8 +171,8 @@ def _regimes(plan: Plan, frame: pd.DataFrame, first: _Direction, second: _Direct
 def _cells(
     axes: Axes,
     plan: Plan,
-    first: _Direction,
-    second: _Direction,
+    first: _Axis,
+    second: _Axis,
     values: np.ndarray,
     palette: Any,
     norm: Normalize,

@@ -70,7 +70,7 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     extreme, colon, variable = name.partition(":")
     if colon and extreme in _NUMBERED and variable.isdecimal() and 1 <= int(variable) <= _LAST:
         unit, meaning, measure = _NUMBERED[extreme]
-        return Quantity(name, unit, meaning.format(variable), measure(int(variable) - 1))
+        return Quantity(name, unit, meaning.format(variable), partial(measure, number=int(variable) - 1))
     known = {**VARIABLES, **FIELDS}
     if colon and extreme in ("max", "min") and variable in known:
         unit, meaning = known[variable]
@@ -156,7 +156,7 @@ def _sampled(name: str, variable: str, moment: str, end_time: float) -> Quantity
     """Return the quantity VARIABLE@MOMENT."""
     unit, meaning = VARIABLES[variable]
     if moment == "end":
-        return Quantity(name, unit, f"{meaning} at the end", lambda history: _at_end(history, variable))
+        return Quantity(name, unit, f"{meaning} at the end", lambda history: _at(history, variable, math.inf))
     try:
         time = float(moment)
     except ValueError:
@@ -176,19 +176,12 @@ def _extreme(which: str, values: np.ndarray) -> float:
     return float(np.nanmax(values) if which == "max" else np.nanmin(values))
 
 
-def _at_end(history: History, variable: str) -> float:
-    _require_completed(history)
-    return float(_values(history, variable)[-1])
-
-
-def _require_completed(history: History) -> None:
-    if history.outcome is not Outcome.COMPLETED:
-        raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
-
-
 def _at(history: History, variable: str, time: float) -> float:
-    """Value at a time (s), after the jump if there is one; between samples by a cubic."""
+    """Value at a time (s, infinite: the end), after the jump if there is one; between samples by a cubic."""
     times, values = history["time"].values, _values(history, variable)
+    if math.isinf(time):
+        _require_completed(history)
+        return float(values[-1])
     if time > times[-1] + _SAME_TIME:
         raise GapError(f"ended at {times[-1]:.4g} s: {history.outcome.label}")
     near = np.flatnonzero(np.abs(times - time) <= _SAME_TIME)
@@ -198,14 +191,19 @@ def _at(history: History, variable: str, time: float) -> float:
     return float(value_at(times, values, rates, time))
 
 
+def _require_completed(history: History) -> None:
+    if history.outcome is not Outcome.COMPLETED:
+        raise GapError(f"stopped at {history.end_time:.4g} s: {history.outcome.label}")
+
+
 # --- macro-collisions, by their numbers from 0
 
 
-def _begun(history: History, number: int = 0) -> dict[str, Any]:
-    """Return a macro-collision."""
-    found: list[dict[str, Any]] = history.macro_collisions
+def _start(history: History, number: int = 0) -> float:
+    """Return the start of a macro-collision (s)."""
+    found = history.macro_collisions
     if len(found) > number:
-        return found[number]
+        return float(found[number]["start"])
     what = "no second impact" if found else "no contact"
     if history.outcome is Outcome.COMPLETED:
         raise GapError(f"{what} before end_time")
@@ -214,7 +212,8 @@ def _begun(history: History, number: int = 0) -> dict[str, Any]:
 
 def _collision(history: History, number: int = 0) -> dict[str, Any]:
     """Return a macro-collision that has ended."""
-    collision = _begun(history, number)
+    _start(history, number)
+    collision = history.macro_collisions[number]
     if len(history.macro_collisions) == number + 1:
         end, completed = history.end_time, history.outcome is Outcome.COMPLETED
         if not completed and end - collision["end"] < history.macro_gap:
@@ -263,6 +262,12 @@ def _model_error(history: History) -> float:
     return deflection_error(scenario, motion)
 
 
+def _event_time(history: History, number: int) -> float:
+    if len(history.events) <= number:
+        raise GapError(f"has {len(history.events)} events")
+    return float(history.events[number].time)
+
+
 def _ledger(*keys: str) -> Callable[[History], float]:
     """Return what measures a sum of entries of the energy balance."""
 
@@ -273,28 +278,24 @@ def _ledger(*keys: str) -> Callable[[History], float]:
     return measure
 
 
-def _start_of(number: int) -> Callable[[History], float]:
-    return lambda history: float(_begun(history, number)["start"])
-
-
-def _of_collision(key: str, number: int = 0) -> Callable[[History], float]:
-    return lambda history: float(_collision(history, number)[key])
-
-
-def _event_time(number: int) -> Callable[[History], float]:
-    def measure(history: History) -> float:
-        if len(history.events) <= number:
-            raise GapError(f"has {len(history.events)} events")
-        return float(history.events[number].time)
-
-    return measure
+def _first(key: str) -> Callable[[History], float]:
+    """Return what measures an entry of the first macro-collision."""
+    return lambda history: float(_collision(history)[key])
 
 
 #: of the N-th macro-collision or event: unit, meaning, measure with the number from 0
-_NUMBERED: dict[str, tuple[str, str, Callable[[int], Callable[[History], float]]]] = {
-    "start": ("s", "start of macro-collision {}", _start_of),
-    "collision_impulse": ("N s", "normal impulse of macro-collision {}", partial(_of_collision, "normal_impulse")),
-    "collision_contacts": ("1", "contacts of macro-collision {}", partial(_of_collision, "contacts")),
+_NUMBERED: dict[str, tuple[str, str, Callable[[History, int], float]]] = {
+    "start": ("s", "start of macro-collision {}", _start),
+    "collision_impulse": (
+        "N s",
+        "normal impulse of macro-collision {}",
+        lambda history, number: float(_collision(history, number)["normal_impulse"]),
+    ),
+    "collision_contacts": (
+        "1",
+        "contacts of macro-collision {}",
+        lambda history, number: float(_collision(history, number)["contacts"]),
+    ),
     "event": ("s", "time of event {}", _event_time),
 }
 _LAST = 9999
@@ -306,38 +307,34 @@ _MODEL_ERROR = (
     "estimated relative error of the small-deflection model: with contact of the largest force, else of the "
     "deflection within two elastic periods"
 )
-_NAMED = {
-    found.name: found
-    for found in (
-        Quantity("first_impact", "s", "first touch-down", _start_of(0)),
-        Quantity("collision_end", "s", f"end {_FIRST}", _of_collision("end")),
-        Quantity(
-            "collision_duration",
-            "s",
-            f"length {_FIRST}",
-            lambda history: float(_collision(history)["end"] - _collision(history)["start"]),
-        ),
-        Quantity("impulse", "N s", f"normal impulse {_FIRST}", _of_collision("normal_impulse")),
-        Quantity("tangential_impulse", "N s", f"tangential impulse {_FIRST}", _of_collision("tangential_impulse")),
-        Quantity("peak_force", "N", f"largest normal force {_FIRST}", _of_collision("peak_force")),
-        Quantity("contacts", "1", f"contacts {_FIRST}", _of_collision("contacts")),
-        Quantity(
-            "energy_after_collision",
-            "J",
-            "energy as the first macro-collision ends",
-            lambda history: _at(history, "energy", float(_collision(history)["end"])),
-        ),
-        Quantity("restitution", "1", _BOUNCE, _restitution),
-        Quantity("second_impact", "s", f"start {_SECOND}", _start_of(1)),
-        Quantity("second_impulse", "N s", f"normal impulse {_SECOND}", _of_collision("normal_impulse", 1)),
-        Quantity("energy_final", "J", "energy at the end", _ledger("final")),
-        Quantity("lost_impact", "J", "energy lost in impacts", _ledger("lost_impact")),
-        Quantity("lost_friction", "J", "energy lost in friction", _ledger("lost_friction")),
-        Quantity("lost_damping", "J", "energy lost in damping", _ledger("lost_damping")),
-        Quantity("lost_scheme", "J", "energy the scheme takes", _ledger("lost_scheme")),
-        Quantity("unaccounted", "J", "energy the ledger cannot explain", _ledger("unaccounted")),
-        Quantity("energy_lost", "J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
-        Quantity("events", "1", "transitions of the whole run", lambda history: float(len(history.events))),
-        Quantity("model_error", "1", _MODEL_ERROR, _model_error),
-    )
+_TABLE: dict[str, tuple[str, str, Callable[[History], float]]] = {
+    "first_impact": ("s", "first touch-down", _start),
+    "collision_end": ("s", f"end {_FIRST}", _first("end")),
+    "collision_duration": ("s", f"length {_FIRST}", lambda history: _first("end")(history) - _start(history)),
+    "impulse": ("N s", f"normal impulse {_FIRST}", _first("normal_impulse")),
+    "tangential_impulse": ("N s", f"tangential impulse {_FIRST}", _first("tangential_impulse")),
+    "peak_force": ("N", f"largest normal force {_FIRST}", _first("peak_force")),
+    "contacts": ("1", f"contacts {_FIRST}", _first("contacts")),
+    "energy_after_collision": (
+        "J",
+        "energy as the first macro-collision ends",
+        lambda history: _at(history, "energy", _first("end")(history)),
+    ),
+    "restitution": ("1", _BOUNCE, _restitution),
+    "second_impact": ("s", f"start {_SECOND}", lambda history: _start(history, 1)),
+    "second_impulse": (
+        "N s",
+        f"normal impulse {_SECOND}",
+        lambda history: float(_collision(history, 1)["normal_impulse"]),
+    ),
+    "energy_final": ("J", "energy at the end", _ledger("final")),
+    "lost_impact": ("J", "energy lost in impacts", _ledger("lost_impact")),
+    "lost_friction": ("J", "energy lost in friction", _ledger("lost_friction")),
+    "lost_damping": ("J", "energy lost in damping", _ledger("lost_damping")),
+    "lost_scheme": ("J", "energy the scheme takes", _ledger("lost_scheme")),
+    "unaccounted": ("J", "energy the ledger cannot explain", _ledger("unaccounted")),
+    "energy_lost": ("J", "energy lost in impacts, friction, damping and scheme", _ledger(*_LOSSES)),
+    "events": ("1", "transitions of the whole run", lambda history: float(len(history.events))),
+    "model_error": ("1", _MODEL_ERROR, _model_error),
 }
+_NAMED = {name: Quantity(name, *about) for name, about in _TABLE.items()}

@@ -7,7 +7,6 @@ import json
 import math
 import os
 import re
-import shutil
 import tempfile
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -155,7 +154,8 @@ def run_study(
             number = left[place]
             row, files = (failed(CRASHED, found.reason), {}) if isinstance(found, Crash) else found
             if files and path is not None:
-                _keep_history(path.parent / "histories" / f"{number + 1:06d}", files)
+                # before its row: a folder that is not complete has no row, and its run is repeated
+                _write_files(path.parent / "histories" / f"{number + 1:06d}", files)
             rows[keys[number]] = row
             if time.monotonic() - saved > _SAVE_EVERY:
                 _save(_frame(runs, keys, rows, units), path)
@@ -316,14 +316,10 @@ def _read(path: Path, keys: set[str], exclusive: bool) -> dict[str, dict[str, An
     return {key: row for key, row in rows.items() if key in keys}
 
 
-def _keep_history(folder: Path, files: Mapping[str, bytes]) -> None:
-    unfinished = folder.with_name(f".{folder.name}.part")
+def _write_files(folder: Path, files: Mapping[str, bytes]) -> None:
     try:
-        for old in (unfinished, folder):
-            shutil.rmtree(old, ignore_errors=True)
-        unfinished.mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
-            (unfinished / name).write_bytes(content)
-        os.replace(unfinished, folder)
+            (folder / name).write_bytes(content)
     except OSError as error:
         raise cannot_write(folder, error) from None

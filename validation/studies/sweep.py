@@ -134,7 +134,7 @@ def sweep(
         scheduler=scheduler,
         workers=workers,
         timeout=timeout,
-        units={key: dimension.unit for dimension in plan.dimensions for key in dimension.keys},
+        units={key: direction.unit for direction in plan.directions for key in direction.names},
         histories=plan.file.histories,
         exclusive=True,
         on_progress=count,
@@ -213,11 +213,11 @@ def report(result: SweepResult, command: str) -> Report:
 def _descriptions(plan: Plan, frame: pd.DataFrame) -> list[Block]:
     """Return tables of what changes from run to run, and of what each run is asked for."""
     directions = []
-    for dimension in plan.dimensions:
-        values = frame[dimension.keys[0]]
+    for direction in plan.directions:
+        values = frame[direction.names[0]]
         numeric = pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
         ends = (values.min(), values.max()) if numeric else (str(values.iloc[0]), str(values.iloc[-1]))
-        directions.append([Cell(dimension.label, "code"), dimension.unit, int(values.nunique()), *ends])
+        directions.append([Cell(direction.label, "code"), direction.unit, int(values.nunique()), *ends])
     quantities = [
         [Cell(q.name, "code"), q.meaning, q.unit, values.min(), values.max(), int(values.isna().sum())]
         for q, values in ((q, frame[q.name]) for q in plan.quantities)
