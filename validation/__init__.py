@@ -24,8 +24,9 @@ if TYPE_CHECKING:
         SweepFile,
         TableSection,
     )
+    from oblique_impact.validation.studies.ladders import StudyResult
     from oblique_impact.validation.studies.predictability import Predictability, predictability
-    from oblique_impact.validation.studies.refinement import StudyResult, refine
+    from oblique_impact.validation.studies.refinement import refine
     from oblique_impact.validation.studies.small_deflection import SmallDeflection, small_deflection
     from oblique_impact.validation.studies.sweep import SweepResult, sweep
     from oblique_impact.validation.suite import Result, validate

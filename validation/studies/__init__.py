@@ -4,7 +4,7 @@
 `quantities`        one number of a run each, or the reason why the run does not have it
 `parallel`          processes of this machine, through joblib, or a Dask cluster
 `convergence`       observed order, Richardson limit, grid convergence index, verdicts
-`refinement`        levels of elements, modes, steps, stiffness, tolerances: `refine`; `shipped` studies
+`refinement`        levels of elements, modes, steps, stiffness, tolerances: `refine`; `ladders`, `shipped` studies
 `predictability`    sensitivity to the initial angle
 `small_deflection`  the floating frame against the exact beam, over flexibility and spin
 `sweep`             a scenario over axes of its keys, from a TOML file; `design` of the runs; `maps` of the results

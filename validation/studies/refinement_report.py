@@ -27,7 +27,7 @@ from oblique_impact.validation.report import (
     with_unit,
 )
 from oblique_impact.validation.studies.convergence import CONVERGED, RULE, VERDICTS
-from oblique_impact.validation.studies.refinement import LadderResult, QuantityResult, StudyResult
+from oblique_impact.validation.studies.ladders import LadderResult, QuantityResult, StudyResult
 
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 

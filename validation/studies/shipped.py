@@ -10,8 +10,8 @@ from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.validation.studies.ladders import Ladder, Study
 from oblique_impact.validation.studies.predictability import Case
-from oblique_impact.validation.studies.refinement import Ladder, Study
 
 _MEAN_AXIS = "discretization.frame=mean-axis"
 _FEM = "discretization.method=fem"
