@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oblique_impact.validation.comparison import Comparison, compare
-    from oblique_impact.validation.paper.command import Reproduction, reproduce
+    from oblique_impact.validation.paper.claims import Reproduction
+    from oblique_impact.validation.paper.command import reproduce
     from oblique_impact.validation.studies.design import (
         AxisSection,
         HypercubeSection,

@@ -26,10 +26,10 @@ from oblique_impact.validation.report import (
     Text,
     cell,
     picture,
+    provenance_data,
     with_unit,
     write_json,
 )
-from oblique_impact.validation.report.provenance import provenance_data
 
 Array = NDArray[np.float64]
 

@@ -9,13 +9,20 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from pathlib import Path
+from typing import Any
 
+import pandas as pd
+
+from oblique_impact.history.history import History
 from oblique_impact.validation.paper import rules
+from oblique_impact.validation.paper.cases import MODELS, SCHEMES
 from oblique_impact.validation.paper.measures import MissingError, Models
-from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, Finding
+from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, VERDICTS, Finding
+from oblique_impact.validation.paper.sticking import StickCheck, Threshold
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,67 @@ class Judged:
         return self.combinations is None or self.combinations[REPRODUCED] < sum(self.combinations.values())
 
 
+@dataclass(frozen=True)
+class Reproduction:
+    """The paper's claims with their verdicts, and the runs behind them.
+
+    Attributes
+    ----------
+    claims : sequence of Judged
+        The paper's claims, each with what either scheme found and a verdict.
+    runs : dict
+        Histories by group/scheme/model, without what varies along the beam.
+    combinations : DataFrame
+        What each combination of open choices does to the second macro-collision and to the verdicts (SI units).
+    stick : dict
+        Why the tips of the hybrid models could not stick, or did, by the key of the run.
+    threshold : Threshold
+        The friction coefficient from which on the first reversal is a stick.
+    seconds : float
+        Wall time (s) of the simulations.
+    report : Path or None
+        The page, if one was written.
+    """
+
+    claims: Sequence[Judged]
+    runs: dict[str, History]
+    combinations: pd.DataFrame
+    stick: dict[str, list[StickCheck]]
+    threshold: Threshold
+    seconds: float
+    report: Path | None = None
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """How many claims have which verdict: "reproduced", "partly", "not reproduced"."""
+        return count_verdicts(judged.verdict for judged in self.claims)
+
+    @property
+    def undiscriminating(self) -> int:
+        """Number of claims that every combination of open choices reproduces."""
+        return sum(not judged.discriminates for judged in self.claims)
+
+
 _TABLE = tomllib.loads(files("oblique_impact.validation").joinpath("paper/claims.toml").read_text("utf-8"))
 #: the claims in the order of the paper's figures
 CLAIMS = [Claim(id, **row) for id, row in _TABLE.items()]
+
+
+def judge_claims(runs: dict[str, History], combined: Sequence[dict[str, Any]]) -> list[Judged]:
+    """Judge each claim on the runs of its case, by scheme, and count its verdicts over the combinations."""
+    judged = []
+    for claim in CLAIMS:
+        findings = {}
+        for scheme in SCHEMES:
+            keys = [f"{claim.case}/{scheme}/{model}" for model in MODELS]
+            # where friction is the point there is no frictionless run
+            findings[scheme] = claim.judge(Models(*(runs.get(key, runs[keys[0]]) for key in keys)))
+        counts = count_verdicts(row["verdicts"][claim.id] for row in combined) if claim.case == "paper" else None
+        judged.append(Judged(claim, findings, counts))
+    return judged
+
+
+def count_verdicts(verdicts: Iterable[str]) -> dict[str, int]:
+    """Return how often each verdict is among some."""
+    found = list(verdicts)
+    return {verdict: found.count(verdict) for verdict in VERDICTS}

@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import pandas as pd
@@ -16,57 +14,15 @@ from oblique_impact.files import prepare_folder
 from oblique_impact.history.history import History
 from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.validation.paper.cases import MODELS, SCHEMES, cases, combinations, paper
-from oblique_impact.validation.paper.claims import CLAIMS, Judged
+from oblique_impact.validation.paper.cases import MODELS, cases, combinations, paper
+from oblique_impact.validation.paper.claims import CLAIMS, Reproduction, judge_claims
 from oblique_impact.validation.paper.measures import NAN, Models, collisions, longest, run_light, sticks
 from oblique_impact.validation.paper.report import write_report
-from oblique_impact.validation.paper.rules import VERDICTS
-from oblique_impact.validation.paper.sticking import StickCheck, Threshold, find_threshold, stick_checks
+from oblique_impact.validation.paper.sticking import find_threshold, stick_checks
 from oblique_impact.validation.studies.parallel import map_parallel
 
 #: s of one core that the runs and figures take on a fast machine
 SECONDS = 150.0
-
-
-@dataclass(frozen=True)
-class Reproduction:
-    """The paper's claims with their verdicts, and the runs behind them.
-
-    Attributes
-    ----------
-    claims : sequence of Judged
-        The paper's claims, each with what either scheme found and a verdict.
-    runs : dict
-        Histories by group/scheme/model, without what varies along the beam.
-    combinations : DataFrame
-        What each combination of open choices does to the second macro-collision and to the verdicts (SI units).
-    stick : dict
-        Why the tips of the hybrid models could not stick, or did, by the key of the run.
-    threshold : Threshold
-        The friction coefficient from which on the first reversal is a stick.
-    seconds : float
-        Wall time (s) of the simulations.
-    report : Path or None
-        The page, if one was written.
-    """
-
-    claims: Sequence[Judged]
-    runs: dict[str, History]
-    combinations: pd.DataFrame
-    stick: dict[str, list[StickCheck]]
-    threshold: Threshold
-    seconds: float
-    report: Path | None = None
-
-    @property
-    def verdicts(self) -> dict[str, int]:
-        """How many claims have which verdict: "reproduced", "partly", "not reproduced"."""
-        return _count(judged.verdict for judged in self.claims)
-
-    @property
-    def undiscriminating(self) -> int:
-        """Number of claims that every combination of open choices reproduces."""
-        return sum(not judged.discriminates for judged in self.claims)
 
 
 def reproduce(
@@ -118,7 +74,7 @@ def reproduce(
     combined = found[len(named) :]
     stick = {key: stick_checks(run) for key, run in runs.items() if key.endswith("hybrid")}
     result = Reproduction(
-        claims=_judge(runs, combined),
+        claims=judge_claims(runs, combined),
         runs=runs,
         combinations=pd.DataFrame(combined),
         stick=stick,
@@ -152,22 +108,3 @@ def _compute(task: Scenario | dict[str, Any]) -> History | dict[str, Any]:
         "longest_stick": duration,
         "verdicts": {claim.id: claim.judge(models).verdict for claim in CLAIMS if claim.case == "paper"},
     }
-
-
-def _judge(runs: dict[str, History], combined: Sequence[dict[str, Any]]) -> list[Judged]:
-    """Judge each claim on the runs of its case, by scheme, and count its verdicts over the combinations."""
-    judged = []
-    for claim in CLAIMS:
-        findings = {}
-        for scheme in SCHEMES:
-            keys = [f"{claim.case}/{scheme}/{model}" for model in MODELS]
-            # where friction is the point there is no frictionless run
-            findings[scheme] = claim.judge(Models(*(runs.get(key, runs[keys[0]]) for key in keys)))
-        counts = _count(row["verdicts"][claim.id] for row in combined) if claim.case == "paper" else None
-        judged.append(Judged(claim, findings, counts))
-    return judged
-
-
-def _count(verdicts: Iterable[str]) -> dict[str, int]:
-    found = list(verdicts)
-    return {verdict: found.count(verdict) for verdict in VERDICTS}

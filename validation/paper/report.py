@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from oblique_impact.validation.paper.cases import MODELS, SCHEMES
-from oblique_impact.validation.paper.claims import Judged
+from oblique_impact.validation.paper.claims import Judged, Reproduction
 from oblique_impact.validation.paper.figures import PLOTS, draw
 from oblique_impact.validation.paper.measures import STICK, Models, sticks
 from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, VERDICTS
@@ -25,9 +25,6 @@ from oblique_impact.validation.report import (
     number,
     write_file,
 )
-
-if TYPE_CHECKING:
-    from oblique_impact.validation.paper.command import Reproduction
 
 KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
 #: runs whose reversals and sticks the page shows, how many of each at most; results.json has all

@@ -25,6 +25,8 @@ from __future__ import annotations
 import io
 import json
 import math
+import os
+import platform
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -39,8 +41,8 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from oblique_impact.files import cannot_write, write_text
+from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.renders.style import figure_style
-from oblique_impact.validation.report.provenance import provenance, provenance_data
 
 #: kinds of cells that are set off by colour and a mark, so that a verdict does not depend on colour
 MARKS = {"pass": "✓", "fail": "✗", "partly": "◐"}
@@ -270,7 +272,7 @@ class Report:
         times = [("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")), ("command", self.command)]
         times += [("wall time", f"{self.seconds:.1f} s")] if self.seconds is not None else []
         return environment.get_template("report.html.j2").render(
-            document=self, facts=[*self.facts, *provenance()], times=[*times, *self.times]
+            document=self, facts=[*self.facts, *_provenance()], times=[*times, *self.times]
         )
 
     def write(
@@ -314,3 +316,37 @@ def _finite(value: Any) -> Any:
     if hasattr(value, "item"):  # a number of NumPy
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+# --- what made a report
+
+_PACKAGES = ("oblique-impact", "numpy", "scipy", "numba", "scikit-fem", "xarray", "matplotlib")
+
+
+def _provenance() -> list[tuple[str, str]]:
+    """Return lines (name, value) for the head of every report."""
+    numbers = ", ".join(f"{name} {number}" for name, number in _versions().items())
+    return [("made by", provenance_line(provenance())), ("versions", numbers), ("machine", _machine())]
+
+
+def provenance_data() -> dict[str, Any]:
+    """Return the same for the JSON of every report."""
+    return {"provenance": dict(provenance()), "versions": _versions(), "machine": _machine()}
+
+
+def _versions() -> dict[str, str]:
+    return {"Python": platform.python_version(), **versions(*_PACKAGES)}
+
+
+def _machine() -> str:
+    """Return processor, number of cores and system; nothing that names the machine itself."""
+    return f"{_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or "unknown processor"
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or "unknown processor"
