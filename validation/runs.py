@@ -13,8 +13,15 @@ from oblique_impact.simulation import simulate
 
 Array = NDArray[np.float64]
 
+#: keys that several checks and studies take
+FEM, MEAN_AXIS = "discretization.method=fem", "discretization.frame=mean-axis"
+FRICTIONLESS, SPRING = "contact.friction=frictionless", "contact.normal=spring"
+#: the full nodal model, by generalized-alpha
+NODAL = (FEM, "discretization.modes=0", MEAN_AXIS, "solver.scheme=generalized-alpha")
 #: the paper's beam just above the slope, straight and as fast as after its fall: it strikes after 21 µs
 NEAR = ("initial.angle=0.2214", "initial.angular_velocity=-3.786")
+#: the same until 0.02 s, sampled finely
+NEAR_FINE = (*NEAR, "end_time=0.02", "solver.output_interval=1e-5")
 
 
 @lru_cache(maxsize=24)

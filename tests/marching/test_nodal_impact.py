@@ -9,12 +9,11 @@ from oblique_impact.validation.checks.rigid_impact import (
     BENDING,
     LENGTH,
     MASS,
-    NODAL,
     SPEED,
     WAVE,
     held_tip,
 )
-from oblique_impact.validation.runs import NEAR
+from oblique_impact.validation.runs import NEAR, NODAL
 
 
 @pytest.mark.parametrize(("rho", "opens", "closes"), [(0.0, 5, 1.4), (0.5, 8, 1.15), (0.8, 77, 1.07)])

@@ -21,20 +21,17 @@ from oblique_impact.marching.records import Contact
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import NEAR, run
+from oblique_impact.validation.runs import FRICTIONLESS, MEAN_AXIS, NEAR, NODAL, SPRING, run
 
 check = checks_of("absolute", "Absolute coordinates")
 
 _CLOSED = "closed form"
-_SMOOTH = ("contact.normal=spring", "contact.friction=frictionless", "solver.output_interval=1e-3")
-_MEAN = "discretization.frame=mean-axis"
-_ABSOLUTE = ("discretization.method=absolute", _MEAN, *_SMOOTH)
+_SMOOTH = (SPRING, FRICTIONLESS, "solver.output_interval=1e-3")
+_ABSOLUTE = ("discretization.method=absolute", MEAN_AXIS, *_SMOOTH)
 _NODAL = (
-    "discretization.method=fem",
-    "discretization.modes=0",
-    "discretization.elements=32",
-    _MEAN,
+    *NODAL,
     *_SMOOTH,
+    "discretization.elements=32",
     "solver.free_step=2e-5",
     "solver.contact_step=2e-6",
     "solver.rho_infinity=0.9",
@@ -336,7 +333,7 @@ def friction() -> list[Measurement]:
 def rigid_limit() -> list[Measurement]:
     """Impulse within the first 1.2 ms; the error falls like 1/k from 10⁸ N/m on."""
     damped = (*NEAR, "beam.kelvin_voigt=1e-5", "end_time=0.0012")
-    massless = ("contact.point_inertia=none", "discretization.modes=24", _MEAN, "contact.friction=frictionless")
+    massless = ("contact.point_inertia=none", "discretization.modes=24", MEAN_AXIS, FRICTIONLESS)
     rigid = run("paper", *massless, *damped).contacts[0].normal_impulse
     words = (*damped, "discretization.elements=32", "solver.contact_step=1e-6")
     soft, stiff = (

@@ -15,7 +15,7 @@ from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.plots import energy_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
-from oblique_impact.validation.runs import NEAR, column, run
+from oblique_impact.validation.runs import NEAR, NEAR_FINE, NODAL, column, run
 
 check = checks_of("balances", "Balances: energy, impulse, angular momentum")
 
@@ -45,7 +45,6 @@ _LEDGERS: dict[str, tuple[str, ...]] = {
 #: how many of these cases have a rigid stop, friction, and damping
 _LOSING = {"impact": 13, "friction": 13, "damping": 4}
 _SHORT = (*NEAR, "end_time=0.1")  # the first macro-collision and flight after it
-_FINE = (*NEAR, "end_time=0.02", "solver.output_interval=1e-5")
 _LAW = "conservation of energy: initial + supplied - lost = final"
 
 
@@ -126,7 +125,7 @@ def impulse() -> Iterator[Measurement]:
     """First macro-collision from samples 10 µs apart."""
     text = "impulse = integral of the force; cubic splines through the samples"
     for friction in ("frictionless", "hybrid"):
-        history = run("paper", f"contact.friction={friction}", *_FINE)
+        history = run("paper", f"contact.friction={friction}", *NEAR_FINE)
         collected = history.summary["macro_collisions"][0]["normal_impulse"]
         time, force = column(history, "time"), np.nan_to_num(column(history, "lambda_n"))
         total = float(sum(_integral(time[piece], force[piece]) for piece in pieces(time) if piece.size >= 4))
@@ -203,7 +202,7 @@ def angular_momentum() -> Iterator[Measurement]:
     """Largest defect of a phase or an impact, through a macro-collision."""
     text = "Euler's second law about the pin, int m (r x v) dx by quadrature"
     for kinetics, frame in product(("first-order", "full"), ("tangent", "mean-axis")):
-        history = run("paper", *_FINE, f"discretization.kinetics={kinetics}", f"discretization.frame={frame}")
+        history = run("paper", *NEAR_FINE, f"discretization.kinetics={kinetics}", f"discretization.frame={frame}")
         worst, name = float(np.abs(momentum_defects(history, kinetics)).max()), f"{kinetics}-{frame}"
         yield Measurement(f"largest defect, {kinetics}, {frame}", worst, 0.0, "N m s", 1.5e-10, text, name)
 
@@ -227,11 +226,8 @@ def implicit_flight() -> Measurement:
     """Relative change over 0.3 s."""
     history = run(
         "paper",
-        "discretization.method=fem",
-        "discretization.modes=0",
+        *NODAL,
         "discretization.elements=8",
-        "discretization.frame=mean-axis",
-        "solver.scheme=generalized-alpha",
         "solver.rho_infinity=1.0",
         "contact.enabled=false",
         "gravity=0.0",

@@ -14,23 +14,18 @@ from oblique_impact.simulation import simulate
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.checks.rigid_impact import BENDING, MASS, SPEED, TURNING
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import run
+from oblique_impact.validation.runs import FRICTIONLESS, MEAN_AXIS, run
 
 check = checks_of("damped-stop", "A rigid stop under a damped beam")
 
 LIMIT = VALUES["damped-stop"]
-_MODES = (
-    "beam.kelvin_voigt=1e-5",
-    "contact.friction=frictionless",
-    "discretization.frame=mean-axis",
-    "solver.output_interval=1e-3",
-)
+_MODES = ("beam.kelvin_voigt=1e-5", FRICTIONLESS, MEAN_AXIS, "solver.output_interval=1e-3")
 _MASSLESS = (*_MODES, "contact.point_inertia=none")
 _ELEMENTS = (
     'discretization={method="fem", elements=64, modes=0}',
     "solver={free_step=2.5e-6, contact_step=5e-7}",
     "beam.kelvin_voigt=1e-5",
-    "contact.friction=frictionless",
+    FRICTIONLESS,
 )
 
 

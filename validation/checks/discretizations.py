@@ -12,13 +12,21 @@ from oblique_impact.history.history import History
 from oblique_impact.validation.checks.plots import mesh_convergence_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of, within
 from oblique_impact.validation.event_pairs import hausdorff_distance, largest_difference, pair_events
-from oblique_impact.validation.runs import NEAR, column, contact_times, run
+from oblique_impact.validation.runs import (
+    FRICTIONLESS,
+    MEAN_AXIS,
+    NEAR,
+    NEAR_FINE,
+    SPRING,
+    column,
+    contact_times,
+    run,
+)
 
 check = checks_of("discretizations", "Assumed modes against finite elements")
 
 Array = NDArray[np.float64]
 _SIX = ("discretization.frame=mean-axis", "discretization.modes=6", "end_time=0.335")
-_FINE = (*NEAR, "end_time=0.02", "solver.output_interval=1e-5")
 _ELEMENTS = ("discretization.method=fem", "discretization.elements=64")
 _TEXT = "two discretizations of one beam with the same spectral content: order 4 (theory Sec. 6)"
 
@@ -67,7 +75,7 @@ def _aligned(history: History, name: str, start: float, end: float, samples: int
 @check("Trajectories between events, aligned so that jumps fall on each other.", seconds=1.5)
 def trajectories() -> Iterator[Measurement]:
     """Largest distance of the tip and of theta over the phases of a macro-collision, two modes, 64 elements."""
-    modal, fem = run("paper", *_FINE), run("paper", *_FINE, *_ELEMENTS)
+    modal, fem = run("paper", *NEAR_FINE), run("paper", *NEAR_FINE, *_ELEMENTS)
     pairs = pair_events(modal.events, fem.events)
     shared = pairs[["left_time", "right_time"]].dropna().itertuples(index=False)
     limits = [(0.0, 0.0), *shared, (0.02, 0.02)]
@@ -87,7 +95,7 @@ def trajectories() -> Iterator[Measurement]:
 )
 def forces() -> Iterator[Measurement]:
     """Normal and tangential force of a macro-collision, two modes, 64 elements."""
-    histories = run("paper", *_FINE), run("paper", *_FINE, *_ELEMENTS)
+    histories = run("paper", *NEAR_FINE), run("paper", *NEAR_FINE, *_ELEMENTS)
     for name in ("lambda_n", "lambda_tau"):
         peak = float(np.nanmax(np.abs(column(histories[0], name))))
         curves = []
@@ -107,9 +115,7 @@ def forces() -> Iterator[Measurement]:
 def nodal_and_modes() -> Iterator[Measurement]:
     """Impulse, peak and first release by the implicit scheme."""
     common = (
-        "contact.normal=spring",
-        "contact.friction=frictionless",
-        "discretization.frame=mean-axis",
+        *(SPRING, FRICTIONLESS, MEAN_AXIS),
         "solver.scheme=generalized-alpha",
         "solver.free_step=5e-6",
         "solver.contact_step=2e-6",

@@ -9,22 +9,14 @@ import numpy as np
 from oblique_impact.history.history import History
 from oblique_impact.validation.checks.registry import Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import run
+from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NODAL, SPRING, run
 
 check = checks_of("exact-geometry", "Geometrically exact code")
 
-_SPRING = (
-    "contact.normal=spring",
-    "contact.stiffness=1e6",
-    "contact.friction=frictionless",
-    "discretization.frame=mean-axis",
-    "discretization.method=fem",
-    "discretization.elements=32",
-)
+_SPRING = (SPRING, "contact.stiffness=1e6", FRICTIONLESS, MEAN_AXIS, FEM, "discretization.elements=32")
 _MODELS = {
     "nodal": (
-        "discretization.modes=0",
-        "solver.scheme=generalized-alpha",
+        *NODAL,
         "solver.free_step=1e-5",
         "solver.contact_step=2e-6",
         "solver.rho_infinity=0.9",

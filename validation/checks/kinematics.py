@@ -12,12 +12,11 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import pieces
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.validation.checks.registry import ROUNDING, Measurement, checks_of
-from oblique_impact.validation.runs import NEAR, column, run
+from oblique_impact.validation.runs import NEAR_FINE, column, run
 
 check = checks_of("kinematics", "Contact kinematics")
 
 Array = NDArray[np.float64]
-_FINE = (*NEAR, "end_time=0.02", "solver.output_interval=1e-5")
 _METHODS = {"modal": (), "fem": ("discretization.method=fem",)}
 
 
@@ -42,7 +41,7 @@ def position() -> Iterator[Measurement]:
     """Largest distance over all samples; catches wrong contact rows and a wrong H(x_F)."""
     text = "geometry: the end of the centreline, by quadrature of the slope, against the line of the slope"
     for name, overrides in _METHODS.items():
-        history = run("paper", *_FINE, *overrides)
+        history = run("paper", *NEAR_FINE, *overrides)
         for kind, exact in zip(("gap", "slip"), _along_slope(history, *_end(history)), strict=True):
             worst = float(np.abs(column(history, kind) - exact).max())
             quantity = f"{kind}: largest distance, {name}"
@@ -67,7 +66,7 @@ def rates() -> Iterator[Measurement]:
     """Largest defect over the phases of the first macro-collision."""
     text = "fundamental theorem of calculus; cubic splines through samples 10 µs apart"
     for name, overrides in _METHODS.items():
-        history = run("paper", *_FINE, *overrides)
+        history = run("paper", *NEAR_FINE, *overrides)
         for values, rate in (("gap", "gap_rate"), ("slip", "slip_rate"), ("tip_x", "tip_vx"), ("tip_y", "tip_vy")):
             worst = float(np.abs(integral_defects(history, values, rate)).max())
             label, quantity = values.replace("_", "-"), f"{values} against {rate}: largest defect, {name}"
@@ -77,7 +76,7 @@ def rates() -> Iterator[Measurement]:
 @check("A closed contact stays closed, and its force never pulls.", seconds=1.5)
 def closed_contact() -> list[Measurement]:
     """Largest |gap| while closed and smallest normal force, event scheme."""
-    history = run("paper", *_FINE)
+    history = run("paper", *NEAR_FINE)
     closed = column(history, "state") > 0
     force = column(history, "lambda_n")
     drift = float(np.abs(column(history, "gap")[closed]).max())

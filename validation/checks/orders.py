@@ -21,7 +21,7 @@ from oblique_impact.marching.scheme import Scheme
 from oblique_impact.simulation import simulate_system
 from oblique_impact.validation.checks.plots import orders_figure
 from oblique_impact.validation.checks.registry import Evidence, Measurement, checks_of
-from oblique_impact.validation.runs import NEAR, column, event_times, run
+from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NEAR, SPRING, column, event_times, run
 from oblique_impact.validation.small_systems import Particle, PinnedBar
 
 check = checks_of("orders", "Order of every integrator")
@@ -124,18 +124,16 @@ def beam_fixed_step() -> list[Measurement]:
 # elements and all their modes are the same system without what both leave out of the beam
 _CONTACTS = (
     *NEAR,
-    "contact.normal=spring",
-    "contact.residual_flexibility=false",
-    "contact.friction=frictionless",
+    *(SPRING, FRICTIONLESS, "contact.residual_flexibility=false"),
     "end_time=2.95e-3",
 )
-_NODAL = ("discretization.frame=mean-axis", "discretization.method=fem", "discretization.elements=2")
+_NODAL = (MEAN_AXIS, FEM, "discretization.elements=2", "discretization.modes=0")
 #: model, its keys, those of the event scheme in place of the full mesh (all modes of it), rho_infinity
 _ALPHA: tuple[tuple[str, tuple[str, ...], tuple[str, ...], float], ...] = (
-    ("nodal", (*_NODAL, "discretization.modes=0"), ("discretization.modes=4",), 0.0),
-    ("nodal", (*_NODAL, "discretization.modes=0"), ("discretization.modes=4",), 0.8),
-    ("nodal", (*_NODAL, "discretization.modes=0"), ("discretization.modes=4",), 1.0),
-    ("mean-axis", ("discretization.frame=mean-axis", "discretization.modes=4"), (), 0.8),
+    ("nodal", _NODAL, ("discretization.modes=4",), 0.0),
+    ("nodal", _NODAL, ("discretization.modes=4",), 0.8),
+    ("nodal", _NODAL, ("discretization.modes=4",), 1.0),
+    ("mean-axis", (MEAN_AXIS, "discretization.modes=4"), (), 0.8),
     ("tangent", ("discretization.modes=2",), (), 0.5),
     ("full", ("discretization.modes=3", "discretization.kinetics=full"), (), 0.8),
 )

@@ -22,17 +22,11 @@ from oblique_impact.simulation import simulate
 from oblique_impact.validation.checks.plots import impulse_law_figure
 from oblique_impact.validation.checks.registry import ROUNDING, Evidence, Measurement, checks_of, within
 from oblique_impact.validation.reference_values import VALUES, source
-from oblique_impact.validation.runs import column, event_times, run
+from oblique_impact.validation.runs import FRICTIONLESS, MEAN_AXIS, NODAL, column, event_times, run
 
 check = checks_of("rigid-impact", "Rigid impact against the exact impulse law")
 
 Array = NDArray[np.float64]
-NODAL = (
-    "solver.scheme=generalized-alpha",
-    "discretization.method=fem",
-    "discretization.modes=0",
-    "discretization.frame=mean-axis",
-)
 BENDING, MASS, LENGTH, SPEED = 541.27, 0.86874, 1.0, 3.77
 WAVE = float(np.sqrt(BENDING / MASS))  # c (m²/s)
 #: a hinged beam that turns as a rigid one and meets a stop with its tip at t = 0
@@ -44,7 +38,7 @@ TURNING = (
     "slope.angle=0.0",
     "initial.angle=0.0",
     f"initial.angular_velocity={-SPEED}",
-    "contact.friction=frictionless",
+    FRICTIONLESS,
 )
 
 
@@ -163,7 +157,7 @@ def scipy_impulse() -> Iterator[Measurement]:
     """Both discretizations."""
     exact, text = VALUES["two-modes-impulse"], source("two-modes-impulse")
     for name, keys in _METHODS.items():
-        impulse = run("paper", "contact.friction=frictionless", *keys, _END).events[0].normal_impulse
+        impulse = run("paper", FRICTIONLESS, *keys, _END).events[0].normal_impulse
         yield within(f"first impulse, {name}", impulse, exact, "N s", _ALLOWED[name][1], text, name)
 
 
@@ -171,7 +165,7 @@ def scipy_impulse() -> Iterator[Measurement]:
 def scipy_modes() -> Iterator[Measurement]:
     """The two programs find their events on their own; impacts magnify a difference by about 30 each."""
     text = source("rigid-stop-modes")
-    common = ("contact.friction=frictionless", "discretization.frame=mean-axis", "end_time=0.34")
+    common = (FRICTIONLESS, MEAN_AXIS, "end_time=0.34")
     for modes in (4, 6, 8):
         summary = run("paper", *common, f"discretization.modes={modes}").summary
         impulse, left = summary["macro_collisions"][0]["normal_impulse"], summary["energy"]["final"]

@@ -10,14 +10,10 @@ from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.scenario.scenario import Scenario
+from oblique_impact.validation.runs import FEM, FRICTIONLESS, MEAN_AXIS, NODAL, SPRING
 from oblique_impact.validation.studies.ladders import Ladder, Study
 from oblique_impact.validation.studies.predictability import Case
 
-_MEAN_AXIS = "discretization.frame=mean-axis"
-_FEM = "discretization.method=fem"
-_NODAL = (_FEM, "discretization.modes=0", _MEAN_AXIS, "solver.scheme=generalized-alpha")
-_SMOOTH = "contact.friction=frictionless"
-_SPRING = "contact.normal=spring"
 _MASSLESS = "contact.point_inertia=none"
 #: Hermite elements: frequencies, and what depends on them smoothly, converge like h^4
 _HERMITE = 4.0
@@ -33,8 +29,8 @@ def elements() -> Study:
     """Finite elements at a fixed number of modes."""
     names = ("first_impact", "collision_end", "impulse", "peak_force", "energy_after_collision", "second_impact")
     declared, levels = dict.fromkeys(names, _HERMITE), (32.0, 64.0, 128.0, 256.0)
-    modes = (_FEM, _MEAN_AXIS, "discretization.modes=6")
-    rigid, soft = _paper(*modes, "end_time=0.75"), _paper(*modes, "end_time=0.9", _SPRING, _SMOOTH)
+    modes = (FEM, MEAN_AXIS, "discretization.modes=6")
+    rigid, soft = _paper(*modes, "end_time=0.75"), _paper(*modes, "end_time=0.9", SPRING, FRICTIONLESS)
     about_rigid = "The paper's rigid stop, e = 0, with its friction."
     about_soft = "On a spring of 1e6 N/m, without friction."
     return Study(
@@ -55,20 +51,20 @@ def elements() -> Study:
 #: the three motions that every scheme is refined on: changes, quantities, what they are
 _MOTIONS = {
     "flight": (
-        ("contact.enabled=false", "end_time=2.0", "beam.youngs_modulus=7e8", "discretization.modes=1", _MEAN_AXIS),
+        ("contact.enabled=false", "end_time=2.0", "beam.youngs_modulus=7e8", "discretization.modes=1", MEAN_AXIS),
         ("tip_y@end", "deflection@end"),
         """Two seconds of free fall about the pin without contact. The beam is a hundred times softer than
             the paper's, so that its vibration counts as much as its rotation, and has one mean-axis mode.""",
     ),
     "elastic stop": (
-        ("discretization.modes=4", _MEAN_AXIS, _SMOOTH, _SPRING, "end_time=0.3201"),
+        ("discretization.modes=4", MEAN_AXIS, FRICTIONLESS, SPRING, "end_time=0.3201"),
         ("first_impact", "impulse", "peak_force", "theta@end", "tip_y@end"),
         """The paper's beam with four mean-axis modes until after its first contact with a spring of 1e6
             N/m, without friction. The largest force is that of a step's end, or of a sample: it comes close
             to the maximum at no order.""",
     ),
     "rigid stop": (
-        ("discretization.modes=4", _MEAN_AXIS, _SMOOTH, "end_time=0.36"),
+        ("discretization.modes=4", MEAN_AXIS, FRICTIONLESS, "end_time=0.36"),
         ("first_impact", "impulse", "peak_force", "collision_end", "theta@end"),
         "The same until after the first macro-collision with the rigid stop, e = 0.",
     ),
@@ -128,13 +124,13 @@ _REMEDY_LEVELS = {
 def remedies() -> Study:
     """Modes and elements with the rigid stop, and what helps."""
     # differences are of 1e-4 and more: a tolerance of 1e-8 is tight enough, and the noise shows it
-    event = (_MEAN_AXIS, "solver.tolerance=1e-8")
-    nodal = (*_NODAL, "solver.free_step=2e-5")
+    event = (MEAN_AXIS, "solver.tolerance=1e-8")
+    nodal = (*NODAL, "solver.free_step=2e-5")
     dissipative = (*nodal, "solver.rho_infinity=0.0", "solver.contact_step=2e-5")
     names = ("impulse", "peak_force", "second_impact", "contacts")
 
     def ladder(name: str, axis: str, changes: Iterable[str], text: str) -> Ladder:
-        base = _paper(_SMOOTH, "end_time=0.75", *changes)
+        base = _paper(FRICTIONLESS, "end_time=0.75", *changes)
         return Ladder(name, base, axis, _REMEDY_LEVELS[axis], names, text=text)
 
     return Study(
@@ -158,7 +154,7 @@ def remedies() -> Study:
             ladder(
                 "elastic stop",
                 "modes",
-                (*event, _SPRING, "end_time=0.9"),
+                (*event, SPRING, "end_time=0.9"),
                 """First remedy: contact.normal = spring of 1e6 N/m. This is not the rigid stop any more, and its
                 limit is another; but it is a limit of every quantity.""",
             ),
@@ -201,16 +197,16 @@ def rigid_stop() -> Study:
     def order(p: float) -> dict[str, float]:
         return dict.fromkeys(("collision_end", "impulse", "second_impact"), p)
 
-    common = (_MEAN_AXIS, _SMOOTH, "end_time=0.72")
+    common = (MEAN_AXIS, FRICTIONLESS, "end_time=0.72")
     small_steps = ("solver.scheme=generalized-alpha", "solver.free_step=5e-6", "solver.contact_step=2.5e-7")
     ladders = []
     for viscosity, modes, meshes in _DAMPINGS:
         group, damped = f"damping {viscosity:g} s", (*common, f"beam.kelvin_voigt={viscosity}")
-        nodal = (*_NODAL, *damped, *small_steps)
+        nodal = (*NODAL, *damped, *small_steps)
         # explicit steps of the event scheme are as short as the damping of the highest mode is strong
         modal = (*damped, *(small_steps if modes > 24 else ("solver.tolerance=1e-9",)))
         counts = tuple(float(round(part * modes)) for part in (1 / 2, 2 / 3, 5 / 6, 1))
-        stiff = (*modal, _SPRING, f"discretization.modes={modes}")
+        stiff = (*modal, SPRING, f"discretization.modes={modes}")
         for case, changes, axis, levels, declared in (
             ("plastic, elements", nodal, "elements", meshes, {"lost_impact": 1.0}),
             ("no inertia, elements", (*nodal, _MASSLESS), "elements", meshes, order(_HERMITE)),
@@ -218,7 +214,7 @@ def rigid_stop() -> Study:
             ("stiff spring", stiff, "stiffness", (1e8, 1e9, 1e10, 1e11), order(1.0)),
         ):
             ladders.append(Ladder(f"{group}, {case}", _paper(*changes), axis, levels, names, declared))
-    coarse = (*_NODAL, *common, "beam.kelvin_voigt=1e-5", "discretization.elements=32")
+    coarse = (*NODAL, *common, "beam.kelvin_voigt=1e-5", "discretization.elements=32")
     stepped = _paper(*coarse, "solver.free_step=2e-5", "solver.contact_step=1e-6")
     ladders.append(
         Ladder("damping 1e-05 s, steps", stepped, "steps", (2e-5, 1e-5, 5e-6, 2.5e-6), names, order(2.0))
@@ -247,13 +243,13 @@ def predictability_cases() -> list[Case]:
     """Return the cases of `--study predictability`: stops from soft to rigid, without and with damping."""
     # a spectral radius of 1: the scheme itself takes nothing out of the vibrations
     nodal = (
-        *(*_NODAL, _SMOOTH, "end_time=1.0", "solver.rho_infinity=1.0", "solver.free_step=1e-5"),
+        *(*NODAL, FRICTIONLESS, "end_time=1.0", "solver.rho_infinity=1.0", "solver.free_step=1e-5"),
         *("solver.output_interval=1e-2", "discretization.elements=64", "solver.contact_step=2.5e-7"),
     )
     cases = [
         Case(
             f"spring of {stiffness} N/m",
-            _paper(*nodal, _SPRING, f"contact.stiffness={stiffness}"),
+            _paper(*nodal, SPRING, f"contact.stiffness={stiffness}"),
             "An elastic stop under the undamped beam.",
         )
         for stiffness in ("1e6", "1e7", "1e8", "1e9")
