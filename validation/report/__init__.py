@@ -230,34 +230,22 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """A report.
-
-    Attributes
-    ----------
-    title, lead : str
-        Head and first paragraph.
-    command : str
-        What repeats it, as a shell or Python takes it.
-    seconds : float, optional
-        Wall time (s).
-    facts : sequence of (str, str)
-        Names and values for the head; provenance, versions and machine are added.
-    times : sequence of (str, str)
-        Facts that differ from run to run.
-    overview, sections
-        What it consists of.
-    filtered : bool
-        Whether the page has a field and a list to filter the rows of filtered tables.
-    """
+    """A page: head, an overview, and sections."""
 
     title: str
+    #: first paragraph
     lead: str
+    #: what repeats it, as a shell or Python takes it
     command: str = ""
+    #: wall time (s)
     seconds: float | None = None
+    #: names and values for the head; provenance, versions and machine are added
     facts: Sequence[tuple[str, str]] = ()
+    #: facts that differ from run to run
     times: Sequence[tuple[str, str]] = ()
     overview: Sequence[Block] = ()
     sections: Sequence[Section] = ()
+    #: whether the page has a field and a list to filter the rows of filtered tables
     filtered: bool = False
 
     def html(self) -> str:

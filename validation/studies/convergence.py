@@ -78,36 +78,27 @@ RULE = (
 
 @dataclass(frozen=True)
 class Analysis:
-    """Differences, orders and verdict of one quantity over all levels, coarse to fine.
+    """Differences, orders and verdict of one quantity over all levels, coarse to fine."""
 
-    Attributes
-    ----------
-    levels : DataFrame
-        A row for each level: size, value, difference (from the level before), observed_order, richardson_limit and
-        grid_convergence_index (unit of the value) of it with the two before, above_noise (whether both differences
-        are well above the noise); NaN where there is none, as where the differences have different signs.
-    two_level_index : float
-        Grid convergence index of the last two levels alone (safety factor 3); NaN without two.
-    noise : float
-        Changes up to this mean nothing (unit of the value).
-    verdict : str
-        `CONVERGED`, `CONVERGING`, `NOT_CONVERGING`, `NOT_CONFIRMED`, `NOT_DETERMINED` or `NO_VERDICT`.
-    order, limit, uncertainty : float
-        Confirmed order, Richardson limit at that order, uncertainty of the finest value; NaN if there is none.
-    reason : str
-        Why, in words.
-    within : str
-        In what alone it converges, like " in the step", where that is not the number of modes or elements.
-    """
-
+    #: a row for each level: size, value, difference (from the level before), observed_order, richardson_limit and
+    #: grid_convergence_index (unit of the value) of it with the two before, above_noise (whether both differences
+    #: are well above the noise); NaN where there is none, as where the differences have different signs
     levels: pd.DataFrame
+    #: grid convergence index of the last two levels alone (safety factor 3); NaN without two
     two_level_index: float
+    #: changes up to this mean nothing (unit of the value)
     noise: float
+    #: `CONVERGED`, `CONVERGING`, `NOT_CONVERGING`, `NOT_CONFIRMED`, `NOT_DETERMINED` or `NO_VERDICT`
     verdict: str = ""
+    #: confirmed order, NaN if there is none
     order: float = math.nan
+    #: Richardson limit at that order, NaN if there is none
     limit: float = math.nan
+    #: of the finest value, NaN if there is none
     uncertainty: float = math.nan
+    #: why, in words
     reason: str = ""
+    #: in what alone it converges, like " in the step", where that is not the number of modes or elements
     within: str = ""
 
     @property

@@ -240,26 +240,17 @@ class SweepFile(Section):
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep that can run.
+    """A sweep that can run."""
 
-    Attributes
-    ----------
-    file : SweepFile
-        As it was written.
-    base : Scenario
-        The scenario that is changed.
-    changes : dict
-        Values of keys that hold for all runs.
-    directions : tuple of Direction
-        What changes from run to run.
-    runs : tuple of Run
-        All combinations, the last block changing fastest; "run" counts them from 1.
-    """
-
+    #: as it was written
     file: SweepFile
+    #: the scenario that is changed
     base: Scenario
+    #: values of keys that hold for all runs
     changes: dict[str, Any]
+    #: what changes from run to run
     directions: tuple[Direction, ...]
+    #: all combinations, the last block changing fastest; "run" counts them from 1
     runs: tuple[Run, ...]
 
     @property

@@ -23,27 +23,18 @@ _TIGHTER, _TIGHTEST = 0.1, 1e-13
 
 @dataclass(frozen=True)
 class Axis:
-    """One way to refine.
+    """One way to refine."""
 
-    Attributes
-    ----------
-    label, unit : str
-        Of its levels.
-    size : str
-        Representative size h, with its unit.
-    rising : bool
-        Whether finer levels are larger numbers.
-    change : callable
-        Takes a scenario and a level, returns the scenario of that level.
-    within : str
-        In what a verdict holds that does not add modes or elements.
-    """
-
+    #: of its levels, with their unit
     label: str
     unit: str
+    #: representative size h, with its unit
     size: str
+    #: whether finer levels are larger numbers
     rising: bool
+    #: takes a scenario and a level, returns the scenario of that level
     change: Callable[[Scenario, float], Scenario]
+    #: in what a verdict holds that does not add modes or elements
     within: str = ""
 
 
@@ -92,35 +83,23 @@ AXES = {
 
 @dataclass(frozen=True)
 class Ladder:
-    """One scenario over the levels of one axis.
+    """One scenario over the levels of one axis."""
 
-    Attributes
-    ----------
-    name : str
-        Short, for tables and legends.
-    base : Scenario
-        What is refined.
-    axis : str
-        A key of `AXES`.
-    levels : tuple of float
-        From coarse to fine.
-    quantities : tuple of str
-        What is measured.
-    declared : mapping
-        Order that the method declares, by quantity; those not named have none.
-    text : str
-        What this ladder shows, for the report.
-    scenario : str
-        What the scenario is called: a built-in one that it differs from, or a file.
-    """
-
+    #: short, for tables and legends
     name: str
+    #: what is refined
     base: Scenario
+    #: a key of `AXES`
     axis: str
+    #: from coarse to fine
     levels: tuple[float, ...]
+    #: what is measured
     quantities: tuple[str, ...]
+    #: order that the method declares, by quantity; those not named have none
     declared: Mapping[str, float] = field(default_factory=dict)
+    #: what this ladder shows, for the report
     text: str = ""
+    #: what the scenario is called: a built-in one that it differs from, or a file
     scenario: str = "paper"
 
     @property
@@ -171,25 +150,17 @@ class Study:
 
 @dataclass(frozen=True)
 class QuantityResult:
-    """One quantity over the levels of a ladder, and what its values say.
-
-    Attributes
-    ----------
-    declared : float or None
-        Order that the method declares.
-    scale : float
-        What a small value is measured by (unit of the value).
-    gaps : tuple of str
-        Why a level does not have it, "" if it does.
-    without_limit : str
-        Why it has no limit as modes or elements are added, "" if it has.
-    """
+    """One quantity over the levels of a ladder, and what its values say."""
 
     quantity: Quantity
+    #: order that the method declares
     declared: float | None
+    #: what a small value is measured by (unit of the value)
     scale: float
+    #: why a level does not have it, "" if it does
     gaps: tuple[str, ...]
     analysis: Analysis
+    #: why it has no limit as modes or elements are added, "" if it has
     without_limit: str = ""
 
     @property

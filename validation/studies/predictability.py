@@ -79,30 +79,21 @@ class Case:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """Perturbed runs of one case.
-
-    Attributes
-    ----------
-    events : DataFrame
-        A row for each event of the unperturbed run: time (s) and growth, bounds and infinities as in `collisions`.
-    collisions : DataFrame
-        A row for each macro-collision: number from 1, start (s) and impulse (N s) of the unperturbed run, the
-        fewest and the most contacts among the runs, growth of the start (infinite if the physics stopped a
-        perturbed run before it, NaN without any), whether that is a lower bound only, as a perturbed run ended
-        before, verdict, and the largest differences of start and impulse by perturbation.
-    unit_time : float
-        T (s).
-    frame : DataFrame
-        Rows of the runs that did not fail, that of the unperturbed one first, with their offsets (rad).
-    failed : DataFrame
-        Rows of the perturbed runs that failed and are left out.
-    """
+    """Perturbed runs of one case."""
 
     case: Case
+    #: a row for each event of the unperturbed run: time (s) and growth, bounds and infinities as in `collisions`
     events: pd.DataFrame
+    #: a row for each macro-collision: number from 1, start (s) and impulse (N s) of the unperturbed run, the
+    #: fewest and the most contacts among the runs, growth of the start (infinite if the physics stopped a
+    #: perturbed run before it, NaN without any), whether that is a lower bound only, as a perturbed run ended
+    #: before, verdict, and the largest differences of start and impulse by perturbation
     collisions: pd.DataFrame
+    #: T (s)
     unit_time: float
+    #: rows of the runs that did not fail, that of the unperturbed one first, with their offsets (rad)
     frame: pd.DataFrame
+    #: rows of the perturbed runs that failed and are left out
     failed: pd.DataFrame
 
     @property

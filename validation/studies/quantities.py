@@ -30,19 +30,13 @@ class GapError(Exception):
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that every run of a study is asked for.
-
-    Attributes
-    ----------
-    name, unit, meaning : str
-        SI unit, "1" for counts.
-    measure : callable
-        Takes a History, returns the number, raises GapError.
-    """
+    """A number that every run of a study is asked for."""
 
     name: str
+    #: SI unit, "1" for counts
     unit: str
     meaning: str
+    #: takes a History, returns the number, raises GapError
     measure: Callable[[History], float]
 
 

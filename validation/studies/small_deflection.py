@@ -82,32 +82,21 @@ MODELS: dict[str, dict[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Case:
-    """A loaded beam.
+    """A loaded beam."""
 
-    Attributes
-    ----------
-    root : str
-        "pin", "hub" or "driven".
-    load : str
-        "gravity", "torque" (of a hub) or "stop" (of a driven root).
-    nominal : float
-        Deflection over the length that sets the load.
-    spin : float
-        Initial angular velocity, of a driven root for good (1/T).
-    hub : float
-        Inertia of the hub over that of the beam.
-    angle : float
-        Of the beam at the start, from the horizontal (rad).
-    stiffness : float
-        Of the stop (E I/L^3).
-    """
-
+    #: "pin", "hub" or "driven"
     root: str
+    #: "gravity", "torque" (of a hub) or "stop" (of a driven root)
     load: str
+    #: deflection over the length that sets the load
     nominal: float
+    #: initial angular velocity, of a driven root for good (1/T)
     spin: float = 0.0
+    #: inertia of the hub over that of the beam
     hub: float = 0.0
+    #: of the beam at the start, from the horizontal (rad)
     angle: float = 0.0
+    #: of the stop (E I/L^3)
     stiffness: float = _STOP
 
     @property

@@ -61,20 +61,13 @@ COLUMNS: dict[str, tuple[Any, str, str]] = {
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a study.
+    """One run of a study."""
 
-    Attributes
-    ----------
-    labels : mapping
-        Entries of its row that tell it from others.
-    scenario : Scenario or None
-        None if it is not possible, for the reason `fault`.
-    quantities : tuple of str
-        What is measured.
-    """
-
+    #: entries of its row that tell it from others
     labels: Mapping[str, Any]
+    #: None if it is not possible, for the reason `fault`
     scenario: Scenario | None
+    #: what is measured
     quantities: tuple[str, ...]
     fault: str = ""
 
