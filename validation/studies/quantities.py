@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -64,7 +63,8 @@ def quantity(name: str, end_time: float = math.inf) -> Quantity:
     extreme, colon, variable = name.partition(":")
     if colon and extreme in _NUMBERED and variable.isdecimal() and 1 <= int(variable) <= _LAST:
         unit, meaning, measure = _NUMBERED[extreme]
-        return Quantity(name, unit, meaning.format(variable), partial(measure, number=int(variable) - 1))
+        number = int(variable) - 1
+        return Quantity(name, unit, meaning.format(variable), lambda history: measure(history, number))
     known = {**VARIABLES, **FIELDS}
     if colon and extreme in ("max", "min") and variable in known:
         unit, meaning = known[variable]
