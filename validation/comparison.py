@@ -30,6 +30,7 @@ from oblique_impact.validation.report import (
     with_unit,
     write_json,
 )
+from oblique_impact.validation.runs import column
 
 Array = NDArray[np.float64]
 
@@ -225,7 +226,7 @@ def compare(
     """
     for history in (left, right):
         require_history(history, "compare")
-    times = _times(left), _times(right)
+    times = column(left, "time"), column(right, "time")
     start, end = max(float(t[0]) for t in times), min(float(t[-1]) for t in times)
     if min(t.size for t in times) < 2 or not start < end:
         covered = " and ".join(f"{t[0]:g} to {t[-1]:g} s" for t in times)
@@ -310,12 +311,12 @@ def _interpolated(x: Array, values: Array, at: Array) -> Array:
 
 def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[list[Array], Array]:
     """Return values (samples, points) of both, at common stations, and the weights of the points in a mean."""
-    values = [np.asarray(history[name].values, dtype=float) for history in histories]
+    values = [column(history, name) for history in histories]
     values = [v.reshape(len(v), -1) for v in values]
     if "station" not in histories[0][name].dims:
         points = values[0].shape[1]
         return values, np.full(points, 1.0 / points)
-    stations = [np.asarray(history["station"].values, dtype=float) for history in histories]
+    stations = [column(history, "station") for history in histories]
     common = np.union1d(*stations)
     common = common[(common >= max(s[0] for s in stations)) & (common <= min(s[-1] for s in stations))]
     # points closer than rounding are one
@@ -324,10 +325,6 @@ def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[
     weights = 0.5 * (widths[1:] + widths[:-1])
     at_common = [_interpolated(s, v.T, common).T for s, v in zip(stations, values, strict=True)]
     return at_common, weights / weights.sum()
-
-
-def _times(history: History) -> Array:
-    return np.asarray(history["time"].values, dtype=float)
 
 
 def _on_common_clock(times: tuple[Array, Array], pairs: pd.DataFrame, length: float) -> tuple[Array, Array]:
@@ -385,7 +382,7 @@ def _measures(left: History, right: History, span: tuple[float, float], limit: f
         for number, collisions in enumerate(whole, start=1)
         for key, unit in _COLLISION.items()
     }
-    if abs(_times(right)[-1] - _times(left)[-1]) <= SAME * (span[1] - span[0]):
+    if abs(column(right, "time")[-1] - column(left, "time")[-1]) <= SAME * (span[1] - span[0]):
         for key in _ENERGIES:
             energies = (history.balance.get(key, np.nan) for history in (left, right))
             measures[f"energy: {key.replace('_', ' ')}"] = ["J", *energies]
