@@ -204,14 +204,18 @@ class BeamOnPegs(Beam):
                 result[i] = -1 if backward > 0.0 else 1 if forward > 1e-9 else 0
         return result
 
-    def impact(self, y: np.ndarray, candidates: list[int]) -> tuple[np.ndarray, float]:
-        """Apply plastic, frictionless impulses to y; return them (N s) and the energy lost (J)."""
+    def impact(self, y: np.ndarray, candidates: list[int], close: bool) -> tuple[np.ndarray, float]:
+        """Apply plastic, frictionless impulses to y; return them (N s) and the energy lost (J).
+
+        With `close` all candidates are closed, whatever is left of their gap rates.
+        """
         n = self.modes
         M, _ = self.mass_and_force(y)
         D = np.array([self.touch(y, self.pegs[i]).rows[0] for i in candidates])
         v = y[n + 1 : 2 * n + 2]
         before = 0.5 * v @ M @ v
-        P = lemke(D @ np.linalg.solve(M, D.T), D @ v)
+        W = D @ np.linalg.solve(M, D.T)
+        P = np.linalg.solve(W, -D @ v) if close else lemke(W, D @ v)
         v += np.linalg.solve(M, D.T @ P)
         return P, float(before - 0.5 * v @ M @ v)
 
@@ -251,13 +255,14 @@ class BeamOnPegs(Beam):
                 self.log.append(f"{t:.9f} {kind} {i}, impulse until now {y[-2]:.9f} N s")
                 continue
             if kind == "touch":
-                if t - last < TIGHT:
+                close = t - last < TIGHT
+                if close:
                     candidates = [j for j, peg in enumerate(self.pegs) if self.touch(y, peg).gap < 1e-9]
                 last = t
-                P, lost = self.impact(y, candidates)
+                P, lost = self.impact(y, candidates, close)
                 place = self.touch(y, self.pegs[i]).place
                 self.log.append(f"{t:.9f} impact {candidates} at {place:.9f} m, {P} N s, lost {lost:.9f} J")
-                candidates = [j for j, p in zip(candidates, P, strict=True) if p > 0.0]
+                candidates = [j for j, p in zip(candidates, P, strict=True) if p > 0.0 or close]
             closed = self.decide(y, candidates)
             self.log.append(f"{t:.9f} {kind} {i}, slip of closed ones {closed}")
         return y

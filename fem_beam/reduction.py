@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import eigsh
 
+from oblique_impact.beam.axis import ShapeFunctions
 from oblique_impact.beam.operators import (
     BeamOperators,
     ShapeTable,
@@ -104,6 +105,7 @@ def project(nodal: NodalBeam, modes: Array | csr_array) -> BeamOperators:
         contact_shortening=both(nodal.contact_shortening),
         root_slope=(root @ V)[0],
         stations=_station_table(nodal, V),
+        along=ShapeFunctions(lambda x, order: np.asarray(nodal.evaluate(x)[order] @ V), nodal.nodes, degree=3),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from oblique_impact.beam.axis import ShapeFunctions
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import (
     BeamOperators,
@@ -85,6 +86,7 @@ def _integrate(scenario: Scenario, shapes: Eigenfunctions) -> BeamOperators:
             quadrature=ShapeTable(order, x, w, values, slopes),
             cells=np.searchsorted(x, stations),
         ),
+        along=ShapeFunctions.smooth(shapes.derivative, length, float(shapes.roots[-1]) / length),
     )
 
 

@@ -16,6 +16,7 @@ from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.beam.operators import Discretization, build_operators
 from oblique_impact.contact.friction import FrictionLaw, friction_law
 from oblique_impact.contact.impacts import ImpactLaw, NewtonImpact, RouthImpact
+from oblique_impact.contact.simultaneous import ContactMachines
 from oblique_impact.contact.state import Baumgarte, Tolerances
 from oblique_impact.contact.stops import ContactLaw, ElasticStop, MasslessPoint
 from oblique_impact.contact.transitions import ContactMachine
@@ -24,7 +25,7 @@ from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.problem import Problem
+from oblique_impact.marching.problem import Problem, SeveralContacts
 from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.marching.scheme import Scheme
 from oblique_impact.scenario.messages import refused
@@ -123,11 +124,13 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
             s.contact.point_inertia,
             'should be "kept": this discretization leaves no flexibility out; keep fewer modes',
         )
+    several = _several_contacts(beam, scheme, tolerances, parts) if s.contact.where == "anywhere" else None
+    machine = several.machines.machines[0] if several else contact_machine(s, scheme, tolerances, parts)
     return Problem(
         beam.model,
         q0,
         qd0,
-        machine=contact_machine(s, scheme, tolerances, parts),
+        machine=machine,
         scheme=scheme,
         end_time=s.end_time,
         output_interval=s.solver.output_interval,
@@ -135,8 +138,38 @@ def beam_problem(beam: Beam, parts: Parts = Parts()) -> Problem:
         contact=s.contact.enabled,
         breakpoints=beam.breakpoints,
         residual=beam.residual,
-        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) else None,
+        modes=normal_modes(beam.model) if isinstance(beam.model, BeamModel) and not several else None,
         relative_deflection=beam.relative_deflection,
+        several=several,
+    )
+
+
+def _several_contacts(beam: Beam, scheme: Scheme, tolerances: Tolerances, parts: Parts) -> SeveralContacts | None:
+    """Return the places where a beam can touch obstacles with their transition tables; None if there are none."""
+    s, c, places = beam.scenario, beam.scenario.contact, beam.contact_places
+    if not places or not s.contact.enabled:
+        return None
+    machines = []
+    for place in places:
+        law = parts.contact_law
+        if law is None and c.normal == "spring":
+            law = ElasticStop(place.stiffness, c.damping)
+        machines.append(
+            ContactMachine(
+                parts.friction or friction_law(c.friction, c.mu_static, c.mu_kinetic, c.regularization),
+                _impact_law(s),
+                tolerances._replace(flight=scheme.shortest_flight),
+                Baumgarte.from_parameters(*s.solver.baumgarte, s.solver.baumgarte_form),
+                scheme.stick_criterion,
+                law,
+                place.extent,
+            )
+        )
+    return SeveralContacts(
+        ContactMachines(machines, beam.size),
+        tuple(place.obstacle for place in places),
+        tuple(place.on_side for place in places),
+        tuple(place.numbers[0] for place in places),
     )
 
 

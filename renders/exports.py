@@ -25,7 +25,7 @@ from oblique_impact.history.sample_times import jumps
 from oblique_impact.progress import OnProgress, Progress, silent
 from oblique_impact.renders.files import made_by, warnings_of
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
-from oblique_impact.renders.scenery import pin, slope_wedge
+from oblique_impact.renders.scenery import block, pin
 from oblique_impact.renders.story import Story, story_of
 from oblique_impact.renders.style import Style
 from oblique_impact.scenario.messages import one_of
@@ -47,7 +47,8 @@ UNITS = {
     "points": "m",
     **QUANTITIES,
     "displacement": "m, from the initial shape",
-    "contact_force": "N, of the slope on the beam: normal_force + friction_force",
+    "contact_force": "N, on the beam: normal_force + friction_force",
+    "obstacle": "of a contact: the slope is 0, the others count from 1",
     "normal_force": "N",
     "friction_force": "N",
     "gap": "m",
@@ -284,7 +285,9 @@ def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
     geometry = story.geometries[0]
     start = geometry.true.tube(0)[0]
     # in triangles, as XDMF has no polygon of many corners, and without arrays
-    solids = [pin(geometry), *([slope_wedge(geometry, story.slope)] if story.slope else [])]
+    blocks = [block(geometry, obstacle) for obstacle in story.obstacles]
+    whole = [pv.merge(blocks).extract_surface(algorithm="dataset_surface")] if blocks else []
+    solids = [pin(geometry), *whole]
     fixed = [pv.PolyData(solid.points, faces=solid.faces) for solid in (one.triangulate() for one in solids)]
     times, sides = geometry.times, _sides(geometry.times)
     for k in samples:
@@ -299,7 +302,7 @@ def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
             "reference": initial,
             "pin": fixed[0],
         }
-        if story.slope:  # last, so that the numbers of the others are always the same
+        if story.obstacles:  # last, so that the numbers of the others are always the same
             parts |= {"contact_point": _contact_point(geometry, k), "slope": fixed[1]}
         for number, mesh in enumerate(parts.values()):
             mesh.cell_data["part"] = np.full(mesh.n_cells, number)
@@ -307,7 +310,9 @@ def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
 
 
 def _contact_point(geometry: BeamGeometry, k: int) -> pv.PolyData:
-    """Return the contact point at a sample as a vertex with the forces on the beam there."""
+    """Return the contact points at a sample as vertices with the forces on the beam there."""
+    if geometry.anywhere:
+        return _contact_points(geometry, k)
     normal, friction = geometry.contact_forces(k)
     mesh = pv.PolyData(np.append(geometry.contact_point(k), 0.0)[None])
     for name, vector in {
@@ -319,6 +324,17 @@ def _contact_point(geometry: BeamGeometry, k: int) -> pv.PolyData:
         mesh.point_data[name] = np.append(vector, 0.0)[None]
     for name in ("gap", "depth", "gap_rate", "slip_rate", "state"):
         mesh.point_data[name] = np.array([float(geometry.value(name, k))])
+    return mesh
+
+
+def _contact_points(geometry: BeamGeometry, k: int) -> pv.PolyData:
+    """Return several contacts at a sample, each a vertex."""
+    points = np.stack([geometry.value("contact_x", k), geometry.value("contact_y", k)], axis=1)
+    mesh = pv.PolyData(np.insert(points, 2, 0.0, axis=1))
+    mesh.point_data["contact_force"] = np.insert(geometry.pushes(k), 2, 0.0, axis=1)
+    for name in ("gap", "slip_rate", "state"):
+        mesh.point_data[name] = np.asarray(geometry.value(f"contact_{name}", k), dtype=float)
+    mesh.point_data["obstacle"] = geometry.values("contact_obstacle")
     return mesh
 
 

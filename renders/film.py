@@ -104,6 +104,8 @@ def write_film(story: Story, timeline: Timeline, out: Path, on_frame: OnFrame | 
                 composer.scene.plotter.mwriter.append_data(composer.draw(float(time), float(rate)))
                 if on_frame:
                     on_frame(n, timeline.times.size)
+        if part.suffix.lower() == ".gif":
+            _add_gif_comment(part, comment(story.histories))
 
     return save_whole(out, write)
 
@@ -115,6 +117,19 @@ def open_film(plotter: Any, file: Path, fps: int, text: str) -> None:
         return
     options = ["-preset", "veryfast", "-crf", "17", "-movflags", "+faststart", "-metadata", f"comment={text}"]
     plotter.open_movie(str(file), fps, quality=None, macro_block_size=2, output_params=options)
+
+
+def _add_gif_comment(file: Path, text: str) -> None:
+    """Put a comment before the first frame of a GIF, which imageio's writer has no option for.
+
+    GIF89a specification (CompuServe 1990), sections 18 and 24: colours follow the first 13 bytes, as many as the
+    byte 10 says; a comment is a chain of blocks of up to 255 characters.
+    """
+    content, words = file.read_bytes(), text.encode("ascii", "replace")
+    first = 13 + (3 << (content[10] % 8 + 1) if content[10] & 0x80 else 0)
+    parts = [words[k : k + 255] for k in range(0, len(words), 255)]
+    block = b"\x21\xfe" + b"".join(bytes([len(part)]) + part for part in parts) + b"\x00"
+    file.write_bytes(content[:first] + block + content[first:])
 
 
 def _check_times(story: Story, times: Sequence[float]) -> None:

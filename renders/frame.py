@@ -142,6 +142,8 @@ class Composer:
         end = (box[0], box[1] + box[3]) if box[0] else (box[2], box[1])
         sheet.rule((box[0], box[1]), end)
         titles = ["contact point, true scale", "contact point"]
+        if story.geometries[0].anywhere:
+            titles = ["main contact, true scale", "main contact"]
         sheet.fit(sheet.write(left, y, "", HEADING, weight="bold"), titles, width)
         y += 1.6 * sheet.pixels(HEADING)
         if self.style.arrow and not story.overlay:
@@ -187,7 +189,7 @@ class Composer:
             words[f"rate {number}"] = ("" if rate is None else rate_text(rate), theme.dim)
         geometry = self.story.geometries[0]
         k = geometry.index(time)
-        force = float(np.linalg.norm(geometry.contact_force(k)))
+        force = float(np.linalg.norm(geometry.pushes(k), axis=1)[geometry.main_contact])
         words["force"] = (f"{force:.0f} N", theme.arrow) if force > 0.5 else ("no contact force", theme.dim)
         gap, drawn = (_in_mm(value) for value in (geometry.gap(k), float(geometry.value("gap", k))))
         # on a compliant stop the coordinates, which are drawn, leave out a part of the beam's own flexibility

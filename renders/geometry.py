@@ -19,6 +19,7 @@ from oblique_impact.history.history import History
 from oblique_impact.history.sample_times import last_sample
 from oblique_impact.problem import contact_law_of
 from oblique_impact.renders.outlines import SIDES, Solid, has_corners, solid_of
+from oblique_impact.scenario.obstacles import ObstaclePoint
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -103,7 +104,12 @@ class BeamGeometry:
         return self if self.factor == 1.0 else BeamGeometry(self.history, 1.0)
 
     def _fitting_factor(self) -> float:
-        """Return the round number that shows the largest deviation of the run from the chord."""
+        """Return the round number that shows the largest deviation of the run from the chord.
+
+        With several contacts it is 1: a beam whose deflection is magnified would not touch what it touches.
+        """
+        if self.anywhere:
+            return 1.0
         x, y = self.stations + self.values("ux"), self.values("uy")
         part = self.stations / self.stations[self.touch]
         dx, dy = (v - v[:, :1] - part * (v[:, self.touch, None] - v[:, :1]) for v in (x, y))
@@ -152,6 +158,11 @@ class BeamGeometry:
         return float(self.solid.offsets[:, 2].max())
 
     @cached_property
+    def anywhere(self) -> bool:
+        """Whether several places of the beam can be in contact."""
+        return "contact_place" in self.history
+
+    @cached_property
     def slope_axes(self) -> Array:
         """Unit vectors up along the slope and out of it (2, 2), in the inertial frame."""
         c, s = np.cos(self.scenario.slope.angle), np.sin(self.scenario.slope.angle)
@@ -164,8 +175,44 @@ class BeamGeometry:
         return np.array([self.value("tip_x", k), self.value("tip_y", k)])
 
     def contact_place(self, k: float) -> Array:
-        """Return where the beam touches the drawn slope (3,)."""
-        return np.append(self.contact_point(k) - self.slope_depth * self.slope_axes[1], 0.0)
+        """Return where the beam touches the drawn slope (3,); of several contacts that of the largest force."""
+        return np.append(self.contact_places(k)[self.main_contact], 0.0)
+
+    def contact_places(self, k: float) -> Array:
+        """Return where the beam's face touches the drawn obstacles, or would, (contacts, 2)."""
+        if not self.anywhere:
+            return np.asarray(self.contact_point(k) - self.slope_depth * self.slope_axes[1])[None]
+        points = np.stack([self.value("contact_x", k), self.value("contact_y", k)], axis=1)
+        return np.asarray(points - self.slope_depth * self.contact_normals(k))
+
+    def contact_normals(self, k: float) -> Array:
+        """Return the normals of the contacts (contacts, 2), those of points across the undeformed beam."""
+        if not self.anywhere:
+            return np.asarray(self.slope_axes[1:])
+        s, theta = self.scenario, float(self.value("theta", k))
+        of_sides = [(-np.sin(side.angle), np.cos(side.angle)) for side in s.sides for _ in s.beam_points]
+        turned = [self.side_of(p) * np.array([-np.sin(theta), np.cos(theta)]) for p in s.obstacle_points]
+        return np.array([*of_sides, *turned]).reshape(-1, 2)
+
+    def side_of(self, point: ObstaclePoint) -> float:
+        """Return on which side of a point the beam is, seen along it: 1 on its left, -1 on its right."""
+        angle = self.scenario.initial.angle
+        return float(-np.copysign(1.0, point.y * np.cos(angle) - point.x * np.sin(angle)))
+
+    @cached_property
+    def main_contact(self) -> int:
+        """Number of the contact that pushes most in the run."""
+        if not self.anywhere:
+            return 0
+        return int(np.argmax(np.nansum(np.abs(self.values("contact_lambda_n")), axis=0)))
+
+    def pushes(self, k: float) -> Array:
+        """Return the force of each contact on the beam in the inertial frame (N), (contacts, 2)."""
+        if not self.anywhere:
+            return np.asarray(np.nan_to_num(np.array([sum(self.contact_forces(k))])))
+        return np.asarray(
+            np.nan_to_num(np.stack([self.value("contact_fx", k), self.value("contact_fy", k)], axis=1))
+        )
 
     def contact_forces(self, k: float) -> tuple[Array, Array]:
         """Return normal and tangential force (2,) of the slope on the beam in the inertial frame (N)."""
@@ -173,13 +220,14 @@ class BeamGeometry:
         return self.value("lambda_n", k) * normal, self.value("lambda_tau", k) * tangent
 
     def contact_force(self, k: float) -> Array:
-        """Return the force (3,) of the slope on the beam in the inertial frame (N)."""
-        return np.append(np.nan_to_num(sum(self.contact_forces(k))), 0.0)
+        """Return the force (3,) of slope and obstacles on the beam in the inertial frame (N)."""
+        return np.append(self.pushes(k).sum(axis=0), 0.0)
 
     @cached_property
     def peak_force(self) -> float:
         """Largest resultant of the contact force (N) that float32 can hold; 0 if there is none."""
-        size = np.hypot(self.values("lambda_n"), self.values("lambda_tau"))
+        names = ("contact_fx", "contact_fy") if self.anywhere else ("lambda_n", "lambda_tau")
+        size = np.hypot(*(self.values(name) for name in names))
         return float(np.max(size[size < np.finfo(np.float32).max], initial=0.0))
 
     def gap(self, k: float) -> float:

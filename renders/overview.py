@@ -86,9 +86,9 @@ def _draw_motion(axes: Axes, story: Story, theme: Theme, end: float) -> None:
             fontsize=7.5,
             color=theme.dim,
         )
-    if story.slope:
-        axes.fill(*story.slope.outline.T, color=theme.slope, gid="slope")
-        axes.plot(*story.slope.outline[:2].T, color=theme.slope_edge, linewidth=1.6)
+    for obstacle in story.obstacles:
+        axes.fill(*obstacle.outline.T, color=theme.slope, gid="slope")
+        axes.plot(*obstacle.surface.T, color=theme.slope_edge, linewidth=1.6)
     axes.plot(history["tip_x"], history["tip_y"], color=theme.dim, linewidth=0.7, linestyle=":")
     axes.plot(0.0, 0.0, "o", color=theme.ink, markersize=7, zorder=5)
     axes.annotate("pin", (0.0, 0.0), xytext=(-6, -14), textcoords="offset points", fontsize=8)
@@ -135,7 +135,8 @@ def _draw_gap(axes: Axes, histories: dict[str, History], theme: Theme) -> None:
         axes.plot(history["time"], 1e3 * contact_gap(history), **style)
     for contact in first.contacts:
         axes.axvspan(contact.start, contact.end, color=theme.states[1], alpha=0.25, linewidth=0)
-    title = "Distance from the slope (contact shaded)"
+    what = "what it touches" if "contact_place" in first else "the slope"
+    title = f"Distance from {what} (contact shaded)"
     axes.set(xlabel="time (s)", ylabel="gap (mm)", title=title, xlim=(0.0, float(first["time"][-1])))
 
 

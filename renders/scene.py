@@ -15,7 +15,7 @@ from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.layout import Box
 from oblique_impact.renders.offscreen import prepare
 from oblique_impact.renders.scale_bar import ScaleBar, scale_bar
-from oblique_impact.renders.scenery import pin, slab, slope_wedge, stand
+from oblique_impact.renders.scenery import block, pin, slab, stand
 from oblique_impact.renders.shadow import Shadow
 from oblique_impact.renders.story import Story
 from oblique_impact.renders.style import TEXT, Style
@@ -120,19 +120,22 @@ class View:
 
     def _add_scenery(self, geometry: BeamGeometry, story: Story) -> tuple[list[pv.PolyData], list[Array]]:
         """Add pin, slope and ground; returns the solids, and lines (2, 2) in the planes on which shadows fall."""
-        theme, slope = self.theme, story.slope
+        theme = self.theme
         ground = story.ground if self.style.ground else None
         foot = pin(geometry)
         self.add(foot, color=theme.pin, **_SOLID)
-        blocks = [slope_wedge(geometry, slope)] if slope else []
+        blocks = [block(geometry, obstacle) for obstacle in story.obstacles]
         planes = []
         if ground:
-            blocks += [block for block in (stand(solid, ground) for solid in (foot, *blocks)) if block]
+            standing = [
+                foot,
+                *(b for b, o in zip(blocks, story.obstacles, strict=True) if o.is_side and o.normal[1] > 0.0),
+            ]
+            blocks += [found for found in (stand(solid, ground) for solid in standing) if found]
             planes.append(np.array([(ground.first, ground.y), (ground.last, ground.y)]))
-            if slope:
-                planes.append(slope.outline[:2])
-        for block in blocks:
-            self._add_block(block, theme.slope, theme.slope_edge)
+            planes += [o.surface for o in story.obstacles if o.is_side and o.normal[1] > 0.0]
+        for solid in blocks:
+            self._add_block(solid, theme.slope, theme.slope_edge)
         if ground:
             blocks.append(slab(ground))
             self._add_block(blocks[-1], theme.ground, theme.line)
@@ -162,10 +165,12 @@ class View:
                 first, last = span or (geometry.times[0], geometry.times[-1])
                 places += [geometry.centreline(geometry.index(t)) for t in np.linspace(first, last, 60)]
                 strongest = int(np.argmax(np.nan_to_num(geometry.values("lambda_n"))))
-                force = geometry.contact_force(strongest)
-                if self.style.arrow and np.any(force):
-                    start = geometry.contact_place(strongest) - self.longest_arrow * force / np.linalg.norm(force)
-                    places.append(start[None])
+                for place, force in zip(
+                    geometry.contact_places(strongest), geometry.pushes(strongest), strict=True
+                ):
+                    if self.style.arrow and np.any(force):
+                        start = place - self.longest_arrow * force / np.linalg.norm(force)
+                        places.append(np.append(start, 0.0)[None])
             seen = np.concatenate(places) @ self.across.T
             self.pixel = float(np.max(np.ptp(seen, axis=0) / (0.93 * width, 0.94 * height)))
             focus = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ self.across
@@ -192,8 +197,9 @@ class View:
             beam.move(time)
         if self.close:
             geometry = self.beams[0].geometry
-            below = np.append(0.5 * geometry.touch_radius * geometry.slope_axes[1], 0.0)
-            self.look_at(geometry.contact_place(geometry.index(time)) - below)
+            k = geometry.index(time)
+            normal = geometry.contact_normals(k)[geometry.main_contact]
+            self.look_at(geometry.contact_place(k) - np.append(0.5 * geometry.touch_radius * normal, 0.0))
 
 
 class Beam:
@@ -227,21 +233,8 @@ class Beam:
         if self._trace:
             self._whole = np.array(self._trace.points)
             view.add(self._trace, color=colour if story.overlay else theme.trace, width=2.0, lighting=False)
-        # half of its length is its head, which has the radius 1, the shaft has 0.5
-        self._arrow = pv.Arrow(tip_length=0.5, tip_radius=1.0, shaft_radius=0.5, tip_resolution=24)
-        self._unit_arrow = np.array(self._arrow.points, dtype=float)
-        self._marks = [pv.PolyData(np.zeros((1, 3))) for _ in range(2)]
-        self._force: list[Any] = []
-        if style.arrow:
-            # all of it is drawn at one depth, where faces that look away would cover those in front of them
-            self._force.append(view.add(self._arrow, color=colour, culling="back", ambient=0.6, diffuse=0.5))
-            for mark, ink, size in zip(self._marks, (theme.ink, theme.background), (8.0, 5.5), strict=True):
-                point = {"render_points_as_spheres": True, "point_size": size * view.stroke}
-                self._force.append(view.add(mark, color=ink, lighting=False, **point))
-        for depth, actor in enumerate(self._force, start=1):
-            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, depth * _IN_FRONT)
-            actor.mapper.SetRelativeCoincidentTopologyPointOffsetParameter(depth * _IN_FRONT)
+        contacts = len(geometry.contact_places(0)) if style.arrow else 0
+        self._forces = [Force(view, colour) for _ in range(contacts)]
 
     def move(self, time: float) -> None:
         """Take shapes, results and force of a physical time (s)."""
@@ -252,7 +245,9 @@ class Beam:
         for shadow, actor in self._shadows:
             actor.visibility = shadow.move(k)
         self._show_ghosts(time)
-        self._point_force(k)
+        places, pushes = self.geometry.contact_places(k), self.geometry.pushes(k)
+        for force, place, push in zip(self._forces, places, pushes, strict=bool(self._forces)):
+            force.move(place, push, self.geometry.peak_force)
         if self._trace:
             shown = self._whole.copy()
             shown[self._trace_times > time, :2] = self.geometry.contact_point(k)
@@ -296,19 +291,38 @@ class Beam:
                 # away from the eye, where it covers nothing and is seen at the same place
                 actor.position = -4.0 * (age + 1) * self.geometry.radii.max() * self._view.eye
 
-    def _point_force(self, k: float) -> None:
-        """Let the arrow end just before the point of contact; its length grows with the root of the force."""
-        force, peak = self.geometry.contact_force(k), self.geometry.peak_force
-        size = float(np.linalg.norm(force))
-        for actor in self._force:
+
+class Force:
+    """The force of one contact: a mark at its place and an arrow that ends there."""
+
+    def __init__(self, view: View, colour: str) -> None:
+        self._view, theme = view, view.theme
+        # half of its length is its head, which has the radius 1, the shaft has 0.5
+        self._arrow = pv.Arrow(tip_length=0.5, tip_radius=1.0, shaft_radius=0.5, tip_resolution=24)
+        self._unit_arrow = np.array(self._arrow.points, dtype=float)
+        self._marks = [pv.PolyData(np.zeros((1, 3))) for _ in range(2)]
+        # all of it is drawn at one depth, where faces that look away would cover those in front of them
+        self._actors = [view.add(self._arrow, color=colour, culling="back", ambient=0.6, diffuse=0.5)]
+        for mark, ink, size in zip(self._marks, (theme.ink, theme.background), (8.0, 5.5), strict=True):
+            point = {"render_points_as_spheres": True, "point_size": size * view.stroke}
+            self._actors.append(view.add(mark, color=ink, lighting=False, **point))
+        for depth, actor in enumerate(self._actors, start=1):
+            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, depth * _IN_FRONT)
+            actor.mapper.SetRelativeCoincidentTopologyPointOffsetParameter(depth * _IN_FRONT)
+
+    def move(self, touched: Array, push: Array, peak: float) -> None:
+        """Let the arrow end just before a place (2,); its length grows with the root of the force (2,), in N."""
+        size = float(np.linalg.norm(push))
+        for actor in self._actors:
             actor.visibility = size > 1e-3 * peak
-        if not self._force or not size > 1e-3 * peak:
+        if not size > 1e-3 * peak:
             return
-        place, along = self.geometry.contact_place(k), force / size
+        place, along = np.append(touched, 0.0), np.append(push / size, 0.0)
         across = np.array([-along[1], along[0], 0.0])
         pixel = self._view.pixel * self._view.stroke / SUPERSAMPLING
         length = self._view.longest_arrow * float(np.sqrt(size / peak))
-        self._force[0].visibility = length > 12.0 * pixel
+        self._actors[0].visibility = length > 12.0 * pixel
         head = min(15.0 * pixel, 0.6 * length)
         x, y, z = self._unit_arrow.T
         thick = np.where(np.hypot(y, z) > 0.75, 0.42 * head, 2.0 * min(2.2 * pixel, 0.16 * head))

@@ -6,15 +6,18 @@ import numpy as np
 import pyvista as pv
 
 from oblique_impact.renders.geometry import BeamGeometry
-from oblique_impact.renders.surroundings import FOOT, DrawnSlope, Ground, depth_of
+from oblique_impact.renders.surroundings import FOOT, DrawnObstacle, Ground, depth_of
 
 _STAND = 0.8  # width of what a slope stands on, over its own
 _SLAB = 0.012  # thickness of the ground, over its length
 
 
-def slope_wedge(geometry: BeamGeometry, slope: DrawnSlope) -> pv.PolyData:
-    """Return the drawn slope as a solid, wound outward."""
-    outline, n = slope.outline[::-1], len(slope.outline)  # counter-clockwise
+def block(geometry: BeamGeometry, obstacle: DrawnObstacle) -> pv.PolyData:
+    """Return a drawn obstacle as a solid, wound outward."""
+    outline, n = obstacle.outline, len(obstacle.outline)
+    x, y = outline.T
+    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0.0:
+        outline = outline[::-1]  # counter-clockwise
     back, front = (np.insert(outline, 2, z, axis=1) for z in (-depth_of(geometry), depth_of(geometry)))
     sides = [(k, (k + 1) % n, (k + 1) % n + n, k + n) for k in range(n)]
     faces = [range(n)[::-1], range(n, 2 * n), *sides]

@@ -13,7 +13,7 @@ from oblique_impact.errors import InputError, Outcome
 from oblique_impact.history.history import History
 from oblique_impact.renders.geometry import QUANTITIES, BeamGeometry
 from oblique_impact.renders.style import Style
-from oblique_impact.renders.surroundings import DrawnSlope, Ground, drawn_slope, ground_of
+from oblique_impact.renders.surroundings import DrawnObstacle, Ground, drawn_obstacles, ground_of
 from oblique_impact.renders.timeline import TimeMap, time_map
 from oblique_impact.renders.title import beam_words, name_of
 
@@ -117,14 +117,14 @@ class Story:
         return colour_scale(self.geometries, self.style.quantity)
 
     @cached_property
-    def slope(self) -> DrawnSlope | None:
-        """Outline of the slope of the first run; None if there is no slope."""
-        return drawn_slope(self.geometries[0])
+    def obstacles(self) -> list[DrawnObstacle]:
+        """Outlines of slope and obstacles of the first run."""
+        return drawn_obstacles(self.geometries[0])
 
     @cached_property
     def ground(self) -> Ground | None:
         """The ground under all runs, if there is one."""
-        return ground_of(self.geometries, self.slope)
+        return ground_of(self.geometries, self.obstacles)
 
 
 def story_of(

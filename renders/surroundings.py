@@ -1,4 +1,4 @@
-"""What stands still around a beam: the slope, the ground, and what all pictures draw of them."""
+"""What stands still around a beam: slope, obstacles, ground, and what all pictures draw of them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oblique_impact.renders.geometry import BeamGeometry
+from oblique_impact.scenario.obstacles import ObstaclePoint, Side
 
 Array = NDArray[np.float64]
 
@@ -23,14 +24,25 @@ _DEEP, _WIDE = 5.0, 1.3
 FOOT = 6.5  # depth of the pin's foot below the axis, over the radius of the beam there
 #: how far the ground reaches beyond what stands on it, over the length; half of its depth over that of the slope
 _BEYOND, _WIDER = 0.06, 2.2
+#: over the length: radius that a point is drawn with; corners of the outline of a peg
+_PEG, _CORNERS = 0.008, 40
 _SAMPLES = 2000  # of a run that are looked at
 
 
-class DrawnSlope(NamedTuple):
-    """The slope as pictures show it."""
+class DrawnObstacle(NamedTuple):
+    """An obstacle as pictures show it."""
 
-    ends: tuple[float, float]  # m along the slope from `slope.origin`
-    outline: Array  # (4, 2), m; the surface from its first end to its last one, and back through the solid
+    outline: (
+        Array  # (n, 2), m; of a side the surface from its first end to its last one, and back through the solid
+    )
+    normal: Array  # (2,) out of the solid; of a peg towards the beam
+    is_side: bool
+    ends: tuple[float, float] = (0.0, 0.0)  # m along a side from its origin
+
+    @property
+    def surface(self) -> Array:
+        """What the beam touches: two ends of a side, the whole outline of a peg."""
+        return self.outline[:2] if self.is_side else np.append(self.outline, self.outline[:1], axis=0)
 
 
 class Ground(NamedTuple):
@@ -42,41 +54,63 @@ class Ground(NamedTuple):
     half_depth: float
 
 
-def drawn_slope(geometry: BeamGeometry) -> DrawnSlope | None:
-    """Return what is drawn of the slope of a run; None without contact, or if it is out of the beam's reach.
+def drawn_obstacles(geometry: BeamGeometry) -> list[DrawnObstacle]:
+    """Return what is drawn of slope and obstacles of a run; nothing of what is out of the beam's reach.
 
-    Where contact is on the beam's axis the surface lies half its depth, that at the contact point, below the line
-    that the axis touches; else it is that line. The ends are those of the scenario; an unbounded slope is drawn as
-    far as any part of the beam comes near or below it. The deformation factor changes nothing of it.
+    Where contact is on the beam's axis their surfaces lie half its depth, that at the contact point, beside the
+    lines and points that the axis touches.  The deformation factor changes nothing of them.
     """
-    scenario, slope = geometry.scenario, geometry.scenario.slope
+    scenario = geometry.scenario
     if not scenario.contact.enabled:
-        return None
+        return []
+    pegs = [_peg(geometry, point) for point in scenario.obstacle_points if not point.corner]
+    sides = [_side(geometry, side) for side in scenario.sides]
+    return [*filter(None, sides), *pegs]
+
+
+def _side(geometry: BeamGeometry, side: Side) -> DrawnObstacle | None:
+    """Return what is drawn of a side: as far as its ends, or as any part of the beam comes near or below it."""
+    scenario = geometry.scenario
     length, reach = scenario.beam.length, _SEEN * (scenario.beam.length + scenario.root.hub_radius)
-    tangent, normal = geometry.slope_axes
-    pin = -float(np.dot(slope.origin, tangent))
-    ends = slope.extent or _ends_of(geometry, pin, reach)
+    c, s = np.cos(side.angle), np.sin(side.angle)
+    tangent, normal = np.array([c, s]), np.array([-s, c])
+    pin = -float(np.dot(side.origin, tangent))
+    ends = side.extent or _ends_of(geometry, side, (tangent, normal), reach)
     first, last = np.clip(ends, pin - reach, pin + reach)
     if not first < last:
         return None
-    top = np.array(slope.origin) + np.outer([first, last], tangent) - geometry.slope_depth * normal
+    top = np.array(side.origin) + np.outer([first, last], tangent) - geometry.slope_depth * normal
     if tangent[0] < 0.5:
         bottom = top - _ACROSS * length * normal
     else:
         bottom = np.stack([top[:, 0], np.full(2, top[:, 1].min() - _BELOW * length)], axis=1)
-    return DrawnSlope((float(first), float(last)), np.concatenate([top, bottom[::-1]]))
+    return DrawnObstacle(np.concatenate([top, bottom[::-1]]), normal, True, (float(first), float(last)))
 
 
-def _ends_of(geometry: BeamGeometry, pin: float, reach: float) -> tuple[float, float]:
-    """Return the stretch (m along the slope) near or below which the axis comes in the run, with some room."""
-    length = geometry.scenario.beam.length
-    places = _looked_at(geometry) - np.array(geometry.scenario.slope.origin)
-    along, height = (places @ geometry.slope_axes.T).T
+def _ends_of(geometry: BeamGeometry, side: Side, axes: tuple[Array, Array], reach: float) -> tuple[float, float]:
+    """Return the stretch (m along a side) near or below which the axis comes in the run, with some room."""
+    length, pin = geometry.scenario.beam.length, -float(np.dot(side.origin, axes[0]))
+    places = _looked_at(geometry) - np.array(side.origin)
+    along, height = (places @ np.array(axes).T).T
     seen = (np.abs(along - pin) < reach) & (np.abs(height) < reach)
     if not seen.any():
         return pin, pin
     near = along[seen & (height <= max(height[seen].min(), 0.0) + _NEAR * length)]
     return float(near.min()) - _ROOM * length, float(near.max()) + _ROOM * length
+
+
+def _peg(geometry: BeamGeometry, point: ObstaclePoint) -> DrawnObstacle:
+    """Return a peg, one of a small radius for a point; it lies on the side of the beam that touches it."""
+    theta = geometry.values("theta")
+    centre = np.array([point.x, point.y])
+    # as the beam lies when it comes nearest
+    angle = float(np.arctan2(point.y, point.x))
+    nearest = theta[int(np.nanargmin(np.abs(theta - angle)))]
+    normal = geometry.side_of(point) * np.array([-np.sin(nearest), np.cos(nearest)])
+    radius = max(point.radius, _PEG * geometry.scenario.beam.length)
+    middle = centre + (point.radius - radius - geometry.slope_depth) * normal
+    around = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    return DrawnObstacle(middle + radius * np.stack([np.cos(around), np.sin(around)], axis=1), normal, False)
 
 
 def _looked_at(geometry: BeamGeometry) -> Array:
@@ -90,21 +124,22 @@ def depth_of(geometry: BeamGeometry) -> float:
     return max(_DEEP * geometry.touch_radius, _WIDE * geometry.half_width)
 
 
-def ground_of(geometries: Sequence[BeamGeometry], slope: DrawnSlope | None) -> Ground | None:
-    """Return the ground under some runs: at the lowest point of slope and pin.
+def ground_of(geometries: Sequence[BeamGeometry], obstacles: Sequence[DrawnObstacle]) -> Ground | None:
+    """Return the ground under some runs: at the lowest point of slope, obstacles and pin.
 
-    None where no gravity tells which way is down, without a slope, and where a beam would come below it.
+    None where no gravity tells which way is down, without an obstacle, and where a beam would come below it.
     """
     first = geometries[0]
-    if slope is None or first.scenario.gravity == 0.0:
+    if not obstacles or first.scenario.gravity == 0.0:
         return None
+    outlines = np.concatenate([obstacle.outline for obstacle in obstacles])
     length = first.scenario.beam.length
     foot = max(FOOT * float(first.radii[0]), first.scenario.root.hub_radius)
-    y = min(float(slope.outline[:, 1].min()), -foot)
+    y = min(float(outlines[:, 1].min()), -foot)
     places = np.concatenate([_looked_at(geometry) for geometry in geometries])
     reached = places[np.all(np.abs(places) < 1e3 * length, axis=1)]
     if reached[:, 1].min() < y:
         return None
-    x = np.concatenate([slope.outline[:, 0], reached[:, 0], [-foot, foot]])
+    x = np.concatenate([outlines[:, 0], reached[:, 0], [-foot, foot]])
     room = _BEYOND * length
     return Ground(y, float(x.min()) - room, float(x.max()) + room, _WIDER * depth_of(first))

@@ -42,9 +42,16 @@ def model_words(scenario: Scenario) -> str:
         friction = "frictionless" if contact.friction == "frictionless" else f"{contact.friction} friction"
         if contact.friction in ("hybrid", "modified-coulomb"):
             friction += f", μ = {contact.mu_kinetic:g}"
-        words.append(f"slope {math.degrees(scenario.slope.angle):.3g}°, {stop}, {friction}")
+        words.append(f"{_obstacles(scenario)}, {stop}, {friction}")
     frame = "" if how.method == "absolute" else f"{how.frame} frame, {how.kinetics} kinetics, "
     return "; ".join([*words, f"{_coordinates(scenario)}, {frame}{scenario.solver.scheme} scheme"])
+
+
+def _obstacles(scenario: Scenario) -> str:
+    """Return the slope, and how many other obstacles there are."""
+    slope = [f"slope {math.degrees(scenario.slope.angle):.3g}°"] if scenario.slope.enabled else []
+    count = len(scenario.obstacles)
+    return ", ".join([*slope, *([f"{count} obstacle{'s' * (count > 1)}"] if count else [])])
 
 
 def _section(beam: BeamSection) -> str:

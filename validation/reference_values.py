@@ -386,6 +386,21 @@ REFERENCES = {
         "the same on a spring of 1e6 N/m, without friction: starts, ends (s) and impulses (N s) of contacts, "
         f"largest force (N); {_PEGS} --stiffness 1e6 --friction 0",
     ),
+    "two-pegs": Reference(
+        {
+            "times": (
+                *(0.380931742, 0.380951866, 0.380951866, 0.380978046, 0.380978046),
+                *(0.381642423, 0.384804817),
+            ),
+            "impulses": (0.32622507, 0.76403925, 0.11106195, 1.00212495e-4, 1.45670299e-5),
+            "loss": 1.678514615,
+            "finite": 1.636038453,
+            "energy": 1.331529083,
+        },
+        "the same without friction onto points at (0.4, -0.02) and (0.7, -0.035) m, until 0.385 s: times of "
+        "impacts and releases (s), impulses of impacts (N s), their loss (J), impulse of finite "
+        f"forces (N s), energy (J); {_PEGS} --pegs 0.4,-0.02,0.7,-0.035 --friction 0 --end 0.385",
+    ),
     "rigid-stop-modes": Reference(
         {4: (1.834605247, 2.354622649), 6: (1.861339488, 2.415705314), 8: (1.864408707, 2.443622294)},
         "the paper's case without friction in SciPy alone: impulse of the first macro-collision (N s) and energy "

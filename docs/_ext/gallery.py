@@ -16,6 +16,8 @@ ORDER = (
     "elastic_stop",
     "sticking",
     "friction_slope",
+    "two_pegs",
+    "gap",
     "campbell",
     "own_laws",
     "own_system",
@@ -26,7 +28,7 @@ def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any])
     """Move the pictures that a block of an example left beside it into the gallery; returns their markup."""
     folder, name = Path(block_vars["src_file"]).parent, example_name(block_vars["src_file"])
     markup = ""
-    for file in sorted([*folder.glob("*.png"), *folder.glob("*.svg")]):
+    for file in sorted([*folder.glob("*.png"), *folder.glob("*.svg"), *folder.glob("*.gif")]):
         target = Path(next(block_vars["image_path_iterator"])).with_suffix(file.suffix)
         shutil.move(file, target)
         place = target.relative_to(gallery_conf["src_dir"]).as_posix()

@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from oblique_impact.scenario import comments, scenario, schema, sections
-from oblique_impact.scenario.comments import range_text
+from oblique_impact.scenario.comments import item_models, range_text, schemas_of
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.units import Unit
 
@@ -20,7 +20,10 @@ from oblique_impact.scenario.units import Unit
 def reference() -> str:
     """Return the reference as reStructuredText: a table for each section."""
     tables: dict[str, list[list[str]]] = {}
-    for path, key in key_schemas().items():
+    keys = dict(key_schemas())
+    for name, model in item_models(scenario.Scenario).items():
+        keys |= {f"{name}.{inner}": key for inner, key in schemas_of(model).items()}
+    for path, key in keys.items():
         section, _, name = path.rpartition(".")
         unit = Unit(key.get("unit", "–")).shown
         default = f"``{json.dumps(key['default'])}``"
@@ -28,7 +31,14 @@ def reference() -> str:
         tables.setdefault(section, []).append(cells)
     lines: list[str] = []
     for section, rows in tables.items():
-        lines += _headed(f"``[{section}]``" if section else "Without a section", _about(section))
+        lines += _headed(
+            f"``[[{section}]]``"
+            if section in item_models(scenario.Scenario)
+            else f"``[{section}]``"
+            if section
+            else "Without a section",
+            _about(section),
+        )
         lines += _table(["key", "unit", "allowed", "default", "meaning"], rows, "22 10 24 18 36")
     return "\n".join(lines)
 
@@ -39,7 +49,8 @@ def _about(section: str) -> str:
         return "These stand first in the file."
     model: Any = scenario.Scenario
     for name in section.split("."):
-        model = model.model_fields[name].annotation
+        items = item_models(model)
+        model = items[name] if name in items else model.model_fields[name].annotation
     return _plain(" ".join(model.__doc__.split()))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import KroghInterpolator
 
 from oblique_impact.beam.base_motion import BaseMotion
-from oblique_impact.beam.clearance import facing_surface, smallest_distance
+from oblique_impact.beam.clearance import smallest_distance
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import station_points
 from oblique_impact.contact.state import Instant, State
@@ -179,18 +179,13 @@ class _Frame:
         modulus = self.sections.fibre_distance(t.x) / self.sections.second_moment(t.x)
         found["bending_stress"] = modulus * found["moment"]
         if self.scenario.contact.enabled:
-            slope = self.scenario.slope
-            height, along = slope.offsets
-            turn = np.exp(-1j * slope.angle)
-            z = turn * (_complex(self.q) @ t.values.T) - (along + 1j * height)
-            tangent = turn * (_complex(self.q) @ t.slopes.T)
-            if self.scenario.contact_fibre != 0.0:
+            places, section = _complex(self.q), None
+            if self.scenario.contact.surface == "section":
                 phi = self.q[:, 2::NODE]
-                section = turn * np.exp(1j * (phi @ t.values.T))
-                z, tangent = facing_surface(
-                    self.scenario, t.x, (z, tangent), (section, 1j * (phi @ t.slopes.T) * section)
-                )
-            found["clearance"], found["clearance_at"] = smallest_distance(t.x, z, tangent, slope)
+                turn = np.exp(1j * (phi @ t.values.T))
+                section = turn, 1j * (phi @ t.slopes.T) * turn
+            axis = places @ t.values.T, places @ t.slopes.T
+            found["clearance"], found["clearance_at"], _ = smallest_distance(self.scenario, t.x, axis, section)
         return found
 
     def _section_forces(self, part: slice) -> dict[str, Array]:

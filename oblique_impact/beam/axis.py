@@ -8,9 +8,11 @@ hold them to rounding.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array, Vectors
@@ -57,10 +59,25 @@ def fit_shapes(evaluate: Callable[[Array], Array], edges: Array, degree: int) ->
     return AxisShapes(np.ascontiguousarray(edges), np.ascontiguousarray(coefficients), shortening, nodes, weights)
 
 
-def smooth_shapes(evaluate: Callable[[Array], Array], length: float, wave_number: float) -> AxisShapes:
-    """Interpolate smooth shape functions of at most this wave number (rad/m) on equal panels."""
-    panels = int(np.ceil(0.5 * wave_number * length / _HALF_PANEL))
-    return fit_shapes(evaluate, np.linspace(0.0, length, max(panels, 2) + 1), _DEGREE)
+@dataclass(frozen=True)
+class ShapeFunctions:
+    """The n shape functions of a beam at any place, and the panels on which polynomials hold them to rounding."""
+
+    derivative: Callable[[Array, int], Array]  # of an order 0 or 1 at places (m): (points,) -> (points, n)
+    edges: Array  # (panels + 1,) m
+    degree: int
+
+    @classmethod
+    def smooth(
+        cls, derivative: Callable[[Array, int], Array], length: float, wave_number: float
+    ) -> ShapeFunctions:
+        """Take smooth functions of at most this wave number (rad/m) on equal panels."""
+        panels = int(np.ceil(0.5 * wave_number * length / _HALF_PANEL))
+        return cls(derivative, np.linspace(0.0, length, max(panels, 2) + 1), _DEGREE)
+
+    def fitted(self) -> AxisShapes:
+        """Return the polynomials."""
+        return fit_shapes(lambda x: self.derivative(x, 0), self.edges, self.degree)
 
 
 @jitable
@@ -140,6 +157,26 @@ class Peg(NamedTuple):
     side: float  # on which the beam is of the point, seen along the beam: 1 left, -1 right
 
 
+class PointOnSide(NamedTuple):
+    """A place of the beam that can touch a straight side."""
+
+    x: float  # m along the beam
+    angle: float  # rad, of the side
+    normal_offset: float  # m, of a point of the side from the root's axis, across the side
+    tangential_offset: float  # m, along it
+    fibre: float  # m across the beam from its axis, of the point that touches
+    turning: float  # the same, or 0 where terms of second order are left out
+
+
+class Places(NamedTuple):
+    """Where the beam can touch obstacles."""
+
+    shapes: AxisShapes
+    radius: float  # m, of the hub
+    on_side: NDArray[np.bool_]  # (places,) whether it is a point of the beam on a side, else a peg on the beam
+    numbers: Array  # (places, 6) of a `PointOnSide`, or of a `Peg`
+
+
 class ContactKinematics(NamedTuple):
     """Gap and slip (m) of a contact, and the biases of their accelerations (m/s^2)."""
 
@@ -169,7 +206,7 @@ def place_of(s: AxisShapes, radius: float, X: float, Y: float, B: Array, polynom
 
 
 @jitable
-def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+def take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
     """Shape functions and slopes at a place into scratch_a[1:] and scratch_b[1:], H B into its product.
 
     Returns B'^T H B' and u_y'' of the velocities.
@@ -230,7 +267,7 @@ def touch_peg(s: AxisShapes, radius: float, peg: Peg, q: Array, qd: Array, v: Ve
     cosine, sine = np.cos(theta), np.sin(theta)
     X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
     x, axis = place_of(s, radius, X, Y, B, v.polynomial)
-    bending, curvature_rate = _take_shapes(s, axis, B, Bd, v)
+    bending, curvature_rate = take_shapes(s, axis, B, Bd, v)
     shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
     phi, kappa, steep, side = axis.slope, axis.curvature, 1.0 - 0.5 * axis.slope * axis.slope, peg.side
     stretch = np.sqrt(steep * steep + phi * phi)  # |r'|, 1 but for the fourth power of the slope

@@ -9,16 +9,29 @@ import numpy as np
 from scipy.linalg import eigh
 
 from oblique_impact.beam import floating_frame, nodal_frame
+from oblique_impact.beam.axis import Places
 from oblique_impact.beam.base_motion import BaseMotion, base_motion_of
 from oblique_impact.beam.floating_frame import BeamModel, FullBeamModel
 from oblique_impact.beam.nodal_frame import NodalModel
 from oblique_impact.beam.operators import Array, BeamOperators, Matrix, cumulative
 from oblique_impact.beam.residual_flexibility import residual_flexibility
 from oblique_impact.contact.state import Residual
+from oblique_impact.errors import InputError
 from oblique_impact.kernels.banded import HALF_BANDWIDTH
 from oblique_impact.scenario.scenario import Scenario
 
 _ROOTS = {"pin": floating_frame.PIN, "hub": floating_frame.HUB, "driven": floating_frame.DRIVEN}
+
+
+class ContactPlace(NamedTuple):
+    """A place where a beam can touch an obstacle."""
+
+    obstacle: int  # the slope is 0, the others count from 1
+    on_side: bool  # a point of the beam on a side; else a point of an obstacle on the beam
+    numbers: tuple[float, ...]  # (6,) see `oblique_impact.beam.axis.PointOnSide` and `Peg`
+    extent: tuple[float, ...]  # m, of the slip
+    stiffness: float  # N/m, of an elastic stop
+    radius: float = 0.0  # m, of a peg
 
 
 class Energies(NamedTuple):
@@ -119,7 +132,50 @@ class Beam:
             hub_inertia=self.hub_inertia,
             root=_ROOTS[s.root.kind],
             drive=self.motion.drive,
+            places=self._places(),
             **self._load_and_slope(),
+        )
+
+    @cached_property
+    def contact_places(self) -> list[ContactPlace]:
+        """Places that can touch if the whole beam can: its points on each side, and each obstacle point on it."""
+        s, kept, found = self.scenario, self.foreshortening, list[ContactPlace]()
+        length, reach = s.beam.length, s.root.hub_radius
+        for side in s.sides:
+            (x, y), c, sine = side.origin, np.cos(side.angle), np.sin(side.angle)
+            facing = -np.copysign(1.0, np.cos(s.initial.angle - side.angle))
+            for place in s.beam_points:
+                fibre = facing * self._half_depth(place)
+                numbers = place, side.angle, y * c - x * sine, x * c + y * sine, fibre, kept * fibre
+                found.append(ContactPlace(side.obstacle, True, numbers, tuple(side.extent), side.stiffness))
+        for point in s.obstacle_points:
+            across = point.y * np.cos(s.initial.angle) - point.x * np.sin(s.initial.angle)
+            along = point.x * np.cos(s.initial.angle) + point.y * np.sin(s.initial.angle) - reach
+            depth = self._half_depth(float(np.clip(along, 0.0, length)))
+            numbers = point.x, point.y, point.radius + depth, depth, -np.copysign(1.0, across), 0.0
+            found.append(
+                ContactPlace(point.obstacle, False, numbers, (-length, 0.0), point.stiffness, point.radius)
+            )
+        return found
+
+    def _half_depth(self, x: float) -> float:
+        """Distance (m) at x of the face that touches from the axis."""
+        return self.scenario.beam.fibre_distance(x) if self.scenario.contact.surface == "section" else 0.0
+
+    def _places(self) -> Places | None:
+        """Places of contact as kernels read them; None if one point alone can touch the slope."""
+        if self.scenario.contact.where == "point":
+            return None
+        if self.operators.along is None:
+            raise InputError(
+                "discretization: contact anywhere needs shape functions anywhere, BeamOperators.along"
+            )
+        places = self.contact_places
+        return Places(
+            self.operators.along.fitted(),
+            self.scenario.root.hub_radius,
+            np.array([place.on_side for place in places]),
+            np.array([place.numbers for place in places], dtype=float),
         )
 
     def _load_and_slope(self) -> dict[str, Any]:

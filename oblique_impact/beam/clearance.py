@@ -1,8 +1,8 @@
-"""Clearance of the whole beam from the slope, of which only one point is in contact.
+"""Clearance of the whole beam from the slope and the other obstacles, wherever it can touch them.
 
 Distances are those of the axis, positive on the free side; pictures draw the surface half the beam's depth lower.
-With `contact.surface = "section"` they are those of the beam's face that looks at the slope.  Points are complex
-numbers here, z = place along the slope from its origin + i height above it (m).
+With `contact.surface = "section"` they are those of the beam's face that looks at the obstacle.  Points are
+complex numbers here, z = x + i y (m).
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import Array
+from oblique_impact.contact.state import State
+from oblique_impact.scenario.obstacles import ObstaclePoint, Side
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.sections import SlopeSection
 
 if TYPE_CHECKING:
     from oblique_impact.beam.beam import Beam
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 Indices = NDArray[np.int64]
 Points = NDArray[np.complex128]
 _Function = Callable[[Points, Points], Array]
+Curve = tuple[Points, Points]  # points at the stations and their derivative in x, each (samples, stations)
 
 #: depth below the contact point, over the length, that gives a warning: less than pictures show, more than the
 #: kinematics of second order leave out (an eighth of the fourth power of the bending slope: 1e-5 at 0.1 rad)
@@ -34,8 +36,8 @@ BLOCK = 1024  # samples that are processed at a time: larger arrays leave the ca
 _HALVINGS = 12  # of a cell between two stations; a chord over so short a part of it errs by its square
 
 
-def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array]:
-    """Smallest signed distance (m) of the beam from the slope, and the arc length (m) where it is.
+def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array, Indices]:
+    """Smallest signed distance (m) of the beam from the obstacles, the arc length (m) where it is, and from which.
 
     It is that of the axis, or of the face.  Between two stations either is the cubic through both ends and their
     tangents, as in a Hermite element: the distance does not depend on the stations.
@@ -43,7 +45,7 @@ def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, A
     Parameters
     ----------
     beam : Beam
-        With its slope.
+        With its obstacles.
     q : ndarray, shape (samples, n + 1)
         Coordinates.
     ux, uy : ndarray, shape (samples, stations)
@@ -52,86 +54,133 @@ def beam_clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, A
     Returns
     -------
     tuple of ndarray, each of shape (samples,)
-        NaN where the motion is.
+        Distance and arc length, NaN where the motion is, and the nearest obstacle: the slope is 0.
     """
-    found = np.empty((2, len(q)))
+    found, obstacle = np.empty((2, len(q))), np.empty(len(q), dtype=np.int64)
     for start in range(0, len(q), BLOCK):
         part = slice(start, start + BLOCK)
-        found[:, part] = _clearance(beam, q[part], ux[part], uy[part])
-    return found[0], found[1]
+        found[0, part], found[1, part], obstacle[part] = _clearance(beam, q[part], ux[part], uy[part])
+    return found[0], found[1], obstacle
 
 
-def _clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array]:
+def _clearance(beam: Beam, q: Array, ux: Array, uy: Array) -> tuple[Array, Array, Indices]:
     """Clearance of some samples."""
-    stations, slope = beam.operators.stations, beam.scenario.slope
+    stations, section = beam.operators.stations, None
     with np.errstate(invalid="ignore", over="ignore"):
         bending = np.asarray(stations.slopes @ q[:, 1:].T).T
-        turn = np.exp(1j * (q[:, :1] - slope.angle))
+        turn = np.exp(1j * q[:, :1])
         z = turn * (beam.operators.sections.hub_radius + stations.points + ux + 1j * uy)
         tangent = turn * (1.0 - 0.5 * beam.foreshortening * bending**2 + 1j * bending)
-        if beam.scenario.contact_fibre != 0.0:
+        if beam.scenario.contact.surface == "section":
             curvature = np.asarray(stations.curvatures @ q[:, 1:].T).T
-            turned = tangent, turn * curvature * (1j - beam.foreshortening * bending)
-            z, tangent = facing_surface(beam.scenario, stations.points, (z, tangent), turned)
-        height, along = slope.offsets
-        return smallest_distance(stations.points, z - (along + 1j * height), tangent, slope)
+            section = tangent, turn * curvature * (1j - beam.foreshortening * bending)
+        return smallest_distance(beam.scenario, stations.points, (z, tangent), section)
 
 
-def facing_surface(
-    scenario: Scenario, x: Array, axis: tuple[Points, Points], turn: tuple[Points, Points]
-) -> tuple[Points, Points]:
-    """Return the face of the beam on the side of the slope, and its derivative in x, at the stations x (m).
+def smallest_distance(
+    scenario: Scenario, x: Array, axis: Curve, section: Curve | None = None
+) -> tuple[Array, Array, Indices]:
+    """Smallest distance (m) of each sample's beam from the obstacles, its place (m) and the nearest obstacle.
 
-    `axis` is that of the beam and `turn` the direction, of length 1, that its sections have turned to from that of
-    the axis, each with its derivative in x and of shape (samples, stations).
+    The axis is known at the stations x (m); `section` is the direction, of length 1, that the sections have turned
+    to from that of the axis, with its derivative in x: given, the distance is that of the face.  From a point it
+    is negative where the axis has the point on the other side than at the start; of its ends it is positive.
     """
-    fibre = np.copysign(Sections.from_scenario(scenario).fibre_distance(x), scenario.contact_fibre)
+    numbers, found = list[int](), list[tuple[Array, Array]]()
+    for side in scenario.sides:
+        numbers.append(side.obstacle)
+        found.append(_from_side(side, x, axis if section is None else _facing(scenario, side, x, axis, section)))
+    for point in scenario.obstacle_points:
+        if not point.corner:  # which belongs to its side
+            numbers.append(point.obstacle)
+            found.append(_from_point(scenario, point, x, axis))
+    distance, place = (np.array(each) for each in zip(*found, strict=True))
+    nearest = np.argmin(np.nan_to_num(distance, nan=np.inf), axis=0)
+    samples = np.arange(nearest.size)
+    return distance[nearest, samples], place[nearest, samples], np.array(numbers)[nearest]
+
+
+def _facing(scenario: Scenario, side: Side, x: Array, axis: Curve, section: Curve) -> Curve:
+    """Return the face of the beam that looks at a side."""
+    facing = -np.copysign(1.0, np.cos(scenario.initial.angle - side.angle))
+    fibre = facing * Sections.from_scenario(scenario).fibre_distance(x)
     rise = np.gradient(fibre, x, edge_order=2)
-    return axis[0] + 1j * fibre * turn[0], axis[1] + 1j * (rise * turn[0] + fibre * turn[1])
+    return axis[0] + 1j * fibre * section[0], axis[1] + 1j * (rise * section[0] + fibre * section[1])
 
 
-def smallest_distance(x: Array, z: Points, tangent: Points, slope: SlopeSection) -> tuple[Array, Array]:
-    """Smallest distance (m) of each sample's axis, and its place (m).
+def _from_side(side: Side, x: Array, curve: Curve) -> tuple[Array, Array]:
+    """Distance (m) from a side and its place (m).
 
-    The axis is known at the stations x (m), with its derivative in x: z and tangent (samples, stations).  Besides
-    the stations these places count: where the height has an extremum, and, at an end of the slope, where the axis
-    crosses it and where it comes closest to the edge.
+    Besides the stations these places count: where the height has an extremum, and, at an end of the side, where
+    the curve crosses it and where it comes closest to the corner.
     """
-    samples = np.arange(z.shape[0])
-    distance = _distance(slope, z)
-    station = np.argmin(distance, axis=1)
-    rows, found, places = [samples], [distance[samples, station]], [x[station]]
-    # functions that are zero at such places; where the axis crosses an end of the slope the distance jumps:
-    # there the height counts
-    guides: list[tuple[_Function, bool]] = [(lambda z, tangent: tangent.imag, False)]
-    for end in slope.extent:
-        guides.append((lambda z, tangent, end=end: z.real - end, True))  # type: ignore[misc]
-        guides.append((lambda z, tangent, end=end: ((z - end) * tangent.conj()).real, False))  # type: ignore[misc]
-    for guide, on_edge in guides:
+    height, along = side.offsets
+    turn = np.exp(-1j * side.angle)
+
+    def distance(z: Points) -> Array:
+        return _distance(side.extent, z)
+
+    # functions that are zero at such places, each with what counts there; where the axis crosses an end of the
+    # side the distance jumps: there the height counts
+    guides: list[tuple[_Function, Callable[[Points], Array]]] = [(lambda z, tangent: tangent.imag, distance)]
+    for end in side.extent:
+        guides.append((lambda z, tangent, end=end: z.real - end, np.imag))  # type: ignore[misc]
+        guides.append((lambda z, tangent, end=end: _ahead(z - end, tangent), distance))  # type: ignore[misc]
+    return _smallest(x, (turn * curve[0] - (along + 1j * height), turn * curve[1]), distance, guides)[:2]
+
+
+def _from_point(scenario: Scenario, point: ObstaclePoint, x: Array, axis: Curve) -> tuple[Array, Array]:
+    """Distance (m) from a point and its place (m)."""
+    centre, angle = point.x + 1j * point.y, scenario.initial.angle
+    distance, place, z, tangent = _smallest(x, (axis[0] - centre, axis[1]), np.abs, [(_ahead, np.abs)])
+    at_start = (np.exp(-1j * angle) * -centre).imag  # height of the beam above the point, across the beam
+    crossed = (tangent.conj() * z).imag * at_start < 0.0
+    signed = np.where(crossed & (place > x[0]) & (place < x[-1]), -distance, distance)
+    depth = (
+        Sections.from_scenario(scenario).fibre_distance(place) if scenario.contact.surface == "section" else 0.0
+    )
+    return signed - point.radius - depth, place
+
+
+def _ahead(z: Points, tangent: Points) -> Array:
+    """Return how far z lies along the tangent, times its length: 0 where a curve is closest to the origin."""
+    return np.asarray((z * tangent.conj()).real)
+
+
+def _smallest(
+    x: Array,
+    curve: Curve,
+    distance: Callable[[Points], Array],
+    guides: Sequence[tuple[_Function, Callable[[Points], Array]]],
+) -> tuple[Array, Array, Points, Points]:
+    """Smallest distance (m) at the stations and where a guide is zero; its place (m), and the curve there."""
+    samples, (z, tangent) = np.arange(curve[0].shape[0]), curve
+    at_stations = distance(z)
+    station = np.argmin(at_stations, axis=1)
+    found = [(samples, at_stations[samples, station], x[station], z[samples, station], tangent[samples, station])]
+    for guide, value in guides:
         falls = guide(z, tangent) < 0.0
         row, cell = np.nonzero(falls[:, :-1] != falls[:, 1:])
-        place, point = _root(guide, x, z, tangent, row, cell)
-        rows.append(row)
-        found.append(point.imag if on_edge else _distance(slope, point))
-        places.append(place)
-    row, value, place = (np.concatenate(parts) for parts in (rows, found, places))
-    order = np.lexsort((value, row))
+        place, point, direction = _root(guide, x, z, tangent, row, cell)
+        found.append((row, value(point), place, point, direction))
+    row, smallest, place, point, direction = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    order = np.lexsort((smallest, row))
     first = order[np.searchsorted(row[order], samples)]
-    return value[first], place[first]
+    return smallest[first], place[first], point[first], direction[first]
 
 
-def _distance(slope: SlopeSection, z: Points) -> Array:
-    """Distance (m) of points from the slope: negative below it, beyond its ends that from the nearer end."""
-    if not slope.extent:
+def _distance(extent: tuple[float, ...], z: Points) -> Array:
+    """Distance (m) of points from a side, z = place along it + i height; beyond its ends that from the nearer."""
+    if not extent:
         return z.imag
-    beyond = np.maximum(slope.extent[0] - z.real, z.real - slope.extent[1])
+    beyond = np.maximum(extent[0] - z.real, z.real - extent[1])
     return np.where(beyond > 0.0, np.hypot(beyond, z.imag), z.imag)
 
 
 def _root(
     guide: _Function, x: Array, z: Points, tangent: Points, row: Indices, cell: Indices
-) -> tuple[Array, Points]:
-    """Places (m) in cells of the stations where `guide` changes its sign, and the points of the axis there.
+) -> tuple[Array, Points, Points]:
+    """Places (m) in cells of the stations where `guide` changes its sign, the points of the axis and its tangents.
 
     The axis is Hermite's cubic of each cell; `part` of the cell, 0 to 1, is bisected, and a chord ends it.
     """
@@ -139,44 +188,48 @@ def _root(
     first, last = length * tangent[row, cell], length * tangent[row, cell + 1]
     square, cube = 3.0 * step - 2.0 * first - last, first + last - 2.0 * step
 
-    def at(part: Array) -> tuple[Points, Array]:
+    def at(part: Array) -> Curve:
         point = start + part * (first + part * (square + part * cube))
-        return point, guide(point, first + part * (2.0 * square + 3.0 * part * cube))
+        return point, first + part * (2.0 * square + 3.0 * part * cube)
 
     falls = guide(start, first) < 0.0
     low, high = np.zeros(row.size), np.ones(row.size)
     for _ in range(_HALVINGS):
         part = 0.5 * (low + high)
-        before = (at(part)[1] < 0.0) == falls
+        before = (guide(*at(part)) < 0.0) == falls
         low, high = np.where(before, part, low), np.where(before, high, part)
-    (_, one), (_, other) = at(low), at(high)
+    one, other = guide(*at(low)), guide(*at(high))
     part = low + (high - low) * one / (one - other)
-    return x[cell] + part * length, at(part)[0]
+    return x[cell] + part * length, *at(part)
 
 
 def closest(variables: Mapping[str, Array], length: float) -> dict[str, float] | None:
-    """Return the smallest distance (m) of a run from the slope, its place x (m) and its first time (s).
+    """Return the smallest distance (m) of a run from the obstacles, its place x (m) and its first time (s).
 
-    Negative below the slope.  None if contact is disabled.
+    Negative below the slope; of several obstacles the nearest too.  None if contact is disabled.
     """
     distance = np.asarray(variables.get("clearance", np.nan))
     if not np.isfinite(distance).any():
         return None
     first = int(np.argmax(distance <= np.nanmin(distance) + EQUAL * length))
     found = {"distance": distance, "x": variables["clearance_at"], "time": variables["time"]}
-    return {name: float(values[first]) for name, values in found.items()}
+    if "clearance_obstacle" in variables:
+        found["obstacle"] = variables["clearance_obstacle"]
+    return {name: values[first].item() for name, values in found.items()}
 
 
 def slope_warnings(
     scenario: Scenario, variables: Mapping[str, Array], passages: Sequence[Mapping[str, Any]]
 ) -> list[str]:
-    """Return warnings if the beam passes below the slope, or its contact point leaves the slope at an end.
+    """Return warnings if the beam passes below a side, or its one contact point leaves the slope at an end.
 
     The depth of the contact point itself, in an elastic stop or after a fixed step, does not count, unless it is
     below the line of the slope beyond an end.  `passages` are those of the summary's `slope_ends`.
     """
     if "clearance" not in variables:
         return []
+    if scenario.contact.where == "anywhere":
+        return _passes_between(scenario, variables)
     slope, point, tolerance = scenario.slope, scenario.contact.point, NOTICEABLE * scenario.beam.length
     warnings = []
     c, s = np.cos(slope.angle), np.sin(slope.angle)
@@ -187,10 +240,8 @@ def slope_warnings(
     deeper = np.where(past, 0.0, np.minimum(height, 0.0)) - variables["clearance"]
     k = int(np.argmax(np.nan_to_num(deeper, nan=0.0, posinf=0.0)))
     if deeper[k] > tolerance:
-        depth, x = -1e3 * variables["clearance"][k], variables["clearance_at"][k]
-        digits = np.format_float_positional(depth, 2, unique=False, fractional=False, trim="-")
         why = f"x = {point:g} m has passed an end of it" if past[k] else f"only x = {point:g} m is in contact"
-        warnings.append(f"passes {digits} mm below the slope at x = {x:.3g} m; {why}")
+        warnings.append(f"{_passage(variables, k, 'the slope')}; {why}")
     left = [passage for passage in passages if passage["how"] != "comes back"]
     if left:
         passage, (first, last) = left[0], slope.extent
@@ -201,3 +252,24 @@ def slope_warnings(
             "contact with the end itself is left out"
         )
     return warnings
+
+
+def _passes_between(scenario: Scenario, variables: Mapping[str, Array]) -> list[str]:
+    """Return a warning if the beam passes below a side between the places that can touch it."""
+    distance, obstacle = variables["clearance"], variables["clearance_obstacle"]
+    pressed = (variables["contact_state"] != State.FREE) & (variables["contact_obstacle"] == obstacle[:, None])
+    depth = np.where(pressed, np.minimum(variables["contact_gap"], 0.0), 0.0).min(axis=1)
+    # below the end of a side an axis at up to 60 degrees to it is up to twice as deep as the corner presses in
+    deeper = np.where(np.isin(obstacle, [side.obstacle for side in scenario.sides]), 2.0 * depth - distance, 0.0)
+    k = int(np.argmax(np.nan_to_num(deeper, nan=0.0, posinf=0.0)))
+    if not deeper[k] > NOTICEABLE * scenario.beam.length:
+        return []
+    name, grid = f"obstacle {obstacle[k]}" if obstacle[k] else "the slope", scenario.contact.grid
+    return [f"{_passage(variables, k, name)}; sides touch it at the ends of contact.grid = {grid} parts alone"]
+
+
+def _passage(variables: Mapping[str, Array], sample: int, obstacle: str) -> str:
+    """Say how deep and where the beam is below an obstacle."""
+    depth, x = -1e3 * variables["clearance"][sample], variables["clearance_at"][sample]
+    digits = np.format_float_positional(depth, 2, unique=False, fractional=False, trim="-")
+    return f"passes {digits} mm below {obstacle} at x = {x:.3g} m"

@@ -11,11 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from oblique_impact.beam.axis import AxisShapes, ContactKinematics, Peg, touch_peg
+from oblique_impact.beam.axis import (
+    ContactKinematics,
+    Peg,
+    Places,
+    PointOnSide,
+    bent_axis,
+    take_shapes,
+    touch_peg,
+)
 from oblique_impact.beam.base_motion import Drive, drive_acceleration
 from oblique_impact.kernels.dense import DenseAlgebra, multiply
 from oblique_impact.kernels.jit import inlined, jitable
-from oblique_impact.kernels.workspace import Array, Evaluation, Workspace, dot, new_workspace
+from oblique_impact.kernels.workspace import Array, Evaluation, Vectors, Workspace, dot, new_workspace
 
 PIN, HUB, DRIVEN = 0, 1, 2
 
@@ -25,14 +33,6 @@ ELASTIC_MASS, SPIN_STIFFNESS, STIFFNESS, DAMPING, GRAVITY_STIFFNESS, CONTACT_SHO
 # BeamModel.vectors: S with the hub's share, P, slope of the root, shape functions at the contact point, elastic
 # accelerations by a unit one of theta (of a driven root 0: theta is prescribed), slopes at the contact point
 COUPLING, LOAD, ROOT_SLOPE, CONTACT_SHAPE, FOLLOWING, CONTACT_SLOPE = range(6)
-
-
-class PegOnAxis(NamedTuple):
-    """A point fixed in space that takes the place of the slope, and the axis that it can touch anywhere."""
-
-    peg: Peg
-    shapes: AxisShapes
-    radius: float  # m, of the hub
 
 
 class _BeamData(NamedTuple):
@@ -59,7 +59,10 @@ class _BeamData(NamedTuple):
     slope_angle: float
     normal_offset: float  # c_n (m)
     tangential_offset: float  # c_t (m)
-    obstacle: PegOnAxis | None = None
+    places: Places | None = (
+        None  # in the place of the contact point on the slope: the whole beam, several obstacles
+    )
+    place: int = -1  # the one that `evaluate` takes as the contact, -1: none
 
 
 @inlined
@@ -177,22 +180,39 @@ def _full(model: BeamModel, q: Array, qd: Array, w: Workspace) -> None:
 
 
 @jitable
-def _contact(model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace) -> ContactKinematics:
-    """Gap, slip and biases at the contact point, and its rows (paper Eqs. 22-24 and 50).
+def _contact(model: BeamModel, q: Array, qd: Array, bending: float, v: Vectors) -> ContactKinematics:
+    """Gap, slip and biases at the contact point, and its rows (paper Eqs. 22-24 and 50)."""
+    point = PointOnSide(
+        model.contact_radius,
+        model.slope_angle,
+        model.normal_offset,
+        model.tangential_offset,
+        model.fibre,
+        model.fibre_turning,
+    )
+    return _touch_side(point, model.vectors[CONTACT_SHAPE], model.vectors[CONTACT_SLOPE], q, qd, bending, v)
+
+
+@jitable
+def _touch_side(
+    point: PointOnSide, shape: Array, slope: Array, q: Array, qd: Array, bending: float, v: Vectors
+) -> ContactKinematics:
+    """Gap, slip, biases and rows of a place of the beam against a side; its x is counted from the axis of the hub.
 
     A point at the height e in the section, which is turned by phi = Phi' B, lies at
 
         x_P = r + x_F - B^T H B/2 - e phi,    y_P = Phi B + e (1 - phi^2/2)
+
+    H B is in the row of its products, `bending` is B'^T H B'.
     """
     B, Bd, spin = q[1:], qd[1:], qd[0]
-    v, e, turning = w.vectors, model.fibre, model.fibre_turning
+    e, turning = point.fibre, point.turning
     normal_row, tangential_row, HB = v.normal_row, v.tangential_row, v.shortening_product
-    shape, slope = model.vectors[CONTACT_SHAPE], model.vectors[CONTACT_SLOPE]
     phi, phi_rate = dot(slope, B), dot(slope, Bd)
-    x = model.contact_radius - 0.5 * _contract(HB, B) - e * phi
+    x = point.x - 0.5 * _contract(HB, B) - e * phi
     y = dot(shape, B) + (e - 0.5 * turning * phi * phi)
     x_rate, y_rate = -_contract(HB, Bd) - e * phi_rate, dot(shape, Bd) - turning * phi * phi_rate
-    angle = q[0] - model.slope_angle
+    angle = q[0] - point.angle
     c, s = np.cos(angle), np.sin(angle)
     normal_row[0] = x * c - y * s
     tangential_row[0] = -x * s - y * c
@@ -200,19 +220,69 @@ def _contact(model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace
         along, across = HB[i + 1] + e * slope[i], shape[i] - turning * phi * slope[i]
         normal_row[i + 1] = -s * along + c * across
         tangential_row[i + 1] = -c * along - s * across
-    offsets = model.normal_offset, model.tangential_offset
+    offsets = point.normal_offset, point.tangential_offset
     biases = bending, turning * phi_rate * phi_rate
     return kinematics(offsets, c, s, x, y, x_rate, y_rate, spin, biases)
 
 
 @jitable
-def _contact_with(
-    obstacle: PegOnAxis | None, model: BeamModel, q: Array, qd: Array, bending: float, w: Workspace
+def _touch_place(places: Places, i: int, q: Array, qd: Array, v: Vectors) -> ContactKinematics:
+    """Gap, slip, biases and rows of one of several places."""
+    n = places.numbers[i]
+    if not places.on_side[i]:
+        return touch_peg(places.shapes, places.radius, Peg(n[0], n[1], n[2], n[3], n[4]), q, qd, v)
+    B, Bd = q[1:], qd[1:]
+    axis = bent_axis(places.shapes, n[0], B, v.polynomial)
+    bending, _ = take_shapes(places.shapes, axis, B, Bd, v)
+    point = PointOnSide(places.radius + n[0], n[1], n[2], n[3], n[4], n[5])
+    return _touch_side(point, v.scratch_a[1:], v.scratch_b[1:], q, qd, bending, v)
+
+
+@jitable
+def _contact_at(
+    places: Places | None, model: BeamModel, q: Array, qd: Array, bending: float, v: Vectors
 ) -> ContactKinematics:
-    """Contact of the beam with a peg, or with the slope; the compiler drops one of the two branches."""
-    if obstacle is None:
-        return _contact(model, q, qd, bending, w)
-    return touch_peg(obstacle.shapes, obstacle.radius, obstacle.peg, q, qd, w.vectors)
+    """Contact on the slope or at one of several places; the compiler drops one of the two branches."""
+    if places is None:
+        return _contact(model, q, qd, bending, v)
+    if model.place >= 0:
+        return _touch_place(places, model.place, q, qd, v)
+    for i in range(q.shape[0]):
+        v.normal_row[i] = 0.0
+        v.tangential_row[i] = 0.0
+    return ContactKinematics(0.0, 0.0, 0.0, 0.0)
+
+
+@jitable
+def _with_rates(model: BeamModel, t: float, k: ContactKinematics, qd: Array, v: Vectors) -> Evaluation:
+    """Complete a contact by its rates, and its rows and biases by the prescribed rotation of a driven root."""
+    normal_row, tangential_row = v.normal_row, v.tangential_row
+    gap_rate, slip_rate = dot(normal_row, qd), dot(tangential_row, qd)
+    gap_bias, slip_bias = k.gap_bias, k.slip_bias
+    if model.root == DRIVEN:
+        acceleration = drive_acceleration(model.drive, t)
+        gap_bias += normal_row[0] * acceleration
+        slip_bias += tangential_row[0] * acceleration
+        normal_row[0] = 0.0
+        tangential_row[0] = 0.0
+    return Evaluation(k.gap, k.slip, gap_rate, slip_rate, gap_bias, slip_bias, 0.0, 0.0, 0.0)
+
+
+@jitable
+def touch_beam(model: BeamModel, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+    """Fill the contact rows of one of several places."""
+    v = w.vectors
+    return _touched(model.places, model, place, t, q, qd, v)
+
+
+@jitable
+def _touched(
+    places: Places | None, model: BeamModel, place: int, t: float, q: Array, qd: Array, v: Vectors
+) -> Evaluation:
+    """Evaluate one of several places; the compiler drops this of a model that has none."""
+    if places is None:
+        return Evaluation(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return _with_rates(model, t, _touch_place(places, place, q, qd, v), qd, v)
 
 
 @inlined
@@ -282,26 +352,16 @@ def evaluate_full_beam(model: BeamModel, t: float, q: Array, qd: Array, w: Works
 def _evaluate(model: BeamModel, t: float, q: Array, qd: Array, bending: float, w: Workspace) -> Evaluation:
     """Add what does not depend on the order of the kinetic energy."""
     v = w.vectors
-    normal_row, tangential_row = v.normal_row, v.tangential_row
     damping = _apply_forces(model, q[0], q[1:], qd[1:], w)
-    k = _contact_with(model.obstacle, model, q, qd, bending, w)
-    gap_rate, slip_rate, gap_bias, slip_bias = (
-        dot(normal_row, qd),
-        dot(tangential_row, qd),
-        k.gap_bias,
-        k.slip_bias,
-    )
+    c = _with_rates(model, t, _contact_at(model.places, model, q, qd, bending, v), qd, v)
     supplied = 0.0
     if model.root == HUB:
         supplied = model.torque * (qd[0] + dot(model.vectors[ROOT_SLOPE], qd[1:]))
     if model.root == DRIVEN:
-        acceleration = drive_acceleration(model.drive, t)
-        supplied = _prescribe(model, acceleration, qd[0], w)
-        gap_bias += normal_row[0] * acceleration
-        slip_bias += tangential_row[0] * acceleration
-        normal_row[0] = 0.0
-        tangential_row[0] = 0.0
-    return Evaluation(k.gap, k.slip, gap_rate, slip_rate, gap_bias, slip_bias, damping, supplied, 0.0)
+        supplied = _prescribe(model, drive_acceleration(model.drive, t), qd[0], w)
+    return Evaluation(
+        c.gap, c.slip, c.gap_rate, c.slip_rate, c.gap_bias, c.slip_bias, damping, supplied, c.rank_one
+    )
 
 
 @inlined
@@ -366,6 +426,7 @@ class BeamModel(_BeamData, DenseAlgebra):
     solve_mass = solve_beam_mass
     add_tangent = add_beam_tangent
     damping_at = beam_damping
+    touch = touch_beam
 
     def new_workspace(self) -> Workspace:
         """Allocate the arrays of a run; the elastic part of the mass matrix is there once and for all."""

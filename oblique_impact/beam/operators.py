@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, eigh, solve_triangular, svd
 from scipy.sparse import csr_array, issparse
 
+from oblique_impact.beam.axis import ShapeFunctions
 from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.kernels.workspace import own_numbers
 from oblique_impact.scenario.scenario import Scenario
@@ -80,6 +81,7 @@ class BeamOperators:
     curvature_factor: Matrix = None  # (points, n) G with K = G^T G; of a nodal model
     largest_element: float = 0.0  # m, of a nodal model
     left_out: float = 0.0  # m/N, compliance of a contact point that a nodal model has condensed
+    along: ShapeFunctions | None = None  # at any place, for contact anywhere along the beam
 
     @property
     def size(self) -> int:

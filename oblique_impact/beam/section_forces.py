@@ -13,13 +13,18 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import Array, Matrix, cumulative_weights
 
+Complex = NDArray[np.complex128]
+
 #: quadrature points times samples in one block: larger arrays leave the cache
 _BLOCK_SIZE = 32_000
 
+#: a load so close to a station (over the length) is at it: places of contacts are known to rounding
+_SAME_PLACE = 1e-9
 _SUMS = 10
 
 
@@ -40,15 +45,30 @@ class Fields(NamedTuple):
     bending_stress: Array  # Pa
 
 
+class PointLoads(NamedTuple):
+    """Forces of contacts on the beam, each array of shape (samples, contacts).
+
+    Place and position of a force of 0 are not read and may be NaN.
+    """
+
+    place: Array  # m along the beam
+    x: Array  # m, inertial: where the force acts, on the axis or on the face
+    y: Array
+    fx: Array  # N, inertial
+    fy: Array
+
+
+NO_LOADS = PointLoads(*(np.zeros((0, 0)) for _ in PointLoads._fields))
+
+
 class Motion(NamedTuple):
-    """Sampled motion: times (samples,), q, q', q'' (samples, n + 1) and contact forces (samples,)."""
+    """Sampled motion: times (samples,), q, q', q'' (samples, n + 1) and forces of contacts."""
 
     time: Array
     q: Array
     qd: Array
     qdd: Array
-    normal_force: Array
-    tangential_force: Array
+    loads: PointLoads = NO_LOADS
 
 
 class _Points(NamedTuple):
@@ -89,7 +109,9 @@ def fields_along(beam: Beam, motion: Motion, block: int | None = None) -> Fields
     stations = beam.operators.stations.points.size
     result = Fields(*(np.empty((motion.time.size, stations)) for _ in Fields._fields))
     for part in _blocks(motion.time.size, table.points.size, block):
-        for whole, rows in zip(result, _block(beam, Motion(*(v[part] for v in motion)), points), strict=True):
+        loads = PointLoads(*(values[part] for values in motion.loads))
+        rows_of_block = Motion(motion.time[part], motion.q[part], motion.qd[part], motion.qdd[part], loads)
+        for whole, rows in zip(result, _block(beam, rows_of_block, points), strict=True):
             whole[part] = rows.T
     return result
 
@@ -136,16 +158,12 @@ def _block(beam: Beam, motion: Motion, points: _Points) -> Fields:
     transverse = spin**2 * my - spin_rate * mx - 2.0 * spin * mx1 - my2 - mass * across
     moment = my * along - mx * across - turned
     uy, uy_dot, slope = stations.values @ B[:, 0], stations.values @ B[:, 1], stations.slopes @ B[:, 0]
-    contact_axial, contact_transverse = _contact_force(beam, motion)
-    at = int(np.argmin(np.abs(x - o.contact_point)))
-    inside = (np.arange(x.size) <= at)[:, None]
+    for place, point, force in _in_frame(motion):
+        outside = x[:, None] <= place + _SAME_PLACE * sections.length  # the load, of each station
+        moment += outside * (point.real * force.imag - point.imag * force.real)
+        axial += outside * force.real
+        transverse += outside * force.imag
     arms = sections.hub_radius + x[:, None] + ux
-    fibre, turn = beam.scenario.contact_fibre, slope[at]
-    arm = arms[at] - fibre * turn  # of the contact point
-    lift = uy[at] + fibre * (1.0 - 0.5 * beam.foreshortening * turn**2)
-    moment += inside * (arm * contact_transverse - lift * contact_axial)
-    axial += inside * contact_axial
-    transverse += inside * contact_transverse
     moment += uy * axial - arms * transverse
     shear = slope * axial - (1.0 - 0.5 * beam.foreshortening * slope**2) * transverse
     modulus = (sections.fibre_distance(x) / sections.second_moment(x))[:, None]
@@ -217,12 +235,12 @@ def _add_panels(weights: Array, values: Array, sums: Array) -> None:
     np.cumsum((weights @ values.reshape(panels, order, -1)).reshape(sums.shape), axis=0, out=sums)
 
 
-def _contact_force(beam: Beam, motion: Motion) -> tuple[Array, Array]:
-    """Axial and transverse components (N) of the contact force in the frame, each (samples,)."""
-    angle = motion.q[:, 0] - beam.scenario.slope.angle
-    c, s = np.cos(angle), np.sin(angle)
-    normal, tangential = motion.normal_force, motion.tangential_force
-    return normal * s + tangential * c, normal * c - tangential * s
+def _in_frame(motion: Motion) -> Iterator[tuple[Array, Complex, Complex]]:
+    """Yield place (m), position (m) and force (N) of each load in the frame, x + i y, each (samples,)."""
+    turn = np.exp(-1j * motion.q[:, 0])
+    for place, x, y, fx, fy in zip(*(values.T for values in motion.loads), strict=True):
+        force = fx + 1j * fy
+        yield place, turn * np.where(force == 0.0, 0.0, x + 1j * y), turn * force
 
 
 def _applied(table: Matrix, B: Array) -> Array:

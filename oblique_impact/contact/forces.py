@@ -51,7 +51,7 @@ OK, MASS_NOT_POSITIVE, NO_SLIDING_SOLUTION, NO_STICKING_SOLUTION = 0, 1, 2, 3
 SINGULAR = 1e-13
 #: relative effective inverse mass at which sliding ends: the force grows as its inverse, and steps up to 0 would
 #: shrink without end
-_NEARLY_PAINLEVE = 1e-9
+NEARLY_PAINLEVE = 1e-9
 
 
 class Forces(NamedTuple):
@@ -146,7 +146,7 @@ def can_slide(phase: Phase, slip_rate: float) -> bool:
     """Whether the force of a stop can push a contact point without inertia while it slides."""
     return (
         phase.friction.intercept + phase.friction.slope * slip_rate
-    ) * phase.residual.tilt < 1.0 - _NEARLY_PAINLEVE
+    ) * phase.residual.tilt < 1.0 - NEARLY_PAINLEVE
 
 
 @inlined
@@ -356,7 +356,7 @@ def guards_of(phase: Phase, c: Instant) -> Guards:
     if phase.state == SLIDING:
         definite = 1.0  # of a compliant stop it is decided as the slip begins
         if not phase.stop.compliant:
-            definite = 1.0 + friction_ratio(phase, c.slip_rate) * c.a_nt / c.a_nn - _NEARLY_PAINLEVE
+            definite = 1.0 + friction_ratio(phase, c.slip_rate) * c.a_nt / c.a_nn - NEARLY_PAINLEVE
         return Guards(
             normal,
             c.slip_rate - phase.friction.lower if phase.friction.lower > -1e300 else 1.0,

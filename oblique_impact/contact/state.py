@@ -6,8 +6,11 @@ from enum import IntEnum
 from math import inf
 from typing import NamedTuple
 
+import numpy as np
+
 from oblique_impact.contact.friction import Branch
 from oblique_impact.kernels.laws import Law
+from oblique_impact.kernels.workspace import Array
 
 FREE, SLIDING, STICKING = 0, 1, 2
 
@@ -75,8 +78,36 @@ class Residual(NamedTuple):
     tilt: float = 0.0  # tan beta of a contact point without inertia, beta between normal and its free direction
 
 
+#: columns of `Several.rows`
+STATE, INTERCEPT, SLOPE, LOWEST, HIGHEST, STATIC, KEPT_SLIP, SIDE, FIRST, LAST, STIFFNESS = range(11)
+ROW = 11
+
+
+class Several(NamedTuple):
+    """States of n contacts, and arrays for their problem at an instant in a system of d degrees of freedom."""
+
+    rows: Array  # (n, 11) what `Phase` says of a contact, see `oblique_impact.contact.several.phase_of`
+    instants: Array  # (n, 13) the fields of `Instant`, each contact's accelerations without any contact force
+    biases: Array  # (n, 2) accelerations of gap and slip without q''
+    directions: Array  # (n, 2, d) D_n, D_tau of the closed contacts
+    responses: Array  # (n, 2, d) M^-1 D_n^T, M^-1 D_tau^T
+    definite: Array  # (n,) effective inverse normal mass, relative, given the contacts before
+    matrix: Array  # (2 n, 2 n + 1) equations of the unknown forces with their right side
+    unknowns: Array  # (2 n, 2) contact and direction, 0 normal or 1 tangential, of each unknown
+
+    @classmethod
+    def new(cls, rows: Array, size: int) -> Several:
+        """Allocate the arrays of n contacts, `rows` (n, 11), of a system with `size` degrees of freedom."""
+        n = len(rows)
+        shapes = (n, INSTANT), (n, 2), (n, 2, size), (n, 2, size), (n,), (2 * n, 2 * n + 1), (2 * n, 2)
+        return cls(rows, *(np.zeros(shape) for shape in shapes))
+
+
 class Phase(NamedTuple):
-    """A contact state with all its parameters, as kernels read it."""
+    """A contact state with all its parameters, as kernels read it.
+
+    Of `several` contacts it holds what they have in common; its state is free if all of them are.
+    """
 
     state: int = FREE
     stop: Stop = Stop()
@@ -85,6 +116,7 @@ class Phase(NamedTuple):
     stabilization: Baumgarte = Baumgarte()
     surface: Surface = Surface()
     residual: Residual = Residual()
+    several: Several | None = None
 
 
 class Instant(NamedTuple):
@@ -108,6 +140,10 @@ class Instant(NamedTuple):
     supplied_power: float = 0.0  # W, by drives and hub torques
 
 
+INSTANT = len(Instant._fields)
+#: columns of `Several.instants`
+GAP, SLIP, GAP_RATE, SLIP_RATE, A_NN, A_NT, A_TT, GAP_ACCELERATION, SLIP_ACCELERATION = range(9)
+NORMAL_FORCE, TANGENTIAL_FORCE = 9, 10
 #: the contact problem where there is none
 NO_CONTACT = Instant(0.0, 0.0, 0.0, 0.0)
 
@@ -130,6 +166,9 @@ GUARDS = 5
 SWITCHED = 5
 
 
+VELOCITY = 1e-11  # of the velocity of the motion itself, the tolerance of velocities
+
+
 class Tolerances(NamedTuple):
     """Zero tolerances: a guard is armed once it exceeds its tolerance, and only then is its fall an event."""
 
@@ -143,5 +182,5 @@ class Tolerances(NamedTuple):
     @classmethod
     def of(cls, length: float, time: float, force: float) -> Tolerances:
         """Return the tolerances of a system of the given length (m) and time (s) with forces about `force` (N)."""
-        velocity = 1e-11 * length / time
+        velocity = VELOCITY * length / time
         return cls(1e-12 * length, 1e-10 * force, velocity, time=time, energy=force * length)

@@ -149,7 +149,7 @@ class ContactMachine:
         self._open = Phase()
         self.extent = extent
         self._first, self._last = (float(end) for end in extent) if extent else (-inf, inf)
-        self._closed = Phase(
+        self.closed_phase = Phase(
             stop=contact_law.stop if contact_law else Stop(),
             stick=Stick(-1.0 if friction.static is None else float(friction.static)),
             stabilization=Baumgarte(*map(float, baumgarte)),
@@ -160,18 +160,24 @@ class ContactMachine:
         """Return the phase of free flight above the slope."""
         return self._open
 
-    def _below(self) -> Phase:
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the slope (m along it), infinite where it has none."""
+        return self._first, self._last
+
+    def below(self) -> Phase:
         """Return the phase of flight below the line of the slope, beyond its ends."""
         return self._open._replace(surface=Surface(side=-1.0))
 
-    def _is_beyond(self, slip: float) -> bool:
+    def is_beyond(self, slip: float) -> bool:
+        """Whether a place (m along the slope) is beyond its ends."""
         return slip < self._first or slip > self._last
 
     def start(self, probe: ContactProbe) -> Transition:
         """Return the state at the start of a run, which may touch the slope or already press on it."""
         instant, tolerances = probe.instant, self.tolerances
-        if instant.gap < -tolerances.gap and self._is_beyond(instant.slip):
-            return Transition(self._below(), None)
+        if instant.gap < -tolerances.gap and self.is_beyond(instant.slip):
+            return Transition(self.below(), None)
         if instant.gap > tolerances.gap or instant.gap_rate > tolerances.velocity:
             return Transition(self.free(), None)
         return self.touch(probe)
@@ -189,7 +195,7 @@ class ContactMachine:
         instant = probe.instant
         if guard == END:
             # a fixed step may leave it a little above the line
-            following = self.free() if instant.gap > self.tolerances.gap else self._below()
+            following = self.free() if instant.gap > self.tolerances.gap else self.below()
             return Transition(following, EventKind.RELEASE, at_end=AtEnd.SLIDES_OFF)
         if phase.state == State.STICK:
             return self._leave_stick(phase, guard, instant)
@@ -202,10 +208,10 @@ class ContactMachine:
 
     def touch(self, probe: ContactProbe) -> Transition:
         """Return the transition as the gap closes: an impact or a grazing contact; none beyond an end."""
-        if self._is_beyond(probe.instant.slip):
-            return Transition(self._below(), None, at_end=AtEnd.FALLS_PAST)
+        if self.is_beyond(probe.instant.slip):
+            return Transition(self.below(), None, at_end=AtEnd.FALLS_PAST)
         if self.contact_law is not None:
-            opened = self._closed._replace(residual=Residual(*map(float, probe.residual)))
+            opened = self.closed_phase._replace(residual=Residual(*map(float, probe.residual)))
             return Transition(self.closed(inclined(opened, probe.instant), opened), EventKind.IMPACT)
         if probe.instant.gap_rate >= -self.tolerances.velocity:
             phase = self.closed(probe.instant, ahead=probe.slip_rate_ahead)
@@ -221,7 +227,7 @@ class ContactMachine:
         try:
             phase = self.closed(after)
         except RunEnded as ended:
-            sliding = self._slide(self._closed, after.slip_rate, _direction(after.slip_rate))
+            sliding = self.slide(self.closed_phase, after.slip_rate, _direction(after.slip_rate))
             return Transition(sliding, EventKind.IMPACT, impulse, failure=ended.outcome)
         kind = EventKind.REBOUND if phase.state == State.FREE else EventKind.IMPACT
         return Transition(phase, kind, impulse)
@@ -251,7 +257,7 @@ class ContactMachine:
         `contact` is an earlier phase of the same contact; `ahead` is `ContactProbe.slip_rate_ahead` if the instant
         is the present one.  Raises RunEnded (Painleve, redundant constraints) where no state exists.
         """
-        contact = contact or self._closed
+        contact = contact or self.closed_phase
         static, rate = self.friction.static, instant.slip_rate
         if static is None:
             return self._slide_or_free(contact, instant, self._direction_without_stick(instant, ahead))
@@ -263,13 +269,13 @@ class ContactMachine:
                 or not self._holds(contact, instant, static)
             ):
                 return self._slide_or_free(contact, instant, _direction(rate))
-            return _stick(contact, instant)
+            return stick_at(contact, instant)
         resting = instant._replace(slip_rate=0.0)
         force = holding_force(contact, self._unstabilized(resting), 0.0)
         if force.status != OK or self._redundant(resting):
             return self._slide_or_free(contact, resting, self._turning_direction(resting, ahead))
         if abs(force.tangential) <= static * force.normal:
-            return _stick(contact, instant)
+            return stick_at(contact, instant)
         return self._slide_or_free(contact, resting, -1 if force.tangential > 0.0 else 1)
 
     def _holds(self, contact: Phase, instant: Instant, static: float) -> bool:
@@ -317,7 +323,7 @@ class ContactMachine:
         return later or instant.slip_acceleration + instant.a_nt * normal
 
     def _slide_or_free(self, contact: Phase, instant: Instant, direction: int) -> Phase:
-        phase = self._slide(contact, instant.slip_rate, direction)
+        phase = self.slide(contact, instant.slip_rate, direction)
         if self.contact_law is not None:
             if not can_slide(phase, instant.slip_rate):
                 raise RunEnded(Outcome.PAINLEVE)
@@ -330,13 +336,14 @@ class ContactMachine:
             pushes = pushes or sliding_force(phase, instant).normal > 0.0
         return phase if pushes else self.free()
 
-    def _slide(self, contact: Phase, slip_rate: float, direction: int) -> Phase:
+    def slide(self, contact: Phase, slip_rate: float, direction: int) -> Phase:
+        """Return the sliding state of a contact at a slip velocity (m/s), in a direction where that is 0."""
         branch = self.friction.branch(slip_rate, direction)
         return contact._replace(state=int(State.SLIP), friction=Branch(*map(float, branch)))
 
     def _arrest(self, contact: Phase, instant: Instant) -> Transition:
         """Set the slip velocity to zero by an impulse that leaves the gap rate unchanged."""
-        phase = _stick(contact, instant)
+        phase = stick_at(contact, instant)
         if self._stick_criterion is None or not self._stick_criterion.arrests:
             return Transition(phase, EventKind.STICK)
         if self.contact_law is not None:
@@ -350,9 +357,9 @@ class ContactMachine:
         if self._stick_criterion and self._stick_criterion.arrests:
             # the force that would hold it decides, not a slip velocity that is rounding or stabilization
             direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
-            return Transition(self._slide(phase, 0.0, direction), EventKind.SLIP)
+            return Transition(self.slide(phase, 0.0, direction), EventKind.SLIP)
         if self._stick_criterion:
-            return Transition(self._slide(phase, instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
+            return Transition(self.slide(phase, instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
         # guard LOWER: lambda_tau reached +static lambda_n, so the contact slips backwards
         direction = 1 if guard == UPPER else -1
         following = self._slide_or_free(phase, instant._replace(slip_rate=0.0), direction)
@@ -366,8 +373,8 @@ class ContactMachine:
             if self._stick_criterion
             else (phase.friction.upper if upward else phase.friction.lower)
         )
-        following = self._slide(phase, kink, 1 if upward else -1)
-        reversed_ = _side(phase) * _side(following) < 0
+        following = self.slide(phase, kink, 1 if upward else -1)
+        reversed_ = direction_of(phase) * direction_of(following) < 0
         return Transition(following, EventKind.REVERSAL if reversed_ else None)
 
     def _at_zero_slip(self, contact: Phase, probe: ContactProbe) -> Transition:
@@ -377,7 +384,8 @@ class ContactMachine:
         return Transition(following, _kind(following, EventKind.REVERSAL))
 
 
-def _stick(contact: Phase, instant: Instant) -> Phase:
+def stick_at(contact: Phase, instant: Instant) -> Phase:
+    """Return the sticking state of a contact at its present slip."""
     stick = contact.stick._replace(slip=float(instant.slip))
     return contact._replace(state=int(State.STICK), stick=stick)
 
@@ -390,6 +398,6 @@ def _kind(phase: Phase, kind: EventKind) -> EventKind:
     return EventKind.RELEASE if phase.state == State.FREE else kind
 
 
-def _side(phase: Phase) -> int:
+def direction_of(phase: Phase) -> int:
     """Direction of slip on a branch: +1, -1, or 0 for a branch on both sides of zero."""
     return int(phase.friction.lower >= 0.0) - int(phase.friction.upper <= 0.0)

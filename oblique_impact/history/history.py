@@ -26,11 +26,26 @@ from oblique_impact.beam.plausibility import implausible_values
 from oblique_impact.contact.state import State
 from oblique_impact.errors import InputError, Outcome
 from oblique_impact.files import cannot_write, prepare_folder, write_all
-from oblique_impact.history.events import EVENT_COLUMNS, event_of, event_row, events_csv, numbers_of
+from oblique_impact.history.events import (
+    EVENT_COLUMNS,
+    OF_CONTACTS_IN_EVENTS,
+    event_of,
+    event_row,
+    events_csv,
+    numbers_of,
+)
 from oblique_impact.history.interpolation import Side, dataset_at
 from oblique_impact.history.samples import Column, Samples
 from oblique_impact.history.summary import balance_text, energy_warnings, require_summary, summarize
-from oblique_impact.history.variables import OF_A_BEAM, OF_A_SLOPE, OF_A_SYSTEM, SECTION_FORCES, VARIABLES, dataset
+from oblique_impact.history.variables import (
+    OF_A_BEAM,
+    OF_A_SLOPE,
+    OF_A_SYSTEM,
+    OF_CONTACTS,
+    SECTION_FORCES,
+    VARIABLES,
+    dataset,
+)
 from oblique_impact.marching.records import Contact, Event, Record
 from oblique_impact.scenario.messages import short
 from oblique_impact.scenario.scenario import Scenario, builtin_names
@@ -42,6 +57,8 @@ if TYPE_CHECKING:
 
 FORMAT = "oblique-impact history 2"
 FILES = ("scenario.toml", "history.nc", "events.csv", "summary.json")
+#: larger numbers belong to no run; their squares overflow where lengths and energies are computed
+_LARGEST = np.float64(1e150)
 #: attributes of a file that belong to other parts of a history than its data
 _OWN = ("format", "scenario", "events", "contacts", "summary")
 
@@ -147,7 +164,13 @@ class History:
         from pandas import DataFrame, RangeIndex
 
         numbers = RangeIndex(1, len(self.events) + 1, name="event")
-        return DataFrame([event_row(event) for event in self.events], numbers, list(EVENT_COLUMNS))
+        columns = self._event_columns
+        return DataFrame([event_row(event, columns) for event in self.events], numbers, list(columns))
+
+    @property
+    def _event_columns(self) -> tuple[str, ...]:
+        """Columns of the event log: obstacle and place too, of several contacts."""
+        return EVENT_COLUMNS + OF_CONTACTS_IN_EVENTS if "contact_place" in self else EVENT_COLUMNS
 
     @property
     def contact_table(self) -> pd.DataFrame:
@@ -175,7 +198,7 @@ class History:
 
     def events_csv(self) -> str:
         """Return the event log as CSV text."""
-        return events_csv(self.events)
+        return events_csv(self.events, self._event_columns)
 
     def at(self, time: float, side: Side = "right") -> xr.Dataset:
         """Return all variables at a time (s), interpolated between samples by cubics.
@@ -238,7 +261,7 @@ class History:
         whole = self.data.assign_attrs(
             format=FORMAT,
             scenario=self.scenario_toml,
-            events=json.dumps([event_row(event) for event in self.events]),
+            events=json.dumps([event_row(event, self._event_columns) for event in self.events]),
             contacts=json.dumps(self.contacts),
             summary=json.dumps(self.summary),
         )
@@ -285,29 +308,40 @@ class History:
         if data.attrs.get("format") != FORMAT:
             raise InputError(f"its format is not that of this version ({FORMAT})")
         beam = OF_A_BEAM if data.attrs["scenario"] else {}
-        optional = [group for group in (OF_A_SLOPE, SECTION_FORCES) if any(name in data for name in group)]
+        optional = [
+            group for group in (OF_CONTACTS, OF_A_SLOPE, SECTION_FORCES) if any(name in data for name in group)
+        ]
         for name in chain(OF_A_SYSTEM, beam, *optional):
             if name not in data.variables:
                 raise InputError(f"it has no variable {name!r}")
         for key, variable in data.variables.items():
             known, name = VARIABLES.get(str(key)), str(key)
-            if known and (variable.dims != known.dimensions or variable.dtype.kind not in "fi"):
+            if not known:
+                continue
+            kinds = "i" if name == "state" else "fi"
+            if variable.dims != known.dimensions or variable.dtype.kind not in kinds:
                 raise InputError(f"its variable {name!r} is not numbers over {', '.join(known.dimensions)}")
+            if np.any(np.abs(variable.values) > _LARGEST):  # NaN stands where a force is not known
+                raise InputError(f"its variable {name!r} has values beyond {_LARGEST:g}")
         for name, what in (("time", "times"), ("station", "stations")):
             places = data[name].values if name in data else np.zeros(1)
             if not places.size or not np.all(np.isfinite(places)) or not np.all(np.diff(places) > 0.0):
                 raise InputError(f"its {what} are not finite numbers that ascend")
-        if not np.isin(data["state"].values, list(State)).all():
-            raise InputError("its variable 'state' has values that are none")
+        for name in ("state", "contact_state"):
+            if name in data and not np.isin(data[name].values, list(State)).all():
+                raise InputError(f"its variable {name!r} has values that are none")
         attributes = data.attrs
+        scenario = Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None
+        if scenario and not np.allclose(data["station"][[0, -1]], [0.0, scenario.beam.length], rtol=1e-9):
+            raise InputError("its stations do not go from 0 to the length of its beam")
         summary = json.loads(attributes["summary"])
         require_summary(summary)
         return cls(
             data.drop_attrs(deep=False).assign_attrs({k: v for k, v in attributes.items() if k not in _OWN}),
             [event_of(row) for row in json.loads(attributes["events"])],
             summary,
-            Scenario.from_toml(attributes["scenario"]) if attributes["scenario"] else None,
-            [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],
+            scenario,
+            [Contact(*numbers_of(row)) for row in json.loads(attributes["contacts"])],  # type: ignore[arg-type]
         )
 
 

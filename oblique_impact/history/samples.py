@@ -9,8 +9,8 @@ import numpy as np
 
 from oblique_impact.beam.beam import Beam, Energies
 from oblique_impact.beam.clearance import beam_clearance
-from oblique_impact.beam.section_forces import Motion, displacements_along, fields_along
-from oblique_impact.contact.state import Instant
+from oblique_impact.beam.section_forces import Motion, PointLoads, displacements_along, fields_along
+from oblique_impact.contact.state import INSTANT, Instant
 from oblique_impact.history.sample_times import ascending
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.records import Segment
@@ -37,6 +37,9 @@ class Samples(NamedTuple):
     elastic: Array
     gravity: Array
     depth: Array  # m, compression of the stop itself
+    # of n contacts, if there are several: the fields of `Instant` of each (samples, n, 13), states (samples, n)
+    contacts: Array = np.zeros((0, 0, INSTANT))
+    each: Column = np.zeros((0, 0), dtype=np.int8)
 
     def variables(self) -> dict[str, Column]:
         """Return the variables of a history that every system has."""
@@ -79,22 +82,84 @@ def gather(
     if transform is not None:
         q, qd, qdd = transform(q), transform(qd), transform(qdd)
     found, depth = energies(time, q, qd), np.concatenate([s.depth for s in segments])
-    return Samples(ascending(time), q, qd, qdd, states[:, 2 * size :], state, scalars, *found, depth)
+    contacts = np.concatenate([s.observation.contacts for s in segments])
+    each = np.concatenate([np.tile(np.array(s.each, dtype=np.int8), (s.times.size, 1)) for s in segments])
+    quadratures = states[:, 2 * size :]
+    return Samples(ascending(time), q, qd, qdd, quadratures, state, scalars, *found, depth, contacts, each)
 
 
 def beam_variables(beam: Beam, samples: Samples, section_forces: bool = True) -> dict[str, Column]:
     """Return the variables of the history of a beam, along it only displacements without `section_forces`."""
     s = samples
     found = {**s.variables(), **_at_the_contact(beam, s), "station": beam.operators.stations.points}
+    if s.each.shape[1]:
+        found |= _of_contacts(beam, s)
     if section_forces:
-        forces = s.scalars[:, LAMBDA_N], s.scalars[:, LAMBDA_T]
-        found |= fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, *forces))._asdict()
+        if s.each.shape[1]:
+            loads = PointLoads(*(found[f"contact_{name}"] for name in PointLoads._fields))
+        else:
+            loads = _load_of_the_slope(beam, found)
+        found |= fields_along(beam, Motion(s.time, s.q, s.qd, s.qdd, loads))._asdict()
     else:
         along = displacements_along(beam, s.q, s.qd)
         found |= dict(zip(("ux", "uy", "ux_dot", "uy_dot"), along, strict=True))
     if beam.scenario.contact.enabled:
-        found["clearance"], found["clearance_at"] = beam_clearance(beam, s.q, found["ux"], found["uy"])
+        distance, place, obstacle = beam_clearance(beam, s.q, found["ux"], found["uy"])
+        found |= {"clearance": distance, "clearance_at": place}
+        if s.each.shape[1]:
+            found["clearance_obstacle"] = obstacle
     return found
+
+
+def _load_of_the_slope(beam: Beam, found: dict[str, Column]) -> PointLoads:
+    """Return the force of the one contact on the slope."""
+    c, s = np.cos(beam.scenario.slope.angle), np.sin(beam.scenario.slope.angle)
+    normal, tangential = found["lambda_n"], found["lambda_tau"]
+    place = np.full(normal.shape, beam.operators.contact_point)
+    columns = place, found["tip_x"], found["tip_y"], tangential * c - normal * s, tangential * s + normal * c
+    return PointLoads(*(column[:, None] for column in columns))
+
+
+def _of_contacts(beam: Beam, samples: Samples) -> dict[str, Column]:
+    """Return the variables of several contacts, each (samples, n): places, kinematics, forces and states.
+
+    A point r of the beam on a side has n.r = gap + c_n and t.r = slip + c_t; at an obstacle point c the beam's
+    face is at c + (gap + radius) n, with the normal n of the axis.
+    """
+    o, places, numbers = beam.operators, beam.contact_places, samples.contacts
+    gap, slip = numbers[:, :, GAP], numbers[:, :, SLIP]
+    place, points, normals = -slip, np.empty(gap.shape, dtype=complex), np.empty(gap.shape, dtype=complex)
+    theta, B = samples.q[:, 0], samples.q[:, 1:]
+    for i, at in enumerate(places):
+        if at.on_side:
+            place[:, i] = at.numbers[0]
+            normals[:, i] = 1j * np.exp(1j * at.numbers[1])
+            points[:, i] = normals[:, i] * (gap[:, i] + at.numbers[2] - 1j * (slip[:, i] + at.numbers[3]))
+            continue
+        assert o.along is not None
+        x = np.clip(place[:, i], 0.0, o.sections.length)
+        turn = np.einsum("sn,sn->s", o.along.derivative(x, 1), B)
+        tangent = np.exp(1j * theta) * (1.0 - 0.5 * turn**2 + 1j * turn)
+        side, (cx, cy) = at.numbers[4], at.numbers[:2]
+        normals[:, i] = 1j * side * tangent / np.abs(tangent)
+        points[:, i] = cx + 1j * cy + (gap[:, i] + at.radius) * normals[:, i]
+    along = np.array([1.0 if at.on_side else at.numbers[4] for at in places])
+    normal_force, tangential_force = numbers[:, :, LAMBDA_N], numbers[:, :, LAMBDA_T]
+    force = normals * (normal_force - 1j * along * tangential_force)
+    return {
+        "contact_obstacle": np.array([at.obstacle for at in places], dtype=np.int16),
+        "contact_place": place,
+        "contact_x": points.real,
+        "contact_y": points.imag,
+        "contact_gap": gap,
+        "contact_slip": slip,
+        "contact_slip_rate": numbers[:, :, SLIP_RATE],
+        "contact_lambda_n": normal_force,
+        "contact_lambda_tau": tangential_force,
+        "contact_fx": force.real,
+        "contact_fy": force.imag,
+        "contact_state": samples.each,
+    }
 
 
 def _at_the_contact(beam: Beam, samples: Samples) -> dict[str, Array]:

@@ -17,7 +17,10 @@ _STATIONS = 33
 
 def expected_size(scenario: Scenario) -> float:
     """Return the estimated size (bytes) of the file of a history, without the samples at events."""
-    lengths = {"time": 1, "coordinate": coordinates(scenario.discretization), "station": _STATIONS}
+    lengths = {"time": 1, "coordinate": coordinates(scenario.discretization), "station": _STATIONS, "contact": 0}
+    if scenario.contact.where == "anywhere":
+        points = len(scenario.sides) * len(scenario.beam_points)
+        lengths["contact"] = points + len(scenario.obstacle_points)
     # a variable without time is negligible
     values = sum(prod(lengths[d] for d in v.dimensions) for v in VARIABLES.values() if "time" in v.dimensions)
     return 8.0 * values * (scenario.end_time / scenario.solver.output_interval + 1.0)

@@ -16,7 +16,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from oblique_impact.errors import Outcome
-from oblique_impact.history.provenance import provenance, versions
+from oblique_impact.history.events import numbers_of
+from oblique_impact.history.provenance import provenance, provenance_line, versions
 from oblique_impact.history.samples import Samples
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.equations import (
@@ -151,15 +152,15 @@ def macro_collisions(contacts: Sequence[Contact], macro_gap: float) -> list[Macr
     Impulses add up, the peak is the largest finite force.
     """
     groups: list[list[Contact]] = []
-    for contact in contacts:
-        if groups and contact.start - groups[-1][-1].end < macro_gap:
+    for contact in sorted(contacts, key=lambda contact: contact.start):  # several contacts overlap
+        if groups and contact.start - max(c.end for c in groups[-1]) < macro_gap:
             groups[-1].append(contact)
         else:
             groups.append([contact])
     return [
         MacroCollision(
             start=group[0].start,
-            end=group[-1].end,
+            end=max(c.end for c in group),
             contacts=len(group),
             normal_impulse=sum(c.normal_impulse for c in group),
             tangential_impulse=sum(c.tangential_impulse for c in group),
@@ -170,15 +171,18 @@ def macro_collisions(contacts: Sequence[Contact], macro_gap: float) -> list[Macr
 
 
 def require_summary(summary: Any) -> None:
-    """Raise KeyError, TypeError or ValueError if a summary read from a file lacks what its readers need."""
+    """Raise an error of any kind if a summary read from a file lacks what its readers need."""
     if summary["outcome"] not in [outcome.label for outcome in Outcome]:
         raise ValueError(f"its outcome {summary['outcome']!r} is none of this version")
     collisions = [asdict(MacroCollision(**entry)) for entry in summary["macro_collisions"]]
-    numbers = [summary["end_time"], summary["macro_gap"], summary["steps"]]
+    numbers_of([summary["end_time"], summary["macro_gap"], summary["steps"]])
     for entry in (asdict(Ledger(**summary["energy"])), *collisions):
-        numbers.extend(entry.values())
-    if not all(isinstance(number, int | float) for number in numbers):
-        raise TypeError("its summary has no numbers where they should be")
+        numbers_of(entry.values())
+    texts = [summary["message"], *summary.get("warnings", []), *summary.get("without_limit", [])]
+    lists = [summary["macro_collisions"], summary.get("warnings", []), summary.get("without_limit", [])]
+    if not all(isinstance(text, str) for text in texts) or not all(isinstance(entry, list) for entry in lists):
+        raise TypeError("its summary has no texts or lists where they should be")
+    provenance_line(summary.get("provenance", {}))
 
 
 def summarize(record: Record, samples: Samples, wall: float, macro_gap: float) -> dict[str, Any]:

@@ -72,6 +72,30 @@ OF_A_BEAM = {
     "ux_dot": Variable(_STATIONS, "m/s", "rate of ux in the floating frame"),
     "uy_dot": Variable(_STATIONS, "m/s", "rate of uy in the floating frame"),
 }
+_CONTACTS = ("time", "contact")
+#: variables that only a beam with several contacts has: with `contact.where = "anywhere"`
+OF_CONTACTS = {
+    "contact_obstacle": Variable(
+        ("contact",), "1", "obstacle of a contact", "the slope is 0, the others count from 1"
+    ),
+    "contact_place": Variable(_CONTACTS, "m", "place of a contact along the beam"),
+    "contact_x": Variable(_CONTACTS, "m", "point of contact on the beam, inertial x"),
+    "contact_y": Variable(_CONTACTS, "m", "point of contact on the beam, inertial y"),
+    "contact_gap": Variable(_CONTACTS, "m", "normal gap of a contact"),
+    "contact_slip": Variable(
+        _CONTACTS,
+        "m",
+        "tangential position of a contact",
+        "of a point of the beam along the side; of an obstacle point minus its place along the beam",
+    ),
+    "contact_slip_rate": Variable(_CONTACTS, "m/s", "slip velocity of a contact"),
+    "contact_lambda_n": Variable(_CONTACTS, "N", "normal force of a contact", _FINITE),
+    "contact_lambda_tau": Variable(_CONTACTS, "N", "tangential force of a contact", _FINITE),
+    "contact_fx": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial x", _FINITE),
+    "contact_fy": Variable(_CONTACTS, "N", "force of a contact on the beam, inertial y", _FINITE),
+    "contact_state": Variable(_CONTACTS, "1", "state of a contact"),
+    "clearance_obstacle": Variable(_TIME, "1", "obstacle that the beam is closest to"),
+}
 #: variables that only a beam over a slope has
 OF_A_SLOPE = {
     "clearance": Variable(_TIME, "m", "smallest distance of the beam from the slope, negative below"),
@@ -84,7 +108,7 @@ SECTION_FORCES = {
     "axial_force": Variable(_STATIONS, "N", "axial force, tension positive"),
     "bending_stress": Variable(_STATIONS, "Pa", "bending stress at the outer fibre"),
 }
-VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_A_SLOPE | SECTION_FORCES
+VARIABLES = OF_A_SYSTEM | OF_A_BEAM | OF_CONTACTS | OF_A_SLOPE | SECTION_FORCES
 
 
 def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
@@ -95,7 +119,7 @@ def dataset(columns: Mapping[str, Array]) -> xr.Dataset:
         attributes: dict[str, Any] = {"units": variable.units, "long_name": variable.long_name}
         if variable.comment:
             attributes["comment"] = variable.comment
-        if name == "state":
+        if name in ("state", "contact_state"):
             attributes["flag_values"] = np.array([int(s) for s in State], dtype=np.int8)
             attributes["flag_meanings"] = " ".join(s.name.lower() for s in State)
         if variable.dimensions == (name,):

@@ -25,23 +25,27 @@ class InnerLibrary(JITCodeLibrary):
         self._finalized = True
 
     def _get_module_for_linking(self) -> Any:
-        """Return the code with that of all functions which are called from it, each once."""
+        """Return the code with that of all functions which are called from it, each once.
+
+        LLVM drops a function that nothing calls yet, so callers come first.
+        """
         libraries: dict[CPUCodeLibrary, None] = {}
         self._collect(libraries)
         whole = super()._get_module_for_linking().clone()
-        for library in libraries:
+        for library in reversed(libraries):
             if library is not self:
                 whole.link_in(CPUCodeLibrary._get_module_for_linking(library), preserve=True)
         return whole
 
     def _collect(self, libraries: dict[CPUCodeLibrary, None]) -> None:
-        libraries[self] = None
+        """Add the libraries of all that is called, then this one."""
         for library in self._linking_libraries:
             if library not in libraries:
                 if isinstance(library, InnerLibrary):
                     library._collect(libraries)
                 else:
                     libraries[library] = None
+        libraries[self] = None
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

@@ -68,6 +68,14 @@ class System(Protocol):
         """Add velocity * damping matrix + position * stiffness matrix to `target` (d, d); dense systems."""
 
 
+@compiled_protocol
+class TouchesPlaces(Protocol):
+    """What a system with several contacts has besides."""
+
+    def touch(self, place: int, t: float, q: Array, qd: Array, w: Workspace) -> Evaluation:
+        """Fill the contact rows of one place of an evaluated system; powers are not among the numbers."""
+
+
 class NormalModes(NamedTuple):
     """Modes of the linear part of a system with d degrees of freedom, z'' + damping z' + stiffness z = f."""
 

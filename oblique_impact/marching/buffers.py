@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oblique_impact.contact.several import phase_of
 from oblique_impact.contact.state import (
     END,
     FREE,
@@ -15,7 +16,6 @@ from oblique_impact.contact.state import (
     NORMAL,
     SLIDING,
     UPPER,
-    Guards,
     Phase,
     Tolerances,
 )
@@ -31,14 +31,16 @@ SAMPLE_MEMORY = 4_000_000  # numbers in the buffer of samples: 32 MB
 class GuardTable(NamedTuple):
     """Guards while a step is searched for the first that falls.
 
-    Rows of values and slopes are the start, the middle and the end of a part of a step; the last column is the
-    normal force.
+    Rows of values and slopes are the start, the middle and the end of a part of a step; the last columns, one for
+    each of n contacts, are the normal forces.
     """
 
-    values: Array  # (3, 6)
-    slopes: Array  # (3, 6)
-    armed: NDArray[np.bool_]  # (5,)
-    thresholds: Array  # (5,)
+    values: Array  # (3, 6 n)
+    slopes: Array  # (3, 6 n)
+    armed: NDArray[np.bool_]  # (5 n,)
+    thresholds: Array  # (5 n,)
+    at: Array  # (6 n,) at one instant
+    largest: Array  # (2, n) normal force (N) and depth (m) so far
 
 
 NEXT, KEPT = 0, 1
@@ -74,36 +76,52 @@ class Scratch(NamedTuple):
     tolerances: Tolerances
 
 
-def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances) -> Scratch:
+def new_scratch(work: Workspace, ny: int, scales: Array, tolerances: Tolerances, contacts: int = 1) -> Scratch:
     """Allocate buffers for state vectors of `ny` entries around the workspace of a system."""
     samples = max(16, min(SAMPLES_PER_CALL, SAMPLE_MEMORY // ny))
-    rows = np.zeros((3, GUARDS + 1)), np.zeros((3, GUARDS + 1))
+    count, columns = GUARDS * contacts, (GUARDS + 1) * contacts
     return Scratch(
         work=work,
         y_new=np.zeros(ny),
         at=np.zeros(ny),
-        guards=GuardTable(*rows, np.zeros(GUARDS, dtype=np.bool_), np.zeros(GUARDS)),
+        guards=GuardTable(
+            np.zeros((3, columns)),
+            np.zeros((3, columns)),
+            np.zeros(count, dtype=np.bool_),
+            np.zeros(count),
+            np.zeros(columns),
+            np.zeros((2, contacts)),
+        ),
         samples=Samples(np.zeros(samples), np.zeros((samples, ny)), np.zeros(2, dtype=np.int64)),
         scales=scales,
         tolerances=tolerances,
     )
 
 
-def arm(phase: Phase, scratch: Scratch, initial: Guards) -> None:
-    """Arm the guards that start a phase clearly positive; the others must rise above their thresholds first."""
-    guards, tolerances, values = scratch.guards, scratch.tolerances, np.array(initial)
-    thresholds = guards.thresholds
+def arm(phase: Phase, scratch: Scratch, initial: Array) -> None:
+    """Arm the guards that start a phase clearly positive; the others must rise above their thresholds first.
+
+    `initial` (5 n,) are the guards of n contacts at the start of the phase.
+    """
+    guards, several = scratch.guards, phase.several
+    states = [phase] if several is None else [phase_of(phase, several, i) for i in range(len(several.rows))]
+    thresholds = np.concatenate([_thresholds(state, scratch.tolerances) for state in states])
+    guards.armed[:] = initial > thresholds
+    # one that starts below zero, by rounding, has not fallen yet
+    guards.thresholds[:] = thresholds + np.maximum(-initial, 0.0)
+
+
+def _thresholds(phase: Phase, tolerances: Tolerances) -> Array:
+    """Return what the guards of a contact must rise above to be armed, (5,)."""
     if phase.state == FREE:
-        thresholds[:] = tolerances.gap
-    else:
-        thresholds[:] = tolerances.force
-        thresholds[END] = tolerances.gap
-        if phase.stop.compliant:
-            thresholds[NORMAL] = tolerances.gap
-        if phase.state == SLIDING:
-            thresholds[LOWER] = thresholds[UPPER] = tolerances.velocity
-    guards.armed[:] = values > thresholds
-    thresholds += np.maximum(-values, 0.0)  # one that starts below zero, by rounding, has not fallen yet
+        return np.full(GUARDS, tolerances.gap)
+    found = np.full(GUARDS, tolerances.force)
+    found[END] = tolerances.gap
+    if phase.stop.compliant:
+        found[NORMAL] = tolerances.gap
+    if phase.state == SLIDING:
+        found[LOWER] = found[UPPER] = tolerances.velocity
+    return found
 
 
 @inlined

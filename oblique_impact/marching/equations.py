@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import accelerate, conjugate, stop_force
-from oblique_impact.contact.state import FREE, Instant, Phase
+from oblique_impact.contact.forces import conjugate, stop_force
+from oblique_impact.contact.several import instant_at, phase_of, solve_contacts
+from oblique_impact.contact.state import FREE, Instant, Phase, Several
 from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import Array, Workspace, dot
 
@@ -31,11 +32,14 @@ NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, DAMPING_LOSS, STABILIZATION_L
 QUADRATURES = 7
 
 
+#: of each of several contacts, behind the quadratures of the run: impulses (N s), losses by friction and stop (J)
+OF_A_CONTACT = 4
+
+
 @jitable
-def boundary_power(phase: Phase, c: Instant, qd: Array, w: Workspace) -> float:
+def boundary_power(phase: Phase, c: Instant, qd: Array, normal_row: Array, tangential_row: Array) -> float:
     """Power (W) of moving or driven boundaries: that of the contact force beyond the rates of gap and slip."""
-    v = w.vectors
-    closing, sliding = dot(v.normal_row, qd), dot(v.tangential_row, qd)
+    closing, sliding = dot(normal_row, qd), dot(tangential_row, qd)
     taken = conjugate(phase, c) * c.gap_rate + c.tangential_force * c.slip_rate
     return c.normal_force * closing + c.tangential_force * sliding - taken
 
@@ -43,14 +47,10 @@ def boundary_power(phase: Phase, c: Instant, qd: Array, w: Workspace) -> float:
 @jitable
 def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadratures:
     """Rates of the quadratures at an instant with its forces."""
-    boundary = boundary_power(phase, c, qd, w) if phase.state != FREE else 0.0
-    stabilization, stop = -c.normal_force * c.gap_rate, 0.0
-    if phase.stop.compliant:
-        # what the stop does not give back: all but the work of its force at rest
-        stabilization, stop = (
-            0.0,
-            (conjugate(phase, c) - stop_force(phase.stop, phase.residual, c.gap, 0.0)) * -c.gap_rate,
-        )
+    v, boundary = w.vectors, 0.0
+    if phase.state != FREE:
+        boundary = boundary_power(phase, c, qd, v.normal_row, v.tangential_row)
+    stabilization, stop = contact_losses(phase, c)
     return Quadratures(
         c.normal_force,
         c.tangential_force,
@@ -63,20 +63,61 @@ def quadrature_rates(phase: Phase, c: Instant, qd: Array, w: Workspace) -> Quadr
 
 
 @jitable
+def contact_losses(phase: Phase, c: Instant) -> tuple[float, float]:
+    """Power (W) that the stabilization of a constraint and the damping of a stop take out."""
+    if phase.stop.compliant:
+        # what the stop does not give back: all but the work of its force at rest
+        at_rest = stop_force(phase.stop, phase.residual, c.gap, 0.0)
+        return 0.0, (conjugate(phase, c) - at_rest) * -c.gap_rate
+    return -c.normal_force * c.gap_rate, 0.0
+
+
+@jitable
+def _rates_into(several: Several | None, phase: Phase, c: Instant, qd: Array, w: Workspace, rates: Array) -> None:
+    """Put the rates of the quadratures into `rates`; the compiler drops one of the two branches."""
+    if several is None:
+        found = quadrature_rates(phase, c, qd, w)
+        for i in range(QUADRATURES):
+            rates[i] = found[i]
+    else:
+        _rates_of_several(several, phase, c, qd, rates)
+
+
+@jitable
+def _rates_of_several(several: Several, phase: Phase, c: Instant, qd: Array, rates: Array) -> None:
+    for k in range(rates.shape[0]):
+        rates[k] = 0.0
+    rates[DAMPING_LOSS], rates[SUPPLIED] = c.damping_power, c.supplied_power
+    for i in range(several.rows.shape[0]):
+        p = phase_of(phase, several, i)
+        if p.state == FREE:
+            continue
+        at, own = instant_at(several, i), QUADRATURES + OF_A_CONTACT * i
+        friction = -at.tangential_force * at.slip_rate
+        stabilization, stop = contact_losses(p, at)
+        rates[NORMAL_IMPULSE] += at.normal_force
+        rates[TANGENTIAL_IMPULSE] += at.tangential_force
+        rates[FRICTION_LOSS] += friction
+        rates[STABILIZATION_LOSS] += stabilization
+        rates[STOP_LOSS] += stop
+        rates[SUPPLIED] += boundary_power(p, at, qd, several.directions[i, 0], several.directions[i, 1])
+        rates[own], rates[own + 1] = at.normal_force, at.tangential_force
+        rates[own + 2], rates[own + 3] = friction, stop
+
+
+@jitable
 def derivative(system: Any, phase: Phase, t: float, y: Array, w: Workspace, dy: Array) -> tuple[int, Instant]:
     """Time derivative of y in `phase` into `dy`; returns the status and the solution of the contact problem."""
     d = w.vectors.forces.shape[0]
     q, qd = y[:d], y[d : 2 * d]
-    status, c = accelerate(system, phase, t, q, qd, w)
+    status, c = solve_contacts(phase.several, system, phase, t, q, qd, w)
     if status != 0:
         return status, c
     acceleration = w.vectors.acceleration
     for i in range(d):
         dy[i] = qd[i]
         dy[d + i] = acceleration[i]
-    rates = quadrature_rates(phase, c, qd, w)
-    for i in range(QUADRATURES):
-        dy[2 * d + i] = rates[i]
+    _rates_into(phase.several, phase, c, qd, w, dy[2 * d :])
     return status, c
 
 

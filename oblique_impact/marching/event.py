@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oblique_impact.contact.forces import OK, guards_of
+from oblique_impact.contact.forces import OK
+from oblique_impact.contact.several import guards_into
 from oblique_impact.contact.state import FREE, NORMAL, Phase
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
@@ -89,7 +90,8 @@ def _land(
         status, c, _ = take_stages(system, phase, t, y, length, 1, STAGES, K, s.work, s.y_new)
         if status != 0 or trial == _CORRECTIONS:
             return status, length
-        value = raised(guards_of(phase, c)[guard], guard, s.guards)
+        guards_into(phase.several, phase, c, s.guards.at)
+        value = raised(s.guards.at[guard], guard, s.guards)
         if trial > 0 and length != last_length:
             rate = (value - last_value) / (length - last_length)
         correction = -value / rate if rate < 0.0 else 0.0

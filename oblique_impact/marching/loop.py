@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from oblique_impact.contact.forces import guards_of
 from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.several import guard_values
 from oblique_impact.contact.state import Instant, Phase, State, Surface
 from oblique_impact.contact.transitions import AtEnd, EventKind, Transition
 from oblique_impact.errors import Outcome, RunEnded
@@ -25,6 +26,7 @@ from oblique_impact.marching.buffers import NEXT, arm, new_scratch
 from oblique_impact.marching.equations import (
     FRICTION_LOSS,
     NORMAL_IMPULSE,
+    OF_A_CONTACT,
     QUADRATURES,
     STABILIZATION_LOSS,
     STOP_LOSS,
@@ -91,9 +93,13 @@ class Run:
         self._report = on_progress
         size = problem.q0.size
         extra = np.full(problem.scheme.extra_state(size), np.nan)
-        self._y = np.concatenate([problem.q0, problem.qd0, np.zeros(QUADRATURES), extra])
+        contacts = len(problem.several.places) if problem.several else 0
+        integrals = np.zeros(QUADRATURES + OF_A_CONTACT * contacts)
+        self._y = np.concatenate([problem.q0, problem.qd0, integrals, extra])
+        self._kept = self._y.size - extra.size  # entries of the state that samples keep, not those of the scheme
         work = problem.system.new_workspace()
-        self._scratch = new_scratch(work, self._y.size, problem.scales, problem.machine.tolerances)
+        tolerances = problem.machine.tolerances
+        self._scratch = new_scratch(work, self._y.size, problem.scales, tolerances, max(contacts, 1))
         own = problem.scheme.buffers(self._y.size, problem.modes, problem.output_interval, problem.end_time)
         self._prepared = Prepared(problem.system, self._scratch, own)
         self._now = StepState(0.0, 1e-3 * problem.output_interval, 0.0, 0, 0)
@@ -332,9 +338,9 @@ class Run:
         passed = int(np.floor(t / self.problem.output_interval * (1.0 + 1e-14) + 1e-9))
         self._scratch.samples.counts[NEXT] = passed + 1
         self._now = StepState(t, self._now.h, t, 0, 0)
-        self._y[2 * self.problem.q0.size + QUADRATURES :] = np.nan  # what a scheme keeps ends with a phase
+        self._y[self._kept :] = np.nan  # what a scheme keeps ends with a phase
         contact = self._sample(self._phase)
-        arm(self._phase, self._scratch, guards_of(self._phase, contact))
+        arm(self._phase, self._scratch, guard_values(self._phase, contact))
 
     def _sample(self, phase: Phase) -> Instant:
         """Keep where the run is as a sample; returns the contact there."""
@@ -374,8 +380,7 @@ class Run:
             forces, gaps = observation.column("normal_force"), observation.column("gap")
             self._open.peak_force = float(np.fmax.reduce(forces, initial=self._open.peak_force))
             self._open.depth = float(np.fmax.reduce(-gaps, initial=self._open.depth))
-        # a scheme's own entries behind the quadratures are not kept
-        kept = states[:, : 2 * problem.q0.size + QUADRATURES].copy()
+        kept = states[:, : self._kept].copy()
         segment = Segment(phase.state, times, kept, observation, self._compression(phase, observation))
         self.record.segments.append(segment)
         return observation

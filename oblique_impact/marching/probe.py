@@ -21,7 +21,7 @@ _AHEAD = 1e-4
 _ROUNDING = 1e-13  # of the terms of a slip velocity: some hundred units of rounding
 
 
-class _Responses(NamedTuple):
+class Responses(NamedTuple):
     """Rows and responses of the contact problem, each (d,)."""
 
     normal: Array  # rows
@@ -56,6 +56,11 @@ class Probe:
     def after(self, impulse: Impulse) -> Instant:  # noqa: D102
         return inclined(self._phase, self._solve(self._qd + self.velocity_jump(impulse))[1])
 
+    def moved(self, jump: Array) -> tuple[Instant, Responses]:
+        """Return the contact problem with velocities changed by `jump` (d,), and its rows and responses."""
+        instant = self._solve(self._qd + jump)[1] if jump.any() else self._solved[1]
+        return inclined(self._phase, instant), self._solved[2]
+
     def slip_rate_ahead(self) -> float:
         """Slip velocity (m/s) a little later, if the contact stays closed; 0 if it is rounding.
 
@@ -89,11 +94,11 @@ class Probe:
         return float(responses.supply @ jump + boundary)
 
     @cached_property
-    def _solved(self) -> tuple[Evaluation, Instant, _Responses]:
+    def _solved(self) -> tuple[Evaluation, Instant, Responses]:
         e, instant = self._solve(self._qd)
         v = self._work.vectors
         kept = v.normal_row, v.tangential_row, v.normal_response, v.tangential_response, v.supply
-        return e, instant, _Responses(*(vector.copy() for vector in (*kept, v.free_acceleration)))
+        return e, instant, Responses(*(vector.copy() for vector in (*kept, v.free_acceleration)))
 
     def _solve(self, velocity: Array) -> tuple[Evaluation, Instant]:
         defined, e, c = contact_problem(self._problem.system, self._t, self._q, velocity, self._work)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
+from oblique_impact.contact.simultaneous import ContactMachines
 from oblique_impact.contact.state import Residual
 from oblique_impact.contact.transitions import ContactMachine
 from oblique_impact.kernels.system import NormalModes
@@ -15,6 +16,19 @@ from oblique_impact.marching.scheme import Scheme
 
 def _no_residual(q: Array) -> Residual:
     return Residual()
+
+
+class SeveralContacts(NamedTuple):
+    """Places of a beam that can touch obstacles, n contacts."""
+
+    machines: ContactMachines
+    obstacles: tuple[int, ...]  # (n,) of each contact: the slope is 0, the others count from 1
+    on_side: tuple[bool, ...]  # whether a point of the beam touches a side; else a fixed point touches the beam
+    places: tuple[float, ...]  # m along the beam, of points of the beam
+
+    def place(self, contact: int, slip: float) -> float:
+        """Return the place (m along the beam) of a contact at its slip (m)."""
+        return self.places[contact] if self.on_side[contact] else -slip
 
 
 @dataclass(frozen=True)
@@ -35,3 +49,4 @@ class Problem:
     modes: NormalModes | None = None  # of what is linear in the system
     #: largest deflection along the beam over its length (samples,), of q (samples, d); None: no small deflections
     relative_deflection: Callable[[Array], Array] | None = None
+    several: SeveralContacts | None = None  # the places that can touch, if not one alone

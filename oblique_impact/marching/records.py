@@ -32,6 +32,8 @@ class Event(NamedTuple):
     state: State  # after
     peak_force: float = 0.0  # N, the largest normal force of the contact that is released
     peak_energy: float = 0.0  # J, the largest that its elastic stop has stored
+    obstacle: int = 0  # the slope, or from 1 in the order of the scenario
+    place: float = 0.0  # m along the beam
 
     def with_share(self, finite: Contact) -> Event:
         """Add the share of the contact's finite force to the row of the event that ends it."""
@@ -51,6 +53,7 @@ class Passage(NamedTuple):
     how: AtEnd
     place: float  # m along the slope from its origin
     end: float  # m along the slope, of the nearer end
+    obstacle: int = 0  # the slope, or from 1 in the order of the scenario
 
 
 class Contact(NamedTuple):
@@ -64,6 +67,9 @@ class Contact(NamedTuple):
     peak_energy: float  # J, the largest that an elastic stop has stored
     energy_loss: float  # J, by impact, friction and the stop's damping
     compliance: float = 0.0  # m/N along the normal, of what the coordinates leave out, in series with the stop
+    obstacle: int = 0  # the slope, or from 1 in the order of the scenario
+    first_place: float = 0.0  # m along the beam, the nearest to the root
+    last_place: float = 0.0  # m
 
 
 @dataclass
@@ -100,6 +106,7 @@ class Segment(NamedTuple):
     states: Array  # (samples, ny)
     observation: Observation
     depth: Array  # (samples,) compression of the stop itself (m)
+    each: tuple[int, ...] = ()  # state of each of several contacts
 
 
 @dataclass

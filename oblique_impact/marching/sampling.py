@@ -7,12 +7,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import flying, instant_of, moved, with_forces
-from oblique_impact.contact.state import NO_CONTACT, Instant, Phase
-from oblique_impact.kernels.jit import by_reference, kernel
+from oblique_impact.contact.state import (
+    INSTANT,
+    NO_CONTACT,
+    NORMAL_FORCE,
+    TANGENTIAL_FORCE,
+    Instant,
+    Phase,
+    Several,
+)
+from oblique_impact.kernels.jit import by_reference, jitable, kernel
 from oblique_impact.kernels.workspace import Array, Evaluation, Workspace
-from oblique_impact.marching.equations import QUADRATURES, derivative
+from oblique_impact.marching.equations import OF_A_CONTACT, QUADRATURES, derivative
 
-INSTANT, EVALUATION = len(Instant._fields), len(Evaluation._fields)
+EVALUATION = len(Evaluation._fields)
 
 
 class Observation(NamedTuple):
@@ -20,6 +28,7 @@ class Observation(NamedTuple):
 
     qdd: Array  # (samples, d)
     instants: Array  # (samples, 13), a column for each field of `Instant`
+    contacts: Array  # (samples, n, 13) the same of each of several contacts; n = 0 of a single one
 
     def column(self, name: str) -> Array:
         """Return a field of the instants, shape (samples,)."""
@@ -49,9 +58,28 @@ def contact_problem(system: Any, t: float, q: Array, qd: Array, w: Workspace) ->
     return defined, Evaluation(*e.tolist()), Instant(*c.tolist())
 
 
+@jitable
+def _keep_contacts(several: Several | None, undefined: bool, contacts: Array) -> None:
+    """Keep each of several contacts, forces as NaN if there are none; the compiler leaves it out of one."""
+    if several is None:
+        return
+    for i in range(contacts.shape[0]):
+        for j in range(contacts.shape[1]):
+            force = j in (NORMAL_FORCE, TANGENTIAL_FORCE)
+            contacts[i, j] = np.nan if undefined and force else several.instants[i, j]
+
+
 @kernel("the sampling")
 def observe_into(
-    system: Any, phase: Phase, times: Array, states: Array, w: Workspace, dy: Array, qdd: Array, instants: Array
+    system: Any,
+    phase: Phase,
+    times: Array,
+    states: Array,
+    w: Workspace,
+    dy: Array,
+    qdd: Array,
+    instants: Array,
+    contacts: Array,
 ) -> None:
     """Accelerations, contact forces and kinematics of `phase` at samples.
 
@@ -61,7 +89,7 @@ def observe_into(
     """
     system, phase, w = by_reference(system), by_reference(phase), by_reference(w)
     d = qdd.shape[1]
-    tail = 2 * d + QUADRATURES
+    tail = 2 * d + QUADRATURES + OF_A_CONTACT * contacts.shape[1]
     for i in range(times.shape[0]):
         kept = states.shape[1] > tail and not np.isnan(states[i, tail])
         if kept:
@@ -80,11 +108,13 @@ def observe_into(
         for j in range(INSTANT):
             known = not kept or j < 4 or INSTANT - 4 <= j < INSTANT - 2
             instants[i, j] = c[j] if known else np.nan
+        _keep_contacts(phase.several, kept, contacts[i])
 
 
 def observe(system: Any, phase: Phase, times: Array, states: Array, w: Workspace) -> Observation:
     """Observe samples: times (samples,) and state vectors (samples, ny)."""
     count, d = times.size, w.vectors.forces.shape[0]
-    found = Observation(np.empty((count, d)), np.empty((count, INSTANT)))
-    observe_into(system, phase, times, states, w, np.empty(states.shape[1]), found.qdd, found.instants)
+    contacts = len(phase.several.rows) if phase.several else 0
+    found = Observation(np.empty((count, d)), np.empty((count, INSTANT)), np.empty((count, contacts, INSTANT)))
+    observe_into(system, phase, times, states, w, np.empty(states.shape[1]), *found)
     return found

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from oblique_impact.contact.forces import guards_of
+from oblique_impact.contact.several import guards_into
 from oblique_impact.contact.state import GUARDS, NORMAL, Instant, Phase
-from oblique_impact.kernels.jit import jitable
+from oblique_impact.kernels.jit import inlined, jitable
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.buffers import NO_GUARD, GuardTable, Scratch, raised
 from oblique_impact.marching.dop853 import DENSE_STAGES, Stages, interpolate
@@ -43,7 +43,11 @@ class DenseStep(NamedTuple):
     def guard_at(self, x: float, guard: int) -> float:
         """One guard, raised until it is armed, at the fraction x of the step; -1 if it is undefined there."""
         defined, c = _contact_at(self, x)
-        return raised(guards_of(self.phase, c)[guard], guard, self.scratch.guards) if defined else -1.0
+        if not defined:
+            return -1.0
+        g = self.scratch.guards
+        guards_into(self.phase.several, self.phase, c, g.at)
+        return raised(g.at[guard], guard, g)
 
 
 @jitable
@@ -57,25 +61,24 @@ def _contact_at(step: DenseStep, x: float) -> tuple[bool, Instant]:
 
 @jitable
 def _take(step: DenseStep, x: float, shift: float, row: int) -> bool:
-    """Guards, the normal force and their slopes (per step) at the fraction x into a row; False if undefined."""
+    """Guards, normal forces and their slopes (per step) at the fraction x into a row; False if undefined."""
     g = step.scratch.guards
     for part in range(2):
         defined, c = _contact_at(step, x + part * shift)
         if not defined:
             return False
-        guards = guards_of(step.phase, c)
-        for k in range(GUARDS + 1):
-            value = guards[k] if k < GUARDS else c.normal_force
+        guards_into(step.phase.several, step.phase, c, g.at)
+        for k in range(g.at.shape[0]):
             if part == 0:
-                g.values[row, k] = value
+                g.values[row, k] = g.at[k]
             else:
-                g.slopes[row, k] = (value - g.values[row, k]) / shift
+                g.slopes[row, k] = (g.at[k] - g.values[row, k]) / shift
     return True
 
 
 @jitable
 def _move(g: GuardTable, source: int, target: int) -> None:
-    for k in range(GUARDS + 1):
+    for k in range(g.at.shape[0]):
         g.values[target, k] = g.values[source, k]
         g.slopes[target, k] = g.slopes[source, k]
 
@@ -176,6 +179,13 @@ def _fall_rate(g: GuardTable, guard: int, half: int, x: float, width: float) -> 
     return float((sa + x * (2.0 * c2 + 3.0 * x * c3)) / (0.5 * width))
 
 
+@inlined
+def _keep_largest(g: GuardTable, i: int, force: float, depth: float) -> None:
+    """Keep the largest force (N) and depth (m) of a contact."""
+    g.largest[0, i] = max(g.largest[0, i], force)
+    g.largest[1, i] = max(g.largest[1, i], depth)
+
+
 @jitable
 def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
     """First guard that falls through zero in a step, the fraction where, its rate (1/s), and two largest values.
@@ -185,6 +195,7 @@ def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
     The guard is NO_GUARD if none falls, UNDEFINED if the contact problem loses its solution first.
     """
     g, start, width, peak, depth = step.scratch.guards, 0.0, _WIDEST, 0.0, 0.0
+    count, contacts = g.armed.shape[0], g.at.shape[0] - g.armed.shape[0]
     at_start, at_end = False, False  # rows that are taken already
     while start < 1.0:
         resolved = True
@@ -195,7 +206,7 @@ def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
             resolved = _take(step, start + 0.5 * width * row, shift, row)
             at_start, at_end = at_start or resolved, resolved and row != _START
         defined = resolved
-        for k in range(GUARDS):
+        for k in range(count):
             resolved = resolved and _resolved(g, k, width)
         if not resolved and width > _NARROWEST:
             width *= 0.5
@@ -207,17 +218,23 @@ def first_fall(step: DenseStep) -> tuple[int, float, float, float, float]:
             return UNDEFINED, 1.0, 0.0, peak, depth
         for half in range(2):
             first, place = NO_GUARD, 2.0
-            for k in range(GUARDS):
+            for k in range(count):
                 x = _fall(step, k, half, start, width)
                 if x < place:
                     first, place = k, x
             if first >= 0:
                 part = (place - start) / (0.5 * width) - half
-                peak, depth = max(peak, g.values[half, GUARDS]), max(depth, g.values[half, NORMAL])
+                for i in range(contacts):
+                    force, deep = g.values[half, count + i], g.values[half, GUARDS * i + NORMAL]
+                    peak, depth = max(peak, force), max(depth, deep)
+                    _keep_largest(g, i, force, deep)
                 return first, place, _fall_rate(g, first, half, part, width) / step.h, peak, depth
-            peak = max(peak, _highest(g, GUARDS, half, width))
-            depth = max(depth, _highest(g, NORMAL, half, width))
-            for k in range(GUARDS):
+            for i in range(contacts):
+                force = _highest(g, count + i, half, width)
+                deep = _highest(g, GUARDS * i + NORMAL, half, width)
+                peak, depth = max(peak, force), max(depth, deep)
+                _keep_largest(g, i, force, deep)
+            for k in range(count):
                 g.armed[k] = g.armed[k] or g.values[half + 1, k] > g.thresholds[k]
         _move(g, _END, _START)
         start += width

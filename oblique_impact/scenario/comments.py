@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Collection, Mapping
-from typing import Any
+from typing import Any, get_args
 
 import tomlkit
 from pydantic import BaseModel
@@ -37,6 +37,16 @@ def schemas_of(model: type[BaseModel], prefix: str = "") -> dict[str, dict[str, 
     return found
 
 
+def item_models(model: type[BaseModel]) -> dict[str, type[Section]]:
+    """Return the sections of which keys of a model are lists, by the names of these keys."""
+    inner = {name: get_args(field.annotation)[:1] for name, field in model.model_fields.items()}
+    return {
+        name: found[0]
+        for name, found in inner.items()
+        if found and isinstance(found[0], type) and issubclass(found[0], Section)
+    }
+
+
 def range_text(schema: dict[str, Any]) -> str:
     """Return the range of a key as text: "number, > 0", "whole number, >= 0, <= 100", '"rigid", "spring"'."""
     if "enum" in schema:
@@ -44,6 +54,8 @@ def range_text(schema: dict[str, Any]) -> str:
     if "anyOf" in schema:
         tables = ["or a table of pairs [x, value]"] if schema["anyOf"][-1]["type"] == "array" else []
         return ", ".join([range_text(schema["anyOf"][0]), *tables])
+    if "$ref" in schema.get("items", {}):
+        return "list of tables"
     if schema["type"] == "array":
         items = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
         count = "two" if schema.get("maxItems") == 2 else "list of"
@@ -70,6 +82,8 @@ def commented(model: type[BaseModel], data: dict[str, Any], given: Collection[st
     If `given` says which keys ("section.key") a file needs, the others are put behind a "#".
     """
     document, comments = tomlkit.document(), {path: comment_of(key) for path, key in schemas_of(model).items()}
+    for name, item in item_models(model).items():
+        comments |= {f"{name}.{key}": comment_of(schema) for key, schema in schemas_of(item).items()}
     _fill(document, data, "", given, comments)
     return tomlkit.dumps(document)
 
@@ -80,7 +94,7 @@ def _fill(
     """Add the keys of a section, then the sections in it."""
     for name, value in data.items():
         path = f"{prefix}{name}"
-        if isinstance(value, dict):
+        if isinstance(value, dict) or _is_list_of_sections(value):
             continue
         for line in textwrap.wrap(comments[path], _WIDTH, subsequent_indent="  "):
             table.add(tomlkit.comment(line))
@@ -94,6 +108,22 @@ def _fill(
             inner = tomlkit.table()
             _fill(inner, value, f"{prefix}{name}.", given, comments)
             table.add(name, inner)
+        elif _is_list_of_sections(value):
+            items = tomlkit.aot()
+            for number, item in enumerate(value, start=1):
+                inner = tomlkit.table()
+                path = f"{prefix}{name}.{number}."
+                of_item = {f"{path}{key}": comments[f"{prefix}{name}.{key}"] for key in item}
+                _fill(inner, item, path, given, of_item)
+                if number < len(value):
+                    inner.add(tomlkit.nl())
+                items.append(inner)
+            table.add(tomlkit.nl())
+            table.add(name, items)
+
+
+def _is_list_of_sections(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
 
 
 def _item(value: Any) -> Item:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from oblique_impact.scenario.obstacles import slope_side
 from oblique_impact.scenario.sections import DiscretizationSection
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
         if s.beam.tip_mass > 0.0:
             yield "beam.tip_mass", f"{uniform} a tip mass"
     yield from _of_contact_point(s)
+    yield from _of_many_contacts(s) if s.contact.where == "anywhere" else _of_one_contact(s)
     if s.contact.point_inertia == "none":
         yield from _of_massless_point(s)
     if s.is_nodal:
@@ -52,15 +54,88 @@ def conflicts(s: Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _of_contact_point(s: Scenario) -> Iterator[tuple[str, str]]:
-    point, length, extent = s.contact.point, s.beam.length, s.slope.extent
+    point, length = s.contact.point, s.beam.length
     if point > length:
         yield "contact.point", f"should be on the beam, at most beam.length = {length}"
     if point < _LEAST_POINT * length:
         yield "contact.point", f"should be at least {_LEAST_POINT} beam.length = {_LEAST_POINT * length}"
-    beyond = bool(extent) and not extent[0] <= s.initial_slip <= extent[1]
-    if s.contact.enabled and s.initial_gap < -TOUCHING * length and not beyond:
+
+
+def _of_one_contact(s: Scenario) -> Iterator[tuple[str, str]]:
+    only = 'only with contact.where = "anywhere"'
+    if s.obstacles:
+        yield "obstacles", only
+    if s.contact.grid != 1:
+        yield "contact.grid", only
+    if not s.slope.enabled:
+        yield "slope.enabled", f"false {only}; contact.enabled = false is free motion"
+    beyond = not slope_side(s).is_beside(s.initial_slip)
+    if s.contact.enabled and s.initial_gap < -TOUCHING * s.beam.length and not beyond:
         below = f"the contact point starts {-s.initial_gap:.6g} m below the slope"
         yield "initial.angle", f"{below}; the gap should be at least 0"
+
+
+def _of_many_contacts(s: Scenario) -> Iterator[tuple[str, str]]:
+    several = 'with contact.where = "anywhere"'
+    if s.contact.restitution > 0.0:
+        yield "contact.restitution", f"should be 0 {several}: of several contacts it has no limit"
+    if s.contact.impact != "newton":
+        yield "contact.impact", f'should be "newton" {several}'
+    if s.contact.point_inertia != "kept":
+        yield "contact.point_inertia", f'should be "kept" {several}'
+    if not s.contact.shortening:
+        yield "contact.shortening", f"should be true {several}"
+    if s.discretization.kinetics == "zeroth-order":
+        yield "discretization.kinetics", f'should be "first-order" or "full" {several}'
+    if s.is_absolute:
+        yield "discretization.method", f'should be "modal" or "fem" {several}'
+    if s.is_nodal:
+        yield "discretization.modes", f"should be at least 1 {several}"
+    if s.solver.scheme != "event":
+        yield "solver.scheme", f'should be "event" {several}'
+    if s.contact.surface == "section" and _is_tapered(s):
+        yield "contact.surface", f'should be "axis" {several} and a depth that changes along the beam'
+    if s.contact.enabled:
+        if not s.slope.enabled and not s.obstacles:
+            nothing = "there is neither a slope nor an obstacle; for free motion"
+            yield "contact.enabled", f"{nothing} write contact.enabled = false"
+        yield from _of_undeformed_beam(s)
+
+
+def _is_tapered(s: Scenario) -> bool:
+    """Return whether the distance of the outer fibre changes; between rows of tables it is monotonic."""
+    rows = {x for table in s.beam.tables().values() for x, _ in table}
+    depths = [s.beam.fibre_distance(x) for x in sorted(rows)] or [0.0]
+    return max(depths) - min(depths) > TOUCHING * s.beam.length
+
+
+def _of_undeformed_beam(s: Scenario) -> Iterator[tuple[str, str]]:
+    """Yield obstacles that the beam at t = 0 overlaps, or that lie on its axis."""
+    radius, angle, touching = s.root.hub_radius, s.initial.angle, TOUCHING * s.beam.length
+    for side in s.sides:
+        key, name = _named(side.obstacle)
+        for x in s.beam_points:
+            gap, along = side.gap_and_place(radius + x, angle, s.half_depth)
+            if gap < -touching and side.is_beside(along):
+                below = f"the beam's point at {x:.6g} m starts {-gap:.6g} m below {name}"
+                yield key, f"{below}; the gap should be at least 0"
+    for point in s.obstacle_points:
+        key, name = _named(point.obstacle)
+        distance = point.distance(radius, radius + s.beam.length, angle)
+        what = f"an end of {name}" if point.corner else name
+        least = point.radius + s.half_depth
+        if distance < least - touching:
+            yield (
+                key,
+                f"{what} is {distance:.6g} m from the beam's axis at t = 0; should be at least {least:.6g} m",
+            )
+        elif distance <= touching:
+            yield key, f"{what} lies on the beam's axis at t = 0, which does not say on which side of it it is"
+
+
+def _named(obstacle: int) -> tuple[str, str]:
+    """Return the key to name in an error about an obstacle, and what to call it."""
+    return (f"obstacles.{obstacle}.origin", f"obstacle {obstacle}") if obstacle else ("initial.angle", "the slope")
 
 
 def _of_massless_point(s: Scenario) -> Iterator[tuple[str, str]]:

@@ -14,17 +14,19 @@ from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_v
 
 from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
-from oblique_impact.scenario import consistency
+from oblique_impact.scenario import consistency, obstacles
 from oblique_impact.scenario.comments import commented
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES, MATERIALS
 from oblique_impact.scenario.mesh_file import take_mesh
 from oblique_impact.scenario.messages import did_you_mean, refused, short
+from oblique_impact.scenario.obstacles import ObstaclePoint, Side
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.sections import (
     BeamSection,
     ContactSection,
     DiscretizationSection,
     InitialSection,
+    ObstacleSection,
     Positive,
     RootSection,
     SlopeSection,
@@ -38,6 +40,7 @@ from oblique_impact.scenario.units import Unit
 MAX_FILE = 1_000_000
 #: table of a resolved file: values that were not given and follow other keys
 DERIVED = "derived"
+MAX_OBSTACLES = 100
 #: keys whose values may be derived from others
 FOLLOWERS = (
     "contact.point",
@@ -65,6 +68,7 @@ class Scenario(Section):
     """
 
     model_config = ConfigDict(validate_default=True, title="oblique-impact", json_schema_extra=_with_derived)
+    first_item = 1  # obstacles count from 1, as in events
 
     title: Annotated[str, Field(max_length=200)] = key("", "title of the run in pictures, films and pages")
     end_time: Annotated[Positive, Unit("s")] = key(1.0, "duration of the run")
@@ -76,6 +80,9 @@ class Scenario(Section):
     initial: InitialSection = InitialSection()
     slope: SlopeSection = SlopeSection()
     contact: ContactSection = ContactSection()
+    obstacles: Annotated[tuple[ObstacleSection, ...], Field(strict=False, max_length=MAX_OBSTACLES)] = key(
+        (), "obstacles besides the slope, each a table [[obstacles]] further below; [] is none"
+    )
     discretization: DiscretizationSection = DiscretizationSection()
     solver: SolverSection = SolverSection()
 
@@ -95,6 +102,13 @@ class Scenario(Section):
     @classmethod
     def _contact_at_the_tip(cls, contact: ContactSection, info: ValidationInfo) -> ContactSection:
         return contact.with_defaults(point=info.data["beam"].length) if "beam" in info.data else contact
+
+    @field_validator("obstacles", mode="before")
+    @classmethod
+    def _list_of_obstacles(cls, items: Any) -> Any:
+        if not isinstance(items, list | tuple):
+            raise ValueError("a list of obstacles; in a file each is a table [[obstacles]]")
+        return items
 
     @field_validator("discretization")
     @classmethod
@@ -152,19 +166,48 @@ class Scenario(Section):
         if self.contact.surface == "axis":
             return 0.0
         facing = math.cos(self.initial.angle - self.slope.angle)  # the side that looks at the slope
-        return -math.copysign(self.beam.fibre_distance(self.contact.point), facing)
+        return -math.copysign(self.half_depth, facing)
+
+    @property
+    def half_depth(self) -> float:
+        """Distance (m) from the beam's axis to where it touches: 0 on the axis, else to the outer fibre."""
+        return self.beam.fibre_distance(self.contact.point) if self.contact.surface == "section" else 0.0
 
     @property
     def initial_gap(self) -> float:
         """Gap of the undeformed beam at t = 0 (m)."""
-        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
-        return reach * math.sin(angle) + self.contact_fibre * math.cos(angle) - self.slope.offsets[0]
+        return self._initial_gap_and_slip[0]
 
     @property
     def initial_slip(self) -> float:
         """Place of the contact point along the slope at t = 0 (m from its origin)."""
-        reach, angle = self.root.hub_radius + self.contact.point, self.initial.angle - self.slope.angle
-        return reach * math.cos(angle) - self.contact_fibre * math.sin(angle) - self.slope.offsets[1]
+        return self._initial_gap_and_slip[1]
+
+    @property
+    def _initial_gap_and_slip(self) -> tuple[float, float]:
+        reach = self.root.hub_radius + self.contact.point
+        return obstacles.slope_side(self).gap_and_place(reach, self.initial.angle, self.half_depth)
+
+    @property
+    def sides(self) -> list[Side]:
+        """Straight sides that the beam can touch: the slope (0) if it is enabled, then those of the obstacles.
+
+        Whether contact is enabled is not asked.  With ``contact.where = "point"`` it is the slope alone.
+        """
+        return obstacles.sides_of(self)
+
+    @property
+    def obstacle_points(self) -> list[ObstaclePoint]:
+        """Pegs and both ends of sides with an extent, by obstacle; none with ``contact.where = "point"``."""
+        return obstacles.points_of(self)
+
+    @property
+    def beam_points(self) -> tuple[float, ...]:
+        """Places (m along the beam) that can touch sides, ascending: the contact point, or the contact grid."""
+        if self.contact.where == "point":
+            return (self.contact.point,)
+        parts = self.contact.grid
+        return tuple(self.beam.length * (number / parts) for number in range(1, parts + 1))
 
     @property
     def initial_angular_velocity(self) -> float:

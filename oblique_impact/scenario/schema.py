@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from oblique_impact.files import cannot_write, prepare_folder, write_text
-from oblique_impact.scenario.comments import schemas_of
+from oblique_impact.scenario.comments import item_models, schemas_of
 from oblique_impact.scenario.scenario import Scenario
 
 
@@ -61,3 +61,11 @@ def key_schemas() -> dict[str, dict[str, Any]]:
     Numbers without a dimension have the unit "1", words and switches have none.
     """
     return schemas_of(Scenario)
+
+
+def schema_of(name: str) -> dict[str, Any] | None:
+    """Return the schema of a key, of an obstacle ("obstacles.1.radius") too; None if there is no such key."""
+    section, number, key = [*name.split("."), "", ""][:3]
+    if section in item_models(Scenario) and number.isdecimal() and int(number) > 0:
+        return schemas_of(item_models(Scenario)[section]).get(key)
+    return key_schemas().get(name)

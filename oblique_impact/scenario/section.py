@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-from pydantic.fields import FieldInfo
 
 from oblique_impact.errors import InputError
 from oblique_impact.scenario.messages import did_you_mean, refused, short
@@ -31,13 +29,16 @@ class Section(BaseModel):
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False, frozen=True, extra="forbid")
 
+    #: number, in errors, of the first item of a list in this section
+    first_item: ClassVar[int] = 0
+
     if not TYPE_CHECKING:  # type checkers know the keys as arguments
 
         def __init__(self, /, **data: Any) -> None:
             try:
                 super().__init__(**data)
             except ValidationError as error:
-                raise InputError(_one_line(error, type(self).model_fields)) from None
+                raise InputError(_one_line(error, type(self))) from None
 
         def __setattr__(self, name: str, value: Any) -> None:
             raise refused(name, value, "scenarios are frozen; Scenario.replace returns a changed one")
@@ -49,8 +50,15 @@ class Section(BaseModel):
     @model_validator(mode="after")
     def _keys_fit_together(self) -> Self:
         for name, allowed in self.conflicts():
-            raise refused(name, attrgetter(name)(self), allowed)
+            raise refused(name, self.value_of(name), allowed)
         return self
+
+    def value_of(self, name: str) -> Any:
+        """Return the value of "section.key"; items of lists of sections count from 1, "obstacles.1.radius"."""
+        value: Any = self
+        for part in name.split("."):
+            value = value[int(part) - 1] if part.isdigit() else getattr(value, part)
+        return value
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
@@ -65,11 +73,12 @@ class Section(BaseModel):
         return self.model_construct(self.model_fields_set, **{**dict(self), **new})
 
 
-def _one_line(error: ValidationError, fields: Mapping[str, FieldInfo]) -> str:
-    """Put the first error into one line, which begins with the key; `fields` are those of its section."""
+def _one_line(error: ValidationError, section: type[Section]) -> str:
+    """Put the first error into one line, which begins with the key, of a section."""
+    fields = section.model_fields
     first = error.errors()[0]
     value, kind, message = short(first["input"]), first["type"], first["msg"]
-    path = [str(part) for part in first["loc"]]
+    path = [str(part + section.first_item if isinstance(part, int) else part) for part in first["loc"]]
     key = ".".join(path)
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # of a section in this one, or of keys that do not fit together

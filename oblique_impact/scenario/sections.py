@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from oblique_impact.scenario.materials import MATERIAL_PROPERTIES
+from oblique_impact.scenario.obstacles import Side
 from oblique_impact.scenario.section import Section, key
 from oblique_impact.scenario.shapes import SHAPE_PROPERTIES, SHAPES, SIZES, at_x, size_conflict, value_at
 from oblique_impact.scenario.tables import LARGEST, Size, Table, Tabulated
@@ -21,11 +22,21 @@ from oblique_impact.scenario.units import Unit
 MAX_MODES = 100
 MAX_ELEMENTS = 4096
 MAX_GRADING = 1e4
+MAX_GRID = 64
 Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
 Finite = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi), Unit("rad")]
 Pair = Annotated[tuple[Finite, Finite], Field(strict=False)]
+
+
+def _first_and_last(extent: tuple[float, ...]) -> tuple[float, ...]:
+    if extent and not (len(extent) == 2 and extent[0] < extent[1]):
+        raise ValueError("[first, last] in m with first less than last, or [] without ends")
+    return extent
+
+
+Extent = Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False), AfterValidator(_first_and_last)]
 
 
 class CrossSection(Section):
@@ -149,32 +160,65 @@ class InitialSection(Section):
 class SlopeSection(Section):
     """The rigid slope: a line through `origin` inclined by `angle`; the free side is on its left."""
 
+    enabled: bool = key(
+        True, 'whether there is a slope; false: only the obstacles, with `contact.where = "anywhere"`'
+    )
     origin: Annotated[Pair, Unit("m")] = key((0.3, 0.0), "a point of the slope, [x, y] from the axis of the root")
     angle: Angle = key(math.pi / 10, "inclination of the slope from the horizontal")
-    extent: Annotated[tuple[Finite, ...], Unit("m"), Field(strict=False)] = key(
+    extent: Extent = key(
         (),
         "where the slope begins and ends, [first, last] along it from `origin`; [] is unbounded. Contact ends "
         "where the contact point slides beyond an end, and beyond it the point falls past the slope",
     )
 
-    @field_validator("extent")
-    @classmethod
-    def _ascends(cls, extent: tuple[float, ...]) -> tuple[float, ...]:
-        if extent and not (len(extent) == 2 and extent[0] < extent[1]):
-            raise ValueError("[first, last] in m with first less than last, or [] without ends")
-        return extent
-
     @property
     def offsets(self) -> tuple[float, float]:
         """Height c_n of `origin` above the root's axis across the slope, and its place c_t along it (m)."""
-        (x, y), c, s = self.origin, math.cos(self.angle), math.sin(self.angle)
-        return y * c - x * s, x * c + y * s
+        return Side(0, self.origin, self.angle, self.extent, 0.0).offsets
+
+
+class ObstacleSection(Section):
+    """An obstacle besides the slope: a straight side, with or without ends, or a point; any number of them."""
+
+    kind: Literal["side", "point"] = key(
+        "side", "a straight side, solid on its right as the slope is, or a point (a corner or a peg)"
+    )
+    origin: Annotated[Pair, Unit("m")] = key(
+        (0.0, 0.0), "a place on the side, or the centre of the point, [x, y] from the axis of the root"
+    )
+    angle: Angle = key(0.0, "side: its inclination from the horizontal; pi turns its solid up")
+    extent: Extent = key(
+        (),
+        "side: where it begins and ends, [first, last] along it from `origin`; [] is unbounded. Each end is a "
+        "corner that the beam can touch at any place",
+    )
+    radius: Annotated[NonNegative, Unit("m")] = key(0.0, "point: radius of the peg; 0 is a corner")
+    stiffness: Annotated[Positive, Unit("N/m")] = key(
+        1e6, 'stiffness of this obstacle where it is touched, with `contact.normal = "spring"`'
+    )
+
+    def conflicts(self) -> Iterator[tuple[str, str]]:
+        """Yield keys of the other kind of obstacle."""
+        owners = {"angle": "side", "extent": "side", "radius": "point"}
+        for name, kind in owners.items():
+            if getattr(self, name) and self.kind != kind:
+                yield name, f'only with kind = "{kind}" (it is "{self.kind}")'
 
 
 class ContactSection(Section):
-    """The contact between the beam's point `point` and the slope."""
+    """The contact between the beam and the slope, at the beam's point `point`, or with all obstacles anywhere."""
 
-    enabled: bool = key(True, "whether there is a slope; false: free motion")
+    enabled: bool = key(True, "whether slope and obstacles are touched; false: free motion")
+    where: Literal["point", "anywhere"] = key(
+        "point",
+        "where the beam is touched: its place `point` by the slope (`point`), or free end and grid by every "
+        "side, and any place of the beam by pegs and corners (`anywhere`)",
+    )
+    grid: Annotated[int, Field(ge=1, le=MAX_GRID)] = key(
+        1,
+        "anywhere: into how many equal parts the beam is divided, at whose ends it can touch sides; 1: its free "
+        "end alone. Pegs and corners touch it at any place whatever the grid",
+    )
     point: Annotated[Positive, Unit("m")] = key(
         1.0, "place of the contact point along the beam; not given: the beam's length"
     )
@@ -200,7 +244,9 @@ class ContactSection(Section):
         "`none`: it rests on the stop through the residual flexibility of the discretization, without impacts",
     )
     residual_flexibility: bool = key(
-        True, "whether the static flexibility of the truncated modes is in series with an elastic stop"
+        True,
+        "whether the static flexibility of the truncated modes is in series with an elastic stop; left out "
+        'with `where = "anywhere"`',
     )
     shortening: bool = key(
         True, "whether gap and slip include the foreshortening of the beam up to the contact point"

@@ -21,12 +21,14 @@ _COLLISIONS: dict[str, tuple[float, ...]] = {
     "bouncing": (0.317, 0.644, 0.908),
     "damped": (0.317, 0.659, 0.853, 0.977),
     "elastic-stop": (0.317, 0.865),
+    "gap": (0.059, 0.201, 0.543, 0.749, 0.942),
     "many-modes": (0.317, 0.700),
-    "mid-span": (0.333, 0.610),
+    "mid-span": (0.333, 0.608),
     "rigid-limit": (0.174, 0.345, 0.377),
     "spin-up": (),
     "sticking": (0.551,),
     "tapered": (0.315,),
+    "two-pegs": (0.381,),
 }
 _HOW = """\
 # Numbers are in SI units; texts with a unit, such as "12 mm", are allowed too. A key behind a "#" has its
@@ -115,6 +117,10 @@ def _given(section: Section, name: str = "") -> Iterator[str]:
     for key in section.model_fields_set:
         value = getattr(section, key)
         yield from _given(value, f"{name}{key}.") if isinstance(value, Section) else [f"{name}{key}"]
+        if isinstance(value, tuple):
+            for number, item in enumerate(value, start=1):
+                if isinstance(item, Section):
+                    yield from _given(item, f"{name}{key}.{number}.")
 
 
 def _about(name: str) -> str:

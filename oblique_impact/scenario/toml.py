@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from itertools import pairwise
 from typing import Any
 
 from oblique_impact.errors import InputError
@@ -22,20 +23,34 @@ def parse_toml(text: str, what: str) -> dict[str, Any]:
 
 
 def flat_keys(sections: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return {"section.key": value} of nested sections."""
+    """Return {"section.key": value} of nested sections; items of a list of sections count from 1."""
     flat: dict[str, Any] = {}
     for name, value in sections.items():
+        if isinstance(value, list | tuple) and value and all(isinstance(item, dict) for item in value):
+            value = {str(number): item for number, item in enumerate(value, start=1)}
         flat |= flat_keys(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
     return flat
 
 
 def set_key(data: dict[str, Any], keys: list[str], value: Any, what: str) -> None:
-    """Set the value at a path of keys; raises InputError that begins with `what` if it leads through a value."""
-    target = data
-    for key in keys[:-1]:
-        target = target.setdefault(key, {})
-        if not isinstance(target, dict):
+    """Set the value at a path of keys; raises InputError that begins with `what` if it leads through a value.
+
+    Items of a list of sections count from 1; the one behind the last is a new one.
+    """
+    target: Any = data
+    for key, following in pairwise(keys):
+        if isinstance(target, list):
+            if not (key.isdecimal() and 1 <= int(key) <= len(target) + 1):
+                raise InputError(f"{what}: {key} is none of the {len(target)} items, which count from 1")
+            if int(key) > len(target):
+                target.append({})
+            target = target[int(key) - 1]
+        else:
+            target = target.setdefault(key, [] if following.isdecimal() else {})
+        if not isinstance(target, dict | list):
             raise InputError(f"{what}: {key} is not a section")
+    if isinstance(target, list):
+        raise InputError(f"{what}: expected a key of an item, as in {keys[0]}.1.key, or the whole list")
     target[keys[-1]] = value
 
 
@@ -43,7 +58,7 @@ def apply_change(data: dict[str, Any], item: str) -> str:
     """Apply "section.key=value", whose value is TOML or a bare word taken as a string; returns the key."""
     path, separator, text = item.partition("=")
     keys = [part.strip() for part in path.split(".")]
-    most = 3 if keys[:2] == ["beam", "section"] else 2
+    most = 3 if keys[:2] == ["beam", "section"] or keys[0] == "obstacles" else 2
     if not separator or not all(keys) or len(keys) > most:
         raise InputError(f"--set {item}: expected section.key=value")
     try:

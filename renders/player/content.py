@@ -92,13 +92,16 @@ def content_of(story: Story) -> Content:
     ghosts = np.arange(0.0, path[-1], _GHOST * length)
     rates, rate = np.unique([float(f"{rate:.3g}") for rate in course.rate_at(times[samples])], return_inverse=True)
     arrow = _arrows(geometry, samples)
+    axis_places, faces = _places(geometry, samples)
+    tails = (faces - 1.2 * ARROW * length * arrow).reshape(-1, 2)  # of the arrows
     arrays: dict[str, NDArray[Any]] = {
         "time": times[samples],
         "film": film,
         "state": state,
         "axis": axes,
         "contact": axes[:, touch],
-        "offset": np.array([geometry.contact_place(k)[:2] for k in samples]) - axes[:, touch],
+        "place": axis_places,
+        "offset": faces - axis_places,
         "arrow": arrow,
         "trace": np.searchsorted(path, path - _TRACE * length),
         "rate": rate,
@@ -114,8 +117,12 @@ def content_of(story: Story) -> Content:
         "pinned": scenario.root.kind == "pin",
         "pin": PIN * length,
         "longest_arrow": ARROW * length,
-        "slope": story.slope.outline.tolist() if story.slope else None,
-        "normal": geometry.slope_axes[1].tolist(),
+        "obstacles": [
+            {"outline": o.outline.tolist(), "surface": o.surface.tolist(), "normal": o.normal.tolist()}
+            for o in story.obstacles
+        ],
+        "contacts": arrow.shape[1],
+        "main": geometry.main_contact,
         "touch_radius": geometry.touch_radius,
         "on_axis": scenario.contact_fibre == 0.0,
         "mass_radius": geometry.mass_radius,
@@ -126,7 +133,7 @@ def content_of(story: Story) -> Content:
             (size, ScaleBar(size, np.zeros(2)).text)
             for size in (m * 10.0**p for p in range(-7, 4) for m in (1.0, 2.0, 5.0))
         ],
-        "factors": {f"{f:g}": _factor(story, axes, arrow, f) for f in sorted({*FACTORS, story.factor})},
+        "factors": {f"{f:g}": _factor(story, axes, tails, f) for f in sorted({*FACTORS, story.factor})},
         "rates": {f"{speed:g}": [rate_text(r * speed) for r in rates] for speed in SPEEDS},
         # earlier positions, each with the first frame that shows it, a little later
         "ghosts": np.searchsorted(path, [ghosts, ghosts + 0.25 * _GHOST * length]).T.tolist(),
@@ -143,17 +150,27 @@ def content_of(story: Story) -> Content:
 
 
 def _arrows(geometry: BeamGeometry, samples: Integers) -> Array:
-    """Return the direction of the contact force (frames, 2), as long as the root of its size over the peak."""
+    """Return the directions of the contact forces (frames, contacts, 2).
+
+    They are as long as the roots of their sizes over the peak.
+    """
     touching = geometry.history["state"].values[samples] != State.FREE
-    normal, tangential = (
-        np.nan_to_num(geometry.history[name].values[samples]) * touching for name in ("lambda_n", "lambda_tau")
-    )
-    tangent, out = geometry.slope_axes
-    force = normal[:, None] * out + tangential[:, None] * tangent
-    size = np.hypot(*force.T)[:, None]
+    force = np.array([geometry.pushes(k) for k in samples]) * touching[:, None, None]
+    size = np.linalg.norm(force, axis=2)[:, :, None]
     with np.errstate(over="ignore", invalid="ignore"):
         arrow = force / np.sqrt(np.maximum(size, 1e-300) * (geometry.peak_force or 1.0))
     return np.asarray(np.nan_to_num(arrow, posinf=0.0, neginf=0.0))
+
+
+def _places(geometry: BeamGeometry, samples: Integers) -> tuple[Array, Array]:
+    """Return where the contacts are on the axis, or where the equations have them, and on the beam's face.
+
+    Each is of shape (frames, contacts, 2).
+    """
+    faces = np.array([geometry.contact_places(k) for k in samples])
+    if not geometry.anywhere:
+        return geometry.stations_at(samples)[:, None, geometry.touch], faces
+    return np.stack([geometry.value(f"contact_{axis}", samples) for axis in "xy"], axis=2), faces
 
 
 def _colours(geometry: BeamGeometry, samples: Integers, scales: dict[str, ColourScale]) -> dict[str, NDArray[Any]]:
@@ -179,9 +196,12 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
 
     decimals = min(12, max(5, 6 - math.ceil(math.log10(float(times[-1] - times[0]) or 1.0) - 1e-9)))
     normal, tangential = geometry.values("lambda_n"), geometry.values("lambda_tau")
+    largest_push = np.hypot(normal, tangential)
+    if geometry.anywhere:
+        largest_push = np.hypot(geometry.values("contact_fx"), geometry.values("contact_fy")).max(axis=1)
     found = {
         "time_text": each(times, lambda v: f"{fixed(v, decimals)} s"),
-        "force_text": each(np.hypot(normal, tangential), lambda v: f"{significant(v, 3)} N"),
+        "force_text": each(largest_push, lambda v: f"{significant(v, 3)} N"),
     }
     for chart in charts:
         largest = max(float(np.abs(c.values[np.isfinite(c.values)]).max(initial=0.0)) for c in chart.curves)
@@ -199,16 +219,15 @@ def _texts(geometry: BeamGeometry, samples: Integers, charts: list[PageChart]) -
     return found
 
 
-def _factor(story: Story, axes: Array, arrows: Array, factor: float) -> dict[str, Any]:
+def _factor(story: Story, axes: Array, tails: Array, factor: float) -> dict[str, Any]:
     """Return a deformation factor, what the page says of it, and left, right, low and high (m) of what is seen."""
-    geometry, slope = story.geometries[0], story.slope
+    geometry, obstacles = story.geometries[0], story.obstacles
     length, hub = geometry.scenario.beam.length, geometry.scenario.root.hub_radius
     stations, touch = geometry.stations, geometry.touch
     chord = axes[:, :1] + (stations / stations[touch])[:, None] * (axes[:, touch, None] - axes[:, :1])
     drawn = chord + factor * (axes - chord)
     room = 2.0 * np.maximum(geometry.radii, geometry.mass_radius)[:, None]
-    tails = axes[:, touch] - 1.2 * ARROW * length * arrows
-    places = np.concatenate([*(drawn - room), *(drawn + room), tails, slope.outline if slope else tails])
+    places = np.concatenate([*(drawn - room), *(drawn + room), tails, *(o.outline for o in obstacles)])
     places = places[np.all(np.abs(places) < _REACH * (length + hub), axis=1)]
     pin = PIN * length
     low = np.min([*places, (-2.0 * pin, -2.6 * pin), (-hub, -hub)], axis=0)
@@ -233,7 +252,7 @@ def _inset(geometry: BeamGeometry) -> dict[str, Any]:
     enabled = geometry.scenario.contact.enabled
     return {
         "span": max(11.0 * geometry.touch_radius, 0.05 * geometry.scenario.beam.length),
-        "home": geometry.stations_at(k)[geometry.touch].tolist() if enabled else None,
+        "home": _places(geometry, np.array([k]))[0][0, geometry.main_contact].tolist() if enabled else None,
     }
 
 

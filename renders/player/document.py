@@ -51,6 +51,7 @@ def write_player(story: Story, out: Path) -> Path:
         factor=f"{story.factor:g}",
         time_label=time_label(story.time_map),
         at_tip=content.facts["touch"] == len(content.facts["stations"]) - 1,
+        anywhere=story.geometries[0].anywhere,
         scripts=Markup("\n").join(Markup(loader.get_source(environment, f"{name}.js")[0]) for name in SCRIPTS),
         css=Markup(loader.get_source(environment, "player.css")[0]),
         data=Markup(facts.replace("<", "\\u003c")),  # so that it cannot end the element it stands in

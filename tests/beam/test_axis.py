@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario
-from oblique_impact.beam.axis import AxisShapes, Peg, bent_axis, fit_shapes, place_of, smooth_shapes, touch_peg
+from oblique_impact.beam.axis import AxisShapes, Peg, ShapeFunctions, bent_axis, fit_shapes, touch_peg
 from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
 from oblique_impact.kernels.workspace import Array, Vectors
@@ -17,7 +17,7 @@ MODES = 5
 
 def _modal() -> AxisShapes:
     shapes = Eigenfunctions("hinged-free", MODES, 1.0)
-    return smooth_shapes(lambda x: shapes.derivative(x, 0), 1.0, float(shapes.roots[-1]))
+    return ShapeFunctions.smooth(shapes.derivative, 1.0, float(shapes.roots[-1])).fitted()
 
 
 def _elements() -> AxisShapes:
@@ -39,7 +39,7 @@ def _bent(rng: np.random.Generator) -> Array:
 
 def test_axis_of_eigenfunctions_is_theirs() -> None:
     modes = Eigenfunctions("hinged-free", 16, 1.0)
-    table = smooth_shapes(lambda x: modes.derivative(x, 0), 1.0, float(modes.roots[-1]))
+    table = ShapeFunctions.smooth(modes.derivative, 1.0, float(modes.roots[-1])).fitted()
     B, rng = np.zeros(16), np.random.default_rng(1)
     B[:] = 0.01 * rng.standard_normal(16) / np.arange(1, 17) ** 2
     z, w = np.polynomial.legendre.leggauss(80)
@@ -50,17 +50,6 @@ def test_axis_of_eigenfunctions_is_theirs() -> None:
             assert found[k] == pytest.approx(float(modes.derivative(np.array([x]), k)[0] @ B), abs=1e-13 * 100**k)
         slopes = modes.derivative(0.5 * x * (z + 1.0), 1) @ B
         assert axis.u_x == pytest.approx(-0.25 * x * float(w @ slopes**2), abs=1e-13)
-
-
-def test_place_is_the_nearest_of_the_axis(shapes: AxisShapes) -> None:
-    rng, x = np.random.default_rng(2), np.linspace(0.2, 0.9, 70_001)
-    B, point = _bent(rng), (0.55, -0.02)
-    place, _ = place_of(shapes, 0.1, *point, B, np.zeros(12))
-    axes = [bent_axis(shapes, s, B, np.zeros(12)) for s in x[::100]]
-    distances = [
-        np.hypot(0.1 + s + a.u_x - point[0], a.u_y - point[1]) for s, a in zip(x[::100], axes, strict=True)
-    ]
-    assert place == pytest.approx(x[::100][int(np.argmin(distances))], abs=1e-3)
 
 
 @pytest.mark.parametrize("lever", [0.0, 0.012])
@@ -92,18 +81,3 @@ def test_rows_and_accelerations_are_derivatives(
     assert at(0.0)[1][0] == pytest.approx(difference(0)[0], rel=1e-9, abs=1e-10)
     np.testing.assert_allclose(at(0.0)[2], difference(1), rtol=1e-7, atol=1e-7)
     assert np.all(np.abs(at(0.0)[1]) > 1e-3)
-
-
-def test_touching_point_moves_along_the_beam_as_it_slips(shapes: AxisShapes) -> None:
-    """Where the point is on the axis, the slip is minus its place, and its rate that of the axis there."""
-    rng, v = np.random.default_rng(4), Vectors.new(MODES + 1)
-    B, Bd = _bent(rng), 10.0 * _bent(rng)
-    axis = bent_axis(shapes, 0.6, B, np.zeros(12))
-    q, qd = np.concatenate([[0.0], B]), np.concatenate([[0.7], Bd])
-    peg = Peg(0.6 + axis.u_x, axis.u_y, 0.0, 0.0, 1.0)
-    k = touch_peg(shapes, 0.0, peg, q, qd, v)
-    rate, h = float(v.tangential_row @ qd), 1e-6
-    slips = [touch_peg(shapes, 0.0, peg, q + s * h * qd, qd, v).slip for s in (-1.0, 1.0)]
-    assert (k.gap, k.slip) == pytest.approx((0.0, -0.6), abs=1e-13)
-    # the slip is a length of the undeformed axis, which is longer by the fourth power of its slope
-    assert (slips[1] - slips[0]) / (2.0 * h) == pytest.approx(rate, rel=1e-6 + axis.slope**4)

@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from numpy.polynomial import Polynomial
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
-from oblique_impact import Scenario, fem_beam, modal, natural_frequencies
+from oblique_impact import Scenario, modal, natural_frequencies
 from oblique_impact.beam.operators import build_operators
 from oblique_impact.fem_beam import reduction
-from oblique_impact.modal import Eigenfunctions
-from oblique_impact.validation.beams import EPS, unit_beam
 
 M, EI = 2766.7 * 3.14e-4, 68.952e9 * 7.85e-9
 LENGTH, POINT, RADIUS = 1.3, 0.47, 0.15
@@ -97,47 +94,6 @@ def test_modal_operators_are_their_definitions(frame, radius):
     assert pytest.approx(integrate(lambda x: M * (radius + x)), rel=1e-13) == o.Sm
 
 
-@pytest.mark.parametrize("family", ["clamped-free", "hinged-free"])
-def test_eigenfunctions_keep_their_digits_at_high_orders(family):
-    """100 modes: orthonormal, with the exact frequencies; the textbook's cosh - sinh fails from 12 on."""
-    frame = "tangent" if family == "clamped-free" else "mean-axis"
-    o = modal.build_operators(scenario_of(frame, modes=100))
-    shapes = Eigenfunctions(family, 100, LENGTH)
-    assert_allclose(o.M1, M * LENGTH * np.eye(100), atol=1e-12)
-    exact = EI * shapes.roots**4 / LENGTH**3
-    assert_allclose(o.K / np.sqrt(np.outer(exact, exact)), np.eye(100), atol=1e-11)
-    assert_allclose(shapes.derivative(np.array([LENGTH]), 0), 2.0 * np.ones((1, 100)), rtol=1e-12)
-    scaled = shapes.derivative(np.array([LENGTH]), 2) / shapes.roots**2  # free end
-    assert_allclose(scaled, np.zeros((1, 100)), atol=1e-12)
-    assert_allclose(shapes.derivative(np.zeros(1), 0), np.zeros((1, 100)), atol=1e-12)
-
-
-# Finite elements ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("point", "elements"), [(0.47, 2), (0.47, 7), (0.05, 6), (1.29, 6), (0.65, 8), (1.3, 5)])
-def test_a_node_lies_at_the_contact_point(point, elements):
-    nodes = fem_beam.NodalBeam.from_scenario(
-        scenario_of("tangent", "fem", point=point, elements=elements, modes=2)
-    ).nodes
-    assert nodes.size == elements + 1
-    assert np.all(np.diff(nodes) > 0.0)
-    assert (nodes[0], nodes[-1]) == (0.0, LENGTH)
-    assert np.abs(nodes - point).min() <= 1e-15
-
-
-def test_nodal_evaluation_interpolates_cubics_exactly():
-    nodal = fem_beam.NodalBeam.from_scenario(scenario_of("tangent", "fem", elements=5))
-    cubic = Polynomial([0.3, -1.0, 2.0, 0.7])
-    v = np.zeros(12)
-    v[0::2], v[1::2] = cubic(nodal.nodes), cubic.deriv()(nodal.nodes)
-    x = np.append(nodal.nodes, np.linspace(0.0, LENGTH, 17))
-    for k, table in enumerate(nodal.evaluate(x)):
-        assert_allclose(table @ v, (cubic.deriv(k) if k else cubic)(x), atol=1e-11)
-    factor = nodal.curvature_factor().toarray()
-    assert_allclose(factor.T @ factor, nodal.K.toarray(), atol=1e-11 * nodal.K.max())
-
-
 # Reduction ------------------------------------------------------------------------------------------------------
 
 
@@ -166,21 +122,6 @@ def test_elements_approach_the_modes_like_h4(frame, radius):
 
 
 # The spinning beam and the registry -----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("elements", [4, 64])
-def test_the_rigid_rotation_carries_no_stiffness(elements):
-    """Item 2.free: C x = M1 x makes the hinged rigid mode exact at every spin rate; K x = 0."""
-    nodal = fem_beam.NodalBeam.from_scenario(unit_beam(method="fem", elements=elements))
-    x = nodal.rigid_rotation
-    free = nodal.free_dofs("hinged")
-    # the slopes of the element's functions are 1/h times those of the unit element
-    assert_allclose(
-        (nodal.C @ x)[free], (nodal.M1 @ x)[free], rtol=0.0, atol=4 * elements * EPS * abs(nodal.C).max()
-    )
-    assert_allclose(nodal.K @ x, 0.0, atol=8 * EPS * abs(nodal.K).max())
-    assert_allclose(nodal.S, nodal.M1 @ x, rtol=0.0, atol=4 * elements * EPS)
-    assert x @ nodal.S == pytest.approx(1.0 / 3.0, rel=1e-12)  # J = m L^3/3
 
 
 @pytest.mark.parametrize(("modes", "count"), [(2, 4), (6, 6)])

@@ -9,9 +9,7 @@ from numpy.testing import assert_allclose
 from oblique_impact import Outcome, Scenario
 from oblique_impact.beam.beam import Beam
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.contact.forces import instant_of
 from oblique_impact.kernels.workspace import dot
-from oblique_impact.marching.sampling import contact_problem
 from oblique_impact.validation.reference_values import VALUES
 
 PIN = {}
@@ -143,22 +141,6 @@ def test_driven_root_is_the_free_beam_with_its_first_row_replaced(name):
         # the driver's torque is what the row of theta lacks
         power = (M[0] @ solution - Q[0]) * angle_rate
         assert e.supplied_power + dot(driven.vectors.supply, solution) == pytest.approx(power, rel=1e-10)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_compiled_and_interpreted_forms_agree(name):
-    beam = beam_of(name, beam__kelvin_voigt=1e-5)
-    for q, qd in states(beam):
-        (plain, e), compiled = evaluated(beam, q, qd), beam.model.new_workspace()
-        assert beam.model.solve_mass(e.rank_one, plain, True)
-        defined, found, instant = contact_problem(beam.model, T, q, qd, compiled)
-        assert defined
-        lower = np.tril_indices(beam.size)
-        assert_allclose(compiled.mass, plain.mass, rtol=1e-13, atol=1e-15)
-        assert_allclose(compiled.factor[lower], plain.factor[lower], rtol=1e-10)
-        assert_allclose(compiled.vectors.forces, plain.vectors.forces, rtol=1e-12)
-        assert_allclose(found, e, rtol=1e-9, atol=1e-12)
-        assert_allclose(instant, instant_of(e, plain), rtol=1e-9, atol=1e-12)
 
 
 def test_full_mass_matrix_is_positive_where_the_first_order_is_not():

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.sparse import csr_array
 
 from oblique_impact import Scenario, fem_beam
 from oblique_impact.beam.beam import Beam, FullBeam
 from oblique_impact.fem_beam.reduction import eigenmodes
-from oblique_impact.kernels.banded import band_multiply
 
 RESPONSES = {"normal_row": "normal_response", "tangential_row": "tangential_response"}
 
@@ -116,23 +114,3 @@ def test_approach_is_the_evaluation_of_the_contact(pair):
     e = pair.full.model.approach(0.0, pair.W, pair.Wd, True, pair.work)
     assert_allclose([getattr(pair.work.vectors, name) for name in RESPONSES], rows, atol=0.0)
     assert_allclose(e[:4], pair.found[:4], atol=0.0)
-
-
-@pytest.mark.parametrize("elements", [1, 2, 3, 7, 40])
-def test_banded_products(elements):
-    full = FullBeam(scenario_of(), fem_beam.build_nodal(scenario_of(discretization__elements=elements)))
-    n = full.size
-    x, out = np.random.default_rng(2).normal(size=n), np.zeros(n)
-    for which, matrix in enumerate((full.operators.M1, full.operators.K)):
-        band_multiply(full.model.bands, which, x, out)
-        assert_allclose(out, csr_array(matrix) @ x, rtol=1e-12, atol=1e-12 * np.abs(matrix).max())
-
-
-def test_memory_is_linear():
-    beams = (
-        FullBeam(s, fem_beam.build_nodal(s))
-        for s in (scenario_of(discretization__elements=n) for n in (500, 1000))
-    )
-    works = [beam.model.new_workspace() for beam in beams]
-    sizes = [sum(array.nbytes for array in (*work[:-1], *work.vectors)) for work in works]
-    assert sizes[1] < 2.001 * sizes[0]

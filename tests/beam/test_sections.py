@@ -7,13 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
-from skfem import Basis, BilinearForm, MeshLine
-from skfem.helpers import dd, ddot
 
 from oblique_impact import InputError, Scenario, fem_beam
-from oblique_impact.beam.cross_sections import Profile, Sections
+from oblique_impact.beam.cross_sections import Sections
 from oblique_impact.beam.operators import build_operators
-from oblique_impact.fem_beam.element import LocalHermite
 from oblique_impact.fem_beam.mesh import beam_mesh
 from oblique_impact.validation.beams import UNIT
 from oblique_impact.validation.reference_values import VALUES
@@ -39,22 +36,10 @@ def varied(elements=5, **changes):
     )
 
 
-def test_the_inertia_outside_of_a_place_turns_about_the_hub():
-    """int m (r + xi) (xi - x) dxi of 3 kg/m over 2 m on a hub of 0.5 m, and 4 kg at the tip."""
-    plain = Profile.of(1.0, 2.0)
-    sections = Sections(2.0, 0.5, 3.0, 1.0, plain, plain, tip_mass=4.0)
-    expected = [3.0 + 8.0 + 4.0 * 2.5 * 2.0, 3.0 * (0.75 + 1.0 / 3.0) + 4.0 * 2.5, 0.0]
-    assert_allclose(sections.outer_inertia_moment(np.array([0.0, 1.0, 2.0])), expected, rtol=1e-14, atol=1e-14)
-
-
 # Input ----------------------------------------------------------------------------------------------------------
 
-FEM = '[discretization]\nmethod = "fem"\n'
 BAD = {
     "not a number": ('[beam]\narea = "thick"', ["beam.area", "'thick'", "number in m^2", "1 m^2"]),
-    "bool": ("[beam]\narea = true", ["beam.area", "True", "number"]),
-    "negative": ("[beam]\nsecond_moment = -1e-9", ["beam.second_moment", "-1e-09", "greater than 0"]),
-    "infinite": ("[beam]\narea = inf", ["beam.area", "inf", "finite"]),
     "digits": ("[beam]\narea = 1" + "0" * 400, ["beam.area", "finite"]),
     "empty": ("[beam]\narea = []", ["beam.area", "2 to 1000 pairs", "not of 0"]),
     "one row": ("[beam]\narea = [[0, 1e-4]]", ["beam.area", "2 to 1000 pairs", "not of 1"]),
@@ -63,27 +48,9 @@ BAD = {
         "[beam]\narea = [[0, 1e-4], [1, 2e-4, 3]]",
         ["beam.area", "pairs", "row 2", "[1, 0.0002, 3]"],
     ),
-    "no rows": ("[beam]\narea = [0, 1]", ["beam.area", "pairs", "row 1 is 0"]),
     "table in a row": ("[beam]\narea = [[0, {a = 1}], [1, 2]]", ["beam.area", "pairs", "row 1", "{'a': 1}"]),
-    "zero in a row": (
-        "[beam]\nsecond_moment = [[0, 1], [1, 0]]",
-        ["beam.second_moment", "greater than 0", "row 2"],
-    ),
     "late start": ("[beam]\narea = [[0.1, 1], [1, 1]]", ["beam.area", "begins at x = 0", "not at 0.1"]),
     "not ascending": ("[beam]\narea = [[0, 1], [0.5, 1], [0.5, 2], [1, 1]]", ["beam.area", "ascending", "row 3"]),
-    "negative tip mass": (
-        f"[beam]\ntip_mass = -0.1\n{FEM}",
-        ["beam.tip_mass", "-0.1", "greater than or equal to 0"],
-    ),
-    "negative fibre": (
-        "[beam]\nouter_fibre = -1e-3",
-        ["beam.outer_fibre", "-0.001", "greater than or equal to 0"],
-    ),
-    "grading below 1": (f"{FEM}grading = 0.5", ["discretization.grading", "0.5", "greater than or equal to 1"]),
-    "steep grading": (
-        f"{FEM}grading = 1e5",
-        ["discretization.grading", "100000.0", "less than or equal to 10000"],
-    ),
 }
 
 
@@ -192,26 +159,6 @@ def test_kinks_that_lie_too_close_get_no_nodes_of_their_own():
     assert many.size == 13
     assert np.abs(many - 0.77).min() == 0.0
     assert np.all(np.diff(many) > 0.0)
-
-
-@pytest.mark.parametrize("h", [1e-1, 1e-3, 1e-5])
-def test_small_elements_keep_their_digits(h):
-    """The textbook's stiffness of an element at the far end of the beam."""
-    basis = Basis(MeshLine(np.array([0.0, 1.0 - h, 1.0])), LocalHermite(), intorder=7)
-    K = BilinearForm(lambda u, v, w: ddot(dd(u), dd(v))).assemble(basis).toarray()[2:, 2:]
-    width = 1.0 - (1.0 - h)
-    expected = np.array([[12, -6 * width], [-6 * width, 4 * width**2]]) / width**3
-    assert_allclose(K[2:, 2:], expected, rtol=1e-12)
-
-
-def test_a_graded_mesh_keeps_the_frequencies():
-    scenario = Scenario().replace(discretization__method="fem", discretization__elements=64)
-    exact = build_operators(scenario.replace(discretization__method="modal")).natural_frequencies()
-    for grading in (10.0, 1e4):
-        found = build_operators(scenario.replace(discretization__grading=grading)).natural_frequencies()
-        # the largest element is 0.136 L at 1e4 and there (beta h)^4/1440 = 1e-4 in the second mode
-        assert_allclose(found, exact, rtol=2e-4)
-        assert np.all(found > exact * (1.0 - 1e-11))
 
 
 # Frequencies ----------------------------------------------------------------------------------------------------

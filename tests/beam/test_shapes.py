@@ -10,9 +10,8 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
-from oblique_impact import InputError, Scenario, natural_frequencies
+from oblique_impact import Scenario, natural_frequencies
 from oblique_impact.beam.cross_sections import Sections
-from oblique_impact.fem_beam.nodal import NodalBeam
 from oblique_impact.scenario.materials import MATERIALS
 from oblique_impact.scenario.sections import BeamSection, CrossSection
 from oblique_impact.scenario.shapes import SHAPES, SIZES
@@ -99,21 +98,6 @@ def test_sizes_over_x_are_met_exactly():
     )
 
 
-def test_finite_elements_integrate_such_sections_exactly():
-    """The work of the deflection x^2 + x^3 and its kinetic energy are integrals of polynomials."""
-    scenario = shaped("rectangle", **TAPER).replace(discretization__elements=5)
-    nodal = NodalBeam.from_scenario(scenario)
-    shape = Polynomial([0.0, 0.0, 1.0, 1.0])
-    values = np.stack([shape(nodal.nodes), shape.deriv()(nodal.nodes)], axis=1).ravel()
-    bent, rho, E = shape.deriv(2), scenario.beam.density, scenario.beam.youngs_modulus
-    stiffness = E / 12.0 * integral(lambda w: w * HEIGHT**3 * bent**2)
-    assert values @ (nodal.K @ values) == pytest.approx(stiffness, rel=1e-12)
-    factor = nodal.curvature_factor() @ values
-    assert factor @ factor == pytest.approx(stiffness, rel=1e-12)
-    mass = rho * integral(lambda w: w * HEIGHT * shape**2)
-    assert values @ (nodal.M1 @ values) == pytest.approx(mass, rel=1e-12)
-
-
 def test_frequencies_of_a_wedge():
     """A cantilever of constant width whose height falls to nearly nothing.
 
@@ -127,16 +111,6 @@ def test_frequencies_of_a_wedge():
     found = natural_frequencies(clamped, [0.0], 2).flapwise[0] / unit
     assert found[0] == pytest.approx(5.3151, rel=2e-3)
     assert found[1] == pytest.approx(15.2072, rel=5e-3)
-
-
-def test_an_outer_fibre_over_x_is_that_of_the_shape():
-    taper = [[0.0, 0.03], [1.0, 0.01]]
-    by_shape = Sections.from_scenario(shaped("rectangle", width=0.02, height=taper))
-    fibre = [[x, h / 2.0] for x, h in taper]
-    given = Sections.from_scenario(Scenario().replace(beam__outer_fibre=fibre, **FEM))
-    x = np.linspace(0.0, 1.0, 7)
-    np.testing.assert_allclose(given.fibre_distance(x), by_shape.fibre_distance(x), rtol=1e-15)
-    assert Scenario.from_toml("[beam]\nouter_fibre = '12 mm'").beam.outer_fibre == 0.012
 
 
 def test_the_resolved_file_is_the_same_beam_and_follows_what_is_changed_in_it():
@@ -156,31 +130,3 @@ def test_the_resolved_file_is_the_same_beam_and_follows_what_is_changed_in_it():
     assert (changed.beam.density, changed.beam.youngs_modulus) == (7850.0, 210e9)
     np.testing.assert_allclose(Sections.from_scenario(changed).area(0.5), 0.02 * 0.015)
     assert scenario.replace(beam__section__height=0.01).beam.area[0] == (0.0, pytest.approx(2e-4))
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("material = 'steal'", "beam.material = 'steal': should be '', 'steel'.*did you mean 'steel'?"),
-        ("section = {shape = 'tubes'}", "beam.section.shape = 'tubes': .*did you mean 'tube'?"),
-        (
-            "section = {shape = 'circle', diametre = 1}",
-            "beam.section.diametre = 1: unknown key; did you mean diameter?",
-        ),
-        ("section = 3", "beam.section = 3: should be"),
-        (
-            "section = {shape = 'circle', diameter = -1.0}",
-            "beam.section.diameter = -1.0: should be a finite number greater than or equal to 0",
-        ),
-        (
-            "section = {shape = 'circle', diameter = '3 kg'}",
-            "beam.section.diameter = '3 kg': should be in m, not in kg",
-        ),
-    ],
-)
-def test_wrong_words_are_one_line(text, words):
-    with pytest.raises(InputError) as error:
-        Scenario.from_toml(f"[beam]\n{text}\n")
-    assert len(str(error.value).splitlines()) == 1
-    for part in words.split(".*"):
-        assert part in str(error.value)

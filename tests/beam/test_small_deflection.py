@@ -92,56 +92,6 @@ def test_the_hub_leads_from_the_pin_to_the_held_root(words):
     assert root_freedom(rooted("hub", f"root.inertia={0.1 * BEAM}")) == pytest.approx(0.25)
 
 
-@pytest.mark.parametrize("words", [(), (MEAN,)])
-def test_a_torque_shows_what_first_order_kinetics_leave_a_light_hub(words):
-    """The lighter the hub, the more; full kinetics leave it all."""
-
-    def risen(ratio: float, *more: str) -> float:
-        hub = ("hub", f"root.inertia={ratio * BEAM}", *words, *more)
-        pushed, free = rooted(*hub, "root.torque=1.0"), rooted(*hub)
-        return deflection_error(pushed, Motion(0.1)) - deflection_error(free, Motion(0.1))
-
-    light, middle, heavy = (risen(ratio) for ratio in (0.01, 0.1, 10.0))
-    assert light > 5.0 * middle
-    assert middle > 50.0 * heavy > 0.0
-    assert risen(0.01, FULL) == 0.0
-
-
-def test_a_load_that_the_beam_turns_under_does_less_harm():
-    """First-order kinetics at a held root; what bends a turning beam makes up for what they drop."""
-    held = rooted("driven")
-    assert deflection_error(held, Motion(0.1, 300.0)) < 0.5 * deflection_error(held, Motion(0.1))
-
-
-@pytest.mark.parametrize(("ratio", "factor"), [(0.0, 3.7), (0.9, 1.83), (9.6, 1.09)])
-def test_forces_take_the_deflection_from_the_tangent_in_both_frames(ratio, factor):
-    """From the mean axis it is 1/factor of that, in the first mode: hinged, or clamped on a heavy hub."""
-    hub = ("hub", f"root.inertia={ratio * BEAM}")
-    mean, tangent = contact_force_error(rooted(*hub, MEAN), 0.1), contact_force_error(rooted(*hub), 0.1 * factor)
-    assert mean == pytest.approx(tangent, rel=0.05)
-
-
-def test_errors_grow_with_the_square_and_with_a_spin_where_the_root_is_free():
-    for kind in ("pin", "driven"):
-        still = deflection_error(rooted(kind), Motion(0.1))
-        assert deflection_error(rooted(kind), Motion(0.2)) == pytest.approx(4.0 * still)
-        assert (deflection_error(rooted(kind), Motion(0.1, 30.0)) > still) == (kind == "pin")
-    zeroth = rooted("driven", "discretization.kinetics=zeroth-order")
-    assert deflection_error(zeroth, Motion(0.0, 30.0)) > deflection_error(zeroth, Motion(0.0)) == 0.0
-
-
-def test_the_spin_of_the_whole_is_the_same_in_both_frames():
-    """A pinned beam in flight: in the tangent frame its root vibrates, as a whole it turns no faster for that."""
-    words = ("contact.enabled=false", "end_time=0.1", "discretization.modes=4", FULL)
-    spins = []
-    for frame in ("tangent", "mean-axis"):
-        scenario = Scenario.builtin("paper", [*words, f"discretization.frame={frame}"])
-        history = simulate(scenario)
-        known = {name: history[name].values for name in ("uy", "theta_dot", "q", "qd")}
-        spins.append(largest_motion(beam_of(scenario), known).spin)
-    assert spins[0] == pytest.approx(spins[1], rel=1e-3)
-
-
 def warned(scenario: Scenario, deflections: list[float], touched: bool = True) -> list[str]:
     """Warnings about a still beam that is bent so."""
     still = dict.fromkeys(("q", "qd"), np.zeros((2, scenario.discretization.modes + 1)))

@@ -43,7 +43,7 @@ def completed(words: str, count: int) -> set[str]:
 
 def test_what_a_shell_is_told():
     assert completed("oblique-impact re", 1) == {"render", "refine", "reproduce"}
-    assert completed("oblique-impact run t", 2) == {"tapered"}
+    assert completed("oblique-impact run t", 2) == {"tapered", "two-pegs"}
     keys = {"contact.mu_static=", "contact.mu_kinetic="}
     assert completed("oblique-impact run paper --set contact.mu", 4) == keys
 

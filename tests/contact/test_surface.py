@@ -188,18 +188,6 @@ def test_what_the_modes_leave_out_adds_up_to_the_whole_flexibility():
     np.testing.assert_allclose(flexibility * stiffness, [[a**3 / 3, a**2 / 2], [a**2 / 2, a]], rtol=1e-12)
 
 
-def test_modal_and_nodal_beams_agree(run):
-    """Elastic stop, first contact: 12 modes with their residual flexibility, and 16 elements."""
-    common = (ON_THE_FACE, "end_time=0.318", "solver.contact_step=1e-5", "solver.free_step=1e-4")
-    modal = ("discretization.method='modal'", "discretization.modes=12", "solver.scheme='event'")
-    one, two = (run("elastic-stop", *common, *m) for m in (modal, ("discretization.elements=16",)))
-    assert [e.kind for e in one.events[:2]] == [e.kind for e in two.events[:2]]
-    np.testing.assert_allclose(
-        [e.time for e in one.events[:2]], [e.time for e in two.events[:2]], rtol=0.0, atol=5e-6
-    )
-    assert two.events[1].normal_impulse == pytest.approx(one.events[1].normal_impulse, rel=1e-3)
-
-
 def test_a_start_with_the_face_below_the_slope_is_refused():
     """The axis is above the line by less than half the depth."""
     angle = Scenario().slope.angle

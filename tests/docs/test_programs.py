@@ -22,7 +22,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("plot_*.py"))
 def test_example_runs_and_leaves_pictures(file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(file), run_name="__main__")
-    assert {path.suffix for path in tmp_path.iterdir()} & {".png", ".svg"}
+    assert {path.suffix for path in tmp_path.iterdir()} & {".png", ".svg", ".gif"}
 
 
 def test_the_demo_of_the_readme_runs(tmp_path):

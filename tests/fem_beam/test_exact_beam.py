@@ -6,9 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 
-from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance, equilibrium
+from oblique_impact.fem_beam.exact import ElasticSections, ExactBeam, Stage, advance
 from oblique_impact.fem_beam.exact.beam import BANDWIDTH, strains
 
 EI = 541.27
@@ -51,20 +50,6 @@ def test_patch_of_constant_strain(extension, shear):
     assert np.abs(forces.reshape(-1, 3)[1:-1, :2]).max() < 1e-10 * abs(expected)
 
 
-def test_patch_of_constant_curvature():
-    """Nodes on a circle with the rotations of its sections: no forces, to the order of the elements."""
-    errors = []
-    for elements in (4, 8, 16):
-        b = beam(elements, ElasticSections.uniform(1e6, 1e6, EI, 1.0))
-        r = (np.exp(1.2j * b.x) - 1.0) / 1.2j
-        q = np.stack([r.real, r.imag, 1.2 * b.x], axis=1).ravel()
-        assert np.abs(b.fields(q).curvature - 1.2).max() < 1e-13
-        errors.append(np.abs(strains(b.fields(q))).max())
-    orders = np.log2(np.divide(errors[:-1], errors[1:]))
-    assert np.all((orders > 2.9) & (orders < 3.1))
-    assert errors[-1] < 4e-6
-
-
 def test_rigid_motion_changes_no_strain():
     """Turned by a thousand radians and moved by a kilometre: energy and resultants stay, forces turn along."""
     b = beam(6, FLYING, 10.0)
@@ -80,15 +65,6 @@ def test_rigid_motion_changes_no_strain():
     assert np.abs(after[:, 0] + 1j * after[:, 1] - expected).max() < 1e-8 * np.abs(expected).max()
 
 
-def test_forces_of_a_step_do_the_work_of_the_strain_energy():
-    b = beam(5, FLYING, 10.0)
-    for size, turn in ((1e-3, 1e-4), (0.3, 0.5), (1.0, 3.0)):
-        q0, q1 = shaken(b, 0.5, 2), shaken(b, 0.5, 2) + turn * shaken(b, size, 3)
-        work = b.step_forces(q0, q1).forces @ (q1 - q0)
-        gain = b.elastic_energy(q1) - b.elastic_energy(q0)
-        assert work == pytest.approx(float(gain), abs=1e-13 * float(b.elastic_energy(q0) + b.elastic_energy(q1)))
-
-
 @pytest.mark.parametrize("turn", [1e-4, 0.5])
 @pytest.mark.parametrize("relaxation", [0.0, 0.3])
 def test_tangent_of_a_step_is_the_derivative_of_its_forces(turn, relaxation):
@@ -101,38 +77,7 @@ def test_tangent_of_a_step_is_the_derivative_of_its_forces(turn, relaxation):
     assert np.abs(exact - (ahead - behind) / (2 * step)).max() < 1e-8 * np.abs(exact).max()
 
 
-def test_newton_converges_quadratically():
-    """Each increment is of the order of the square of the one before, down to rounding."""
-    b = beam(8, ElasticSections.uniform(1e4, 1e4, 100.0, 1.0, 1.0))
-    load = np.zeros(b.size)
-    load[-2] = 30.0
-    _, increments = equilibrium(b, b.straight(0.0), load, 3, tolerance=1e-13)
-    assert len(increments) > 3
-    for before, after in pairwise(increments[1:]):
-        assert after < 20.0 * before**2 + 1e-13, increments
-    assert increments[-1] < 1e-13
-    b = beam(8, FLYING, 10.0)
-    start = Stage(shaken(b, 0.05, 9), np.random.default_rng(10).normal(size=b.size))
-    found = advance(b, start, 0.1, np.zeros(b.size), held=np.zeros(0)).increments
-    assert found[-1] < 1e-10
-    assert found[-1] < 10.0 * found[-2] ** 2 + 1e-14
-
-
 # --- statics
-
-
-def test_frequencies_of_the_slender_hinged_beam():
-    """Small vibrations about the straight beam: roots of tan b = tanh b, reference 1.2."""
-    from oblique_impact.validation.reference_values import VALUES
-
-    b = beam(24, ElasticSections.uniform(EI / 1e-6, 10.0 * EI / 1e-6, EI, 0.87, 0.87e-6))
-    size, tangent = b.size, b.static_forces(b.straight(0.3)).tangent
-    K = np.array([product(tangent, e) for e in np.eye(size)]).T[2:, 2:]
-    M = b.M.toarray()[2:, 2:]
-    squares = eigh(K, M, eigvals_only=True, subset_by_index=(0, 3))
-    assert abs(squares[0]) < 1.0
-    computed = (squares[1:] * 0.87 / EI) ** 0.25
-    assert computed == pytest.approx(VALUES["1.2"][:3], rel=1e-4)
 
 
 # --- dynamics

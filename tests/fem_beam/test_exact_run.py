@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from io import StringIO
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from oblique_impact import History, Interrupted, Outcome, Scenario, simulate
-from oblique_impact.command_line.progress_bars import progress_bar
 from oblique_impact.contact.state import State
 from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.fem_beam.exact import ElasticSections
 from oblique_impact.fem_beam.exact import simulate as simulate_absolute
-from oblique_impact.fem_beam.exact.stop import Place, Slope
-from oblique_impact.marching.loop import Status
+from oblique_impact.fem_beam.exact.stop import Slope
 from oblique_impact.validation.runs import NEAR
 
 ABSOLUTE = ("discretization.method=absolute", "contact.normal=spring")
@@ -82,15 +78,6 @@ def test_coulombs_law_holds_at_every_sample(rough):
     assert energy["lost_friction"] > 1e-3
     assert energy["lost_friction"] == pytest.approx(sum(c.energy_loss for c in rough.contacts), rel=1e-9)
     assert np.all(normal[state == int(State.FREE)] == 0.0)
-
-
-def test_the_stop_does_not_pull_where_the_gap_is_open_by_rounding():
-    slope = Slope.of(Scenario.builtin("paper", QUICK), 0)
-    for damping in (0.0, 0.1):
-        stop = replace(slope, law=ElasticStop(1e6, damping))
-        assert stop.force(Place(1e-17, 0.0, 1.0, 0.0)) == 0.0
-        assert stop.force(Place(-1e-3, 0.0, 0.0, 0.0)) == 1e3
-    assert stop.force(Place(-1e-3, 0.0, 11.0, 0.0)) == 0.0
 
 
 def test_variables_are_those_of_the_nodal_model_with_another_mechanics():
@@ -228,15 +215,6 @@ def test_a_long_run_says_beforehand_how_long_it_takes():
     assert len(told) == 1
 
 
-def test_a_notice_is_printed_where_no_bar_is_drawn():
-    written = StringIO()
-    with progress_bar(Console(file=written)) as show:
-        show(Status(0.1, 1.0, State.FREE, 0, "this takes an hour"))
-        show(Status(0.2, 1.0, State.FREE, 0))
-    (line,) = written.getvalue().splitlines()
-    assert "this takes an hour" in line
-
-
 # --- what a person meets
 
 
@@ -251,18 +229,6 @@ def test_a_step_that_does_not_converge_ends_the_run_by_name():
     assert history.outcome is Outcome.NOT_CONVERGED
     assert "free_step" in history.summary["message"]
     assert np.isfinite(history["theta"].values).all()
-
-
-def test_an_interrupt_keeps_what_is_done():
-    def stop(status):
-        if status.time > 0.0:
-            raise KeyboardInterrupt
-
-    with pytest.raises(Interrupted) as stopped:
-        simulate(Scenario.builtin("paper", list(QUICK)), stop)
-    history = stopped.value.history
-    assert history.outcome is Outcome.INTERRUPTED
-    assert 0.0 < history.summary["end_time"] < 0.006
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import pytest
 
 from oblique_impact import InputError, Scenario, simulate
 from oblique_impact.beam.clearance import smallest_distance
-from oblique_impact.scenario.sections import SlopeSection
 
 UNBOUNDED = "slope.extent=[]"
 #: a tapered beam of 2 m: its first bending mode sags below the slope while the tip strikes it
@@ -23,7 +22,7 @@ LONG = (
 
 CASES = {
     "paper": ("paper", "end_time=0.4"),
-    "ledge": ("mid-span", "end_time=0.5"),
+    "ledge": ("mid-span", "contact.where=point", "contact.point=0.6", "end_time=0.5"),
     "long and tapered": ("tapered", *LONG),
     "short obstacle": ("paper", "slope.extent=[0.5, 0.65]", "end_time=0.4"),
     "sixteen modes": ("many-modes", "end_time=0.35"),
@@ -56,7 +55,7 @@ def about_slope(history):
 
 
 def test_the_two_cases_of_the_review_are_told(run):
-    (line,) = about_slope(run("mid-span", UNBOUNDED))
+    (line,) = about_slope(run("mid-span", "contact.where=point", "contact.point=0.6", UNBOUNDED))
     assert line == "passes 75 mm below the slope at x = 1 m; only x = 0.6 m is in contact"
     history = run("tapered", *LONG)
     found = history.summary["clearance"]
@@ -68,7 +67,7 @@ def test_the_two_cases_of_the_review_are_told(run):
 @pytest.mark.parametrize(
     "case",
     [
-        ("mid-span",),
+        ("mid-span", "contact.where=point", "contact.point=0.6"),
         ("paper", 'solver.scheme="fixed-step"', "solver.contact_step=1e-5", "end_time=0.33"),
         ("paper", "contact.shortening=false", "end_time=0.4"),
     ],
@@ -78,12 +77,17 @@ def test_a_mere_touch_is_no_passing(run, case):
     assert about_slope(run(*case)) == []
 
 
-def test_the_depth_of_an_elastic_stop_is_a_distance_of_its_own(run):
-    history = run("paper", 'contact.normal="spring"', "contact.stiffness=1e4", "end_time=0.4")
-    deepest = history["gap"].values.min()
-    assert deepest < -1e-3
-    assert history.summary["clearance"]["distance"] == pytest.approx(deepest, rel=1e-9)
-    assert history.summary["clearance"]["x"] == 1.0
+def test_a_side_that_the_beam_passes_where_nothing_touches_it_is_told(run):
+    """The root is 0.1 m below the side, the free end above it; an elastic stop that is pressed in is not told."""
+    side = ("slope.enabled=false", "contact.where='anywhere'", "obstacles=[{origin=[0.0, 0.1]}]")
+    history = run("paper", *side, "end_time=0.01")
+    assert history.summary["clearance"] == {"distance": pytest.approx(-0.1), "x": 0.0, "time": 0.0, "obstacle": 1}
+    (line,) = [line for line in history.summary["warnings"] if "passes" in line]
+    assert line.startswith("passes 100 mm below obstacle 1 at x = 0 m")
+    assert "contact.grid = 1" in line
+    pressed = run("gap", "contact.normal='spring'", "end_time=0.2")
+    assert pressed.summary["clearance"]["distance"] < -5e-4
+    assert not [line for line in pressed.summary["warnings"] if "passes" in line]
 
 
 @pytest.mark.parametrize("scheme", ["event", "fixed-step", "generalized-alpha"])
@@ -157,6 +161,12 @@ def test_a_start_beyond_the_end_may_be_below_the_slope():
 # Geometry -------------------------------------------------------------------------------------------------------
 
 
+def of_slope(x, z, tangent, *extent):
+    """Distance and place of an axis from the horizontal slope at the origin."""
+    scenario = Scenario().replace(slope__origin=(0.0, 0.0), slope__angle=0.0, slope__extent=extent)
+    return smallest_distance(scenario, x, (z, tangent))[:2]
+
+
 def straight(height, rise, begin=0.0, stations=5):
     """One straight axis over x = 0..1, its height and its rise per length; along it grows like x."""
     x = np.linspace(0.0, 1.0, stations)
@@ -169,20 +179,58 @@ def straight(height, rise, begin=0.0, stations=5):
 def test_a_corner_between_two_stations(stations):
     """The axis falls through the end of a ledge: the depth is that on the edge, not that of a station."""
     x, z, tangent = straight(0.2, -0.6, stations=stations)
-    distance, place = smallest_distance(x, z, tangent, SlopeSection(extent=(0.0, 0.37)))
+    distance, place = of_slope(x, z, tangent, 0.0, 0.37)
     at = 0.37 / 0.8
     assert (distance[0], place[0]) == pytest.approx((0.2 - 0.6 * at, at), abs=1e-8)
-
-
-def test_an_axis_beside_the_obstacle_keeps_its_distance():
-    x, z, tangent = straight(-0.1, 0.0, begin=0.5)
-    distance, place = smallest_distance(x, z, tangent, SlopeSection(extent=(0.0, 0.2)))
-    assert (distance[0], place[0]) == pytest.approx((np.hypot(0.3, 0.1), 0.0))
 
 
 def test_a_sag_between_two_stations():
     """Height 0.1 - x (1 - x): a parabola, which Hermite's cubics meet; its lowest point lies inside of a cell."""
     x = np.array([0.0, 0.4, 1.0])
     z, tangent = x[None] + 1j * (0.1 - x * (1.0 - x))[None], 1.0 + 1j * (2.0 * x - 1.0)[None]
-    distance, place = smallest_distance(x, z, tangent, SlopeSection())
+    distance, place = of_slope(x, z, tangent)
     assert (distance[0], place[0]) == pytest.approx((-0.15, 0.5), abs=1e-7)
+
+
+OBSTACLES = (
+    {
+        "kind": "side",
+        "origin": (0.0, 0.8),
+        "angle": np.pi,
+        "extent": (-0.6, 0.0),
+    },  # above the beam, solid above it
+    {"kind": "point", "origin": (0.37, 0.3), "radius": 0.1},
+    {"kind": "point", "origin": (1.2, 0.5), "radius": 0.05},
+)
+
+
+@pytest.mark.parametrize(("surface", "depth"), [("axis", 0.0), ("section", 0.02)])
+def test_the_nearest_of_several_obstacles(surface, depth):
+    """A horizontal axis of length 1 that rises through a peg to a side; a peg off its end has no sign."""
+    scenario = Scenario().replace(
+        beam__outer_fibre=0.02,
+        initial__angle=0.0,
+        slope__enabled=False,
+        contact__where="anywhere",
+        contact__surface=surface,
+        obstacles=OBSTACLES,
+    )
+    heights = np.array([0.0, 0.22, 0.295, 0.305, 0.5])
+    x, z, tangent = straight(0.0, 0.0)
+    ones = np.ones((heights.size, 1))
+    curve = z + 1j * heights[:, None], tangent * ones
+    section = None if surface == "axis" else (tangent * ones, 0.0 * tangent * ones)
+    distance, place, obstacle = smallest_distance(scenario, x, curve, section)
+    np.testing.assert_allclose(distance, np.array([0.2, -0.02, -0.095, -0.105, -0.3]) - depth, atol=1e-12)
+    np.testing.assert_allclose(place, 0.37, atol=1e-12)
+    assert obstacle.tolist() == [2] * heights.size
+    # without the first peg: the side above, then, from its height on, the peg 0.2 m beyond the end
+    fewer = scenario.replace(obstacles=(OBSTACLES[0], OBSTACLES[2]))
+    distance, place, obstacle = smallest_distance(fewer, x, curve, section)
+    beyond = np.hypot(0.2, heights - 0.5) - 0.05
+    np.testing.assert_allclose(distance, np.minimum(0.8 - heights, beyond) - depth, atol=1e-12)
+    assert obstacle.tolist() == [1 if 0.8 - h < b else 2 for h, b in zip(heights, beyond, strict=True)]
+    high = curve[0] + 0.4j  # 0.9 m at last: 0.1 m inside of the side
+    distance, place, obstacle = smallest_distance(fewer, x, (high, curve[1]), section)
+    assert (distance[-1], obstacle[-1]) == (pytest.approx(-0.1 - depth), 1)
+    assert 0.0 <= place[-1] <= 0.6

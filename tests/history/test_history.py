@@ -82,21 +82,11 @@ def test_section_forces_can_be_left_out():
     assert short.summary["warnings"] == whole.summary["warnings"]
 
 
-def test_a_run_repeats_itself_to_the_bit():
-    scenario = Scenario.builtin("paper", ["end_time=0.33"])
-    first, second = simulate(scenario), simulate(scenario)
-    xr.testing.assert_identical(first.data, second.data)
-    assert first.events == second.events
-
-
 def test_steps_and_rejected_steps_are_told_apart():
     """A scheme of fixed steps takes 200 of 1e-5 s in 2 ms of flight, and rejects none."""
     flight = ["solver.scheme=fixed-step", "solver.free_step=1e-5", "end_time=0.002"]
     summary = simulate(Scenario.builtin("paper", flight)).summary
     assert (summary["steps"], summary["rejected_steps"]) == (200, 0)
-
-
-# Contacts -------------------------------------------------------------------------------------------------------
 
 
 # Answers --------------------------------------------------------------------------------------------------------
@@ -212,6 +202,55 @@ def test_what_cannot_be_written_leaves_the_old_files_alone(history, tmp_path, mo
     assert {file.name for file in tmp_path.iterdir()} == FILES
 
 
+def damaged_data(data, summary):
+    """Data of a history's file with one fault each, by the name of the fault."""
+
+    def with_summary(**changes):
+        return data.assign_attrs(summary=json.dumps(summary | changes))
+
+    def with_number(name, number):
+        """One number of the second row of the events or contacts is another."""
+        rows = json.loads(data.attrs[name])
+        rows[1][2] = number
+        return data.assign_attrs({name: json.dumps(rows)})
+
+    bare = data.drop_attrs(deep=False)
+    stations = data["station"].values
+    return {
+        "older": bare.assign_attrs(format="oblique-impact history 0"),
+        "foreign": bare,
+        **{f"without-{name}": data.drop_vars(name) for name in ("lambda_n", "theta", "moment")},
+        "unknown-state": data.assign(state=data["state"] + 7),
+        "state-of-floats": data.assign(state=data["state"].astype(float)),
+        "shorter": data.assign(theta=data["theta"][:3].rename(time="other").drop_vars("other", errors="ignore")),
+        "words": data.assign(theta=data["theta"].astype(str)),
+        "huge": data.assign(lambda_n=data["lambda_n"] - 1e300),
+        "endless-time": data.assign_coords(time=data["time"] * 1e308),
+        "backwards": data.isel(time=slice(None, None, -1)),
+        **{
+            f"stations-{name}": data.assign_coords(station=places)
+            for name, places in {
+                "nan": np.where(stations > 0.5, np.nan, stations),
+                "inf": np.where(stations > 0.9, np.inf, stations),
+                "elsewhere": stations - 5.0,
+                "of-another-beam": 2.0 * stations,
+            }.items()
+        },
+        **{
+            f"{kind}-in-{name}": with_number(name, number)
+            for name in ("events", "contacts")
+            for kind, number in {"list": [1.0], "null": None, "nan": float("nan"), "digits": 10**400}.items()
+        },
+        "no-scenario": data.assign_attrs(scenario="[beam\n"),
+        "lost": with_summary(outcome="lost"),
+        "unbalanced": with_summary(energy={"initial": 1.0}),
+        "end-of-digits": with_summary(end_time=10**400),
+        "no-collisions": with_summary(macro_collisions={}),
+        "no-warnings": with_summary(warnings=None),
+        "no-maker": with_summary(provenance=[]),
+    }
+
+
 def test_damaged_files_are_refused_in_one_line(history, tmp_path):
     folder = history.save(tmp_path / "run")
     whole = (folder / "history.nc").read_bytes()
@@ -224,36 +263,14 @@ def test_damaged_files_are_refused_in_one_line(history, tmp_path):
     for name, content in spoiled.items():
         (tmp_path / name).write_bytes(content)
     data = xr.load_dataset(folder / "history.nc", engine="h5netcdf")
-    changed = {
-        "older.nc": history.data.assign_attrs(format="oblique-impact history 0"),
-        "foreign.nc": history.data,
-        **{f"without-{name}.nc": data.drop_vars(name) for name in ("lambda_n", "theta", "moment")},
-        "stateless.nc": data.assign(state=data["state"] + 7),
-        "shorter.nc": data.assign(
-            theta=data["theta"][:3].rename(time="other").drop_vars("other", errors="ignore")
-        ),
-        "words.nc": data.assign(theta=data["theta"].astype(str)),
-        "backwards.nc": data.isel(time=slice(None, None, -1)),
-        "nowhere.nc": data.assign_coords(station=np.where(data["station"] > 0.5, np.nan, data["station"])),
-        "endless.nc": data.assign_coords(station=np.where(data["station"] > 0.9, np.inf, data["station"])),
-        **{
-            f"lists-as-{name}.nc": data.assign_attrs(
-                {name: json.dumps([[*row[:2], [1.0], *row[3:]] for row in rows])}
-            )
-            for name in ("events", "contacts")
-            for rows in [json.loads(data.attrs[name])]
-        },
-        "broken.nc": data.assign_attrs(scenario="[beam\n"),
-        "ended.nc": data.assign_attrs(summary=json.dumps({**history.summary, "outcome": "lost"})),
-        "unbalanced.nc": data.assign_attrs(summary=json.dumps({**history.summary, "energy": {"initial": 1.0}})),
-    }
+    changed = damaged_data(data, history.summary)
     for name, spoiled_data in changed.items():
-        spoiled_data.to_netcdf(tmp_path / name, engine="h5netcdf")
+        spoiled_data.to_netcdf(tmp_path / f"{name}.nc", engine="h5netcdf")
     (tmp_path / "empty").mkdir()
-    for name in (*spoiled, *changed, "missing", "empty", "run/scenario.toml"):
+    for name in (*spoiled, *(f"{name}.nc" for name in changed), "missing", "empty", "run/scenario.toml"):
         with pytest.raises(InputError) as error:
             History.load(tmp_path / name)
-        assert str(tmp_path / name) in str(error.value)
+        assert str(tmp_path / name) in str(error.value), name
         assert len(str(error.value).splitlines()) == 1
     with pytest.raises(InputError, match="run the scenario first: oblique-impact run paper"):
         History.load("paper")

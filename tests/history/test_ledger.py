@@ -9,20 +9,13 @@ import pytest
 
 from oblique_impact import Scenario, simulate, simulate_system
 from oblique_impact.contact.friction import Coulomb
-from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.state import State
-from oblique_impact.contact.stops import ElasticStop
-from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.summary import (
-    Ledger,
     MacroCollision,
-    balance,
     balance_text,
     energy_warnings,
     macro_collisions,
 )
-from oblique_impact.marching.equations import Quadratures
-from oblique_impact.marching.records import Contact, Event, OpenContact
+from oblique_impact.marching.records import Contact
 from oblique_impact.validation.small_systems import Particle
 
 
@@ -88,49 +81,6 @@ def test_a_belt_supplies_what_friction_takes_and_the_block_gains():
     assert energy["supplied"] == pytest.approx(force * 2.0 * 0.2, rel=1e-12)
     assert energy["lost_friction"] == pytest.approx(force * 2.0 * 0.2 - gained, rel=1e-12)
     assert energy["kinetic"] == pytest.approx(gained, rel=1e-12)
-
-
-def test_each_entry_of_the_ledger_is_what_it_says():
-    """Powers of two, so that no sum is another one; a release's row repeats what is integrated already."""
-    integrals = Quadratures(
-        normal_impulse=1e6,
-        tangential_impulse=1e6,
-        friction_loss=1.0,
-        damping_loss=2.0,
-        stabilization_loss=4.0,
-        stop_loss=8.0,
-        supplied=16.0,
-    )
-    event = Event(0.1, EventKind.IMPACT, 0.0, 0.0, 0.0, 0.0, 32.0, State.SLIP)
-    events = [
-        event,
-        event._replace(kind=EventKind.REBOUND, energy_loss=64.0),
-        event._replace(kind=EventKind.RELEASE),
-    ]
-    assert balance(4096.0, (128.0, 256.0, 512.0, 1024.0), np.array(integrals), events) == Ledger(
-        initial=4096.0,
-        final=1920.0,
-        kinetic=128.0,
-        elastic=256.0,
-        gravity=512.0,
-        contact=1024.0,
-        supplied=16.0,
-        lost_impact=96.0,
-        lost_friction=1.0,
-        lost_damping=10.0,
-        lost_scheme=4.0,
-        unaccounted=4096.0 + 16.0 - 96.0 - 1.0 - 10.0 - 4.0 - 1920.0,
-    )
-
-
-def test_a_contact_is_its_impact_and_what_its_finite_force_has_done():
-    """An elastic stop of 8 N/m, 0.5 m deep at most: 1 J."""
-    before = np.array(Quadratures(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
-    since = np.array(Quadratures(3.0, -7.0, 17.0, 100.0, 100.0, 33.0, 100.0))
-    opened = OpenContact(0.1, Impulse(64.0, 128.0, 256.0), before, peak_force=9.0, depth=0.5)
-    whole, finite = opened.closed(0.2, since, ElasticStop(8.0))
-    assert finite == Contact(0.1, 0.2, 2.0, -8.0, 9.0, 1.0, 48.0)
-    assert whole == Contact(0.1, 0.2, 66.0, 120.0, 9.0, 1.0, 304.0)
 
 
 def test_a_macro_collision_adds_up_its_contacts():

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from oblique_impact import Scenario, simulate
-from oblique_impact.beam.normal_modes import normal_modes
 from oblique_impact.marching.event import EventScheme
 from oblique_impact.marching.loop import Run
 from oblique_impact.problem import beam_of, beam_problem
@@ -100,11 +99,3 @@ def test_where_calls_end_changes_nothing(case):
     assert [e.time for e in parts.events] == [e.time for e in whole.events]
     np.testing.assert_array_equal(others[0], times)
     np.testing.assert_array_equal(others[1], states)
-
-
-def test_normal_modes_decouple_the_beam_at_rest():
-    model = beam_of(Scenario.builtin("many-modes", ["beam.kelvin_voigt=1e-4"])).model
-    modes = normal_modes(model)
-    np.testing.assert_allclose(modes.projection @ modes.shapes, np.eye(17), atol=1e-12)
-    assert modes.stiffness[0] < 1e-3 * modes.stiffness[1]
-    np.testing.assert_allclose(modes.damping[1:], 1e-4 * modes.stiffness[1:], rtol=1e-9)

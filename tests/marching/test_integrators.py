@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, ellipkinc
 
 from oblique_impact import MechanicalSystem, Scenario, simulate, simulate_system
@@ -111,17 +110,6 @@ def polynomial_gap(roots):
     return Prescribed(gap, gap.deriv(), gap.deriv(2))
 
 
-def wiggling_gap(crests, place, depth):
-    """1 - depth - cos: dips of the given depth, `crests` of them per step; the first one is centred at `place`."""
-    w = 2.0 * math.pi * crests / END
-    gap = Prescribed(
-        lambda s: 1.0 - depth - math.cos(w * (s - place)),
-        lambda s: w * math.sin(w * (s - place)),
-        lambda s: w * w * math.cos(w * (s - place)),
-    )
-    return gap, place - math.acos(1.0 - depth) / w
-
-
 @pytest.mark.parametrize("width", [0.1, 1e-2, 1e-4])
 @pytest.mark.parametrize("places", [(0.02, 0.3), (0.1, 0.55), (0.2, 0.76), (0.28, 0.78), (0.51, 0.9)])
 def test_of_two_dips_inside_a_step_the_first_is_found(places, width):
@@ -129,39 +117,6 @@ def test_of_two_dips_inside_a_step_the_first_is_found(places, width):
     event = first_event(polynomial_gap(np.sort(roots)))
     # a dip of width d and depth d^2 is crossed at a slope of d: rounding of the gap counts as much as 1e-15/d
     assert event.time == pytest.approx(roots[0], abs=max(1e-11, 1e-14 / width))
-
-
-def first_dips(crests, depth):
-    """Wiggling gaps that start open, with their first crossings, for many places of the first dip in the step."""
-    for place in np.linspace(0.02, 0.9 / max(crests, 1.0), 31):
-        system, first = wiggling_gap(crests, place * END, depth)
-        if system.g(0.0) > 0.0:
-            yield place, first, first_event(system)
-
-
-@pytest.mark.parametrize(
-    ("crests", "depth", "located"),
-    [
-        *((1.0, depth, 1e-11) for depth in (0.3, 1e-2, 1e-4)),
-        *((1.5, depth, 1e-11) for depth in (0.1, 1e-3)),
-        (1.5, 1e-6, 1e-3),
-        *((2.0, depth, 1e-3) for depth in (0.3, 1e-4, 1e-6)),
-    ],
-)
-def test_a_wiggling_gap_is_caught_at_its_first_crossing(crests, depth, located):
-    """Up to two dips per step, wherever they fall in it; where they are deep enough, located to rounding."""
-    for place, first, event in first_dips(crests, depth):
-        assert event is not None, f"the dip at {place} of the step is lost"
-        assert event.time == pytest.approx(first, abs=located)
-
-
-def test_a_shallow_dip_that_does_not_reach_zero_is_no_event():
-    for clearance in (1e-3, 1e-6, 1e-9):
-        for place in np.linspace(0.0, END, 23):
-            parabola = Prescribed(
-                lambda s, p=place, c=clearance: (s - p) ** 2 + c, lambda s, p=place: 2.0 * (s - p), lambda s: 2.0
-            )
-            assert first_event(parabola) is None
 
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
@@ -194,22 +149,6 @@ class Table(MechanicalSystem):
 
     def energy(self, t, q, qd):
         return 0.5 * float(qd[0]) ** 2, 0.0, 9.8 * float(q[0])
-
-
-@pytest.mark.parametrize("frequency", [20.0, 200.0, 600.0])
-def test_ball_on_a_vibrating_table(frequency):
-    for height in np.linspace(0.05, 0.5, 10):
-        table = Table(5e-3, frequency)
-
-        def gap(t, start=height):
-            return start - 4.9 * t * t - 5e-3 * math.sin(frequency * t)
-
-        times = np.linspace(0.0, 0.35, 100_001)
-        first = np.flatnonzero(height - 4.9 * times**2 - 5e-3 * np.sin(frequency * times) < 0.0)[0]
-        hit = brentq(gap, times[first - 1], times[first], xtol=1e-15)
-        history = simulate_system(table, [height], [0.0], 1.05 * hit, output_interval=1e-3)
-        assert history.events[0].time == pytest.approx(hit, abs=1e-10)
-        assert float(history["gap"].min()) > -1e-10
 
 
 def test_moving_table_balances_its_energy():
@@ -310,28 +249,6 @@ def test_a_flight_that_starts_at_rounding_below_zero_and_falls_hits(gap):
     # the gap tolerance, 1e-12 m, is used up after (6e-12)^(1/3) s
     assert history.events[0].time <= 1.01 * 6e-12 ** (1 / 3)
     assert float(history["gap"].min()) >= -1.01e-12
-
-
-@pytest.mark.parametrize("speed", [1e-5, 1e-4, 1e-3])
-def test_short_bounces_inside_a_fraction_of_a_step(speed):
-    """Flights of at most 2e-4 s, each tried with a step of up to 1 s: every landing counts."""
-    height, e = 0.5 * speed**2 / 9.8, 0.5
-    history = simulate_system(
-        incline(0.0),
-        [0.0, height],
-        [1.0, 0.0],
-        1.0,
-        impact_law=NewtonImpact(e),
-        output_interval=1e3,
-        gap_tolerance=1e-12,
-    )
-    fall = speed / 9.8
-    count = len(history.events)
-    # bounces go on until they rise less than four gap tolerances: speed e^k > sqrt(8 g 1e-12)
-    assert count == 1 + int(math.log(speed / math.sqrt(8.0 * 9.8e-12)) / math.log(1.0 / e))
-    bounces = fall * (1.0 + 2.0 * np.cumsum(e ** np.arange(1, count)))
-    assert [event.time for event in history.events[1:]] == pytest.approx(bounces, abs=1e-11)
-    assert float(history["gap"].min()) > -1e-12
 
 
 def test_breakpoints():

@@ -125,17 +125,6 @@ def nodal(elements, **changes):
     )
 
 
-def test_the_finest_mesh_flies_like_a_coarse_one():
-    """Entries of K grow as the third power of the number of elements, and so does what rounding leaves of K q."""
-    ends = []
-    for elements in (64, 4096):
-        history = simulate(nodal(elements, end_time=2e-3, solver__free_step=1e-5, solver__contact_step=1e-5))
-        assert history.outcome is Outcome.COMPLETED
-        assert abs(history.summary["energy"]["unaccounted"]) < 1e-8
-        ends.append(float(history["theta"][-1]))
-    assert ends[1] == pytest.approx(ends[0], abs=1e-10)
-
-
 def test_an_impact_on_a_damped_fine_mesh_is_no_painleve():
     """The force after the impact is singular, and the first step in contact far longer than it takes to decay."""
     changes = {"beam__kelvin_voigt": 1e-5, "end_time": 0.318}

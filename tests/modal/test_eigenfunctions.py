@@ -12,18 +12,6 @@ FAMILIES = ["clamped-free", "hinged-free"]
 MODES, LENGTH = 60, 2.5
 
 
-@pytest.mark.parametrize("family", FAMILIES)
-def test_sixty_eigenfunctions_meet_their_boundary_conditions(family):
-    shapes = Eigenfunctions(family, MODES, LENGTH)
-    ends = np.array([0.0, LENGTH])
-    # derivatives by z = b x/L, so that each is of the size of the function
-    root, tip = np.stack([shapes.derivative(ends, k) / (shapes.roots / LENGTH) ** k for k in range(4)], axis=1)
-    held = (0, 1) if family == "clamped-free" else (0, 2)
-    np.testing.assert_allclose(root[held, :], 0.0, atol=1e-12)
-    np.testing.assert_allclose(tip[0], 2.0, rtol=1e-12)
-    np.testing.assert_allclose(tip[2:], 0.0, atol=1e-12)
-
-
 @pytest.mark.parametrize("hub", [0.0, 1e-6, 0.02, 1.0, 1e4, 1e20])
 @pytest.mark.parametrize("radius", [0.0, 0.3])
 def test_sixty_eigenfunctions_turn_with_their_hub(hub, radius):

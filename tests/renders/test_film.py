@@ -83,6 +83,9 @@ def test_pictures_and_films_say_what_made_them_and_what_their_run_warns_of(story
         assert picture.info["dpi"][0] == pytest.approx(story.style.resolution, rel=1e-3)
     mp4 = write_film(story, make_timeline(story.time_map, frames=2), tmp_path / "a.mp4")
     said.append(mp4.read_bytes().decode("utf-8", "replace"))
+    with Image.open(write_film(story, make_timeline(story.time_map, frames=2), tmp_path / "a.gif")) as gif:
+        assert gif.n_frames == 2
+        said.append(gif.info["comment"].decode())
     svg = overview_figure({"run": warned}, tmp_path / "a.svg").read_text(encoding="utf-8")
     assert "warning: a rigid stop" in svg
     for text in said:

@@ -107,7 +107,7 @@ def test_points_of_pictures_and_page_are_those_of_the_history_and_the_face_touch
     history = run("paper", *HUBS[case].split(), "discretization.method=fem", "discretization.elements=8")
     story = story_of([history], Style(deformation=1.0))
     geometry, page = story.geometries[0], content_of(story).arrays
-    surface = story.slope.outline[0] @ geometry.slope_axes[1]
+    surface = story.obstacles[0].outline[0] @ geometry.slope_axes[1]
     closed = 0
     for n in range(0, page["time"].size, max(1, page["time"].size // 60)):
         time = page["time"][n]
@@ -119,7 +119,7 @@ def test_points_of_pictures_and_page_are_those_of_the_history_and_the_face_touch
             (geometry.centreline(k)[:, :2], axis),
             (page["axis"][n], axis),
             (geometry.contact_point(k), tip),
-            (page["contact"][n] + page["offset"][n], place),
+            (page["place"][n, 0] + page["offset"][n, 0], place),
         ):
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
         if history["state"].values[k] != State.FREE:

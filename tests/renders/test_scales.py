@@ -13,7 +13,7 @@ from oblique_impact.renders.geometry import BeamGeometry
 from oblique_impact.renders.scale_bar import scale_bar
 from oblique_impact.renders.story import ColourScale, colour_scale, round_up
 from oblique_impact.renders.style import Colour
-from oblique_impact.renders.surroundings import drawn_slope
+from oblique_impact.renders.surroundings import drawn_obstacles
 from oblique_impact.renders.timeline import SECONDS, make_timeline, time_map
 
 # Slope --------------------------------------------------------------------------------------------------------
@@ -21,8 +21,8 @@ from oblique_impact.renders.timeline import SECONDS, make_timeline, time_map
 
 def test_what_passes_below_an_unbounded_slope_is_seen_to_do_so(run):
     """The slope is drawn over every place of the axis that is below it; its surface half a depth lower."""
-    geometry = BeamGeometry(run("mid-span", "slope.extent=[]"))
-    slope, (tangent, normal) = drawn_slope(geometry), geometry.slope_axes
+    geometry = BeamGeometry(run("mid-span", "contact.where=point", "contact.point=0.6", "slope.extent=[]"))
+    (slope,), (tangent, normal) = drawn_obstacles(geometry), geometry.slope_axes
     places = geometry.stations_at(np.arange(geometry.times.size)) - geometry.scenario.slope.origin
     below = (places @ tangent)[places @ normal < 0.0]
     assert slope.ends[0] < below.min()
@@ -35,11 +35,12 @@ def test_what_passes_below_an_unbounded_slope_is_seen_to_do_so(run):
 
 def test_the_ends_of_a_slope_are_those_of_the_scenario_within_reach(run):
     ledge = BeamGeometry(run("mid-span"))
-    assert drawn_slope(ledge).ends == ledge.scenario.slope.extent
-    wide = drawn_slope(BeamGeometry(run("paper", "end_time=0.01", "slope.extent=[-100.0, 100.0]")))
+    (slope,) = drawn_obstacles(ledge)
+    assert slope.ends == ledge.scenario.slope.extent
+    (wide,) = drawn_obstacles(BeamGeometry(run("paper", "end_time=0.01", "slope.extent=[-100.0, 100.0]")))
     assert np.ptp(wide.ends) < 2.5
-    assert drawn_slope(BeamGeometry(run("paper", "end_time=0.01", "slope.extent=[5.0, 6.0]"))) is None
-    assert drawn_slope(BeamGeometry(run("spin-up", "end_time=0.01"))) is None
+    assert drawn_obstacles(BeamGeometry(run("paper", "end_time=0.01", "slope.extent=[5.0, 6.0]"))) == []
+    assert drawn_obstacles(BeamGeometry(run("spin-up", "end_time=0.01"))) == []
 
 
 # Colours ------------------------------------------------------------------------------------------------------

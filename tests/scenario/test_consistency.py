@@ -16,6 +16,8 @@ HUB = "root.kind=hub root.hub_radius=0.1"
 MASSLESS = "contact.point_inertia=none"
 ABSOLUTE = "discretization.method=absolute contact.normal=spring"
 SHAPED = "beam.section.shape"
+ANYWHERE = "contact.where=anywhere"
+ALONE = f"{ANYWHERE} slope.enabled=false initial.angle=0"
 RECTANGLE = f"{SHAPED}=rectangle beam.section.width=0.02 beam.section.height=0.01"
 I_BEAM = f"{SHAPED}=i-beam beam.section.width=0.02 beam.section.height=0.04"
 
@@ -102,6 +104,48 @@ REFUSED = [
     ),
     ("discretization.nodes", f"{FEM} discretization.nodes=[0,0.5,0.5,1]", "ascending"),
     ("discretization.nodes", f"{MESH} contact.point=0.7", "none of them is at contact.point = 0.7"),
+    ("obstacles", "obstacles=[{kind='point'}]", 'only with contact.where = "anywhere"'),
+    ("contact.grid", "contact.grid=2", 'only with contact.where = "anywhere"'),
+    ("slope.enabled", "slope.enabled=false", "contact.enabled = false is free motion"),
+    ("contact.grid", f"{ANYWHERE} contact.grid=65", "less than or equal to 64"),
+    ("contact.restitution", f"{ANYWHERE} contact.restitution=0.5", "of several contacts it has no limit"),
+    ("contact.impact", f"{ANYWHERE} contact.impact=routh", 'should be "newton"'),
+    ("contact.point_inertia", f"{ANYWHERE} {MASSLESS}", 'should be "kept"'),
+    ("contact.shortening", f"{ANYWHERE} contact.shortening=false", "should be true"),
+    ("discretization.kinetics", f"{ANYWHERE} discretization.kinetics=zeroth-order", '"first-order" or "full"'),
+    ("discretization.method", f"{ABSOLUTE} {ANYWHERE}", 'should be "modal" or "fem"'),
+    ("discretization.modes", f"{NODAL} {ANYWHERE}", "should be at least 1"),
+    ("solver.scheme", f"{ANYWHERE} solver.scheme=fixed-step", 'should be "event"'),
+    (
+        "contact.surface",
+        f"{FEM} {ANYWHERE} contact.surface=section beam.outer_fibre=[[0,0.01],[1,0.02]]",
+        "a depth that changes along the beam",
+    ),
+    ("contact.enabled", f"{ANYWHERE} slope.enabled=false", "write contact.enabled = false"),
+    ("initial.angle", f"{ANYWHERE} initial.angle=0.2", "at 1 m starts 0.0212064 m below the slope"),
+    (
+        "initial.angle",
+        f"{ANYWHERE} initial.angle=0 slope.origin=[0.5,0] slope.angle=0 slope.extent=[0,9]",
+        "an end of the slope lies on the beam's axis",
+    ),
+    ("obstacles.1.radius", f"{ANYWHERE} obstacles=[{{radius=0.1}}]", 'only with kind = "point" (it is "side")'),
+    ("obstacles.1.angle", f"{ANYWHERE} obstacles=[{{kind='point',angle=0.1}}]", 'only with kind = "side"'),
+    ("obstacles.1.extent", f"{ANYWHERE} obstacles=[{{extent=[1,0]}}]", "first less than last"),
+    ("obstacles.2.radius", f"{ANYWHERE} obstacles=[{{}},{{radius=-1}}]", "greater than or equal to 0"),
+    ("obstacles.1.radus", f"{ANYWHERE} obstacles=[{{radus=1}}]", "did you mean radius?"),
+    (
+        "obstacles.1.origin",
+        f"{ALONE} obstacles=[{{kind='point',origin=[0.5,0.01],radius=0.02}}]",
+        "0.01 m from the beam's axis",
+    ),
+    ("obstacles.1.origin", f"{ALONE} obstacles=[{{kind='point',origin=[0.5,0]}}]", "lies on the beam's axis"),
+    ("obstacles.1.origin", f"{ALONE} obstacles=[{{origin=[0,0.01]}}]", "at 1 m starts 0.01 m below obstacle 1"),
+    ("obstacles.1.origin", f"{ALONE} obstacles=[{{extent=[0.5,2]}}]", "an end of obstacle 1 lies on"),
+    (
+        "obstacles.1.origin",
+        f"{ALONE} obstacles=[{{origin=[0,-0.01]}}] contact.grid=4 contact.surface=section beam.outer_fibre=0.02",
+        "at 0.25 m starts 0.01 m below obstacle 1",
+    ),
     ("solver.output_interval", "solver.output_interval=1e-9", "1e+09 samples of 333 values"),
     ("solver.free_step", "solver.scheme=fixed-step solver.free_step=1e-10", "more than 1000000000 steps"),
     ("solver.contact_step", "solver.scheme=generalized-alpha solver.contact_step=1e-12", "more than 1000000000"),
@@ -127,6 +171,9 @@ FLAT = "slope.angle=0 initial.angle=0"
         # a beam along the x axis, and a slope below it, on it, or above it
         (f"{FLAT} slope.origin=[0.0,{{}}]", "-1e-9", "1e-9"),
         (f"{FLAT} slope.origin=[0.0,{{}}]", "1e-13", "2e-12"),
+        # a peg of radius 0.1 below the beam, and a corner
+        (f"{ALONE} obstacles=[{{{{kind='point',origin=[0.5,{{}}],radius=0.1}}}}]", "-0.1", "-0.0999"),
+        (f"{ALONE} obstacles=[{{{{kind='point',origin=[0.5,{{}}]}}}}]", "-2e-12", "-1e-13"),
         (f"{FEM} discretization.nodes=[0,{{}},1] contact.point=0.7", "0.7000000001", "0.70001"),
     ],
 )

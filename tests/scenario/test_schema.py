@@ -10,7 +10,7 @@ import fastjsonschema
 import pytest
 
 from oblique_impact import InputError, Scenario, scenario_schema
-from oblique_impact.scenario.comments import comment_of, range_text
+from oblique_impact.scenario.comments import comment_of
 from oblique_impact.scenario.scenario import builtin_names, builtin_text
 from oblique_impact.scenario.schema import key_schemas
 from oblique_impact.scenario.toml import flat_keys, set_key
@@ -39,7 +39,7 @@ UNITS = {
 }
 PLAIN = (
     "beam.modal_damping_ratio contact.restitution contact.mu_static contact.mu_kinetic discretization.modes "
-    "discretization.elements discretization.grading solver.tolerance solver.rho_infinity"
+    "contact.grid discretization.elements discretization.grading solver.tolerance solver.rho_infinity"
 )
 
 
@@ -127,21 +127,6 @@ def test_the_schema_refuses_what_is_refused(valid, path, value):
         Scenario.from_dict(data)
 
 
-def test_bounds_in_words_are_those_of_the_models():
-    """Values that the words exclude are refused, and the bound itself is as the sign says."""
-    checked = 0
-    for path, schema in key_schemas().items():
-        for sign, text in re.findall(r"([<>]=?) (-?[\d.e-]+)", range_text(schema)):
-            bound = float(text)
-            step = 1.0 if range_text(schema).startswith("whole") else abs(bound) * 1e-6 + 1e-9
-            value = bound if "=" not in sign else bound + (step if "<" in sign else -step)
-            value = int(value) if step == 1.0 else value
-            with pytest.raises(InputError, match=re.escape(path)):
-                Scenario.from_dict(data_of(path, [value, value] if schema.get("type") == "array" else value))
-            checked += 1
-    assert checked > 40
-
-
 @pytest.mark.parametrize(
     ("path", "words"),
     [
@@ -150,7 +135,7 @@ def test_bounds_in_words_are_those_of_the_models():
         ("beam.modal_damping_ratio", "damping ratio of each elastic mode (number, >= 0, < 1)"),
         ("discretization.elements", "number of finite elements (whole number, >= 1, <= 4096)"),
         ("slope.origin", "a point of the slope, [x, y] from the axis of the root (two numbers in m)"),
-        ("contact.enabled", "whether there is a slope; false: free motion (true, false)"),
+        ("contact.enabled", "whether slope and obstacles are touched; false: free motion (true, false)"),
         ("contact.normal", 'a rigid stop or an elastic one ("rigid", "spring")'),
     ],
 )

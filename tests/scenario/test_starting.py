@@ -56,18 +56,10 @@ def test_a_new_file_is_the_same_scenario_and_so_it_is_with_every_key_taken_in(tm
     taken = re.sub(r"^#(?=\w+ = )", "", text, flags=re.MULTILINE)
     assert Scenario.from_toml(taken) == made
     for path in key_schemas():
-        assert re.search(rf"^{path.rpartition('.')[2]} = ", taken, re.MULTILINE), path
+        assert re.search(rf"^(\[\[)?{path.rpartition('.')[2]}( = |\]\])", taken, re.MULTILINE), path
     assert max(map(len, text.splitlines())) <= 110
     # what is given stays given, what follows other keys goes on following them
     assert made.contact.model_fields_set == Scenario.builtin(name).contact.model_fields_set
-
-
-def test_keys_that_are_not_given_stand_behind_a_sign(tmp_path):
-    start_scenario(tmp_path / "a.toml", "tapered")
-    text = (tmp_path / "a.toml").read_text(encoding="utf-8")
-    assert text.startswith("# A tapered, lightly damped beam with a tip mass strikes a rigid slope")
-    assert "\n# point mass at x = length (number in kg, >= 0)\ntip_mass = 0.05\n" in text
-    assert "\n# Young's modulus (number in Pa, > 0)\n#youngs_modulus = 68952000000.0\n" in text
 
 
 def test_a_file_of_ones_own_is_taken_with_its_parameters(tmp_path):

@@ -13,7 +13,7 @@ from oblique_impact import InputError, Scenario, fem_beam, simulate, simulate_sy
 from oblique_impact.beam.base_motion import BaseMotion
 from oblique_impact.contact.friction import Branch, FrictionCurve, FrictionLaw
 from oblique_impact.contact.impacts import ImpactLaw, newton_impulse
-from oblique_impact.contact.stops import ContactLaw, ElasticStop
+from oblique_impact.contact.stops import ContactLaw
 from oblique_impact.scenario.sections import SolverSection
 from tests.docs.test_commands import DOCS, blocks
 from tests.systems import Block, RungeKutta
@@ -87,13 +87,6 @@ def test_a_contact_law_is_the_elastic_stop_that_it_repeats(scheme, apart):
     for entry in ("contact", "lost_damping", "final"):
         assert own.summary["energy"][entry] == pytest.approx(built_in.summary["energy"][entry], rel=1e-6, abs=1e-9)
     assert own.summary["energy"]["lost_damping"] > 0.1
-
-
-def test_a_stop_stores_the_work_of_its_force():
-    law = Power(2e6, 1.5)
-    assert law.energy(-1e-3) == pytest.approx(2e6 * 1e-3**2.5 / 2.5, rel=1e-12)
-    assert law.energy(1e-3) == 0.0
-    assert ElasticStop(1e6).energy(-1e-3) == pytest.approx(0.5)
 
 
 def test_a_mass_on_a_power_law_stop_leaves_as_it_came():
@@ -195,41 +188,7 @@ def test_the_parts_of_the_how_to_run():
 # --- a law with a stick state and kinks beside zero
 
 
-def test_kinks_of_a_law_that_sticks_are_passed_without_a_stop():
-    """m v' = -N mu(v) with mu linear between points is an exponential on each; the block then rests."""
-    points, weight = ((0.0, 0.4), (0.1, 0.2), (0.5, 0.3)), 9.8
-    block = Block(lambda t, q, qd: (0.0, -weight))
-    law = FrictionCurve(points, static=0.45)
-    history = simulate_system(block, [0.0, 0.0], [1.0, 0.0], 1.0, friction=law)
-    expected = (1.0 - 0.5) / (0.3 * weight)
-    for (v0, mu0), (v1, mu1) in zip(reversed(points[:-1]), reversed(points[1:]), strict=True):
-        rate = weight * (mu1 - mu0) / (v1 - v0)
-        expected += math.log(mu1 / mu0) / rate
-    stick = next(event for event in history.events if event.kind.value == "stick")
-    assert stick.time == pytest.approx(expected, abs=1e-10)
-    assert history.summary["energy"]["lost_friction"] == pytest.approx(0.5, abs=1e-10)
-    assert [e for e in history.events if e.kind.value == "reversal"] == []
-
-
-@pytest.mark.parametrize("rate", [-0.7, -0.5, -0.3, -0.1, 0.0, 0.05, 0.1, 0.5, 0.7])
-@pytest.mark.parametrize("direction", [1, -1])
-def test_branches_of_a_curve_hold_around_the_velocity_they_are_asked_for(rate, direction):
-    law = FrictionCurve(((0.0, 0.4), (0.1, 0.2), (0.5, 0.3)))
-    branch = law.branch(rate, direction)
-    assert branch.lower <= rate <= branch.upper
-    assert rate != (branch.upper if direction > 0 else branch.lower)
-    if rate != 0.0:
-        mu = np.interp(abs(rate), [0.0, 0.1, 0.5], [0.4, 0.2, 0.3])
-        assert branch.intercept + branch.slope * rate == pytest.approx(-math.copysign(mu, rate), abs=1e-15)
-
-
 # --- Routh's impact on the beam
-
-
-def test_routh_without_friction_is_newton():
-    scenario = PAPER.replace(contact__friction="frictionless", contact__restitution=0.4)
-    newton, routh = simulate(scenario), simulate(scenario.replace(contact__impact="routh"))
-    assert_allclose(times(routh), times(newton), rtol=0, atol=1e-11)
 
 
 # --- what is refused

@@ -112,29 +112,6 @@ def test_a_particle_thrown_up_an_incline_turns_and_comes_back_or_stays(law, sche
     assert abs(history.summary["energy"]["unaccounted"]) <= bound(scheme, late * THROW, second * pull)
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize(("mu", "state"), [(0.324, State.SLIP), (0.326, State.STICK)])
-def test_a_particle_at_rest_stays_on_the_incline_if_it_is_rough_enough(mu, state, scheme):
-    """v(0) = 0: it rests iff mu >= tan(alpha) = 0.32492; else x = -(sin - mu cos) g t^2/2."""
-    law = coulomb(mu)
-    particle = Particle(above=-GRAVITY * cos(INCLINE), along=-GRAVITY * sin(INCLINE))
-    history = completed(
-        simulate_system(
-            particle,
-            np.zeros(2),
-            np.zeros(2),
-            0.5,
-            friction=law.make(UNSCALED),
-            scheme=scheme_of(scheme, SLIDING_STEP),
-        )
-    )
-    assert kinds_of(history) == []
-    assert int(last(history, "state")) == state
-    a = GRAVITY * (sin(INCLINE) - mu * cos(INCLINE)) if state is State.SLIP else 0.0
-    h = SLIDING_STEP
-    assert last(history, "slip") == pytest.approx(-0.5 * a * 0.25, abs=bound(scheme, a * h * 0.5, a * h**2))
-
-
 # --- a ball ----------------------------------------------------------------------------------------------------
 
 DROP = 0.2  # m

@@ -95,15 +95,6 @@ def test_it_falls_past_beyond_an_end_comes_back_and_strikes_again_from_above(nam
     assert last(history, "gap") == pytest.approx(abs(cos(W * end)), abs=4.0 * W * late)
 
 
-@pytest.mark.parametrize("name", LATE)
-def test_a_start_below_the_line_beyond_an_end_is_a_flight(name):
-    """y = -cos(w t) from beside the slope: up past its line after a quarter, and down on it after three."""
-    history = swing(name, -1.0, 2.0 * QUARTER, 0.5, 3.2 * QUARTER)
-    assert [passed["how"] for passed in history.summary["slope_ends"]] == ["comes back"]
-    assert kinds_of(history)[0] == "rebound"
-    assert history.events[0].time == pytest.approx(3 * QUARTER, abs=W * (LATE[name] + 1e-8))
-
-
 @pytest.mark.parametrize("name", SCHEMES)
 def test_what_an_elastic_stop_stores_at_its_end_is_lost_with_the_contact(name):
     """A block at rest in its stop, pushed along: at the end the spring lets go of (m g)^2/(2 k)."""

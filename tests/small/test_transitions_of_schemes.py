@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass
-from math import asin, atan, cos, inf, pi, sin, sqrt
+from math import asin, cos, inf, pi, sin, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +18,10 @@ from oblique_impact import History, Scenario, simulate, simulate_system
 from oblique_impact.contact.friction import Branch, Coulomb, FrictionLaw
 from oblique_impact.contact.impacts import NewtonImpact
 from oblique_impact.contact.state import Baumgarte, State
-from oblique_impact.contact.stops import ElasticStop
 from oblique_impact.marching.fixed_step import FixedStepScheme
 from oblique_impact.marching.generalized_alpha import GeneralizedAlphaScheme
-from oblique_impact.marching.location import cubic_dip
 from oblique_impact.validation.reference_values import VALUES
-from oblique_impact.validation.small_systems import Particle, PinnedBar
+from oblique_impact.validation.small_systems import Particle
 from tests.small.systems import (
     GRAVITY,
     ROUNDING,
@@ -43,88 +41,10 @@ BALL = Particle(above=-GRAVITY)
 #: no stabilization, the paper's (chi = 10, beta = 1000), and a soft one
 STABILIZATIONS = [Baumgarte(0.0, 0.0), Baumgarte(20.0, 1e6), Baumgarte(2.0, 1e4)]
 
-# --- residuals that are exactly zero --------------------------------------------------------------------------
 
-
-def test_generalized_alpha_marches_a_ball_that_falls_on_a_spring():
-    """From y(0) = 0 at rest on an elastic stop: y = -(g/w^2) (1 - cos w t), w^2 = k/m, up to one period."""
-    omega, steps, errors = 20.0, np.array([4e-3, 2e-3, 1e-3]), []
-    for h in steps:
-        scheme = GeneralizedAlphaScheme(h, h)
-        history = completed(simulate_system(BALL, REST, REST, 0.28, contact_law=ElasticStop(400.0), scheme=scheme))
-        errors.append(last(history, "gap") + GRAVITY / omega**2 * (1.0 - cos(omega * 0.28)))
-    # (w h)^2 of the angle w t is more than the scheme's error of the frequency
-    assert_order(steps, errors, (1.8, 2.2), GRAVITY / omega**2 * omega * 0.28 * (omega * steps) ** 2)
-
-
-# --- fixed steps stick while the contact slides ---------------------------------------------------------------
-
-MU, SPEED = 0.3, 1.0
-STOP_TIME, STOP_WAY = SPEED / (MU * GRAVITY), SPEED**2 / (2.0 * MU * GRAVITY)
-
-
-def braked(h: float, baumgarte: Baumgarte) -> History:
-    """Run a block that slides with 1 m/s until it has rested for a while."""
-    options = {"friction": Coulomb(MU, MU), "scheme": FixedStepScheme(h, h), "baumgarte": baumgarte}
-    return completed(simulate_system(BALL, REST, np.array([SPEED, 0.0]), 0.45, **options))
-
-
-@pytest.mark.parametrize("baumgarte", STABILIZATIONS)
-def test_fixed_steps_stop_a_sliding_block(baumgarte):
-    """x'' = -mu g, x'(0) = v: it stops after v/(mu g) = 0.340 s and v^2/(2 mu g) = 0.170 m, and sticks once.
-
-    The steps end half a step after the stop.  What is noticed at the end of a step is noticed up to h late, by
-    which time it slides back with up to mu g h; friction takes m v^2/2, but for so much.
-    """
-    counts = np.array([200, 400, 800])
-    steps = STOP_TIME / (counts - 0.5)
-    ways, times = [], []
-    for h in steps:
-        history = braked(h, baumgarte)
-        assert kinds_of(history) == ["stick"]
-        assert int(last(history, "state")) == State.STICK
-        assert abs(last(history, "slip_rate")) <= MU * GRAVITY * h
-        energy, late = history.summary["energy"], MU * GRAVITY * h * SPEED
-        assert energy["lost_friction"] == pytest.approx(0.5 * SPEED**2, abs=late)
-        assert abs(energy["lost_scheme"]) + abs(energy["unaccounted"]) <= late
-        ways.append(last(history, "slip") - STOP_WAY)
-        times.append(times_of(history)[0] - STOP_TIME)
-    assert_order(steps, times, (0.8, 2.2), 1.01 * steps)
-    assert_order(steps, ways, (0.8, 2.2), SPEED * steps)
-
-
-# --- d: transitions that generalized-alpha locates -----------------------------------------------------------
+# --- transitions that generalized-alpha locates -----------------------------------------------------------
 
 RHOS = [0.0, 0.5, 0.8, 1.0]
-
-
-@pytest.mark.parametrize("rho", RHOS)
-def test_generalized_alpha_locates_slip_and_stick_of_a_pulled_mass(rho):
-    """m x'' = k (u t - x) + lambda_tau, u = 0.2 m/s, mu_s = 0.4, mu_k = 0.3, from rest.
-
-    Exact: slips at mu_s m g/(k u) = 0.196 s; then the stretch of the spring is mu_k m g/k + D cos(w t) + (u/w)
-    sin(w t), D = (mu_s - mu_k) m g/k, for 2/w (pi - atan(D w/u)), when it sticks again.
-    """
-    k, u, omega = 100.0, 0.2, 10.0
-    excess = 0.1 * GRAVITY / k
-    slip, slips_for = 0.4 * GRAVITY / (k * u), 2.0 / omega * (pi - atan(excess * omega / u))
-    system, end = PulledMass(stiffness=k, pull=u), slip + slips_for + 0.04
-    steps = np.array([5e-3, 2.5e-3, 1.25e-3])
-    early, late, places = [], [], []
-    for h in steps:
-        options = {"friction": Coulomb(0.4, 0.3), "scheme": GeneralizedAlphaScheme(h, h, rho)}
-        history = completed(simulate_system(system, REST, REST, end, **options))
-        assert kinds_of(history) == ["slip", "stick"]
-        begin, stop = times_of(history)
-        early.append(begin - slip)
-        late.append(stop - slip - slips_for)
-        # 3 pi/2 < the angle of slip: the place where it stops is u slips_for further, mirrored about the middle
-        places.append(last(history, "slip") - u * (slip + slips_for) + 0.2 * GRAVITY / k)
-    # (w h)^2 of the angle, and a step of backward Euler: 1/2 (w D) (w h)^2 of the way, over the speed u
-    wh = omega * steps
-    assert_order(steps, early, (1.7, 2.4), wh**2 * slip)
-    assert_order(steps, late, (1.7, 2.4), wh**2 * (slips_for + excess / u))
-    assert_order(steps, places, (1.7, 2.4), wh**2 * (u * slips_for + excess))
 
 
 @pytest.mark.parametrize("rho", RHOS)
@@ -177,47 +97,6 @@ def test_generalized_alpha_sees_a_graze_within_a_step(rho):
     assert passes["gap"].values == pytest.approx(exact, abs=ROUNDING)
 
 
-@pytest.mark.parametrize("rho", RHOS[1:])  # the shorter step of backward Euler does go under the ground
-def test_generalized_alpha_ends_a_step_that_only_seems_to_graze_where_it_was_to_end(rho):
-    """m y'' = -m g + F sin(W t): a cubic through the ends of a step dips under the ground, a shorter step not.
-
-    The samples are those of the same flight 10 m higher up, where nothing is near.
-    """
-    speed, h, system = 1.2, 0.2, PulledMass(lift=60.0, rate=12.0)
-
-    def flight(height: float) -> History:
-        start, scheme = np.array([0.0, height]), GeneralizedAlphaScheme(h, h, rho)
-        return completed(simulate_system(system, start, np.array([0.0, -speed]), 1.1 * h, scheme=scheme))
-
-    far = flight(10.0)
-    gaps, rates = far["gap"].values, h * far["gap_rate"].values
-    lowest, _ = cubic_dip(gaps[0], gaps[1], rates[0], rates[1])
-    down = lowest + 2e-3
-    near = flight(10.0 - down)
-    assert not kinds_of(near)
-    assert near["gap"].values == pytest.approx(gaps - down, abs=ROUNDING)
-
-
-@pytest.mark.parametrize("rho", RHOS)
-def test_generalized_alpha_holds_a_light_mass_that_sticks_to_an_elastic_stop(rho):
-    """m x'' = k (u t - x) + lambda_tau with m = 0.25 kg on a spring of the ground: it slips at mu m g/(k u).
-
-    Until then it does not move along the ground at all, whatever the inverse mass.
-    """
-    k, u, mu, mass = 10.0, 0.2, 0.4, 0.25
-    slip, h = mu * mass * GRAVITY / (k * u), 5e-3
-    system = PulledMass(stiffness=k, pull=u, mass=mass)
-    options = {"friction": Coulomb(mu, 0.75 * mu), "contact_law": ElasticStop(1e3)}
-    start = np.array([0.0, -mass * GRAVITY / 1e3])  # where the spring carries it
-    scheme = GeneralizedAlphaScheme(h, h, rho)
-    history = completed(simulate_system(system, start, REST, slip + 0.02, scheme=scheme, **options))
-    assert kinds_of(history) == ["slip"]
-    assert times_of(history)[0] == pytest.approx(slip, rel=1e-6)
-    held = history["time"].values < slip - h
-    assert held.sum() > 40
-    assert np.abs(history["slip"].values[held]).max() < ROUNDING * mass
-
-
 @pytest.mark.parametrize("rho", ["fixed-step", *RHOS])
 def test_a_mass_on_a_spring_turns_until_friction_holds_it(rho):
     """Table 6g (SDND100, published): m = 1 kg, k = 1e4 N/m, mu = 0.1, g = 10, from 0.85 mm.
@@ -241,22 +120,6 @@ def test_a_mass_on_a_spring_turns_until_friction_holds_it(rho):
     else:
         assert_order(steps, times, (1.7, 2.4), 4.0 * pi / 100 * (100.0 * steps) ** 2)
         assert_order(steps, places, (1.7, 2.4), 4.0 * 0.85e-3 * (100.0 * steps) ** 2)
-
-
-@pytest.mark.parametrize("rho", RHOS)
-def test_generalized_alpha_locates_the_impact_of_a_pinned_bar(rho):
-    """Item 4: J theta'' = -m g L/2 cos(theta) from pi/4 onto a slope; elliptic integral: 0.317128 s."""
-    exact, bar = VALUES["4"], PinnedBar(0.86874, 1.0, GRAVITY, pi / 10, 0.3)
-    rate, steps, times, impulses = sqrt(1.5 * GRAVITY), np.array([1e-2, 5e-3, 2.5e-3]), [], []
-    for h in steps:
-        scheme = GeneralizedAlphaScheme(h, h, rho)
-        history = completed(simulate_system(bar, np.array([pi / 4]), np.zeros(1), 0.32, scheme=scheme))
-        assert kinds_of(history) == ["impact"]
-        times.append(history.events[0].time - exact["t"])
-        impulses.append(history.events[0].normal_impulse - VALUES["6i"]["mu0"])
-    ceiling = (rate * steps) ** 2
-    assert_order(steps, times, (1.7, 2.4), exact["t"] * ceiling)
-    assert_order(steps, impulses, (1.7, 2.4), VALUES["6i"]["mu0"] * ceiling)
 
 
 # --- bounces under fixed steps --------------------------------------------------------------------------------
@@ -360,6 +223,7 @@ INTERPRETED = {
     "event on a spring": {"solver__scheme": "event", "end_time": 1e-3, "contact__normal": "spring"},
 }
 _RUN = """
+from dataclasses import dataclass
 import json, sys
 import numpy as np
 from oblique_impact import Scenario, simulate
@@ -409,17 +273,14 @@ def test_every_scheme_runs_without_the_compiler(name, interpreted):
         np.testing.assert_allclose(found[key], compiled[key].values, rtol=0, atol=1e-9 * size + left, err_msg=key)
 
 
-# --- k: the ledger of generalized-alpha ----------------------------------------------------------------------
+# --- the ledger of generalized-alpha ----------------------------------------------------------------------
 
 #: J, of the event scheme with the same damping through the first macro-collision; 64 elements reduced to 16 and 24
 #: modes (`discretization.modes`, `solver.scheme = "event"`) give 0.0201 and 0.0204, 24 to 32 analytic ones 0.0205
 FRICTION_LOSS = 0.0205
 
 
-@pytest.mark.parametrize(
-    ("elements", "step"), [(64, 1e-6), (64, 5e-7), pytest.param(128, 2.5e-7, marks=pytest.mark.slow)]
-)
-def test_the_ledger_of_generalized_alpha_on_a_fine_mesh(elements, step):
+def test_the_ledger_of_generalized_alpha_on_a_fine_mesh():
     """The paper's beam, full nodal model, rigid stop, mu = 0.3, Kelvin-Voigt damping of 1e-5 s, 0.331 s.
 
     The damped problem has a limit as the mesh is refined; friction takes 0.0205 J of it, by the event scheme, and
@@ -431,9 +292,9 @@ def test_the_ledger_of_generalized_alpha_on_a_fine_mesh(elements, step):
         discretization__method="fem",
         discretization__modes=0,
         discretization__frame="mean-axis",
-        discretization__elements=elements,
+        discretization__elements=64,
         solver__scheme="generalized-alpha",
-        solver__contact_step=step,
+        solver__contact_step=1e-6,
         solver__output_interval=1e-3,
     )
     energy = completed(simulate(scenario)).summary["energy"]
@@ -441,34 +302,3 @@ def test_the_ledger_of_generalized_alpha_on_a_fine_mesh(elements, step):
     assert energy["lost_scheme"] >= -1e-6
     # the sum was right before: 2e-5 of the energy at the start, by the trapezoidal rule for the damping
     assert abs(energy["unaccounted"]) <= 1e-4
-
-
-# --- l: macro-collisions of another size ---------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("size", [0.01, 100.0])
-def test_a_beam_of_another_size_has_as_many_macro_collisions(size):
-    """The paper's case scaled by s: lengths s, times s, of the same material.
-
-    E/rho is a speed squared, so that times scale as lengths; gravity is a length over a time squared: g/s.
-    Sections s^2 and s^4, angular velocities and Baumgarte's chi and beta 1/s, forces s^2, energies s^3.
-    """
-    paper = Scenario.builtin("paper")
-    scaled = paper.replace(
-        end_time=paper.end_time * size,
-        gravity=paper.gravity / size,
-        beam__length=paper.beam.length * size,
-        beam__area=paper.beam.area * size**2,
-        beam__second_moment=paper.beam.second_moment * size**4,
-        slope__origin=[size * x for x in paper.slope.origin],
-        solver__output_interval=paper.solver.output_interval * size,
-        solver__baumgarte=[x / size for x in paper.solver.baumgarte],
-    )
-    unit, other = completed(simulate(paper)), completed(simulate(scaled))
-    exact, found = (run.summary["macro_collisions"] for run in (unit, other))
-    assert len(exact) >= 2
-    assert len(found) == len(exact)
-    assert [c["contacts"] for c in found] == [c["contacts"] for c in exact]
-    # what the events themselves say: the scaling is right
-    assert other.events[0].time / size == pytest.approx(unit.events[0].time, rel=1e-8)
-    assert found[0]["normal_impulse"] / size**3 == pytest.approx(exact[0]["normal_impulse"], rel=1e-6)

@@ -48,7 +48,7 @@ class HeldTip(ContactMachine):
     def touch(self, probe: ContactProbe) -> Transition:
         """Close the contact for good."""
         return Transition(
-            self._slide(self._closed, 0.0, 1), EventKind.IMPACT, self.impact_law.impulse(probe.instant, 0.0)
+            self.slide(self.closed_phase, 0.0, 1), EventKind.IMPACT, self.impact_law.impulse(probe.instant, 0.0)
         )
 
 

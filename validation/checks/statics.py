@@ -55,7 +55,7 @@ def _at_rest(scenario: Scenario) -> tuple[float, Fields]:
     B = np.linalg.solve(o.K - GRAVITY * np.sin(angle) * o.D, -GRAVITY * np.cos(angle) * o.P)
     q, zero = np.append(angle, B)[None], np.zeros(1)
     rest = np.zeros_like(q)
-    return float(o.stations.values[-1] @ B), fields_along(beam, Motion(zero, q, rest, rest, zero, zero))
+    return float(o.stations.values[-1] @ B), fields_along(beam, Motion(zero, q, rest, rest))
 
 
 @check("A horizontal cantilever bends under its own weight.", seconds=0.2)
@@ -164,7 +164,7 @@ def falling_chimney() -> Iterator[Measurement]:
             offset, slope = _tip(o, B)
             stiff = np.append(angle, 1e-6 * B)[None]  # the moment of the undeformed shape
             zero, qdd = np.zeros(1), np.append(rigid, np.zeros_like(B))[None]
-            fields = fields_along(beam, Motion(zero, stiff, np.zeros_like(stiff), qdd, zero, zero))
+            fields = fields_along(beam, Motion(zero, stiff, np.zeros_like(stiff), qdd))
             third = int(np.argmin(np.abs(o.stations.points - 1.0 / 3.0)))
             where, tail = f"{name}, {frame} frame", f"{name.replace(' ', '-')}-{frame}"
             exact, moment = VALUES["4b"], fields.moment[0, third]

@@ -22,7 +22,7 @@ from oblique_impact.errors import InputError
 from oblique_impact.files import read_text
 from oblique_impact.scenario.messages import did_you_mean, one_of, refused, short
 from oblique_impact.scenario.scenario import Scenario
-from oblique_impact.scenario.schema import key_schemas
+from oblique_impact.scenario.schema import schema_of
 from oblique_impact.scenario.section import Section
 from oblique_impact.scenario.toml import flat_keys, parse_toml
 from oblique_impact.scenario.units import Unit
@@ -47,7 +47,7 @@ def _defaults() -> dict[str, Any]:
 def _check_keys(keys: Iterable[str], where: str) -> None:
     """Raise InputError for the first that is no key of a scenario."""
     for key in keys:
-        if key not in _defaults():
+        if schema_of(key) is None:
             inside = [known for known in _defaults() if known.startswith(f"{key.rpartition('.')[0]}.")]
             meant = did_you_mean(key, _defaults())
             words = f"known here: {', '.join(inside) or 'those of a scenario file'}{meant}"
@@ -56,7 +56,7 @@ def _check_keys(keys: Iterable[str], where: str) -> None:
 
 def _si(key: str, value: Any) -> Any:
     """Return a value whose texts with a unit are numbers in SI units; raises InputError."""
-    unit = key_schemas()[key].get("unit", "1")
+    unit = (schema_of(key) or {}).get("unit", "1")
     try:
         return value if unit == "1" else Unit(unit).convert(value)
     except ValueError as error:
@@ -90,7 +90,7 @@ class Direction(Section):
     @property
     def unit(self) -> str:
         """SI unit, "1" for numbers without one, "" for words and switches."""
-        return Unit(key_schemas()[self.names[0]].get("unit", "")).shown
+        return Unit((schema_of(self.names[0]) or {}).get("unit", "")).shown
 
     def _ends(self, given: tuple[Any, Any]) -> tuple[float, float]:
         """Return the two ends of a range in SI units; raises InputError."""

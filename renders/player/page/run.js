@@ -37,6 +37,8 @@ function mix(values, place, columns = 1, n = 0) {
 }
 
 const pair = (values, place) => [mix(values, place, 2, 0), mix(values, place, 2, 1)];
+/** (x, y) of one contact. */
+const ofContact = (values, place, i) => [0, 1].map((n) => mix(values, place, 2 * facts.contacts, 2 * i + n));
 const stateAt = (place) => run.state[Math.floor(place)];
 
 /** The axis, (x, y) at the stations: its deviation from the straight line through root and contact point times `factor`. */

@@ -75,16 +75,16 @@ function sceneView() {
   return { scale, whole, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick };
 }
 
-/** The contact point; the view follows it only where it would leave the middle of the picture. */
+/** The place of the main contact; the view follows it only where it would leave the middle of the picture. */
 function insetView() {
   const [width, height] = sizeOf(inset), { span, home } = facts.inset, scale = Math.min(width, height) / span;
-  const [x, y] = pair(run.contact, show.place).map((v, n) => v + clamp((home?.[n] ?? v) - v, -0.22 * span, 0.22 * span));
+  const [x, y] = ofContact(run.place, show.place, facts.main).map((v, n) => v + clamp((home?.[n] ?? v) - v, -0.22 * span, 0.22 * span));
   return { scale, x0: width / 2 - scale * x, y0: height / 2 + scale * y, thick: 1 };
 }
 
 function drawScene() {
   const c = begin(scene), view = sceneView();
-  drawSlope(c, view);
+  drawObstacles(c, view);
   drawRoot(c, view);
   const gone = facts.ghosts.filter(([, from]) => from <= show.place).slice(-GHOSTS);
   gone.forEach(([frame], n) => {
@@ -96,17 +96,18 @@ function drawScene() {
   drawBeam(c, view, axisAt(show.place, factor.factor));
   const bolt = Math.max(2.5, Math.min(0.6 * facts.radius[0], 0.4 * facts.pin) * view.scale);
   circle(c, toPixels(view, [0, 0]), bolt, facts.pinned ? colour.background : colour.edge, 1.6);
-  drawForce(c, view, facts.longest_arrow * view.whole, run.force_text[Math.floor(show.place)]);
+  drawForces(c, view, facts.longest_arrow * view.whole, run.force_text[Math.floor(show.place)]);
   if (zoom.by > 1) drawScaleBar(c, view, scene);
 }
 
 function drawInset() {
   const c = begin(inset), view = insetView();
-  drawSlope(c, view);
+  drawObstacles(c, view);
   drawTrace(c, view);
   drawBeam(c, view, axisAt(show.place, 1));
-  circle(c, facts.on_axis ? toPixels(view, pair(run.contact, show.place)) : touchPlace(view), 2.4, colour.edge);
-  drawForce(c, view, 0.36 * Math.min(...sizeOf(inset)));
+  const axis = ofContact(run.place, show.place, facts.main);
+  circle(c, facts.on_axis ? toPixels(view, axis) : touchPlace(view, facts.main), 2.4, colour.edge);
+  drawForces(c, view, 0.36 * Math.min(...sizeOf(inset)));
   drawScaleBar(c, view, inset);
 }
 
@@ -190,15 +191,16 @@ function drawTrace(c, view) {
 
 // What stands still ----------------------------------------------------------------------------------------------
 
-/** The slope; where the beam is drawn thicker than it is, its surface lies that much lower. */
-function drawSlope(c, view) {
-  if (!facts.slope) return;
-  const lower = (view.thick - 1) * facts.touch_radius;
-  const corners = facts.slope.map((point) => toPixels(view, point.map((v, n) => v - lower * facts.normal[n])));
-  polygon(c, corners, colour.ground);
-  c.beginPath();
-  corners.slice(0, 2).forEach((point) => c.lineTo(...point));
-  outline(c, 1.6);
+/** Slope and obstacles; where the beam is drawn thicker than it is, their surfaces lie that much deeper. */
+function drawObstacles(c, view) {
+  const deeper = (view.thick - 1) * facts.touch_radius;
+  for (const { outline: corners, surface, normal } of facts.obstacles) {
+    const at = (point) => toPixels(view, point.map((v, n) => v - deeper * normal[n]));
+    polygon(c, corners.map(at), colour.ground);
+    c.beginPath();
+    surface.forEach((point) => c.lineTo(...at(point)));
+    outline(c, 1.6);
+  }
 }
 
 /** The hub, or the block under the pin. */
@@ -230,17 +232,24 @@ function drawScaleBar(c, view, canvas) {
 
 // Force ----------------------------------------------------------------------------------------------------------
 
-/** Where the beam's face touches the slope, in pixels. */
-function touchPlace(view) {
-  const offset = pair(run.offset, show.place);
-  return toPixels(view, pair(run.contact, show.place).map((v, n) => v + view.thick * offset[n]));
+/** Where the beam's face touches in a contact, in pixels. */
+function touchPlace(view, i) {
+  const offset = ofContact(run.offset, show.place, i);
+  return toPixels(view, ofContact(run.place, show.place, i).map((v, n) => v + view.thick * offset[n]));
+}
+
+/** The force of each contact; the text stands beside the largest. */
+function drawForces(c, view, longest, text) {
+  if (stateAt(show.place) === 0) return;
+  const sizes = Array.from({ length: facts.contacts }, (_, i) => Math.hypot(...ofContact(run.arrow, show.place, i)));
+  const largest = sizes.indexOf(Math.max(...sizes));
+  sizes.forEach((size, i) => size && drawForce(c, view, i, longest, i === largest ? text : ""));
 }
 
 /** Mark at the place of contact and, ending just before it, the arrow of the force, `longest` pixels at the peak. */
-function drawForce(c, view, longest, text) {
-  const [fx, fy] = pair(run.arrow, show.place), part = Math.hypot(fx, fy);
-  if (!part || stateAt(show.place) === 0) return;
-  const tint = colour.states[stateAt(show.place)], [x, y] = touchPlace(view), ux = fx / part, uy = -fy / part;
+function drawForce(c, view, i, longest, text) {
+  const [fx, fy] = ofContact(run.arrow, show.place, i), part = Math.hypot(fx, fy);
+  const tint = colour.states[stateAt(show.place)], [x, y] = touchPlace(view, i), ux = fx / part, uy = -fy / part;
   const from = MARK + 2.5, length = longest * part, head = Math.min(13, 0.6 * length), shaft = Math.min(2.2, 0.18 * head);
   const corners = [[length, shaft], [head, shaft], [head, 0.42 * head], [0, 0], [head, -0.42 * head], [head, -shaft], [length, -shaft]];
   if (length > 6) {

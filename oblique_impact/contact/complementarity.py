@@ -1,0 +1,153 @@
+"""Several contacts at once, by complementarity: which stay closed, which stick, and how impulses are shared.
+
+In a plane Coulomb's law with stick is a linear complementarity problem (Loetstedt, SIAM J. Appl. Math. 42, 1982;
+Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996), which Lemke's method solves exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from oblique_impact.errors import Outcome, RunEnded
+from oblique_impact.kernels.workspace import Array
+
+_PIVOT = 1e-11  # of the largest entry of a column: a smaller one is rounding
+_TIE = 1e-13  # of the largest entry of the vector: ratios that differ by less are equal
+_MOST_PIVOTS = 50  # per unknown; random problems need about one
+
+
+class NoSolutionError(Exception):
+    """Lemke's method ended in a ray: for matrices of contacts, the problem has no solution."""
+
+
+def lemke(matrix: Array, vector: Array) -> Array:
+    """Return z >= 0 with w = M z + q >= 0 and z.w = 0, shape (n,), for `matrix` M (n, n) and `vector` q (n,).
+
+    Lemke's complementary pivoting with the lexicographic choice of rows, which cannot cycle (Cottle, Pang, Stone,
+    The Linear Complementarity Problem, 1992, Secs. 4.4 and 4.9).  Raises NoSolutionError where it ends in a ray.
+    """
+    n = len(vector)
+    if n == 0 or np.min(vector) >= 0.0:
+        return np.zeros(n)
+    scale = np.max(np.abs(vector))
+    covering = 2 * n  # the artificial variable; 0..n-1 are w, n..2n-1 are z
+    table = np.hstack([np.eye(n), -matrix, -np.ones((n, 1)), vector[:, None]])
+    order = list(range(n))  # of the inverse of the basis: rows in lexicographic order have no ties
+    basis = list(range(n))
+    row, entering = n - 1 - int(np.argmin(vector[::-1])), covering
+    for _ in range(_MOST_PIVOTS * n):
+        table[row] /= table[row, entering]
+        others = np.arange(n) != row
+        table[others] -= np.outer(table[others, entering], table[row])
+        leaving, basis[row] = basis[row], entering
+        if leaving == covering:
+            z = np.zeros(2 * n)
+            z[basis] = table[:, -1]
+            return np.maximum(z[n:], 0.0)
+        entering = leaving + n if leaving < n else leaving - n
+        column = table[:, entering]
+        rows = np.flatnonzero(column > _PIVOT * np.max(np.abs(column)))
+        if rows.size == 0:
+            raise NoSolutionError
+        ratios = table[rows, -1] / column[rows]
+        least = np.min(ratios)
+        ties = rows[ratios <= least + _TIE * scale]
+        # the artificial variable leaves as soon as it can
+        done = [r for r in ties if basis[r] == covering]
+        row = int(done[0] if done else min(ties, key=lambda r: tuple(table[r, order] / column[r])))
+    raise NoSolutionError
+
+
+class Candidate(NamedTuple):
+    """A closed contact whose forces are wanted."""
+
+    slip: int  # direction of slip; 0: at rest, so that it may stick
+    ratio: float  # lambda_tau / lambda_n, while it slides
+    static: float  # coefficient of friction at rest
+    push: float | None  # N, the normal force of a compliant stop; None of a rigid one
+
+
+class Solution(NamedTuple):
+    """Forces and accelerations of n contacts, each (n, 2): normal and tangential."""
+
+    forces: Array  # N
+    accelerations: Array  # m/s^2, of gap and slip
+
+
+def contact_forces(delassus: Array, free: Array, candidates: Sequence[Candidate]) -> Solution:
+    """Solve for the forces of closed contacts, at rest or sliding.
+
+    With 0 <= lambda_n, 0 <= gap'', their product 0, a contact that slides has lambda_tau = ratio lambda_n.  One at
+    rest has lambda_tau = b - c with b, c >= 0, and
+
+        0 <= b _|_ s + slip'' >= 0,   0 <= c _|_ s - slip'' >= 0,   0 <= s _|_ mu lambda_n - b - c >= 0
+
+    In this form the matrix of contacts at rest is copositive, so that Lemke's method finds their forces
+    (Stewart and Trinkle, Int. J. Numer. Meth. Eng. 39, 1996).
+
+    Parameters
+    ----------
+    delassus : ndarray, shape (n, 2, n, 2)
+        Accelerations of gap and slip of each contact (m/s^2) by a unit force, normal or tangential, of each.
+    free : ndarray, shape (n, 2)
+        Accelerations of gap and slip without contact forces (m/s^2).
+    candidates : sequence of Candidate
+        The n contacts.
+
+    Raises
+    ------
+    RunEnded
+        With the outcome Painleve, if no forces exist.
+    """
+    n = len(candidates)
+    normal = [i for i, c in enumerate(candidates) if c.push is None]
+    resting = [i for i, c in enumerate(candidates) if c.slip == 0]
+    k, m = len(normal), len(resting)
+    # forces = known + shares z, z = (lambda_n of the rigid contacts; b, c and s of those at rest)
+    known, shares = np.zeros((n, 2)), np.zeros((n, 2, k + 3 * m))
+    for i, c in enumerate(candidates):
+        known[i, 0] = c.push or 0.0
+    for column, i in enumerate(normal):
+        shares[i, 0, column] = 1.0
+    for i, c in enumerate(candidates):
+        if c.slip != 0:
+            known[i, 1], shares[i, 1] = c.ratio * known[i, 0], c.ratio * shares[i, 0]
+    for column, i in enumerate(resting, start=k):
+        shares[i, 1, column], shares[i, 1, column + m] = 1.0, -1.0
+    by_z, by_known = np.tensordot(delassus, shares, axes=2), free + np.tensordot(delassus, known, axes=2)
+    matrix, vector = np.zeros((k + 3 * m, k + 3 * m)), np.zeros(k + 3 * m)
+    for row, i in enumerate(normal):
+        matrix[row], vector[row] = by_z[i, 0], by_known[i, 0]
+    for b, i in enumerate(resting, start=k):
+        back, slack, static = b + m, b + 2 * m, candidates[i].static  # of c and s
+        matrix[b], vector[b] = by_z[i, 1], by_known[i, 1]
+        matrix[back], vector[back] = -by_z[i, 1], -by_known[i, 1]
+        matrix[[b, back], slack] += 1.0
+        matrix[slack], vector[slack] = static * shares[i, 0], static * known[i, 0]
+        matrix[slack, [b, back]] -= 1.0
+    try:
+        z = lemke(matrix, vector)
+    except NoSolutionError:
+        raise RunEnded(Outcome.PAINLEVE) from None
+    forces = known + shares @ z
+    found = free + np.tensordot(delassus, forces, axes=2)
+    # what is not in the basis is 0 exactly, what is computed from it only to rounding
+    for row, i in enumerate(normal):
+        if z[row] > 0.0:
+            found[i, 0] = 0.0
+    for b, i in enumerate(resting, start=k):
+        if z[b] > 0.0 or z[b + m] > 0.0:
+            found[i, 1] = z[b + 2 * m] * (1.0 if z[b + m] > z[b] else -1.0)
+    return Solution(forces, found)
+
+
+def plastic_impulses(delassus: Array, rates: Array) -> Array:
+    """Return the normal impulses P (n,), N s, of a plastic impact without friction.
+
+    P >= 0, v + W P >= 0, their product 0 (Moreau 1988): `delassus` W (n, n) is that of the normals, `rates` v (n,)
+    the gap rates before (m/s).
+    """
+    return lemke(delassus, rates)

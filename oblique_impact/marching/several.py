@@ -1,0 +1,264 @@
+"""A run with several contacts: the loop of one contact, with the bookkeeping of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from oblique_impact.contact.impacts import Impulse
+from oblique_impact.contact.several import phase_of
+from oblique_impact.contact.simultaneous import ALTERNATING, Change, Group
+from oblique_impact.contact.state import (
+    GAP,
+    NORMAL_FORCE,
+    SIDE,
+    SLIP,
+    STATE,
+    TANGENTIAL_FORCE,
+    Instant,
+    Phase,
+    State,
+)
+from oblique_impact.contact.transitions import AtEnd, EventKind
+from oblique_impact.errors import RunEnded
+from oblique_impact.kernels.workspace import Array
+from oblique_impact.marching.advance import Progress
+from oblique_impact.marching.equations import (
+    FRICTION_LOSS,
+    NORMAL_IMPULSE,
+    OF_A_CONTACT,
+    QUADRATURES,
+    STOP_LOSS,
+    SUPPLIED,
+    TANGENTIAL_IMPULSE,
+)
+from oblique_impact.marching.loop import Run, Status
+from oblique_impact.marching.probe import Probe
+from oblique_impact.marching.problem import Problem, SeveralContacts
+from oblique_impact.marching.records import Contact, Event, OpenContact, Passage, Segment
+from oblique_impact.marching.sampling import Observation, observe
+
+#: of the tolerance of gaps: a contact that an impact has opened a moment ago is no farther away
+_JUST_OPENED = 1e3
+
+
+class SeveralProbe:
+    """The contact problems of several contacts where a run is, see `oblique_impact.contact.simultaneous`."""
+
+    def __init__(self, run: RunOfSeveral) -> None:
+        self._run, self._found = run, dict[int, Probe]()
+
+    def of(self, contact: int) -> Probe:
+        """Return the probe of one contact, as if there were no others."""
+        if contact not in self._found:
+            self._found[contact] = self._run.probe_of(contact)
+        return self._found[contact]
+
+    def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> Group:
+        """Return the problem of contacts with the velocities that impulses leave."""
+        n, jump = len(contacts), self.velocity_jump(impulses)
+        solved = [self.of(i).moved(jump) for i in contacts]
+        delassus = np.empty((n, 2, n, 2))
+        for a, (_, rows) in enumerate(solved):
+            for b, (_, others) in enumerate(solved):
+                pairs = (rows.normal, rows.tangential), (others.to_normal, others.to_tangential)
+                delassus[a, :, b, :] = np.array(pairs[0]) @ np.array(pairs[1]).T
+        return Group([instant for instant, _ in solved], delassus)
+
+    def velocity_jump(self, impulses: Mapping[int, Impulse]) -> Array:
+        """Return q'+ - q'- by impulses, (d,)."""
+        jumps = [self.of(i).velocity_jump(impulse) for i, impulse in impulses.items()]
+        return np.sum(jumps, axis=0) if jumps else np.zeros(self._run.problem.q0.size)
+
+
+class RunOfSeveral(Run):
+    """A run over a problem with several contacts."""
+
+    def __init__(self, problem: Problem, on_progress: Callable[[Status], None] | None = None) -> None:
+        super().__init__(problem, on_progress)
+        assert problem.several is not None
+        self.several: SeveralContacts = problem.several
+        self._phase = self.several.machines.free()
+        self._opened: dict[int, OpenContact] = {}
+        self._places: dict[int, tuple[float, float]] = {}  # m, from where to where each open contact has been
+        self._left: dict[int, float] = {}  # s, when an impact has opened a contact
+        self._ends = np.array([machine.ends for machine in self.several.machines.machines]).T
+        self._problems = [
+            replace(problem, system=problem.system._replace(place=i), machine=machine)
+            for i, machine in enumerate(self.several.machines.machines)
+        ]
+
+    def probe_of(self, contact: int) -> Probe:
+        """Return the probe of one contact at the present state."""
+        return Probe(
+            self._problems[contact], self._state(self._phase, contact), self._now.t, self._y, self._scratch.work
+        )
+
+    def _state(self, phase: Phase, contact: int) -> Phase:
+        assert phase.several is not None
+        return phase_of(phase, phase.several, contact)
+
+    def _begin(self) -> None:
+        probe = SeveralProbe(self)
+        change = self.several.machines.start(self._phase, probe)
+        if change.events:
+            self._sample(self._phase)
+        self._change(self._phase, change, probe)
+
+    def _pass_guard(self, guard: int) -> None:
+        leaving = self._phase
+        self._sample(leaving)
+        probe, t = SeveralProbe(self), self._now.t
+        tolerances = self.problem.machine.tolerances
+        recent = ALTERNATING * tolerances.time
+        lately = [
+            i
+            for i, left in self._left.items()
+            if t - left < recent and abs(probe.of(i).instant.gap) < _JUST_OPENED * tolerances.gap
+        ]
+        change = self.several.machines.after_guard(leaving, guard, lately, probe)
+        self._change(leaving, change, probe)
+        self._watch_for_chattering()
+        self._enter(leaving)
+
+    def _change(self, leaving: Phase, change: Change, probe: SeveralProbe) -> None:
+        """Apply impulses, log events, open and close contacts, take the new phase."""
+        machines, d, t = self.several.machines, self.problem.q0.size, self._now.t
+        before = {i: probe.of(i).instant for i in {*change.phases, *change.impulses}}
+        jump = probe.velocity_jump(change.impulses)
+        quadratures = self._quadratures()
+        for i, impulse in change.impulses.items():
+            quadratures[SUPPLIED] += probe.of(i).supply(impulse, jump)
+        self._y[d : 2 * d] += jump
+        for i, how in change.passages:
+            self._pass_end_of(i, leaving, how, before[i])
+        self._phase = machines.changed(leaving, change.phases)
+        after = SeveralProbe(self) if change.impulses else probe
+        struck = dict(change.impulses)
+        for i, kind in change.events:
+            impulse = struck.pop(i, Impulse(0.0, 0.0, 0.0)) if kind.impulsive else Impulse(0.0, 0.0, 0.0)
+            was, now = before[i], after.of(i).instant
+            state = State(self._state(self._phase, i).state)
+            event = Event(
+                t,
+                kind,
+                impulse.normal,
+                impulse.tangential,
+                was.gap_rate,
+                now.slip_rate,
+                impulse.energy_loss,
+                state,
+                obstacle=self.several.obstacles[i],
+                place=self.several.place(i, was.slip),
+            )
+            self.record.events.append(self._track(i, event, impulse))
+            if kind is EventKind.RELEASE and change.impulses:
+                self._left[i] = t
+        if change.failure is not None:
+            raise RunEnded(change.failure)
+
+    def _pass_end_of(self, contact: int, leaving: Phase, how: AtEnd, instant: Instant) -> None:
+        """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
+        machine = self.several.machines.machines[contact]
+        if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
+            lost, own = machine.contact_law.energy(instant.gap, 0.0), QUADRATURES + OF_A_CONTACT * contact
+            self._quadratures()[STOP_LOSS] += lost
+            self._y[2 * self.problem.q0.size + own + 3] += lost
+        if self.several.on_side[contact] or how is AtEnd.SLIDES_OFF:
+            end = min(machine.extent, key=lambda place: abs(place - instant.slip))
+            passage = Passage(self._now.t, how, instant.slip, end, self.several.obstacles[contact])
+            self.record.passages.append(passage)
+
+    def _track(self, contact: int, event: Event, impulse: Impulse) -> Event:
+        """Open or close the contact of an event; one that closes it gets the share of its finite force."""
+        free = event.state == State.FREE
+        opened = self._opened.get(contact)
+        if opened is None and (event.kind is EventKind.REBOUND or not free or event.kind is EventKind.IMPACT):
+            opened = OpenContact(self._now.t, impulse, self._own_quadratures(contact))
+            self._opened[contact], self._places[contact] = opened, (event.place, event.place)
+        elif opened is not None and event.kind.impulsive:
+            opened.impulse = Impulse(*(a + b for a, b in zip(opened.impulse, impulse, strict=True)))
+        if opened is None or not free or event.kind is EventKind.IMPACT:
+            return event
+        return event.with_share(self._close(contact, event.place))
+
+    def _close(self, contact: int, place: float) -> Contact:
+        """Close a contact at a place (m); returns the share of its finite force."""
+        opened, machine = self._opened.pop(contact), self.several.machines.machines[contact]
+        whole, finite = opened.closed(self._now.t, self._own_quadratures(contact), machine.contact_law)
+        first, last = self._places.pop(contact)
+        self.record.contacts.append(
+            whole._replace(
+                obstacle=self.several.obstacles[contact],
+                first_place=min(first, place),
+                last_place=max(last, place),
+            )
+        )
+        return finite
+
+    def _close_contact(self) -> None:
+        for i in list(self._opened):
+            self._close(i, self.several.place(i, self.probe_of(i).instant.slip))
+
+    def _own_quadratures(self, contact: int) -> Array:
+        """Return the quadratures of one contact alone, (7,)."""
+        own = self._y[2 * self.problem.q0.size + QUADRATURES :][OF_A_CONTACT * contact :][:OF_A_CONTACT]
+        found = np.zeros(QUADRATURES)
+        found[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] = own
+        return found
+
+    def _stored(self) -> float:
+        last, stored = self.record.segments[-1], 0.0
+        for i, machine in enumerate(self.several.machines.machines):
+            if machine.contact_law is not None and last.each[i] != State.FREE:
+                stored += machine.contact_law.energy(float(last.observation.contacts[-1, i, GAP]), 0.0)
+        return stored
+
+    def _relative_inertia(self) -> float:
+        assert self._phase.several is not None
+        closed = self._phase.several.rows[:, STATE] != State.FREE
+        return float(np.min(self._phase.several.definite[closed], initial=1.0))
+
+    def _keep(self, progress: Progress) -> None:
+        super()._keep(progress)
+        largest = self._scratch.guards.largest
+        for i, opened in self._opened.items():
+            opened.peak_force = max(opened.peak_force, float(largest[0, i]))
+            opened.depth = max(opened.depth, float(largest[1, i]))
+        largest[:] = 0.0
+
+    def _observe(self, phase: Phase, times: Array, states: Array) -> Observation:
+        several = phase.several
+        assert several is not None
+        found = observe(self.problem.system, phase, times, states, self._scratch.work)
+        each, rows = found.contacts, several.rows
+        for i, opened in self._opened.items():
+            opened.peak_force = float(np.fmax.reduce(each[:, i, NORMAL_FORCE], initial=opened.peak_force))
+            opened.depth = float(np.fmax.reduce(-each[:, i, GAP], initial=opened.depth))
+            places = [self.several.place(i, slip) for slip in (each[:, i, SLIP].min(), each[:, i, SLIP].max())]
+            first, last = self._places[i]
+            self._places[i] = min(first, *places), max(last, *places)
+        found = found._replace(instants=_nearest(rows[:, SIDE], self._ends, each, found.instants))
+        states_now = tuple(int(state) for state in rows[:, STATE])
+        compression = np.zeros(len(times))
+        if phase.stop.compliant:
+            closed = rows[:, STATE] != State.FREE
+            compression = np.max(np.where(closed, np.maximum(-each[:, :, GAP], 0.0), 0.0), axis=1)
+        kept = states[:, : self._kept].copy()
+        state = max(states_now) if phase.state != State.FREE else int(State.FREE)
+        self.record.segments.append(Segment(state, times, kept, found, compression, states_now))
+        return found
+
+
+def _nearest(sides: Array, ends: Array, each: Array, instants: Array) -> Array:
+    """Return instants (samples, 13): kinematics of the contact with the smallest gap, forces of all together."""
+    within = (each[:, :, SLIP] >= ends[0]) & (each[:, :, SLIP] <= ends[1])
+    gaps = np.where(within, sides * each[:, :, GAP], np.inf)
+    nearest = np.argmin(gaps, axis=1)
+    found: Array = each[np.arange(len(each)), nearest]
+    for column in (NORMAL_FORCE, TANGENTIAL_FORCE):
+        found[:, column] = each[:, :, column].sum(axis=1)
+    found[:, TANGENTIAL_FORCE + 1 :] = instants[:, TANGENTIAL_FORCE + 1 :]
+    return found

@@ -1,0 +1,93 @@
+"""Obstacles: the straight sides and the points fixed in space that the beam can touch."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from oblique_impact.scenario.scenario import Scenario
+
+
+class Side(NamedTuple):
+    """A straight side of an obstacle, solid on its right: its normal is (-sin(angle), cos(angle))."""
+
+    obstacle: int  # 0 is the slope, [[obstacles]] count from 1
+    origin: tuple[float, float]  # m, from the axis of the root
+    angle: float  # rad, from the horizontal
+    extent: tuple[float, ...]  # m along the side from `origin`, (first, last); () is unbounded
+    stiffness: float  # N/m, of an elastic stop
+
+    @property
+    def offsets(self) -> tuple[float, float]:
+        """Height c_n of `origin` above the root's axis across the side, and its place c_t along it (m)."""
+        (x, y), c, s = self.origin, math.cos(self.angle), math.sin(self.angle)
+        return y * c - x * s, x * c + y * s
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], ...]:
+        """Places [x, y] (m) where the side begins and ends; none if it is unbounded."""
+        (x, y), c, s = self.origin, math.cos(self.angle), math.sin(self.angle)
+        return tuple((x + along * c, y + along * s) for along in self.extent)
+
+    def is_beside(self, along: float) -> bool:
+        """Return whether a place along the side (m from `origin`) lies between its ends."""
+        return not self.extent or self.extent[0] <= along <= self.extent[1]
+
+    def gap_and_place(self, reach: float, angle: float, half_depth: float = 0.0) -> tuple[float, float]:
+        """Return gap, and place along the side from `origin` (m), of a point of a straight beam.
+
+        The beam lies at `angle` (rad) to the horizontal, the point `reach` (m) from the axis of the root and
+        `half_depth` (m) from the beam's axis, towards the side.
+        """
+        tilt, (c_n, c_t) = angle - self.angle, self.offsets
+        fibre = -math.copysign(half_depth, math.cos(tilt))
+        gap = reach * math.sin(tilt) + fibre * math.cos(tilt) - c_n
+        return gap, reach * math.cos(tilt) - fibre * math.sin(tilt) - c_t
+
+
+class ObstaclePoint(NamedTuple):
+    """A point fixed in space that the beam can touch at any place: a peg, or the end of a side."""
+
+    obstacle: int  # 0 is the slope, [[obstacles]] count from 1
+    x: float  # m, from the axis of the root
+    y: float  # m
+    radius: float  # m, of a peg; 0 at a corner
+    stiffness: float  # N/m, of an elastic stop
+    corner: bool  # whether it is the end of a side
+
+    def distance(self, first: float, last: float, angle: float) -> float:
+        """Return the distance (m) of its centre from a straight axis between two radii (m) at `angle` (rad)."""
+        c, s = math.cos(angle), math.sin(angle)
+        nearest = min(max(self.x * c + self.y * s, first), last)
+        return math.hypot(self.x - nearest * c, self.y - nearest * s)
+
+
+def slope_side(scenario: Scenario) -> Side:
+    """Return the slope as a side, whether it is enabled or not."""
+    slope = scenario.slope
+    return Side(0, slope.origin, slope.angle, slope.extent, scenario.contact.stiffness)
+
+
+def sides_of(scenario: Scenario) -> list[Side]:
+    """Return the sides of a scenario: the slope if it is enabled, then those of the obstacles in their order."""
+    found = [slope_side(scenario)] if scenario.slope.enabled else []
+    for number, item in enumerate(scenario.obstacles, start=1):
+        if item.kind == "side":
+            found.append(Side(number, item.origin, item.angle, item.extent, item.stiffness))
+    return found
+
+
+def points_of(scenario: Scenario) -> list[ObstaclePoint]:
+    """Return pegs and ends of sides in the order of their obstacles; none with one contact point."""
+    if scenario.contact.where == "point":
+        return []
+    found = [
+        ObstaclePoint(side.obstacle, x, y, 0.0, side.stiffness, corner=True)
+        for side in sides_of(scenario)
+        for x, y in side.ends
+    ]
+    for number, item in enumerate(scenario.obstacles, start=1):
+        if item.kind == "point":
+            found.append(ObstaclePoint(number, *item.origin, item.radius, item.stiffness, corner=False))
+    return sorted(found, key=lambda point: point.obstacle)

@@ -1,0 +1,158 @@
+"""Several contacts in the event scheme: against one contact, balances of their own, and outcomes by name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oblique_impact import Scenario, simulate
+from oblique_impact.history.history import History
+
+PEGS = ({"kind": "point", "origin": [0.4, -0.02]}, {"kind": "point", "origin": [0.7, -0.036]})
+TABLES = (
+    {"kind": "side", "origin": [0.0, -0.15]},
+    {"kind": "side", "origin": [0.0, 0.15], "angle": np.pi},
+)
+
+
+def run(*keys: str, obstacles=(), **sections) -> History:
+    """Run the paper's beam, everywhere in contact, among obstacles."""
+    given = Scenario.builtin("paper", list(keys)).model_dump(mode="json", exclude_unset=True)
+    given["obstacles"] = list(obstacles)
+    defaults = {"contact": {"where": "anywhere"}, "slope": {"enabled": False}}
+    for name, values in (defaults | sections).items():
+        given[name] = {**given.get(name, {}), **values}
+    return simulate(Scenario.from_dict(given), section_forces=False)
+
+
+MEAN_AXIS = ("discretization.frame=mean-axis", "discretization.modes=4", "end_time=0.45")
+
+
+@pytest.fixture(scope="module")
+def pegs() -> History:
+    """The beam falls onto two pegs, with friction."""
+    return run(*MEAN_AXIS, "solver.output_interval=1e-5", obstacles=PEGS)
+
+
+def test_one_contact_of_several_is_the_contact_of_the_paper():
+    alone = simulate(Scenario.builtin("paper", ["end_time=0.5"]), section_forces=False)
+    several = run("end_time=0.5", slope={"enabled": True})
+    assert [e.kind for e in several.events] == [e.kind for e in alone.events]
+    for a, b in zip(several.events, alone.events, strict=True):
+        assert a.time == pytest.approx(b.time, abs=1e-9)
+        assert a.normal_impulse == pytest.approx(b.normal_impulse, rel=1e-6, abs=1e-12)
+    assert float(several["theta"][-1]) == pytest.approx(float(alone["theta"][-1]), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        MEAN_AXIS,
+        (*MEAN_AXIS, "contact.normal=spring", "contact.damping=0.1"),
+        (*MEAN_AXIS, "contact.surface=section"),
+        (*MEAN_AXIS, "contact.friction=modified-coulomb"),
+        (*MEAN_AXIS, "contact.mu_static=0.6", "contact.mu_kinetic=0.2"),
+        ("discretization.method=fem", "discretization.elements=16", "discretization.modes=3", "end_time=0.45"),
+        ("discretization.kinetics=full", "discretization.modes=2", "end_time=0.42"),
+        (
+            "root.kind=driven",
+            "root.profile=spin-up",
+            "root.spin_rate=-2.0",
+            "root.spin_up_time=0.2",
+            "end_time=0.6",
+        ),
+        ("root.kind=hub", "root.inertia=0.01", "root.hub_radius=0.05", "root.torque=-1.0", "end_time=0.4"),
+    ],
+    ids=["rigid", "elastic", "face", "smooth friction", "two coefficients", "elements", "full", "driven", "hub"],
+)
+def test_the_energy_of_several_contacts_is_accounted_for(keys):
+    found = run(*keys, obstacles=PEGS)
+    assert found.outcome.label == "completed"
+    assert found.events
+    scale = max(abs(found.balance["initial"]), abs(found.balance["final"]))
+    assert abs(found.balance["unaccounted"]) < 1e-9 * scale
+
+
+def test_impulses_of_contacts_add_up_to_those_of_the_run(pegs):
+    lost = sum(c.energy_loss for c in pegs.contacts)
+    assert lost == pytest.approx(pegs.balance["lost_impact"] + pegs.balance["lost_friction"], rel=1e-9)
+    total = sum(m["normal_impulse"] for m in pegs.macro_collisions)
+    assert sum(c.normal_impulse for c in pegs.contacts) == pytest.approx(total, rel=1e-12)
+    assert sum(e.normal_impulse for e in pegs.events) == pytest.approx(total, rel=1e-9)
+
+
+def test_forces_at_their_places_turn_the_beam(pegs):
+    """The angular momentum about the pin changes by the moments of weight, contact forces and impacts."""
+    scenario, time = pegs.scenario, pegs["time"].values
+    beam = scenario.beam
+    x = pegs["station"].values
+    mass = beam.density * beam.area
+    along, across = x + pegs["ux"].values, pegs["uy"].values
+    spin = pegs["theta_dot"].values[:, None]
+    vx, vy = pegs["ux_dot"].values - spin * across, pegs["uy_dot"].values + spin * along
+    momentum = mass * np.trapezoid(along * vy - across * vx, x, axis=1)
+    theta = pegs["theta"].values
+    lever = np.trapezoid(along * np.cos(theta)[:, None] - across * np.sin(theta)[:, None], x, axis=1)
+    moments = pegs["contact_x"] * pegs["contact_fy"] - pegs["contact_y"] * pegs["contact_fx"]
+    finite = np.where(pegs["contact_state"] != 0, moments, 0.0).sum(axis=1) - mass * scenario.gravity * lever
+    gained = np.trapezoid(finite, time)
+    for event in pegs.events:
+        if event.kind.impulsive:
+            # of a point on the axis, whose distance from the pin is its place but for the foreshortening
+            gained += event.place * event.normal_impulse
+    # of stations and of places: squares of slopes
+    assert momentum[-1] - momentum[0] == pytest.approx(gained, rel=2e-3)
+
+
+def test_a_contact_pushes_at_its_obstacle_and_nowhere_else(pegs):
+    for i, peg in enumerate(PEGS):
+        closed = pegs["contact_state"].values[:, i] != 0
+        assert closed.any()
+        assert pegs["contact_x"].values[closed, i] == pytest.approx(peg["origin"][0], abs=1e-9)
+        assert pegs["contact_y"].values[closed, i] == pytest.approx(peg["origin"][1], abs=1e-9)
+        assert (pegs["contact_lambda_n"].values[closed, i] > -1e-6).all()
+        assert (pegs["contact_lambda_n"].values[~closed, i] == 0.0).all()
+        assert (pegs["contact_gap"].values[:, i] > -1e-9).all()
+
+
+def test_friction_of_each_contact_is_that_of_its_slip(pegs):
+    state, slip = pegs["contact_state"].values, pegs["contact_slip_rate"].values
+    normal, along = pegs["contact_lambda_n"].values, pegs["contact_lambda_tau"].values
+    slides = (state == 1) & (np.abs(slip) > 1e-9)
+    assert along[slides] == pytest.approx(-0.3 * normal[slides] * np.sign(slip[slides]), rel=1e-9, abs=1e-9)
+
+
+def test_a_beam_between_two_tables_strikes_both():
+    start = {"angle": 0.0, "angular_velocity": 3.0}
+    found = run(*MEAN_AXIS, "end_time=0.6", obstacles=TABLES, initial=start)
+    struck = [event.obstacle for event in found.events if event.kind.impulsive]
+    assert struck[0] == 2
+    assert 1 in struck
+    assert (found["gap"] > -1e-9).all()
+    assert abs(found.balance["unaccounted"]) < 1e-9
+
+
+def test_a_tip_that_slides_over_the_end_of_a_side_falls_past_it_onto_the_corner():
+    """The ledge ends inside of the span: its corner meets the beam, at a place that slides along it."""
+    found = run(*MEAN_AXIS, slope={"enabled": True, "extent": [0.0, 0.3075]})
+    places = [event.place for event in found.events]
+    assert places
+    assert all(0.55 < place < 0.65 for place in places)
+
+
+def test_alternating_impacts_close_both_contacts():
+    found = run(*MEAN_AXIS, obstacles=[{"kind": "point", "origin": p} for p in ([0.3, -0.015], [0.8, -0.043])])
+    both = (found["contact_state"].values != 0).all(axis=1)
+    assert both.any()
+    assert abs(found.balance["unaccounted"]) < 1e-9
+
+
+def test_two_pegs_at_one_place_are_one():
+    one = run(*MEAN_AXIS, obstacles=[{"kind": "point", "origin": [0.5, 0.0]}])
+    two = run(*MEAN_AXIS, obstacles=2 * [{"kind": "point", "origin": [0.5, 0.0]}])
+    assert two.outcome in (one.outcome,) or two.outcome.label == "redundant-constraints"
+    if two.outcome is one.outcome:
+        assert two.balance["final"] == pytest.approx(one.balance["final"], rel=1e-9)
+        assert two.macro_collisions[0]["normal_impulse"] == pytest.approx(
+            one.macro_collisions[0]["normal_impulse"]
+        )
