@@ -158,7 +158,7 @@ class Composer:
     def _keep(self, name: str, text: Text) -> None:
         """Let a text move."""
         self._texts[name] = text
-        self.sheet.move(text)
+        self.sheet.move(text, beside=True)
 
     # Frames ---------------------------------------------------------------------------------------------------
 

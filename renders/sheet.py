@@ -35,7 +35,8 @@ class Sheet:
         self.figure.set_facecolor(self.theme.background)
         self._canvas: Any = FigureCanvasAgg(self.figure)
         self._moving: list[Any] = []
-        # of moving texts: what was said in which colour, where, and how it looked
+        self._beside: set[Text] = set()
+        # of the texts beside pictures: what was said in which colour, where, and how it looked
         self._drawn_texts: dict[Text, tuple[Any, tuple[slice, slice], NDArray[np.uint8]]] = {}
 
     def points(self, size: float) -> float:
@@ -65,11 +66,15 @@ class Sheet:
         } | how
         return self.figure.text(left, self.size[1] - top, text, transform=None, **look)
 
-    def move(self, *artists: Any) -> None:
-        """Let artists be drawn anew in each frame."""
+    def move(self, *artists: Any, beside: bool = False) -> None:
+        """Let artists be drawn anew in each frame.
+
+        Texts that stand `beside` the pictures, on what does not change, are copied while they say the same.
+        """
         for artist in artists:
             artist.set_animated(True)
         self._moving += artists
+        self._beside |= set(artists) if beside else set()
 
     def width_of(self, text: Text) -> float:
         """Return the width (pixels) of what is written."""
@@ -136,12 +141,9 @@ class Sheet:
         return np.asarray(self._canvas.buffer_rgba())
 
     def draw_moving(self) -> None:
-        """Draw what moves over the pixels of the canvas.
-
-        Texts stand beside the pictures, on what does not change: one that says the same as before is copied.
-        """
+        """Draw what moves over the pixels of the canvas."""
         for artist in self._moving:
-            if isinstance(artist, Text):
+            if artist in self._beside:
                 self._draw_text(artist)
             else:
                 self.figure.draw_artist(artist)
