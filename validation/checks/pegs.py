@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
@@ -105,3 +107,24 @@ def elastic() -> list[Measurement]:
     peak = max(contact.peak_force for contact in history.contacts)
     # the dense output of the reference is good to 1e-5 N
     return [*found, Measurement("largest force", peak, wanted["peak"], "N", 5e-5, text, "peak")]
+
+
+@check("Modes against elements reduced to as many modes of their own, on two elastic pegs.", seconds=3.0)
+def elements() -> list[Measurement]:
+    """Distance of event times, and its order over the elements: that of Hermite elements in frequencies."""
+    keys = ["contact.normal=spring", "contact.friction=frictionless", "discretization.modes=6", "end_time=0.42"]
+
+    def times(*more: str) -> np.ndarray:
+        history = simulate(Scenario.builtin("two-pegs", [*keys, *more]), section_forces=False)
+        return np.array([event.time for event in history.events[:8]])
+
+    modal = times()
+    apart = [
+        float(np.max(np.abs(times("discretization.method=fem", f"discretization.elements={count}") - modal)))
+        for count in (32, 64)
+    ]
+    text = "modes and elements share no shape functions"
+    return [
+        Measurement("distance of event times, 64 elements", apart[1], 0.0, "s", 2e-8, text, "distance"),
+        Measurement("its order", float(np.log2(apart[0] / apart[1])), 4.0, "1", 0.5, "cubic elements", "order"),
+    ]
