@@ -42,8 +42,8 @@ class Outcome(Enum):
     )
     REDUNDANT_CONSTRAINTS = (
         "redundant-constraints",
-        "The constraints of the contact along and across the slope are not independent: its two forces are not "
-        'determined; use more modes, or contact.friction = "frictionless".',
+        "The constraints of the contact along and across the slope, or of several contacts, are not independent: "
+        'their forces are not determined; use more modes, fewer contacts, or contact.friction = "frictionless".',
     )
     STEP_UNDERFLOW = (
         "step-underflow",

@@ -154,7 +154,7 @@ class RunOfSeveral(Run):
                 place=self.several.place(i, was.slip),
             )
             self.record.events.append(self._track(i, event, impulse))
-            if kind is EventKind.RELEASE and change.impulses:
+            if state == State.FREE and change.impulses:
                 self._left[i] = t
         if change.failure is not None:
             raise RunEnded(change.failure)
