@@ -285,6 +285,35 @@ def _guards_of_several(several: Several, phase: Phase, values: Array) -> None:
         values[GUARDS * n + i] = c.normal_force
 
 
+@jitable
+def felt(several: Several, i: int) -> Instant:
+    """Contact problem of a closed contact with the present forces of the others in its accelerations."""
+    c, gap, slip = instant_at(several, i), 0.0, 0.0
+    for j in range(several.rows.shape[0]):
+        if j == i or several.rows[j, STATE] == FREE:
+            continue
+        normal, tangential = several.instants[j, NORMAL_FORCE], several.instants[j, TANGENTIAL_FORCE]
+        gap += dot(several.directions[i, 0], several.responses[j, 0]) * normal
+        gap += dot(several.directions[i, 0], several.responses[j, 1]) * tangential
+        slip += dot(several.directions[i, 1], several.responses[j, 0]) * normal
+        slip += dot(several.directions[i, 1], several.responses[j, 1]) * tangential
+    return Instant(
+        c.gap,
+        c.slip,
+        c.gap_rate,
+        c.slip_rate,
+        c.a_nn,
+        c.a_nt,
+        c.a_tt,
+        c.gap_acceleration + gap,
+        c.slip_acceleration + slip,
+        c.normal_force,
+        c.tangential_force,
+        0.0,
+        0.0,
+    )
+
+
 def guard_values(phase: Phase, c: Instant) -> Array:
     """Return the guards of all contacts of a phase at an instant, five of each."""
     count = 1 if phase.several is None else len(phase.several.rows)

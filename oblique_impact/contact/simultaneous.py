@@ -24,6 +24,7 @@ from oblique_impact.contact.state import (
     INTERCEPT,
     NORMAL,
     STATE,
+    SWITCHED,
     UPPER,
     VELOCITY,
     Instant,
@@ -74,6 +75,9 @@ class GroupProbe(Protocol):
     def of(self, contact: int) -> ContactProbe:
         """Return the probe of one contact, as if there were no others."""
 
+    def felt(self, contact: int) -> ContactProbe:
+        """Return the probe of one closed contact with the present forces of the others."""
+
     def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> Group:
         """Return the problem of contacts with the velocities that impulses leave."""
 
@@ -85,6 +89,7 @@ class Change:
     phases: dict[int, Phase] = field(default_factory=dict)
     events: list[tuple[int, EventKind]] = field(default_factory=list)
     impulses: dict[int, Impulse] = field(default_factory=dict)
+    arrests: dict[int, Impulse] = field(default_factory=dict)
     passages: list[tuple[int, AtEnd]] = field(default_factory=list)
     failure: Outcome | None = None
 
@@ -96,6 +101,8 @@ class Change:
             change.events.append((contact, transition.kind))
         if transition.impulse is not None:
             change.impulses[contact] = transition.impulse
+        if transition.arrest is not None:
+            change.arrests[contact] = transition.arrest
         if transition.at_end is not None:
             change.passages.append((contact, transition.at_end))
         return change
@@ -166,8 +173,14 @@ class ContactMachines:
         several = phase.several
         assert several is not None
         (i, which), states = divmod(guard, GUARDS), several.rows[:, STATE]
+        if guard >= GUARDS * len(states):
+            i, which = guard - GUARDS * len(states), SWITCHED
         own, machine = phase_of(phase, several, i), self.machines[i]
         others = [int(j) for j in np.flatnonzero(states != State.FREE) if j != i]
+        if self.compliant and machine.stick_criterion:
+            # a scheme that does not locate transitions: those of others come at the ends of the next steps
+            seen = probe.of(i) if own.state == State.FREE else probe.felt(i)
+            return Change.of_one(i, machine.after_guard(own, which, seen))
         if which == DEFINITE:
             raise RunEnded(self._reason(phase, [i, *others], probe))
         falls = own.state == State.FREE and own.surface.side > 0.0

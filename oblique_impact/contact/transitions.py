@@ -145,7 +145,7 @@ class ContactMachine:
     ) -> None:
         self.friction, self.impact_law, self.contact_law = friction, impact_law, contact_law
         self.tolerances = tolerances
-        self._stick_criterion = stick_criterion
+        self.stick_criterion = stick_criterion
         self._open = Phase()
         self.extent = extent
         self._first, self._last = (float(end) for end in extent) if extent else (-inf, inf)
@@ -202,7 +202,7 @@ class ContactMachine:
         if guard == SWITCHED:
             return self._arrest(phase, instant)
         kink = phase.friction.upper if guard == UPPER else phase.friction.lower
-        if self.friction.static is None or self._stick_criterion or kink != 0.0:
+        if self.friction.static is None or self.stick_criterion or kink != 0.0:
             return self._next_branch(phase, guard, instant)
         return self._at_zero_slip(phase, probe)
 
@@ -246,7 +246,7 @@ class ContactMachine:
             return False
         flight = 2.0 * after.gap_rate / -after.gap_acceleration
         height = 0.25 * flight * after.gap_rate
-        lowest = max(4.0 * self.tolerances.gap, -after.gap if self._stick_criterion else 0.0)
+        lowest = max(4.0 * self.tolerances.gap, -after.gap if self.stick_criterion else 0.0)
         return height < lowest or flight < self.tolerances.flight
 
     def closed(
@@ -264,8 +264,8 @@ class ContactMachine:
         if abs(rate) > self.tolerances.velocity:
             # slip that ends within a step is found at its end, unless the force alone decides (the paper)
             if (
-                self._stick_criterion is None
-                or self._stick_criterion.arrests
+                self.stick_criterion is None
+                or self.stick_criterion.arrests
                 or not self._holds(contact, instant, static)
             ):
                 return self._slide_or_free(contact, instant, _direction(rate))
@@ -332,7 +332,7 @@ class ContactMachine:
         if force.status != OK:
             raise RunEnded(Outcome.PAINLEVE)
         pushes = force.normal > 0.0
-        if self._stick_criterion:  # a contact noticed below the slope is pushed out by its stabilization
+        if self.stick_criterion:  # a contact noticed below the slope is pushed out by its stabilization
             pushes = pushes or sliding_force(phase, instant).normal > 0.0
         return phase if pushes else self.free()
 
@@ -344,7 +344,7 @@ class ContactMachine:
     def _arrest(self, contact: Phase, instant: Instant) -> Transition:
         """Set the slip velocity to zero by an impulse that leaves the gap rate unchanged."""
         phase = stick_at(contact, instant)
-        if self._stick_criterion is None or not self._stick_criterion.arrests:
+        if self.stick_criterion is None or not self.stick_criterion.arrests:
             return Transition(phase, EventKind.STICK)
         if self.contact_law is not None:
             arrest = impulse_of(instant, 0.0, -instant.slip_rate / instant.a_tt)
@@ -354,11 +354,11 @@ class ContactMachine:
         return Transition(phase, EventKind.STICK, arrest=arrest)
 
     def _leave_stick(self, phase: Phase, guard: int, instant: Instant) -> Transition:
-        if self._stick_criterion and self._stick_criterion.arrests:
+        if self.stick_criterion and self.stick_criterion.arrests:
             # the force that would hold it decides, not a slip velocity that is rounding or stabilization
             direction = -1 if holding_force(phase, instant, 0.0).tangential > 0.0 else 1
             return Transition(self.slide(phase, 0.0, direction), EventKind.SLIP)
-        if self._stick_criterion:
+        if self.stick_criterion:
             return Transition(self.slide(phase, instant.slip_rate, _direction(instant.slip_rate)), EventKind.SLIP)
         # guard LOWER: lambda_tau reached +static lambda_n, so the contact slips backwards
         direction = 1 if guard == UPPER else -1
@@ -370,7 +370,7 @@ class ContactMachine:
         # a located kink is where the slip velocity is, up to rounding that could fall on either side of it
         kink = (
             instant.slip_rate
-            if self._stick_criterion
+            if self.stick_criterion
             else (phase.friction.upper if upward else phase.friction.lower)
         )
         following = self.slide(phase, kink, 1 if upward else -1)

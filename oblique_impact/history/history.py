@@ -363,7 +363,6 @@ def beam_history(
     """
     if scenario.contact.where == "point":
         point = scenario.contact.point
-        record.events = [event._replace(place=point) for event in record.events]
         record.contacts = [c._replace(first_place=point, last_place=point) for c in record.contacts]
     summary = summarize(record, samples, wall, macro_gap(scenario))
     summary["clearance"] = closest(variables, scenario.beam.length)

@@ -14,7 +14,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from oblique_impact.contact.forces import OK, can_stick
-from oblique_impact.contact.state import END, FREE, LOWER, NORMAL, SLIDING, SWITCHED, UPPER, Instant, Phase
+from oblique_impact.contact.several import felt, instant_at, phase_of
+from oblique_impact.contact.state import (
+    END,
+    FREE,
+    GUARDS,
+    LOWER,
+    NORMAL,
+    SLIDING,
+    SWITCHED,
+    UPPER,
+    Instant,
+    Phase,
+    Several,
+)
 from oblique_impact.contact.transitions import StickCriterion
 from oblique_impact.kernels.jit import jitable
 from oblique_impact.kernels.system import NormalModes
@@ -48,6 +61,32 @@ def _fallen(phase: Phase, c: Instant, stopping_time: float, rounding: float) -> 
     if c.slip_rate > phase.friction.upper + rounding:
         return UPPER
     return NO_GUARD
+
+
+@jitable
+def _fallen_of(
+    several: Several | None, phase: Phase, c: Instant, stopping_time: float, rounding: float, s: Scratch
+) -> int:
+    """Guard that fell, of several contacts the first of them; a switch of contact i has the number 5 n + i."""
+    if several is None:
+        return _fallen(phase, c, stopping_time, rounding)
+    return _first_fallen(several, phase, stopping_time, rounding, s)
+
+
+@jitable
+def _first_fallen(several: Several, phase: Phase, stopping_time: float, rounding: float, s: Scratch) -> int:
+    """Return the guard of the first contact of which one fell; keeps the largest force and depth of each."""
+    count, largest, first = several.rows.shape[0], s.guards.largest, NO_GUARD
+    for i in range(count):
+        p, at = phase_of(phase, several, i), instant_at(several, i)
+        if p.state != FREE:
+            at = felt(several, i)
+            largest[0, i] = max(largest[0, i], at.normal_force)
+            largest[1, i] = max(largest[1, i], -at.gap)
+        guard = _fallen(p, at, stopping_time, rounding)
+        if guard != NO_GUARD and first == NO_GUARD:
+            first = GUARDS * count + i if guard == SWITCHED else GUARDS * i + guard
+    return first
 
 
 class FixedStepper(NamedTuple):
@@ -89,7 +128,9 @@ class FixedStepper(NamedTuple):
         """Decide at the end of a step whether the contact state changes."""
         s, t = self.scratch, step.end
         status, c = derivative(self.system, self.phase, t, y, s.work, self.K[0])
-        guard = _fallen(self.phase, c, self.stopping_time, s.tolerances.velocity) if status == OK else NO_GUARD
+        guard, phase = NO_GUARD, self.phase
+        if status == OK:
+            guard = _fallen_of(phase.several, phase, c, self.stopping_time, s.tolerances.velocity, s)
         if status == OK and guard == NO_GUARD:
             keep_sample(t, y, self.limits, s.samples)
         return Step(status, True, t, step.proposed, guard, c.gap, c.normal_force, -c.gap)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from oblique_impact.contact.impacts import Impulse
-from oblique_impact.contact.several import phase_of
+from oblique_impact.contact.several import felt, phase_of
 from oblique_impact.contact.simultaneous import ALTERNATING, Change, Group
 from oblique_impact.contact.state import (
     GAP,
@@ -19,9 +19,11 @@ from oblique_impact.contact.state import (
     TANGENTIAL_FORCE,
     Instant,
     Phase,
+    Residual,
+    Several,
     State,
 )
-from oblique_impact.contact.transitions import AtEnd, EventKind
+from oblique_impact.contact.transitions import AtEnd, ContactProbe, EventKind
 from oblique_impact.errors import RunEnded
 from oblique_impact.kernels.workspace import Array
 from oblique_impact.marching.advance import Progress
@@ -30,6 +32,7 @@ from oblique_impact.marching.equations import (
     NORMAL_IMPULSE,
     OF_A_CONTACT,
     QUADRATURES,
+    STABILIZATION_LOSS,
     STOP_LOSS,
     SUPPLIED,
     TANGENTIAL_IMPULSE,
@@ -44,6 +47,23 @@ from oblique_impact.marching.sampling import Observation, observe
 _JUST_OPENED = 1e3
 
 
+class _FeltProbe:
+    """A `ContactProbe` whose instant has the forces of other contacts in it."""
+
+    def __init__(self, probe: Probe, instant: Instant) -> None:
+        self._probe, self.instant = probe, instant
+
+    @property
+    def residual(self) -> Residual:
+        return self._probe.residual
+
+    def after(self, impulse: Impulse) -> Instant:
+        return self._probe.after(impulse)
+
+    def slip_rate_ahead(self) -> float:
+        return self._probe.slip_rate_ahead()
+
+
 class SeveralProbe:
     """The contact problems of several contacts where a run is, see `oblique_impact.contact.simultaneous`."""
 
@@ -55,6 +75,10 @@ class SeveralProbe:
         if contact not in self._found:
             self._found[contact] = self._run.probe_of(contact)
         return self._found[contact]
+
+    def felt(self, contact: int) -> ContactProbe:
+        """Return the probe of one closed contact with the present forces of the others."""
+        return _FeltProbe(self.of(contact), felt(self._run.solved, contact))
 
     def together(self, contacts: Sequence[int], impulses: Mapping[int, Impulse]) -> Group:
         """Return the problem of contacts with the velocities that impulses leave."""
@@ -127,15 +151,19 @@ class RunOfSeveral(Run):
         """Apply impulses, log events, open and close contacts, take the new phase."""
         machines, d, t = self.several.machines, self.problem.q0.size, self._now.t
         before = {i: probe.of(i).instant for i in {*change.phases, *change.impulses}}
-        jump = probe.velocity_jump(change.impulses)
+        impulses = change.impulses | change.arrests
+        jump = probe.velocity_jump(impulses)
         quadratures = self._quadratures()
-        for i, impulse in change.impulses.items():
+        for i, impulse in impulses.items():
             quadratures[SUPPLIED] += probe.of(i).supply(impulse, jump)
         self._y[d : 2 * d] += jump
+        for i, arrest in change.arrests.items():
+            self._add_to(i, arrest.normal, arrest.tangential, arrest.energy_loss, 0.0)
         for i, how in change.passages:
             self._pass_end_of(i, leaving, how, before[i])
         self._phase = machines.changed(leaving, change.phases)
-        after = SeveralProbe(self) if change.impulses else probe
+        self._account_for_penetrations(leaving, change, before)
+        after = SeveralProbe(self) if impulses else probe
         struck = dict(change.impulses)
         for i, kind in change.events:
             impulse = struck.pop(i, Impulse(0.0, 0.0, 0.0)) if kind.impulsive else Impulse(0.0, 0.0, 0.0)
@@ -163,13 +191,32 @@ class RunOfSeveral(Run):
         """Record how an end of a side is passed; the energy still in an elastic stop is lost."""
         machine = self.several.machines.machines[contact]
         if how is AtEnd.SLIDES_OFF and machine.contact_law is not None:
-            lost, own = machine.contact_law.energy(instant.gap, 0.0), QUADRATURES + OF_A_CONTACT * contact
-            self._quadratures()[STOP_LOSS] += lost
-            self._y[2 * self.problem.q0.size + own + 3] += lost
+            self._add_to(contact, 0.0, 0.0, 0.0, machine.contact_law.energy(instant.gap, 0.0))
         if self.several.on_side[contact] or how is AtEnd.SLIDES_OFF:
             end = min(machine.extent, key=lambda place: abs(place - instant.slip))
             passage = Passage(self._now.t, how, instant.slip, end, self.several.obstacles[contact])
             self.record.passages.append(passage)
+
+    def _add_to(self, contact: int, normal: float, tangential: float, friction: float, stop: float) -> None:
+        """Add impulses (N s) and losses by friction and stop (J) to the quadratures, of the contact and of all."""
+        added, own = np.array([normal, tangential, friction, stop]), QUADRATURES + OF_A_CONTACT * contact
+        self._quadratures()[[NORMAL_IMPULSE, TANGENTIAL_IMPULSE, FRICTION_LOSS, STOP_LOSS]] += added
+        self._y[2 * self.problem.q0.size + own :][:OF_A_CONTACT] += added
+
+    def _account_for_penetrations(self, leaving: Phase, change: Change, before: Mapping[int, Instant]) -> None:
+        """Charge a fixed step, which notices contacts late, with the energy of stops that it finds or leaves."""
+        gone = {contact for contact, _ in change.passages}
+        for i, state in change.phases.items():
+            law, was = self.several.machines.machines[i].contact_law, self._state(leaving, i).state
+            if law is not None and i not in gone and (was == State.FREE) != (state.state == State.FREE):
+                found = -1.0 if was == State.FREE else 1.0
+                self._quadratures()[STABILIZATION_LOSS] += found * law.energy(before[i].gap, 0.0)
+
+    @property
+    def solved(self) -> Several:
+        """The contacts as the last sample has solved them, which is that at the present state."""
+        assert self._phase.several is not None
+        return self._phase.several
 
     def _track(self, contact: int, event: Event, impulse: Impulse) -> Event:
         """Open or close the contact of an event; one that closes it gets the share of its finite force."""

@@ -156,3 +156,19 @@ def test_two_pegs_at_one_place_are_one():
         assert two.macro_collisions[0]["normal_impulse"] == pytest.approx(
             one.macro_collisions[0]["normal_impulse"]
         )
+
+
+def test_fixed_steps_come_to_the_same_contacts_on_elastic_pegs():
+    """They notice a contact at the end of a step: times are of first order."""
+    keys = ("discretization.modes=4", "end_time=0.4", "contact.normal=spring", "contact.damping=0.05")
+    located = simulate(Scenario.builtin("two-pegs", list(keys)), section_forces=False)
+    apart = []
+    for step in (1e-5, 2.5e-6):
+        steps = f"solver.scheme=fixed-step solver.free_step={step} solver.contact_step={step}".split()
+        found = simulate(Scenario.builtin("two-pegs", [*keys, *steps]), section_forces=False)
+        assert [(e.kind, e.obstacle) for e in found.events] == [(e.kind, e.obstacle) for e in located.events]
+        times = zip(found.events, located.events, strict=True)
+        apart.append(max(abs(a.time - b.time) for a, b in times))
+        assert apart[-1] < step
+        assert abs(found.balance["unaccounted"]) < 1e-5
+    assert apart[1] < 0.5 * apart[0]
