@@ -75,6 +75,16 @@ class ShapeFunctions:
         panels = int(np.ceil(0.5 * wave_number * length / _HALF_PANEL))
         return cls(derivative, np.linspace(0.0, length, max(panels, 2) + 1), _DEGREE)
 
+    def at(self, x: float) -> tuple[Array, Array, Array]:
+        """Return the functions and their slopes at a place (m), each (n,), and H (n, n) up to there."""
+        edges = np.append(self.edges[self.edges < x], x)
+        nodes, weights = np.polynomial.legendre.leggauss(self.degree)  # exact for products of two slopes
+        half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
+        slopes = self.derivative((middle + half * nodes).ravel(), 1)
+        shortening = (slopes.T * (half * weights).ravel()) @ slopes
+        place = np.array([x])
+        return self.derivative(place, 0)[0], self.derivative(place, 1)[0], shortening
+
     def fitted(self) -> AxisShapes:
         """Return the polynomials."""
         return fit_shapes(lambda x: self.derivative(x, 0), self.edges, self.degree)
@@ -175,6 +185,10 @@ class Places(NamedTuple):
     radius: float  # m, of the hub
     on_side: NDArray[np.bool_]  # (places,) whether it is a point of the beam on a side, else a peg on the beam
     numbers: Array  # (places, 6) of a `PointOnSide`, or of a `Peg`
+    # of points of the beam, which stay where they are along it; 0 of pegs
+    values: Array  # (places, n) shape functions
+    slopes: Array  # (places, n)
+    shortening: Array  # (places, n, n) H (1/m)
 
 
 class ContactKinematics(NamedTuple):
@@ -206,7 +220,7 @@ def place_of(s: AxisShapes, radius: float, X: float, Y: float, B: Array, polynom
 
 
 @jitable
-def take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
+def _take_shapes(s: AxisShapes, axis: Axis, B: Array, Bd: Array, v: Vectors) -> tuple[float, float]:
     """Shape functions and slopes at a place into scratch_a[1:] and scratch_b[1:], H B into its product.
 
     Returns B'^T H B' and u_y'' of the velocities.
@@ -267,7 +281,7 @@ def touch_peg(s: AxisShapes, radius: float, peg: Peg, q: Array, qd: Array, v: Ve
     cosine, sine = np.cos(theta), np.sin(theta)
     X, Y = peg.x * cosine + peg.y * sine, peg.y * cosine - peg.x * sine
     x, axis = place_of(s, radius, X, Y, B, v.polynomial)
-    bending, curvature_rate = take_shapes(s, axis, B, Bd, v)
+    bending, curvature_rate = _take_shapes(s, axis, B, Bd, v)
     shapes, slopes, HB = v.scratch_a, v.scratch_b, v.shortening_product
     phi, kappa, steep, side = axis.slope, axis.curvature, 1.0 - 0.5 * axis.slope * axis.slope, peg.side
     stretch = np.sqrt(steep * steep + phi * phi)  # |r'|, 1 but for the fourth power of the slope

@@ -170,12 +170,18 @@ class Beam:
             raise InputError(
                 "discretization: contact anywhere needs shape functions anywhere, BeamOperators.along"
             )
-        places = self.contact_places
+        places, n = self.contact_places, self.operators.size
+        tables = np.zeros((len(places), n)), np.zeros((len(places), n)), np.zeros((len(places), n, n))
+        for k, place in enumerate(places):
+            if place.on_side:
+                for table, values in zip(tables, self.operators.along.at(place.numbers[0]), strict=True):
+                    table[k] = values
         return Places(
             self.operators.along.fitted(),
             self.scenario.root.hub_radius,
             np.array([place.on_side for place in places]),
             np.array([place.numbers for place in places], dtype=float),
+            *tables,
         )
 
     def _load_and_slope(self) -> dict[str, Any]:

@@ -16,8 +16,6 @@ from oblique_impact.beam.axis import (
     Peg,
     Places,
     PointOnSide,
-    bent_axis,
-    take_shapes,
     touch_peg,
 )
 from oblique_impact.beam.base_motion import Drive, drive_acceleration
@@ -231,11 +229,16 @@ def _touch_place(places: Places, i: int, q: Array, qd: Array, v: Vectors) -> Con
     n = places.numbers[i]
     if not places.on_side[i]:
         return touch_peg(places.shapes, places.radius, Peg(n[0], n[1], n[2], n[3], n[4]), q, qd, v)
-    B, Bd = q[1:], qd[1:]
-    axis = bent_axis(places.shapes, n[0], B, v.polynomial)
-    bending, _ = take_shapes(places.shapes, axis, B, Bd, v)
+    B, Bd, HB, bending = q[1:], qd[1:], v.shortening_product, 0.0
+    for j in range(B.shape[0]):
+        before, rate = 0.0, 0.0
+        for k in range(B.shape[0]):
+            before += places.shortening[i, j, k] * B[k]
+            rate += places.shortening[i, j, k] * Bd[k]
+        HB[j + 1] = before
+        bending += Bd[j] * rate
     point = PointOnSide(places.radius + n[0], n[1], n[2], n[3], n[4], n[5])
-    return _touch_side(point, v.scratch_a[1:], v.scratch_b[1:], q, qd, bending, v)
+    return _touch_side(point, places.values[i], places.slopes[i], q, qd, bending, v)
 
 
 @jitable
