@@ -53,7 +53,10 @@ def test_one_contact_of_several_is_the_contact_of_the_paper():
         (*MEAN_AXIS, "contact.friction=modified-coulomb"),
         (*MEAN_AXIS, "contact.mu_static=0.6", "contact.mu_kinetic=0.2"),
         ("discretization.method=fem", "discretization.elements=16", "discretization.modes=3", "end_time=0.45"),
-        ("discretization.kinetics=full", "discretization.modes=2", "end_time=0.42"),
+        # compiles kernels of its own
+        pytest.param(
+            ("discretization.kinetics=full", "discretization.modes=2", "end_time=0.42"), marks=pytest.mark.slow
+        ),
         (
             "root.kind=driven",
             "root.profile=spin-up",
@@ -158,6 +161,7 @@ def test_two_pegs_at_one_place_are_one():
         )
 
 
+@pytest.mark.slow  # compiles kernels of its own
 def test_fixed_steps_come_to_the_same_contacts_on_elastic_pegs():
     """They notice a contact at the end of a step: times are of first order."""
     keys = ("discretization.modes=4", "end_time=0.4", "contact.normal=spring", "contact.damping=0.05")
