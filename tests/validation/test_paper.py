@@ -1,4 +1,4 @@
-"""The reproduction of the paper: cases, why the tip cannot stick, figures, and the whole of it, reduced."""
+"""The reproduction of the paper: cases, figures, and the whole of it, reduced."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ from oblique_impact.validation.paper.claims import CLAIMS
 from oblique_impact.validation.paper.figures import PLOTS, draw_on, window
 from oblique_impact.validation.paper.measures import Models, run_light, sticks, within
 from oblique_impact.validation.paper.rules import VERDICTS
-from oblique_impact.validation.paper.sticking import find_threshold, stick_checks
-from oblique_impact.validation.reference_values import VALUES
 
 from .test_paper_claims import event, made
 
@@ -39,20 +37,11 @@ def test_combinations_are_all_different():
     assert len({paper(**changes).to_toml() for changes in combinations()}) == len(combinations()) == 48
 
 
-# --- sticking
+# --- runs
 
 
-@pytest.fixture(scope="module")
-def located():
-    return run_light(paper("event", output_interval=1e-5, end_time=0.335))
-
-
-@pytest.fixture(scope="module")
-def checks(located):
-    return stick_checks(located)
-
-
-def test_rates_in_the_floating_frame_are_derivatives(located):
+def test_rates_in_the_floating_frame_are_derivatives():
+    located = run_light(paper("event", output_interval=1e-5, end_time=0.335))
     window = 0.3238, 0.3268  # slip in one contact, without events
     for name in ("shortening", "deflection"):
         rate = np.gradient(within(located, name, *window), within(located, "time", *window))
@@ -60,29 +49,9 @@ def test_rates_in_the_floating_frame_are_derivatives(located):
         assert rate[2:-2] == pytest.approx(exact[2:-2], abs=1e-3 * np.max(np.abs(exact)))
 
 
-def test_sticking_at_the_reversals_takes_far_more_than_friction_gives(checks):
-    first, second = checks
-    assert (first.time, second.time) == pytest.approx((0.3235971200, 0.3299378327), abs=1e-8)  # theory, Sec. 8
-    assert (first.kind, abs(first.slip_rate) < 1e-9) == ("reversal", True)
-    assert first.ratio > 30.0 * 0.3
-    assert second.ratio == np.inf  # it would pull
-    # the line from pin to tip has the angle of the rigid bar, but that the bent beam is up to 1 mm shorter
-    jam = VALUES["6d"]["jam_mu"]
-    assert [check.cotangent for check in checks] == pytest.approx([jam, jam], rel=2e-3)
-
-
-def test_the_first_reversal_becomes_stick_where_its_ratio_says(checks):
-    found = find_threshold(checks)
-    assert [row["mu_static"] / found.ratio for row in found.tried] == pytest.approx([0.999, 1.001])
-    assert [row["happened"] for row in found.tried] == ["reversal at 0.323597 s", "stick at 0.323597 s"]
-
-
-def test_the_sticking_scenario_sticks_inside_of_the_friction_cone():
-    scenario = Scenario.builtin("sticking")
-    run = run_light(scenario)
-    begun = [check for check in stick_checks(run) if check.kind == "stick"]
-    assert begun
-    assert all(check.ratio <= scenario.contact.mu_static and abs(check.slip_rate) < 1e-9 for check in begun)
+def test_the_sticking_scenario_sticks_to_the_end_at_rest():
+    run = run_light(Scenario.builtin("sticking"))
+    assert all(abs(stay.slip_rate) < 1e-9 for stay in sticks(run))
     assert sticks(run)[-1].end == run.end_time
 
 
@@ -93,8 +62,6 @@ def test_stays_judged_stick_as_printed_move():
     starts = [stay.start for stay in sticks(run)]
     assert all(min(abs(start - expected) for start in starts) < 1e-4 for expected in (0.3232, 0.3250, 0.3268))
     assert max(abs(stay.slip_rate) for stay in sticks(run)) > 0.2
-    judged = [check.ratio for check in stick_checks(run) if check.kind == "stick"]
-    assert 0.0 < max(judged) <= 0.3 * (1.0 + 1e-6)
 
 
 # --- figures
@@ -204,16 +171,15 @@ def test_a_reproduction_through_the_command(reduced, tmp_path, cli):
     assert verdicts["stick-at-0.699"] == verdicts["stick-to-the-end"] == "not reproduced"
     (point,) = data["combinations"]
     assert (point["modes"], point["gravity"], point["verdicts"]["first-collision"]) == (1, 9.8, "partly")
-    assert {claim["combinations"] and sum(claim["combinations"].values()) for claim in data["claims"]} == {1, None}
-    assert data["stick_threshold"]["ratio"] > 10.0
+    counts = [[claim[f"combinations_{v.replace(' ', '_')}"] for v in VERDICTS] for claim in data["claims"]]
+    assert {None if None in count else sum(count) for count in counts} == {1, None}
     (first, *_) = data["runs"]["paper/event/hybrid"]["macro_collisions"]
     assert first["normal_impulse"] == pytest.approx(1.8471, 1e-4)
-    assert data["runs"]["sticking/event/hybrid"]["sticks"][-1]["end"] == 0.8
     page = (tmp_path / "report.html").read_text()
     assert page.count("<svg") == len(list((tmp_path / "figures").iterdir())) == len(PLOTS)
     table = pd.read_csv(tmp_path / "claims.csv").set_index("id")
     assert table["verdict"].to_dict() == verdicts
-    assert table["ours_event"].iloc[0] == data["claims"][0]["schemes"]["event"]["ours"]
+    assert table["ours_event"].iloc[0] == data["claims"][0]["ours_event"]
     (row,) = pd.read_csv(tmp_path / "combinations.csv").to_dict("records")
     assert (row["modes"], row["second_start"]) == (1, point["second_start"])
     assert row["first-collision"] == "partly"

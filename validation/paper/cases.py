@@ -39,8 +39,8 @@ def paper(scheme: str, model: str = "hybrid", output_interval: float = COARSE, *
 def cases() -> dict[str, Scenario]:
     """Return the scenarios that are drawn and judged, by group/scheme/model.
 
-    `paper` is behind figures 2 to 16.  `sticking` (a steep rough slope), `rough` (the paper's slope with much
-    friction) and `no-shortening` (the contact point's foreshortening left out) stick, or are judged to.
+    `paper` is behind figures 2 to 16.  `sticking` (a steep rough slope) and `rough` (the paper's slope with much
+    friction) stick.
     """
     steep = Scenario.builtin("sticking").replace(solver__output_interval=COARSE)
     rough = paper(
@@ -56,7 +56,6 @@ def cases() -> dict[str, Scenario]:
             found[f"{group}/{scheme}/{model}"] = scenario.replace(
                 contact__friction=model, solver__scheme=scheme, solver__stick="force"
             )
-    found["no-shortening/fixed-step/hybrid"] = paper("fixed-step", "hybrid", FINE, contact__shortening=False)
     return found
 
 

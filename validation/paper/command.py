@@ -18,7 +18,6 @@ from oblique_impact.validation.paper.cases import MODELS, cases, combinations, p
 from oblique_impact.validation.paper.claims import CLAIMS, Reproduction, judge_claims
 from oblique_impact.validation.paper.measures import NAN, Models, collisions, longest, run_light, sticks
 from oblique_impact.validation.paper.report import write_report
-from oblique_impact.validation.paper.sticking import find_threshold, stick_checks
 from oblique_impact.validation.studies.parallel import map_parallel
 
 #: s of one core that the runs and figures take on a fast machine
@@ -72,22 +71,15 @@ def reproduce(
         found: list[Any] = map_parallel(_compute, tasks, workers, on_progress, [*named, *map(str, grid)])
     runs: dict[str, History] = dict(zip(named, found, strict=False))
     combined = found[len(named) :]
-    stick = {key: stick_checks(run) for key, run in runs.items() if key.endswith("hybrid")}
-    result = Reproduction(
-        claims=judge_claims(runs, combined),
-        runs=runs,
-        combinations=pd.DataFrame(combined),
-        stick=stick,
-        threshold=find_threshold(stick["paper/event/hybrid"]),
-        seconds=time.perf_counter() - started,
-    )
+    claims = judge_claims(runs, [row["verdicts"] for row in combined])
+    result = Reproduction(claims, runs, pd.DataFrame(combined), time.perf_counter() - started)
     return result if folder is None else replace(result, report=write_report(result, folder, command))
 
 
 def lines(result: Reproduction) -> list[str]:
     """Return the verdicts in lines, for a terminal."""
     verdicts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
-    shown = [f"  {judged.verdict:15s} {judged.claim.id}" for judged in result.claims]
+    shown = [f"  {claim.verdict:15s} {claim.id}" for claim in result.claims.itertuples()]
     same = f"{result.undiscriminating} of them reproduced by all combinations of what the paper leaves open"
     return [*shown, f"{len(result.claims)} claims: {verdicts}; {same}; report: {result.report}"]
 
@@ -106,5 +98,5 @@ def _compute(task: Scenario | dict[str, Any]) -> History | dict[str, Any]:
         "second_end": second[1],
         "longest_stick_start": start,
         "longest_stick": duration,
-        "verdicts": {claim.id: claim.judge(models).verdict for claim in CLAIMS if claim.case == "paper"},
+        "verdicts": {claim.id: claim.judge(models)[0] for claim in CLAIMS if claim.case == "paper"},
     }

@@ -14,6 +14,7 @@ from oblique_impact.contact.transitions import EventKind
 from oblique_impact.history.history import History
 from oblique_impact.scenario.scenario import Scenario
 from oblique_impact.simulation import simulate
+from oblique_impact.validation.report import number
 
 Array = NDArray[np.float64]
 #: start and end (s)
@@ -119,6 +120,19 @@ def longest(found: Sequence[Stay]) -> tuple[float, float]:
     """Return start and duration (s) of the longest of some stays; NaN and 0 if there is none."""
     stay = max(found, key=lambda stay: stay.duration, default=None)
     return (stay.start, stay.duration) if stay else (NAN, 0.0)
+
+
+def share_of_stick(run: History, among: Sequence[Span]) -> tuple[float, str]:
+    """Return the part of the time in contact that some macro-collisions stick, and that in words."""
+    contact = sum(stay.duration for during in among for stay in stays(run, during))
+    found = [stay for during in among for stay in sticks(run, during)]
+    if not found:
+        return 0.0, "no stick"
+    total, fastest = sum(stay.duration for stay in found), max(abs(stay.slip_rate) for stay in found)
+    share = total / contact if contact > 0.0 else 0.0
+    part = f"{number(1e6 * total, 3)} µs in all, {number(100.0 * share, 3)} % of the contact"
+    speed = f"slip velocity as they begin up to {number(1e3 * fastest, 3)} mm/s"
+    return share, f"{len(found)} stays judged as stick, {part}; {speed}"
 
 
 def reversals(run: History, during: Span) -> list[float]:

@@ -9,33 +9,13 @@ import numpy as np
 import pandas as pd
 
 from oblique_impact.validation.paper.cases import MODELS, SCHEMES
-from oblique_impact.validation.paper.claims import Judged, Reproduction
+from oblique_impact.validation.paper.claims import Reproduction
 from oblique_impact.validation.paper.figures import PLOTS, draw
-from oblique_impact.validation.paper.measures import STICK, Models, sticks
+from oblique_impact.validation.paper.measures import STICK, Models
 from oblique_impact.validation.paper.rules import NOT, PARTLY, REPRODUCED, VERDICTS
-from oblique_impact.validation.report import (
-    MARKS,
-    Block,
-    Cell,
-    Report,
-    Section,
-    Table,
-    Text,
-    cell,
-    number,
-    write_file,
-)
+from oblique_impact.validation.report import MARKS, Block, Cell, Report, Section, Table, Text, number, write_file
 
 KINDS = {REPRODUCED: "pass", PARTLY: "partly", NOT: "fail"}
-#: runs whose reversals and sticks the page shows, how many of each at most; results.json has all
-_STICK_RUNS = {
-    "paper/event/hybrid": "event-located",
-    "paper/fixed-step/hybrid": "as printed",
-    "no-shortening/fixed-step/hybrid": "as printed, without shortening",
-    "sticking/event/hybrid": "built-in scenario sticking",
-    "rough/event/hybrid": "μ = 12, three mean-axis modes",
-}
-_MOST_CHECKS = 8
 _LEDGER = ["initial", "final", "lost_impact", "lost_friction", "lost_scheme", "unaccounted"]
 _UNITS = {"start": "s", "end": "s", "normal_impulse": "N s", "tangential_impulse": "N s", "peak_force": "N"}
 
@@ -51,10 +31,9 @@ def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
     (folder / "figures").mkdir(exist_ok=True)
     for name, picture in pictures.items():
         write_file(folder / "figures" / f"{name}.svg", picture.svg)
-    claims = pd.DataFrame(map(_claim_row, result.claims))
     verdicts = pd.DataFrame(list(result.combinations["verdicts"]))
     combined = result.combinations.drop(columns=["outcomes", "verdicts"]).join(verdicts)
-    for name, frame in (("claims", claims), ("combinations", combined)):
+    for name, frame in (("claims", result.claims), ("combinations", combined)):
         write_file(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
     page = Report(
         "The paper's figures and claims, from our runs",
@@ -64,10 +43,10 @@ def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
         facts=_ASSUMED,
         overview=_overview(result),
         sections=[
-            Section("Claims", [_claims(result)]),
+            Section("Claims", [_claims(result.claims)]),
             Section("Figures 2 to 16", [Text(_ABOUT_FIGURES), *pictures.values()]),
             Section("What the paper leaves open", _choices(result.combinations)),
-            Section("Stick: where it can and cannot occur", _sticking(result)),
+            Section("Stick: where it can and cannot occur", [Text(text) for text in _STICK]),
             Section("The runs", _runs(result)),
             Section("Limits of this reproduction", [Text(text) for text in _LIMITS]),
         ],
@@ -77,54 +56,22 @@ def write_report(result: Reproduction, folder: Path, command: str = "") -> Path:
 
 def results(result: Reproduction) -> dict[str, Any]:
     """Return everything as plain data in SI units."""
-    stick = {
-        key: [{**check._asdict(), "ratio": check.ratio} for check in checks]
-        for key, checks in result.stick.items()
-    }
     runs = {
         key: {
             "outcome": run.outcome.label,
             "macro_collisions": run.macro_collisions,
             "energy": run.balance,
-            "sticks": [{**stay._asdict(), "duration": stay.duration} for stay in sticks(run)],
             "scenario": run.scenario.model_dump(mode="json") if run.scenario else None,
         }
         for key, run in result.runs.items()
     }
-    return {
-        "claims": [_claim_data(judged) for judged in result.claims],
-        "combinations": result.combinations.to_dict("records"),
-        "stick": stick,
-        "stick_threshold": result.threshold._asdict(),
-        "runs": runs,
-    }
-
-
-def _claim_data(judged: Judged) -> dict[str, Any]:
-    return {
-        **{name: getattr(judged.claim, name) for name in ("id", "place", "paper", "rule")},
-        "verdict": judged.verdict,
-        "schemes": {
-            scheme: {"verdict": finding.verdict, "ours": finding.text, "numbers": finding.numbers}
-            for scheme, finding in judged.findings.items()
-        },
-        "combinations": judged.combinations,
-        "discriminates": judged.discriminates,
-    }
-
-
-def _claim_row(judged: Judged) -> dict[str, Any]:
-    row = _claim_data(judged)
-    discriminates, counts = row.pop("discriminates"), row.pop("combinations") or {}
-    for scheme, finding in row.pop("schemes").items():
-        row |= {f"{name}_{scheme.replace('-', '_')}": finding[name] for name in ("verdict", "ours")}
-    row |= {f"combinations_{verdict.replace(' ', '_')}": counts.get(verdict, "") for verdict in VERDICTS}
-    return {**row, "discriminates": discriminates}
+    claims, combined = (frame.to_dict("records") for frame in (result.claims, result.combinations))
+    return {"claims": claims, "combinations": combined, "runs": runs}
 
 
 def _overview(result: Reproduction) -> list[Block]:
     counts = ", ".join(f"{count} {verdict}" for verdict, count in result.verdicts.items())
-    missed = " ".join(judged.claim.paper for judged in result.claims if judged.verdict == NOT) or "none."
+    missed = " ".join(result.claims["paper"][result.claims["verdict"] == NOT]) or "none."
     return [
         Text(
             f"{len(result.claims)} claims: {counts}. {result.undiscriminating} of them, marked =, do not "
@@ -135,19 +82,20 @@ def _overview(result: Reproduction) -> list[Block]:
     ]
 
 
-def _claims(result: Reproduction) -> Table:
+def _claims(claims: pd.DataFrame) -> Table:
     rows = []
-    for place, judged in enumerate(result.claims, start=1):
-        claim, found = judged.claim, judged.findings
-        counted = "\u00a0/\u00a0".join(map(str, (judged.combinations or {}).values())) or "–"
+    for place, claim in enumerate(claims.to_dict("records"), start=1):
+        found = [(claim[f"verdict_{name}"], claim[f"ours_{name}"]) for name in ("fixed_step", "event")]
+        counts = [claim[f"combinations_{verdict.replace(' ', '_')}"] for verdict in VERDICTS]
+        counted = "–" if counts[0] is None else "\u00a0/\u00a0".join(map(str, counts))
         rows.append(
             [
                 place,
-                f"{claim.paper} ({claim.place})",
-                *(f"{MARKS[KINDS[found[scheme].verdict]]} {found[scheme].text}" for scheme in SCHEMES),
-                Cell(claim.rule, "dim"),
-                Cell(judged.verdict, KINDS[judged.verdict]),
-                Cell(counted if judged.discriminates else f"=\u00a0{counted}", "number"),
+                f"{claim['paper']} ({claim['place']})",
+                *(f"{MARKS[KINDS[verdict]]} {text}" for verdict, text in found),
+                Cell(claim["rule"], "dim"),
+                Cell(claim["verdict"], KINDS[claim["verdict"]]),
+                Cell(counted if claim["discriminates"] else f"=\u00a0{counted}", "number"),
             ]
         )
     columns = ["", "the paper says", *SCHEMES.values(), "rule", "verdict", "all choices"]
@@ -175,40 +123,6 @@ def _choices(grid: pd.DataFrame) -> list[Block]:
     headings = {name: name.replace("_", " ") for name in shown}
     caption = "Combinations: the second macro-collision, the longest stick in it, claims reproduced"
     return [Text(text), Table.of_frame(shown, caption, digits=4, columns=headings)]
-
-
-def _sticking(result: Reproduction) -> list[Block]:
-    located = result.stick["paper/event/hybrid"]
-    finite = [check.ratio for check in located if check.ratio < np.inf]
-    tried = "; ".join(f"μ_s = {number(row['mu_static'], 5)}: {row['happened']}" for row in result.threshold.tried)
-    explanation = [
-        "The tip sticks at an instant if its slip velocity is 0, and the forces that would hold it (the "
-        "solution of both constraints) push, λn > 0, and lie in the friction cone, |λτ|/λn ≤ μ_s.",
-        "In the paper's example they do not. A beam that does not stretch can move its tip only across the line "
-        "from the pin, so a contact that holds the tip acts along that line. With an angle b between line and "
-        f"slope that takes |λτ|/λn of about cot|b|, here {number(located[0].cotangent, 3)}; where slip reverses, "
-        f"the flexible beam asks for {number(min(finite), 3)} to {number(max(finite), 3)}, or for a contact that "
-        "pulls, against μ = 0.3. The slope is too nearly parallel to the beam.",
-        f"Tested: the first reversal of the event-located run asks for {number(result.threshold.ratio, 5)}. With "
-        f"the static coefficient just below and just above it, the same instant gives: {tried}.",
-        "The algorithm as printed judges stick by the forces alone (Sec. 5.3). It finds stick where the slip "
-        "velocity passes an extreme, where hardly any tangential force keeps the acceleration zero; the tip "
-        "does not rest then.",
-    ]
-    rows = []
-    for key, name in _STICK_RUNS.items():
-        run = result.runs[key]
-        mu_static = run.scenario.contact.mu_static if run.scenario else np.nan
-        lengths = {stay.start: stay.duration for stay in sticks(run)}
-        for check in result.stick[key][:_MOST_CHECKS]:
-            ratio = "pulls" if check.ratio == np.inf else check.ratio
-            numbers = [1e3 * check.slip_rate, check.normal, check.tangential, ratio, check.cotangent]
-            numbers += [mu_static, 1e6 * lengths.get(check.time, np.nan)]
-            rows.append([name, check.kind, check.time, *(cell(value, 4) for value in numbers)])
-    columns = ["run", "what happens", "time (s)", "slip velocity (mm/s)", "λn to stick (N)", "λτ to stick (N)"]
-    columns += ["|λτ|/λn", "cot|b|", "μ_s", "lasts (µs)"]
-    caption = f"Reversals and beginnings of stick, at most {_MOST_CHECKS} of each run (all: results.json)"
-    return [*map(Text, explanation), Table(columns, rows, caption)]
 
 
 def _runs(result: Reproduction) -> list[Block]:
@@ -248,6 +162,17 @@ _ABOUT_FIGURES = (
     "The same scales for both schemes (except friction); a thick line for the hybrid model, so that the others "
     "show on top of it. What vibrates faster than a picture can show is drawn as the range of its values with "
     "their mean in it. Figures with a letter are additions: enlargements (a) and floating axes (f)."
+)
+_STICK = (
+    "The tip sticks at an instant if its slip velocity is 0, and the forces that would hold it (the solution of "
+    "both constraints) push, λn > 0, and lie in the friction cone, |λτ|/λn ≤ μ_s.",
+    "In the paper's example they do not. A beam that does not stretch can move its tip only across the line from "
+    "the pin, so a contact that holds the tip acts along that line. With an angle b between line and slope that "
+    "takes |λτ|/λn of about cot|b|, the friction coefficient at which a rigid bar jams: 10.7 here, against "
+    "μ = 0.3. The slope is too nearly parallel to the beam.",
+    "The algorithm as printed judges stick by the forces alone (Sec. 5.3). It finds stick where the slip velocity "
+    "passes an extreme, where hardly any tangential force keeps the acceleration zero; the tip does not rest "
+    "then.",
 )
 _LIMITS = (
     "The fixed-step algorithm notices a contact up to one free step late, 0.4 mm below the slope; its Baumgarte "
