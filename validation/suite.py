@@ -17,7 +17,7 @@ from oblique_impact.progress import OnProgress, silent
 from oblique_impact.scenario.messages import did_you_mean
 from oblique_impact.validation.checks.plots import tolerance_figure
 from oblique_impact.validation.checks.registry import Check, Evidence, Group, all_checks
-from oblique_impact.validation.report import Block, Cell, Item, Report, Section, Table, Text, cell
+from oblique_impact.validation.report import Block, Cell, Report, Section, Table, Text, cell
 from oblique_impact.validation.studies.parallel import map_parallel
 
 
@@ -168,7 +168,6 @@ def _report(
             Section(group.title, blocks, _verdict(own), counts(own), opened=_verdict(own) == "fail")
             for (group, own), blocks in zip(by_group.items(), blocks_by_group, strict=True)
         ],
-        filtered=True,
     )
 
 
@@ -204,9 +203,9 @@ def _blocks(checks: Sequence[Check], evidence: dict[str, Evidence], results: Seq
     for check in checks:
         mine = [r for r in results if r.check == check.id]
         sources = list(dict.fromkeys(r.source for r in mine if r.source))
-        table = Table(columns, [_row(result) for result in mine], wide=(1,), filtered=True)
+        table = Table(columns, [_row(result) for result in mine], wide=(1,))
         reference = Text(f"Reference: {'; '.join(sources)}." if sources else "", note=True)
-        blocks.append(Item([Text(check.problem), table, reference, *evidence[check.id].pictures]))
+        blocks += [Text(check.problem), table, reference, *evidence[check.id].pictures]
     return blocks
 
 

@@ -112,7 +112,6 @@ class Table:
     rows: Sequence[Sequence[Any]]  # of entries
     caption: str = ""
     wide: Sequence[int] = ()  # columns of running text, that may wrap
-    filtered: bool = False  # rows end with a verdict that the reader may filter by
     block: str = "table"
 
     @classmethod
@@ -198,15 +197,7 @@ class Fold:
     block: str = "fold"
 
 
-@dataclass(frozen=True)
-class Item:
-    """Blocks that belong together; a filter shows or hides them as one."""
-
-    blocks: Sequence[Block]
-    block: str = "item"
-
-
-Block = Text | Table | Picture | Fold | Item
+Block = Text | Table | Picture | Fold
 
 
 @dataclass(frozen=True)
@@ -245,11 +236,9 @@ class Report:
     times: Sequence[tuple[str, str]] = ()
     overview: Sequence[Block] = ()
     sections: Sequence[Section] = ()
-    #: whether the page has a field and a list to filter the rows of filtered tables
-    filtered: bool = False
 
     def html(self) -> str:
-        """Return the report as one page: styles, script and pictures inside, no address."""
+        """Return the report as one page: styles and pictures inside, no address."""
         environment = Environment(
             loader=PackageLoader("oblique_impact.validation", "report"),
             autoescape=True,
