@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,7 @@ from oblique_impact.validation.report import (
 from oblique_impact.validation.runs import column
 
 Array = NDArray[np.float64]
+Pair = tuple[Array, Array]
 
 #: events further apart than this part of the common span are not the same event
 MAX_SHIFT = 0.1
@@ -40,16 +41,8 @@ MAX_SHIFT = 0.1
 SAME = 1e-12
 #: events without a partner that a text lists at most
 LISTED = 10
-#: suffixes of reports
-SUFFIXES = (".html", ".json")
-_COLLISION = {
-    "start": "s",
-    "end": "s",
-    "contacts": "1",
-    "normal_impulse": "N s",
-    "tangential_impulse": "N s",
-    "peak_force": "N",
-}
+_COLLISION = {"start": "s", "end": "s", "contacts": "1", "peak_force": "N"}
+_COLLISION |= dict.fromkeys(("normal_impulse", "tangential_impulse"), "N s")
 _ENERGIES = ("final", "lost_impact", "lost_friction", "lost_damping", "lost_scheme")
 #: columns of the differences of variables, with their headings in the report
 _COLUMNS = {
@@ -83,8 +76,6 @@ class Comparison:
         The two.
     span : tuple of float
         Times (s) that both cover; what lies outside is not compared.
-    max_shift : float
-        Events further apart (s) are not paired.
     events : DataFrame
         A row for each event, in the order of time: kind, state after it, times (s) and impulses (N s) of both,
         differences; NaN without a partner.
@@ -96,19 +87,19 @@ class Comparison:
         A row for each number of collisions and energies: unit, left, right, difference; NaN where one lacks it.
     state_disagreement : float
         Part of the common time, events aligned, in which the contact states differ.
-    skipped : mapping
-        Why a variable is not compared, by name.
+    skipped : sequence of str
+        Variables that cannot be compared: those of one history alone, whole numbers, coordinates of different
+        discretizations.
     """
 
     names: tuple[str, str]
     histories: tuple[History, History]
     span: tuple[float, float]
-    max_shift: float
     events: pd.DataFrame
     variables: pd.DataFrame
     measures: pd.DataFrame
     state_disagreement: float
-    skipped: Mapping[str, str]
+    skipped: Sequence[str]
 
     def __getitem__(self, name: str) -> pd.Series[Any]:
         """Return the differences of one variable, e.g. ``comparison["theta"].aligned_rms``; raises KeyError."""
@@ -182,19 +173,14 @@ class Comparison:
         return "\n".join([*self.summary(), "", table])
 
 
-def compare(
-    left: History,
-    right: History,
-    *,
-    names: tuple[str, str] = ("left", "right"),
-    max_shift: float | None = None,
-) -> Comparison:
+def compare(left: History, right: History, *, names: tuple[str, str] = ("left", "right")) -> Comparison:
     """Compare two histories, with their events aligned.
 
     They may have other output intervals, other discretizations (the beam's variables are taken at common stations)
     and other end times: what both cover is compared.  Differences are taken at equal times, and besides them on a
     clock in which shared events coincide, so that an impact a little later does not hide everything else.  Both
-    are exact for courses that are linear between their samples.
+    are exact for courses that are linear between their samples.  Events of one kind that are further apart than a
+    tenth of the common span are not the same event.
 
     Parameters
     ----------
@@ -202,8 +188,6 @@ def compare(
         Of beams or of user-defined systems.
     names : tuple of str
         What the two are called, in tables.
-    max_shift : float, optional
-        Events of one kind that are further apart (s) are not the same event; default: a tenth of the common span.
 
     Returns
     -------
@@ -224,59 +208,54 @@ def compare(
     >>> len(found.only_left), found.largest_shift < 1e-6, bool(found["theta"].aligned_rms < 1e-6)
     (0, True, True)
     """
-    for history in (left, right):
+    both = left, right
+    for history in both:
         require_history(history, "compare")
     times = column(left, "time"), column(right, "time")
     start, end = max(float(t[0]) for t in times), min(float(t[-1]) for t in times)
     if min(t.size for t in times) < 2 or not start < end:
         covered = " and ".join(f"{t[0]:g} to {t[-1]:g} s" for t in times)
         raise InputError(f"compare: the histories have no time in common: {covered}")
-    limit = MAX_SHIFT * (end - start) if max_shift is None else float(max_shift)
-    if not limit >= 0.0:
-        raise InputError(f"max_shift = {limit}: should be a time in s, 0 or more")
-    logs = [[event for event in h.events if start <= event.time <= end] for h in (left, right)]
+    limit = MAX_SHIFT * (end - start)
+    logs = [[event for event in history.events if start <= event.time <= end] for history in both]
     pairs = pair_events(logs[0], logs[1], limit)
-    every = [str(name) for name in {**left.data.data_vars, **right.data.data_vars}]
-    reasons = {name: _obstacle(name, left, right) for name in every}
-    clocks = times, _on_common_clock(times, pairs, end - start)
-    rows = {name: _difference(name, (left, right), *clocks) for name, why in reasons.items() if not why}
+    aligned = _on_common_clock(times, pairs, end - start)
+    every = dict.fromkeys(str(name) for history in both for name in history.data.data_vars)
+    rows = {name: _difference(name, both, times, aligned) for name in every if _comparable(name, left, right)}
+    states = [history["state"].values for history in both]
     return Comparison(
         names,
-        (left, right),
+        both,
         (start, end),
-        limit,
         pairs,
         pd.DataFrame(rows, list(_COLUMNS)).T,
         _measures(left, right, (start, end), limit),
-        _disagreement(clocks[1], [history["state"].values for history in (left, right)]),
-        {name: why for name, why in reasons.items() if why},
+        _disagreement(aligned, states),
+        [name for name in every if name not in rows and name != "state"],
     )
 
 
 # --- variables
 
 
-def _difference(
-    name: str, histories: tuple[History, History], times: tuple[Array, Array], aligned: tuple[Array, Array]
-) -> list[Any]:
+def _difference(name: str, both: tuple[History, History], times: Pair, aligned: Pair) -> list[Any]:
     """Return the entries of `_COLUMNS` of a variable."""
-    values, weights = _at_common_stations(histories, name)
+    values, weights = _at_common_stations(both, name)
     grid = _union(times)
-    inside = [v[(t >= grid[0]) & (t <= grid[-1])] for t, v in zip(times, values, strict=True)]
-    finite = np.concatenate([v[np.isfinite(v)] for v in inside])
+    inside = np.concatenate([v[(t >= grid[0]) & (t <= grid[-1])] for t, v in zip(times, values, strict=True)])
+    finite = inside[np.isfinite(inside)]
     scale = (float(np.ptp(finite)) or float(np.max(np.abs(finite)))) if finite.size else 0.0
-    unit = str(histories[0][name].attrs.get("units", "1"))
+    unit = str(both[0][name].attrs.get("units", "1"))
     return [unit, scale, *_deviation(times, values, weights), *_deviation(aligned, values, weights)]
 
 
-def _union(times: tuple[Array, Array]) -> Array:
+def _union(times: Pair) -> Array:
     """Return the instants of both in the span that both cover."""
     start, end = max(t[0] for t in times), min(t[-1] for t in times)
-    union = np.union1d(*times)
-    return np.unique(np.concatenate([[start], union[(union > start) & (union < end)], [end]]))
+    return np.unique(np.clip(np.union1d(*times), start, end))
 
 
-def _deviation(times: tuple[Array, Array], values: Sequence[Array], weights: Array) -> tuple[float, float, float]:
+def _deviation(times: Pair, values: Sequence[Array], weights: Array) -> tuple[float, float, float]:
     """Return root mean square, largest difference and its time of values (samples, points).
 
     They are linear between samples, of which integrals are exact; the mean over the points has `weights` of sum 1.
@@ -284,23 +263,18 @@ def _deviation(times: tuple[Array, Array], values: Sequence[Array], weights: Arr
     grid = _union(times)
     left, right = (_interpolated(t, v, grid) for t, v in zip(times, values, strict=True))
     apart = np.where(np.isnan(left) & np.isnan(right), 0.0, right - left)
-    if grid.size < 2:
-        return 0.0, 0.0, float(grid[0])
     with np.errstate(invalid="ignore", over="ignore"):
         squares = apart[:-1] ** 2 + apart[:-1] * apart[1:] + apart[1:] ** 2
     mean = np.where(np.isnan(squares), np.inf, squares) @ weights / 3.0
     rms = float(np.sqrt(np.diff(grid) @ mean / (grid[-1] - grid[0])))
-    row, column = np.unravel_index(int(np.argmax(np.abs(apart))), apart.shape)
-    return rms, float(apart[row, column]), float(grid[row])
+    row, point = np.unravel_index(int(np.argmax(np.abs(apart))), apart.shape)
+    return rms, float(apart[row, point]), float(grid[row])
 
 
-def _disagreement(times: tuple[Array, Array], values: Sequence[NDArray[Any]]) -> float:
+def _disagreement(times: Pair, values: Sequence[NDArray[Any]]) -> float:
     """Return the part of the time in which values differ that hold from their sample on to the next."""
     grid = _union(times)
-    if grid.size < 2:
-        return 0.0
-    places = [np.searchsorted(t, grid[:-1], side="right") - 1 for t in times]
-    left, right = (v[k] for v, k in zip(values, places, strict=True))
+    left, right = (v[np.searchsorted(t, grid[:-1], "right") - 1] for t, v in zip(times, values, strict=True))
     return float(np.diff(grid) @ (left != right) / (grid[-1] - grid[0]))
 
 
@@ -309,25 +283,25 @@ def _interpolated(x: Array, values: Array, at: Array) -> Array:
     return np.stack([np.interp(at, x, column) for column in values.T], axis=1)
 
 
-def _at_common_stations(histories: tuple[History, History], name: str) -> tuple[list[Array], Array]:
-    """Return values (samples, points) of both, at common stations, and the weights of the points in a mean."""
-    values = [column(history, name) for history in histories]
+def _at_common_stations(both: tuple[History, History], name: str) -> tuple[list[Array], Array]:
+    """Return values (samples, points) of both, at the stations of the first one, and the weights of a mean.
+
+    Stations beyond the other beam's end are left out.
+    """
+    values = [column(history, name) for history in both]
     values = [v.reshape(len(v), -1) for v in values]
-    if "station" not in histories[0][name].dims:
+    if "station" not in both[0][name].dims:
         points = values[0].shape[1]
         return values, np.full(points, 1.0 / points)
-    stations = [column(history, "station") for history in histories]
-    common = np.union1d(*stations)
-    common = common[(common >= max(s[0] for s in stations)) & (common <= min(s[-1] for s in stations))]
-    # points closer than rounding are one
-    common = common[np.concatenate([[True], np.diff(common) > SAME * (common[-1] or 1.0)])]
-    widths = np.concatenate([[0.0], np.diff(common), [0.0]])
+    first, second = (column(history, "station") for history in both)
+    common = first[first <= second[-1]]
+    widths = np.diff(common, prepend=common[0], append=common[-1])
     weights = 0.5 * (widths[1:] + widths[:-1])
-    at_common = [_interpolated(s, v.T, common).T for s, v in zip(stations, values, strict=True)]
+    at_common = [values[0][:, : common.size], _interpolated(second, values[1].T, common).T]
     return at_common, weights / weights.sum()
 
 
-def _on_common_clock(times: tuple[Array, Array], pairs: pd.DataFrame, length: float) -> tuple[Array, Array]:
+def _on_common_clock(times: Pair, pairs: pd.DataFrame, length: float) -> Pair:
     """Return the times of either on a common clock: shared events at the mean of their times, linear in between.
 
     The beginnings coincide if they are the same; before the first shared instant and after the last one the clocks
@@ -354,21 +328,15 @@ def _on_common_clock(times: tuple[Array, Array], pairs: pd.DataFrame, length: fl
     return found[0], found[1]
 
 
-def _obstacle(name: str, left: History, right: History) -> str:
-    """Return why a variable cannot be compared, "" if it can."""
-    if name == "state":
-        return "contact states are compared as state_disagreement"
-    for side, history in (("left", left), ("right", right)):
-        if name not in history:
-            return f"the {side} history does not have it"
-    if left[name].dims != right[name].dims:
-        return "other dimensions"
-    if left[name].dtype.kind in "iu":
-        return "whole numbers, which are not linear between samples"
+def _comparable(name: str, left: History, right: History) -> bool:
+    """Whether both have a variable of the same dimensions and coordinates that is linear between samples."""
+    if not (name in left and name in right):
+        return False
+    a, b = left[name], right[name]
     if name in ("q", "qd") and _sections(left).get("discretization") != _sections(right).get("discretization"):
-        return "coordinates of other shape functions"
-    own = [d for d in left[name].dims if d not in ("time", "station")]
-    return "other numbers of coordinates" if any(left.data.sizes[d] != right.data.sizes[d] for d in own) else ""
+        return False
+    lengths = ({d: one.sizes[d] for d in one.dims if d not in ("time", "station")} for one in (a, b))
+    return a.dims == b.dims and a.dtype.kind not in "iu" and len(set(map(str, lengths))) == 1
 
 
 def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> pd.DataFrame:
@@ -402,9 +370,9 @@ def _sections(history: History) -> dict[str, Any]:
 
 
 def check_target(out: Path) -> None:
-    """Raise InputError for a file of another kind."""
-    if out.suffix not in SUFFIXES:
-        raise InputError(f"--out {out}: should end in {' or '.join(SUFFIXES)}")
+    """Raise InputError for a file of another kind than a page (.html) or numbers (.json)."""
+    if out.suffix not in (".html", ".json"):
+        raise InputError(f"--out {out}: should end in .html or .json")
 
 
 def save_comparison(found: Comparison, out: Path, command: str) -> Path:
@@ -428,13 +396,12 @@ def comparison_data(found: Comparison, command: str) -> dict[str, Any]:
         "changed_keys": found.changed_keys,
         "warnings": [{"runs": names, "warning": text} for names, text in found.warnings],
         "span": found.span,
-        "max_shift": found.max_shift,
         "largest_shift": found.largest_shift,
         "state_disagreement": found.state_disagreement,
         "events": found.events.to_dict("records"),
         "variables": found.variables.rename_axis("name").reset_index().to_dict("records"),
         "measures": found.measures.rename_axis("name").reset_index().to_dict("records"),
-        "skipped": dict(found.skipped),
+        "skipped": found.skipped,
         **provenance_data(),
     }
 
@@ -450,7 +417,6 @@ def report(found: Comparison, command: str) -> Report:
         "Differences relative to the scale, the range of the values: at the same time; and aligned, on a clock in "
         "which shared events coincide."
     )
-    skipped = "; ".join(f"{name}: {why}" for name, why in found.skipped.items())
     events = {"kind": "event", "state": "then", "left_time": f"{left}: t (s)", "right_time": f"{right}: t (s)"}
     events |= {"time_difference": "difference (s)"}
     events |= {"left_impulse": f"{left}: impulse (N s)", "right_impulse": f"{right}: impulse (N s)"}
@@ -468,7 +434,7 @@ def report(found: Comparison, command: str) -> Report:
         overview=[*(Text(sentence) for sentence in found.summary()[1:]), _picture(found)],
         sections=[
             *(Section(title, [table]) for title, table in tables if table),
-            Section("Not compared", [Text(f"{skipped}.")]),
+            *([Section("Not compared", [Text(", ".join(found.skipped))])] if found.skipped else []),
         ],
     )
 

@@ -37,7 +37,9 @@ def test_files_console_and_page_hold_the_same_rows(tmp_path, cli):
     assert f"<p>{said}. The program" in page
     number, measurements = map(int, re.findall(r"(\d+) (?:checks|measurements)", said))
     assert measurements == len(checks)
-    assert number == page.count('<p class="note">Reference: ') == len(select(("frequencies", "small-systems.belt")))
+    assert (
+        number == page.count('<p class="note">Reference: ') == len(select(("frequencies", "small-systems.belt")))
+    )
     assert 'class="count">1 check, 6 measurements: all pass' in page
 
 
