@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from oblique_impact.validation.studies.design import (
         AxisSection,
         HypercubeSection,
-        SampledSection,
         SweepFile,
         TableSection,
     )
@@ -39,7 +38,6 @@ __all__ = [
     "Predictability",
     "Reproduction",
     "Result",
-    "SampledSection",
     "SmallDeflection",
     "StudyResult",
     "SweepFile",

@@ -6,7 +6,7 @@ import itertools
 import json
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -32,7 +32,6 @@ MAX_RUNS = 100_000
 
 #: two numbers, or texts with a unit
 Range = Annotated[tuple[Any, Any], Field(strict=False)]
-Spacing = Literal["linear", "log"]
 Keys = Annotated[list[str], Field(min_length=1)]
 Values = Annotated[list[Any], Field(min_length=1, max_length=MAX_RUNS)]
 
@@ -62,18 +61,34 @@ def _si(key: str, value: Any) -> Any:
         raise refused(key, value, f"should be {error}") from None
 
 
-class Direction(Section):
-    """What one direction of a sweep changes: `key`, or `keys` that take the same value, linear or log spaced."""
+class AxisSection(Section):
+    """What one direction of a sweep changes, and how.
+
+    `key`, or `keys` that take the same value, have `values`, or `count` values in a `range`, linear or log spaced;
+    in a sample they are spread over a `range`.
+    """
 
     key: str | None = None
     keys: Keys | None = None
-    spacing: Spacing | None = None
+    values: Values | None = None
+    range: Range | None = None
+    count: Annotated[int, Field(ge=2, le=MAX_RUNS)] | None = None
+    spacing: Literal["linear", "log"] | None = None
 
     @model_validator(mode="after")
-    def _check_keys(self) -> Self:
+    def _check(self) -> Self:
         if (self.key is None) == (self.keys is None):
             raise InputError("key: takes key, or keys that have the same value; exactly one of them")
         _check_keys(self.names, "key" if self.keys is None else "keys")
+        if (self.values is None) == (self.range is None):
+            both = "not both" if self.range is not None else "one of them is needed"
+            raise InputError(f"values: takes values, or range; {both}")
+        if self.range is None and (self.count, self.spacing) != (None, None):
+            raise InputError("count and spacing: only with range, not with values")
+        if self.range is None or self.count:
+            self.rows()
+        else:
+            self.ends()
         return self
 
     @property
@@ -91,8 +106,14 @@ class Direction(Section):
         """SI unit, "1" for numbers without one, "" for words and switches."""
         return Unit((schema_of(self.names[0]) or {}).get("unit", "")).shown
 
-    def _ends(self, given: tuple[Any, Any]) -> tuple[float, float]:
-        """Return the two ends of a range in SI units; raises InputError."""
+    @property
+    def whole(self) -> bool:
+        """Whether the values are whole numbers."""
+        return type(_defaults()[self.names[0]]) is int
+
+    def ends(self) -> tuple[float, float]:
+        """Return the two ends of the range in SI units; raises InputError."""
+        given = self.range or ()
         if {type(_defaults()[key]) for key in self.names} not in ({float}, {int}):
             raise refused("range", list(given), "is for keys that are all floats or all integers; use values")
         start, stop = (_si(self.names[0], end) for end in given)
@@ -104,57 +125,21 @@ class Direction(Section):
             raise refused("range", list(given), "both should be greater than 0 for log spacing")
         return start, stop
 
-
-class AxisSection(Direction):
-    """One axis: `key` or `keys` with `values`, or with `range` and `count`."""
-
-    values: Values | None = None
-    range: Range | None = None
-    count: Annotated[int, Field(ge=2, le=MAX_RUNS)] | None = None
-
-    @model_validator(mode="after")
-    def _check_values(self) -> Self:
-        if (self.values is None) == (self.range is None):
-            both = "not both" if self.range is not None else "one of them is needed"
-            raise InputError(f"values: takes values, or range with count; {both}")
-        if self.range is None and (self.count, self.spacing) != (None, None):
-            raise InputError("count and spacing: only with range, not with values")
-        if self.range is not None and self.count is None:
-            raise InputError(f"count: missing; how many values from {self.range[0]} to {self.range[1]}?")
-        self.rows()
-        return self
-
     def rows(self) -> list[tuple[Any, ...]]:
         """Return its values, a row each; raises InputError."""
-        values = list(self.values or ())
-        if self.range is not None:
-            spread = np.geomspace if self.spacing == "log" else np.linspace
-            values = spread(*self._ends(self.range), self.count or 2).tolist()
-            if type(_defaults()[self.names[0]]) is int:
-                for value in values:
-                    if not math.isclose(value, round(value)):
-                        raise InputError(
-                            f"range: {self.names[0]} = {value:.6g}: should be a whole number; use values"
-                        )
-                values = [round(value) for value in values]
-        return [(_si(self.names[0], value),) for value in values]
-
-
-class SampledSection(Direction):
-    """One direction of a sample."""
-
-    range: Range
-    spacing: Spacing | None = "linear"
-
-    @model_validator(mode="after")
-    def _check_range(self) -> Self:
-        self._ends(self.range)
-        return self
+        if self.range is None:
+            return [(_si(self.names[0], value),) for value in self.values or ()]
+        spread = np.geomspace if self.spacing == "log" else np.linspace
+        values = spread(*self.ends(), self.count or 2).tolist()
+        for value in values if self.whole else ():
+            if not math.isclose(value, round(value)):
+                raise InputError(f"range: {self.names[0]} = {value:.6g}: should be a whole number; use values")
+        return [(round(value) if self.whole else value,) for value in values]
 
     def spread(self, parts: np.ndarray) -> list[Any]:
-        """Return the values at parts of the range from 0 to 1; raises InputError."""
-        start, stop = self._ends(self.range)
-        if type(_defaults()[self.names[0]]) is int:
+        """Return the values at parts of the range from 0 to 1."""
+        start, stop = self.ends()
+        if self.whole:
             low, high = sorted((round(start), round(stop)))
             values = np.minimum(low + (parts * (high - low + 1)).astype(int), high)
         else:
@@ -168,15 +153,18 @@ class HypercubeSection(Section):
 
     samples: Annotated[int, Field(ge=1, le=MAX_RUNS)]
     seed: Annotated[int, Field(ge=0, lt=2**63)]
-    axes: Annotated[list[SampledSection], Field(min_length=1)]
+    axes: Annotated[list[AxisSection], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if any(axis.range is None or axis.count for axis in self.axes):
+            raise InputError("axes: of a sample each takes a range, and no count")
+        return self
 
     def rows(self, sampler: type[qmc.QMCEngine]) -> list[tuple[Any, ...]]:
-        """Return the points, a value for each of the axes; raises InputError."""
-        generator = np.random.default_rng(self.seed)
-        points = sampler(len(self.axes), seed=generator).random(self.samples)
-        return list(
-            zip(*(axis.spread(parts) for axis, parts in zip(self.axes, points.T, strict=True)), strict=True)
-        )
+        """Return the points, a value for each of the axes."""
+        points = sampler(len(self.axes), seed=np.random.default_rng(self.seed)).random(self.samples)
+        return list(zip(*(axis.spread(p) for axis, p in zip(self.axes, points.T, strict=True)), strict=True))
 
 
 class TableSection(Section):
@@ -214,6 +202,11 @@ class SweepFile(Section):
         _check_keys(flat_keys(self.changes), "changes")
         if self.sobol and self.sobol.samples & (self.sobol.samples - 1):
             raise InputError(f"sobol.samples = {self.sobol.samples}: should be a power of 2")
+        for number, axis in enumerate(self.axes or ()):
+            if axis.range and axis.count is None:
+                raise InputError(
+                    f"axes.{number}.count: missing; how many values from {' to '.join(map(str, axis.range))}?"
+                )
         sizes = [axis.count or len(axis.values or ()) for axis in self.axes or ()]
         sizes += [len(self.table.rows)] if self.table else []
         sizes += [cube.samples for cube in (self.latin_hypercube, self.sobol) if cube]
@@ -224,13 +217,13 @@ class SweepFile(Section):
             raise InputError(f"{product} = {short(math.prod(sizes))} runs; at most {MAX_RUNS} are allowed")
         return self
 
-    def blocks(self) -> list[tuple[Sequence[Direction], list[tuple[Any, ...]]]]:
+    def blocks(self) -> list[tuple[list[AxisSection], list[tuple[Any, ...]]]]:
         """Return the directions of each block, and its rows with a value for each of them; raises InputError."""
-        found: list[tuple[Sequence[Direction], list[tuple[Any, ...]]]]
         found = [([axis], axis.rows()) for axis in self.axes or ()]
         if self.table:
+            columns = zip(self.table.keys, zip(*self.table.rows, strict=True), strict=True)
             rows = [tuple(map(_si, self.table.keys, row)) for row in self.table.rows]
-            found.append(([Direction(key=key) for key in self.table.keys], rows))
+            found.append(([AxisSection(key=key, values=list(values)) for key, values in columns], rows))
         for cube, sampler in ((self.latin_hypercube, qmc.LatinHypercube), (self.sobol, qmc.Sobol)):
             if cube:
                 found.append((cube.axes, cube.rows(sampler)))
@@ -248,7 +241,7 @@ class Plan:
     #: values of keys that hold for all runs
     changes: dict[str, Any]
     #: what changes from run to run
-    directions: tuple[Direction, ...]
+    directions: tuple[AxisSection, ...]
     #: all combinations, the last block changing fastest; "run" counts them from 1
     runs: tuple[Run, ...]
 
@@ -291,19 +284,15 @@ def load_plan(source: str | os.PathLike[str], base: Scenario | None = None) -> P
         text = read_text(path)
     except (OSError, ValueError) as error:
         raise refused("sweep", name, f"cannot be read: {short(str(error))}") from None
-    return make_plan(text, path.parent, base, name)
-
-
-def make_plan(text: str, folder: Path = Path(), base: Scenario | None = None, name: str = "sweep file") -> Plan:
-    """Check a sweep file's text; a scenario that is a file is looked for beside it, in `folder`.
-
-    Raises InputError that begins with the `name` of the file.
-    """
-    data = parse_toml(text, name)
     try:
-        return plan_of(SweepFile.from_dict(data), folder, base)
+        return plan_of(SweepFile.from_dict(parse_toml(text, name)), path.parent, base)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
+
+
+def make_plan(text: str) -> Plan:
+    """Return the plan of a sweep file's text; raises InputError."""
+    return plan_of(SweepFile.from_dict(parse_toml(text, "sweep file")))
 
 
 def plan_of(file: SweepFile, folder: Path = Path(), base: Scenario | None = None) -> Plan:

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from oblique_impact.errors import Outcome
 from oblique_impact.renders.style import FREE_COLOUR, GREY, SERIES, SLIP_COLOUR, STICK_COLOUR
 from oblique_impact.validation.report import Block, Picture, number, picture, with_unit
-from oblique_impact.validation.studies.design import Direction, Plan
+from oblique_impact.validation.studies.design import AxisSection, Plan
 from oblique_impact.validation.studies.quantities import Quantity
 from oblique_impact.validation.studies.study import REGIMES
 
@@ -39,7 +39,7 @@ _COLOURS = dict(
 class _Axis:
     """The axis of a direction: the place of every run on it, and the words there, if it has no numbers."""
 
-    def __init__(self, direction: Direction, frame: pd.DataFrame) -> None:
+    def __init__(self, direction: AxisSection, frame: pd.DataFrame) -> None:
         column, self.direction, self.words = frame[direction.names[0]], direction, list[str]()
         if pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(column):
             self.places = column.to_numpy(float)
