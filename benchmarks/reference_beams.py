@@ -2,7 +2,7 @@
 
     python benchmarks/reference_beams.py [ID ...]     print the values of these entries (default: all)
 
-An ID is that of an entry of `validation/reference_values.py`, which says what its numbers are.  Nothing of the
+An ID is that of an entry of `validation/reference_values.toml`, which says what its numbers are.  Nothing of the
 suite is used: mpmath (extra `test`), NumPy and SciPy only.  All together take about two minutes.
 """
 

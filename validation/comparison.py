@@ -335,8 +335,8 @@ def _comparable(name: str, left: History, right: History) -> bool:
     a, b = left[name], right[name]
     if name in ("q", "qd") and _sections(left).get("discretization") != _sections(right).get("discretization"):
         return False
-    lengths = ({d: one.sizes[d] for d in one.dims if d not in ("time", "station")} for one in (a, b))
-    return a.dims == b.dims and a.dtype.kind not in "iu" and len(set(map(str, lengths))) == 1
+    lengths = [[one.sizes[d] for d in one.dims if d not in ("time", "station")] for one in (a, b)]
+    return a.dims == b.dims and a.dtype.kind not in "iu" and lengths[0] == lengths[1]
 
 
 def _measures(left: History, right: History, span: tuple[float, float], limit: float) -> pd.DataFrame:
