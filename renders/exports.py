@@ -173,8 +173,6 @@ def _target(out: Path, format: str | None) -> tuple[Path, Format]:
     if out.suffix and out.suffix.lower() != f".{format}":
         raise InputError(f"--out {out}: should end in .{format} for --format {format}, or have no suffix")
     target = out if out.suffix else Path(f"{out}.{format}")
-    if format == "xdmf" and ":" in target.name:
-        raise InputError(f"--out {target}: a colon ends the name of a file in XDMF: choose another name")
     # what an earlier export made is replaced, other things are not
     beside = {"pvd": target.with_suffix(""), "xdmf": target.with_suffix(".h5"), "csv": target}[format]
     try:
@@ -303,38 +301,30 @@ def _frames(story: Story, samples: Integers) -> Iterator[Frame]:
             "pin": fixed[0],
         }
         if story.obstacles:  # last, so that the numbers of the others are always the same
-            parts |= {"contact_point": _contact_point(geometry, k), "slope": fixed[1]}
+            parts |= {"contact_point": _contact_points(geometry, k), "slope": fixed[1]}
         for number, mesh in enumerate(parts.values()):
             mesh.cell_data["part"] = np.full(mesh.n_cells, number)
         yield {"time": float(times[k]), "side": int(sides[k]), "sample": int(k)}, parts
 
 
-def _contact_point(geometry: BeamGeometry, k: int) -> pv.PolyData:
-    """Return the contact points at a sample as vertices with the forces on the beam there."""
-    if geometry.anywhere:
-        return _contact_points(geometry, k)
-    normal, friction = geometry.contact_forces(k)
-    mesh = pv.PolyData(np.append(geometry.contact_point(k), 0.0)[None])
-    for name, vector in {
-        "velocity": np.array([geometry.value("tip_vx", k), geometry.value("tip_vy", k)]),
-        "contact_force": normal + friction,
-        "normal_force": normal,
-        "friction_force": friction,
-    }.items():
-        mesh.point_data[name] = np.append(vector, 0.0)[None]
-    for name in ("gap", "depth", "gap_rate", "slip_rate", "state"):
-        mesh.point_data[name] = np.array([float(geometry.value(name, k))])
-    return mesh
-
-
 def _contact_points(geometry: BeamGeometry, k: int) -> pv.PolyData:
-    """Return several contacts at a sample, each a vertex."""
-    points = np.stack([geometry.value("contact_x", k), geometry.value("contact_y", k)], axis=1)
-    mesh = pv.PolyData(np.insert(points, 2, 0.0, axis=1))
-    mesh.point_data["contact_force"] = np.insert(geometry.pushes(k), 2, 0.0, axis=1)
-    for name in ("gap", "slip_rate", "state"):
-        mesh.point_data[name] = np.asarray(geometry.value(f"contact_{name}", k), dtype=float)
-    mesh.point_data["obstacle"] = geometry.values("contact_obstacle")
+    """Return the contacts at a sample as vertices with the forces on the beam there."""
+    if geometry.anywhere:
+        places = np.stack([geometry.value("contact_x", k), geometry.value("contact_y", k)], axis=1)
+        vectors = {"contact_force": geometry.pushes(k)}
+        scalars = {name: geometry.value(f"contact_{name}", k) for name in ("gap", "slip_rate", "state")}
+        scalars["obstacle"] = geometry.values("contact_obstacle")
+    else:
+        places, (normal, friction) = geometry.contact_point(k)[None], geometry.contact_forces(k)
+        vectors = {"velocity": np.array([geometry.value("tip_vx", k), geometry.value("tip_vy", k)])[None]}
+        vectors |= {"contact_force": (normal + friction)[None]}
+        vectors |= {"normal_force": normal[None], "friction_force": friction[None]}
+        names = ("gap", "depth", "gap_rate", "slip_rate", "state")
+        scalars = {name: np.atleast_1d(geometry.value(name, k)) for name in names}
+    mesh = pv.PolyData(np.insert(places, 2, 0.0, axis=1))
+    for name, vector in vectors.items():
+        mesh.point_data[name] = np.insert(vector, 2, 0.0, axis=1)
+    mesh.point_data.update(scalars)
     return mesh
 
 
